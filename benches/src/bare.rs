@@ -23,107 +23,108 @@ pub(crate) struct Slept {
 /// Runs one thread per grid that sleeps until its deadlines. The measurement of processor time begins after
 /// the common start.
 pub(crate) fn sleepers(grids: &[Grid], time: Duration) -> Slept {
-    let over = Arc::new(AtomicBool::new(false));
+    let ended = Arc::new(AtomicBool::new(false));
     let start = now() + nanos(START);
     let threads: Vec<_> = grids
         .iter()
         .map(|grid| {
-            let (over, grid) = (Arc::clone(&over), *grid);
-            std::thread::spawn(move || sleeper(start + grid.first, grid.period, &over))
+            let (ended, grid) = (Arc::clone(&ended), *grid);
+            std::thread::spawn(move || sleeper(start + grid.first, grid.period, &ended))
         })
         .collect();
     sleep_until(start);
     let before = processor_time();
     std::thread::sleep(time);
     let processor = processor_time() - before;
-    over.store(true, Ordering::Relaxed);
+    ended.store(true, Ordering::Relaxed);
     let late = threads
         .into_iter()
-        .map(|thread| thread.join().expect("it only sleeps"))
+        .map(|thread| thread.join().expect("the thread returns"))
         .collect();
     Slept { late, processor }
 }
 
-fn sleeper(mut due: u64, period: u64, over: &AtomicBool) -> Vec<u64> {
-    sharpen_timers();
+fn sleeper(mut deadline: u64, period: u64, ended: &AtomicBool) -> Vec<u64> {
+    set_finest_timers();
     let mut late = Vec::with_capacity(10_000);
-    while !over.load(Ordering::Relaxed) {
-        sleep_until(due);
-        let after = now().saturating_sub(due);
+    while !ended.load(Ordering::Relaxed) {
+        sleep_until(deadline);
+        let after = now().saturating_sub(deadline);
         if late.len() < late.capacity() {
             late.push(after);
         }
         // A thread that is late by more than a period skips deadlines, as schemas do.
-        due += (after / period + 1) * period;
+        deadline += (after / period + 1) * period;
     }
     late
 }
 
 /// Wakes one thread from another once per period, for `time`. Returns how long each wake-up took, ns.
-pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
-    let (bell, sent, over) = (AtomicU32::new(0), AtomicU64::new(0), AtomicBool::new(false));
-    let mut took = Vec::with_capacity(10_000);
+pub(crate) fn measure_wakeups(period: Duration, time: Duration) -> Vec<u64> {
+    let (counter, sent, ended) = (AtomicU32::new(0), AtomicU64::new(0), AtomicBool::new(false));
+    let mut durations = Vec::with_capacity(10_000);
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            sharpen_timers();
-            let (start, mut due) = (Instant::now(), now());
+            set_finest_timers();
+            let (start, mut deadline) = (Instant::now(), now());
             while start.elapsed() < time {
-                due += nanos(period);
-                sleep_until(due);
+                deadline += nanos(period);
+                sleep_until(deadline);
                 sent.store(now(), Ordering::Relaxed);
-                ring(&bell);
+                notify(&counter);
             }
-            over.store(true, Ordering::Relaxed);
-            ring(&bell);
+            ended.store(true, Ordering::Relaxed);
+            notify(&counter);
         });
-        let mut seen = 0;
+        let mut last = 0;
         loop {
-            while bell.load(Ordering::Acquire) == seen {
-                // The loop checks the value again after any return: a wake-up, a signal, or an earlier ring.
-                let _ = futex::wait(&bell, futex::Flags::PRIVATE, seen, None);
+            while counter.load(Ordering::Acquire) == last {
+                // The loop checks the value again after any return: a wake-up, a signal, or an earlier
+                // notification.
+                let _ = futex::wait(&counter, futex::Flags::PRIVATE, last, None);
             }
-            seen = bell.load(Ordering::Acquire);
+            last = counter.load(Ordering::Acquire);
             let after = now();
-            if over.load(Ordering::Relaxed) {
+            if ended.load(Ordering::Relaxed) {
                 break;
             }
-            took.push(after.saturating_sub(sent.load(Ordering::Relaxed)));
+            durations.push(after.saturating_sub(sent.load(Ordering::Relaxed)));
         }
     });
-    took
+    durations
 }
 
-fn ring(bell: &AtomicU32) {
-    bell.fetch_add(1, Ordering::Release);
+fn notify(counter: &AtomicU32) {
+    counter.fetch_add(1, Ordering::Release);
     // It does not matter whether the other thread waits already.
-    let _ = futex::wake(bell, futex::Flags::PRIVATE, 1);
+    let _ = futex::wake(counter, futex::Flags::PRIVATE, 1);
 }
 
 /// Returns the processor time of the whole process, ns.
 pub(crate) fn processor_time() -> u64 {
-    of(clock_gettime(ClockId::ProcessCPUTime))
+    as_nanos(clock_gettime(ClockId::ProcessCPUTime))
 }
 
-fn sharpen_timers() {
+fn set_finest_timers() {
     // A kernel that refuses leaves the timers as they are, for both sides of the comparison.
     let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
 }
 
 /// Returns the system's monotonic time, ns, which is the same for all processes.
 pub(crate) fn now() -> u64 {
-    of(clock_gettime(ClockId::Monotonic))
+    as_nanos(clock_gettime(ClockId::Monotonic))
 }
 
-fn sleep_until(due: u64) {
-    let due = Timespec {
-        tv_sec: (due / 1_000_000_000) as i64,
-        tv_nsec: (due % 1_000_000_000) as i64,
+fn sleep_until(deadline: u64) {
+    let deadline = Timespec {
+        tv_sec: (deadline / 1_000_000_000) as i64,
+        tv_nsec: (deadline % 1_000_000_000) as i64,
     };
     // No signal interrupts the sleep.
-    let _ = rustix::thread::clock_nanosleep_absolute(rustix::thread::ClockId::Monotonic, &due);
+    let _ = rustix::thread::clock_nanosleep_absolute(rustix::thread::ClockId::Monotonic, &deadline);
 }
 
-fn of(time: Timespec) -> u64 {
+fn as_nanos(time: Timespec) -> u64 {
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 

@@ -46,15 +46,15 @@ pub(crate) fn copies(scope: &Scope, count: usize, folder: &Path) -> Result<Vec<P
 /// Returns the library with another name of the same length in its table.
 fn renamed(library: &[u8], name: &str) -> Result<Vec<u8>> {
     let old = format!("{NAME}\0");
-    let places: Vec<usize> = (0..library.len() - old.len())
-        .filter(|place| library[*place..].starts_with(old.as_bytes()))
+    let positions: Vec<usize> = (0..library.len() - old.len())
+        .filter(|position| library[*position..].starts_with(old.as_bytes()))
         .collect();
     ensure!(
-        places.len() == 1 && name.len() == NAME.len(),
-        "the plugin's name is in {} places",
-        places.len()
+        positions.len() == 1 && name.len() == NAME.len(),
+        "the plugin's name is in {} positions",
+        positions.len()
     );
     let mut library = library.to_vec();
-    library[places[0]..places[0] + name.len()].copy_from_slice(name.as_bytes());
+    library[positions[0]..positions[0] + name.len()].copy_from_slice(name.as_bytes());
     Ok(library)
 }

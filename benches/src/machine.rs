@@ -51,7 +51,7 @@ impl Machine {
     }
 
     /// Returns the description as one line.
-    pub(crate) fn words(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         format!(
             "{} processors of {}, {} GB, Linux {}, {}; load {} before",
             self.processors,
@@ -66,6 +66,6 @@ impl Machine {
 
 /// Returns the version number alone, without the suffix of the kernel's builder.
 fn version(release: &str) -> &str {
-    let other = |letter: char| letter != '.' && !letter.is_ascii_digit();
-    release.split(other).next().unwrap_or_default()
+    let is_other = |letter: char| letter != '.' && !letter.is_ascii_digit();
+    release.split(is_other).next().unwrap_or_default()
 }

@@ -1,6 +1,6 @@
 //! Measures jde against the best alternatives in the same run, and prints one table. `cargo xtask bench`
 //! builds everything and starts this program. `docs/performance.md` describes each row. A row that cannot be
-//! measured is a failure; a missed goal is not, since the figures are for people to judge.
+//! measured is a failure; a missed goal is not, since people evaluate the figures.
 
 mod bare;
 mod live;
@@ -60,14 +60,14 @@ struct Cli {
 
 /// The content of the file of `--save`.
 #[derive(Serialize)]
-struct Kept<'a> {
+struct SavedTable<'a> {
     machine: &'a Machine,
     quick: bool,
-    lines: Vec<KeptLine<'a>>,
+    lines: Vec<SavedLine<'a>>,
 }
 
 #[derive(Serialize)]
-struct KeptLine<'a> {
+struct SavedLine<'a> {
     row: &'a str,
     #[serde(flatten)]
     line: &'a Line,
@@ -114,7 +114,7 @@ fn main() -> Result<ExitCode> {
     };
     let rows: Vec<&Row> = ROWS.iter().filter(chosen).collect();
     let mut measured = Vec::new();
-    let mut whole = true;
+    let mut complete = true;
     for (number, row) in rows.iter().enumerate() {
         let start = Instant::now();
         eprint!("[{}/{}] {} ... ", number + 1, rows.len(), row.title);
@@ -126,26 +126,26 @@ fn main() -> Result<ExitCode> {
             }
             Err(error) => {
                 eprintln!("not measured: {error:#}");
-                whole = false;
+                complete = false;
             }
         }
     }
-    println!("\n{}\n", machine.words());
-    println!("{}", table(&measured, Paint(paints())));
+    println!("\n{}\n", machine.summary());
+    println!("{}", table(&measured, Paint(uses_color())));
     // An incomplete table does not replace the project's table.
-    if cli.page.is_some() && !whole {
-        eprintln!("nothing is kept: a row could not be measured");
+    if cli.page.is_some() && !complete {
+        eprintln!("nothing is saved: a row could not be measured");
         return Ok(ExitCode::FAILURE);
     }
     if let Some(file) = cli.save {
         let lines = measured
             .iter()
             .flat_map(|(row, lines)| lines.iter().map(move |line| (row, line)));
-        let kept = Kept {
+        let saved = SavedTable {
             machine: &machine,
             quick: scope.quick,
             lines: lines
-                .map(|(row, line)| KeptLine {
+                .map(|(row, line)| SavedLine {
                     row,
                     line,
                     by: line.ratio(),
@@ -153,17 +153,17 @@ fn main() -> Result<ExitCode> {
                 })
                 .collect(),
         };
-        let text = serde_json::to_string_pretty(&kept)? + "\n";
+        let text = serde_json::to_string_pretty(&saved)? + "\n";
         std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
     }
     if let Some(file) = cli.page {
         let page =
             std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-        let page = page::put_into(&page, &page::markdown(&measured))
-            .with_context(|| format!("{} has no table to put this one in place of", file.display()))?;
+        let page = page::replace_table(&page, &page::markdown(&measured))
+            .with_context(|| format!("{} has no table to replace", file.display()))?;
         std::fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
     }
-    Ok(if whole {
+    Ok(if complete {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE
@@ -174,7 +174,7 @@ fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(ROWS.iter().map(|row| row.name))
 }
 
-fn paints() -> bool {
+fn uses_color() -> bool {
     std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_have_names_of_their_own() {
+    fn row_names_are_unique() {
         let mut names: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
         names.sort_unstable();
         names.dedup();

@@ -47,6 +47,6 @@ pub(crate) fn run_with_input(command: &mut Command, text: &str) -> Result<String
 }
 
 /// Opens `/dev/null`, for output that is not needed.
-pub(crate) fn nowhere() -> Result<File> {
+pub(crate) fn null_device() -> Result<File> {
     Ok(File::options().write(true).open("/dev/null")?)
 }

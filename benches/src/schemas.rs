@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 use jde_abi::raw;
 use jde_loader::{Plugins, SearchPath};
-use jde_measure::pairs::{Effort, Rounds, interleave, see};
+use jde_measure::pairs::{Effort, Rounds, consume, interleave};
 use jde_paths::Periods;
 use jde_schema::prelude::*;
 
@@ -16,13 +16,13 @@ use jde_schema::prelude::*;
 static NOTES: Mutex<Vec<Vec<u64>>> = Mutex::new(Vec::new());
 
 /// The greatest number of notes of one instance.
-const ROOM: usize = 10_000;
+const MAX_NOTES: usize = 10_000;
 
 /// Records the number in its name, and then the beginning of each period, ns of the application's time.
 #[derive(Describe)]
 #[schema(motor, period = "1ms")]
 pub(crate) struct Beat {
-    woke: Vec<u64>,
+    times: Vec<u64>,
 }
 
 /// Is always ready, and does nothing.
@@ -31,7 +31,7 @@ pub(crate) struct Beat {
 pub(crate) struct Leaf {}
 
 /// A sensor and an actuator. Each value is the time of its publication, ns; it is positive if a reaction is
-/// wanted.
+/// expected.
 #[derive(Describe)]
 #[schema(driver, period = "20ms")]
 pub(crate) struct Robot {
@@ -41,7 +41,7 @@ pub(crate) struct Robot {
     /// Speeds.
     #[command(neutral = Twist::ZERO, validity = "1s")]
     velocity: Command<Twist>,
-    quiet: bool,
+    negative: bool,
 }
 
 /// Acts on each positive value of the sensor, and records the delay, ns.
@@ -55,7 +55,7 @@ pub(crate) struct Brake {
     #[actuator]
     base: Actuator<Twist>,
     acted_on: f64,
-    took: Vec<u64>,
+    delays: Vec<u64>,
 }
 
 /// Acts while `Brake` does not.
@@ -92,7 +92,7 @@ pub(crate) struct Large {
 /// Publishes a small and a large value in turn.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
-pub(crate) struct Teller {
+pub(crate) struct Source {
     /// 64 bytes.
     #[export]
     small: Export<Small>,
@@ -105,7 +105,7 @@ pub(crate) struct Teller {
 /// Times reads of other schemas' exports.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
-pub(crate) struct Gazer {
+pub(crate) struct Reader {
     /// 8 bytes.
     #[import]
     seen: Import<f64>,
@@ -116,15 +116,15 @@ pub(crate) struct Gazer {
 
 impl Schema for Beat {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.woke = Vec::with_capacity(ROOM);
+        self.times = Vec::with_capacity(MAX_NOTES);
         let number = cx.name().trim_start_matches(char::is_alphabetic);
-        self.woke.push(number.parse()?);
+        self.times.push(number.parse()?);
         Ok(())
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        if self.woke.len() < ROOM {
-            self.woke.push(now(cx));
+        if self.times.len() < MAX_NOTES {
+            self.times.push(now(cx));
         }
         Ok(true.into())
     }
@@ -134,7 +134,7 @@ impl Schema for Beat {
     }
 
     fn sleep(&mut self, _: &Context) {
-        note(std::mem::take(&mut self.woke));
+        note(std::mem::take(&mut self.times));
     }
 }
 
@@ -147,8 +147,8 @@ impl Schema for Leaf {
 impl Schema for Robot {
     fn iterate(&mut self, cx: &Context) -> Result {
         let _ = self.velocity.get(cx);
-        self.quiet = !self.quiet;
-        let sign = if self.quiet { -1.0 } else { 1.0 };
+        self.negative = !self.negative;
+        let sign = if self.negative { -1.0 } else { 1.0 };
         self.seen.write(cx, sign * now(cx) as f64);
         Ok(())
     }
@@ -162,15 +162,15 @@ impl Schema for Brake {
     fn iterate(&mut self, cx: &Context) -> Result {
         let accepted = self.base.command(cx, Twist::ZERO).accepted();
         let seen = self.seen.get(cx).map_or(0.0, |seen| *seen);
-        if accepted && seen > 0.0 && seen != self.acted_on && self.took.len() < ROOM {
+        if accepted && seen > 0.0 && seen != self.acted_on && self.delays.len() < MAX_NOTES {
             self.acted_on = seen;
-            self.took.push(now(cx) - seen as u64);
+            self.delays.push(now(cx) - seen as u64);
         }
         Ok(())
     }
 
     fn sleep(&mut self, _: &Context) {
-        note(std::mem::take(&mut self.took));
+        note(std::mem::take(&mut self.delays));
     }
 }
 
@@ -181,7 +181,7 @@ impl Schema for Cruise {
     }
 }
 
-impl Schema for Teller {
+impl Schema for Source {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.turn = !self.turn;
         if self.turn {
@@ -197,17 +197,21 @@ impl Schema for Teller {
     }
 }
 
-impl Schema for Gazer {
+impl Schema for Reader {
     /// Times the reads once, as soon as both values exist. Is never ready.
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         if let (Some(seen), Some(small)) = (self.seen.get(cx), self.small.get(cx)) {
             let effort = EFFORT.lock().unwrap_or_else(PoisonError::into_inner).take();
             if let Some(effort) = effort {
-                let looks = [
-                    timed(effort, || *self.seen.get(cx).expect("it stays"), *seen),
-                    timed(effort, || *self.small.get(cx).expect("it stays"), *small),
+                let reads = [
+                    timed(effort, || *self.seen.get(cx).expect("the value persists"), *seen),
+                    timed(
+                        effort,
+                        || *self.small.get(cx).expect("the value persists"),
+                        *small,
+                    ),
                 ];
-                LOOKS.lock().unwrap_or_else(PoisonError::into_inner).extend(looks);
+                READS.lock().unwrap_or_else(PoisonError::into_inner).extend(reads);
             }
         }
         Ok(false.into())
@@ -219,64 +223,65 @@ impl Schema for Gazer {
 }
 
 /// The times of a schema's repeated reads of one value.
-pub(crate) struct Looks {
+pub(crate) struct ReadTimes {
     pub(crate) bytes: usize,
     /// Reads through the import.
-    pub(crate) asked: Rounds,
+    pub(crate) imported: Rounds,
     /// Reads of the same value in a mutex, by the same code.
     pub(crate) locked: Rounds,
 }
 
-/// The effort for the next `Gazer` that has both values.
+/// The effort for the next `Reader` that has both values.
 static EFFORT: Mutex<Option<Effort>> = Mutex::new(None);
-/// The results of `Gazer`.
-static LOOKS: Mutex<Vec<Looks>> = Mutex::new(Vec::new());
+/// The results of `Reader`.
+static READS: Mutex<Vec<ReadTimes>> = Mutex::new(Vec::new());
 
 /// Times a schema's reads of values of 8 and 64 bytes, in an application in lockstep.
-pub(crate) fn looks(effort: Effort) -> anyhow::Result<Vec<Looks>> {
-    const GAZER: &str = r#"
-        roots = ["teller", "gazer"]
+pub(crate) fn reads(effort: Effort) -> anyhow::Result<Vec<ReadTimes>> {
+    const APPLICATION: &str = r#"
+        roots = ["source", "reader"]
         [schemas.robot]
         type = "pace/robot"
-        [schemas.teller]
-        type = "pace/teller"
-        [schemas.gazer]
-        type = "pace/gazer"
-        imports = { seen = "robot.seen", small = "teller.small" }
+        [schemas.source]
+        type = "pace/source"
+        [schemas.reader]
+        type = "pace/reader"
+        imports = { seen = "robot.seen", small = "source.small" }
     "#;
     EFFORT
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
         .replace(effort);
-    Periods::of(GAZER, &plugins()?)?.pass(200);
-    let looks = std::mem::take(&mut *LOOKS.lock().unwrap_or_else(PoisonError::into_inner));
-    anyhow::ensure!(!looks.is_empty(), "the schema saw nothing");
-    Ok(looks)
+    Periods::of(APPLICATION, &plugins()?)?.pass(200);
+    let reads = std::mem::take(&mut *READS.lock().unwrap_or_else(PoisonError::into_inner));
+    anyhow::ensure!(!reads.is_empty(), "the schema read nothing");
+    Ok(reads)
 }
 
-fn timed<T: Copy>(effort: Effort, ask: impl Fn() -> T, value: T) -> Looks {
+fn timed<T: Copy>(effort: Effort, read: impl Fn() -> T, value: T) -> ReadTimes {
     let mutex = Mutex::new(value);
     let lock = || *black_box(&mutex).lock().unwrap_or_else(PoisonError::into_inner);
-    let [asked, locked] = interleave(
+    let [imported, locked] = interleave(
         effort,
-        [&mut |times| (0..times).for_each(|_| see(ask())), &mut |times| {
-            (0..times).for_each(|_| see(lock()))
-        }],
+        [
+            &mut |times| (0..times).for_each(|_| consume(read())),
+            &mut |times| (0..times).for_each(|_| consume(lock())),
+        ],
     );
-    Looks {
+    ReadTimes {
         bytes: size_of::<T>(),
-        asked,
+        imported,
         locked,
     }
 }
 
-/// Defines a father with very many children.
-macro_rules! crowd {
+/// Defines a father with many children.
+macro_rules! parent {
     ($($child:ident)+) => {
         /// Wakes all its children once.
         #[derive(Describe)]
         #[schema(motor, period = "50ms")]
-        pub(crate) struct Crowd {
+        pub(crate) struct Parent {
             $(
                 /// One of many children.
                 #[child(group = "all", optional)]
@@ -285,7 +290,7 @@ macro_rules! crowd {
             woken: bool,
         }
 
-        impl Schema for Crowd {
+        impl Schema for Parent {
             fn awake(&mut self, _: &Context) -> Result {
                 self.woken = false;
                 Ok(())
@@ -304,7 +309,7 @@ macro_rules! crowd {
         pub(crate) const ROLES: &[&str] = &[$(stringify!($child)),+];
     };
 }
-crowd! {
+parent! {
     c00 c01 c02 c03 c04 c05 c06 c07 c08 c09 c10 c11 c12 c13 c14 c15 c16 c17 c18 c19
     c20 c21 c22 c23 c24 c25 c26 c27 c28 c29 c30 c31 c32 c33 c34 c35 c36 c37 c38 c39
     c40 c41 c42 c43 c44 c45 c46 c47 c48 c49 c50 c51 c52 c53 c54 c55 c56 c57 c58 c59
@@ -315,7 +320,7 @@ crowd! {
 static PLUGIN: raw::Plugin = jde_schema::plugin!(
     "pace",
     "Schemas of the benches.",
-    [Beat, Leaf, Robot, Brake, Cruise, Teller, Gazer, Crowd]
+    [Beat, Leaf, Robot, Brake, Cruise, Source, Reader, Parent]
 );
 
 /// Returns a catalogue with the plugin of these schemas.

@@ -37,7 +37,8 @@ pub enum Goal {
     /// The figure of jde is at least this.
     Least(Figure),
     /// No goal: the figure is only reported.
-    Told,
+    #[serde(rename = "told")]
+    ReportOnly,
 }
 
 /// The other side of a comparison.
@@ -75,7 +76,8 @@ pub enum Verdict {
     /// The goal is missed.
     Missed,
     /// There is no goal.
-    Told,
+    #[serde(rename = "told")]
+    ReportOnly,
 }
 
 impl Figure {
@@ -99,7 +101,7 @@ impl Figure {
 
 impl Line {
     /// Makes a line without a yardstick.
-    pub fn alone(what: impl Into<String>, ours: Figure, goal: Goal) -> Self {
+    pub fn new(what: impl Into<String>, ours: Figure, goal: Goal) -> Self {
         Self {
             what: what.into(),
             ours,
@@ -110,7 +112,7 @@ impl Line {
     }
 
     /// Makes a line with a yardstick of the same run.
-    pub fn beside(
+    pub fn compared(
         what: impl Into<String>,
         ours: Figure,
         name: impl Into<String>,
@@ -131,15 +133,17 @@ impl Line {
     }
 
     /// Makes a line with a yardstick from elsewhere.
-    pub fn given(
+    pub fn compared_with_given(
         what: impl Into<String>,
         ours: Figure,
         name: impl Into<String>,
         theirs: Figure,
         goal: Goal,
     ) -> Self {
-        let mut line = Self::beside(what, ours, name, theirs, goal);
-        line.yardstick.iter_mut().for_each(|it| it.given = true);
+        let mut line = Self::compared(what, ours, name, theirs, goal);
+        line.yardstick
+            .iter_mut()
+            .for_each(|yardstick| yardstick.given = true);
         line
     }
 
@@ -166,14 +170,14 @@ impl Line {
     /// Returns whether the goal is met.
     pub fn verdict(&self) -> Verdict {
         let ours = self.ours.value();
-        let theirs = self.yardstick.as_ref().map(|it| it.figure.value());
+        let theirs = self.yardstick.as_ref().map(|yardstick| yardstick.figure.value());
         let met = match self.goal {
             Goal::AtMost(times) => self.ratio().is_some_and(|ratio| ratio <= times),
             Goal::TimesFaster(times) => self.ratio().is_some_and(|ratio| 1.0 / ratio >= times),
             Goal::Above(margin) => theirs.is_some_and(|theirs| ours - theirs <= margin.value()),
             Goal::Below(most) => ours <= most.value(),
             Goal::Least(least) => ours >= least.value(),
-            Goal::Told => return Verdict::Told,
+            Goal::ReportOnly => return Verdict::ReportOnly,
         };
         if met { Verdict::Met } else { Verdict::Missed }
     }
@@ -201,7 +205,7 @@ impl fmt::Display for Goal {
             Self::Above(margin) => write!(f, "{margin} above at most"),
             Self::Below(most) => write!(f, "at most {most}"),
             Self::Least(least) => write!(f, "{least} or more"),
-            Self::Told => f.write_str("-"),
+            Self::ReportOnly => f.write_str("-"),
         }
     }
 }
@@ -211,15 +215,15 @@ impl fmt::Display for Verdict {
         f.write_str(match self {
             Self::Met => "met",
             Self::Missed => "MISSED",
-            Self::Told => "-",
+            Self::ReportOnly => "-",
         })
     }
 }
 
 /// Formats a number with three digits, in the largest unit in which it is at least 1.
 fn scaled(value: f64, units: &[(f64, &str)]) -> String {
-    let fits = units.iter().rev().find(|(size, _)| value.abs() >= *size);
-    let (size, unit) = *fits.unwrap_or(&units[0]);
+    let largest = units.iter().rev().find(|(size, _)| value.abs() >= *size);
+    let (size, unit) = *largest.unwrap_or(&units[0]);
     let value = value / size;
     let digits = match value.abs() {
         value if value >= 100.0 => 0,
@@ -234,7 +238,7 @@ mod tests {
     use super::*;
 
     fn line(ours: f64, theirs: f64, goal: Goal) -> Line {
-        Line::beside("it", Figure::Time(ours), "them", Figure::Time(theirs), goal)
+        Line::compared("it", Figure::Time(ours), "other", Figure::Time(theirs), goal)
     }
 
     #[test]
@@ -246,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_is_met_up_to_its_limit_and_no_further() {
+    fn a_goal_is_met_up_to_its_limit() {
         assert_eq!(line(2.0, 1.0, Goal::AtMost(2.0)).verdict(), Verdict::Met);
         assert_eq!(line(2.1, 1.0, Goal::AtMost(2.0)).verdict(), Verdict::Missed);
         assert_eq!(line(1.0, 3.0, Goal::TimesFaster(3.0)).verdict(), Verdict::Met);
@@ -254,26 +258,26 @@ mod tests {
         let above = Goal::Above(Figure::Time(100.0));
         assert_eq!(line(101.0, 1.0, above).verdict(), Verdict::Met);
         assert_eq!(line(102.0, 1.0, above).verdict(), Verdict::Missed);
-        assert_eq!(line(101.0, 1.0, above).ratio(), None, "a difference was wanted");
+        assert_eq!(line(101.0, 1.0, above).ratio(), None, "the goal is a difference");
         let below = Goal::Below(Figure::Time(10.0));
         assert_eq!(
-            Line::alone("it", Figure::Time(11.0), below).verdict(),
+            Line::new("it", Figure::Time(11.0), below).verdict(),
             Verdict::Missed
         );
         assert_eq!(
-            Line::alone("it", Figure::Time(11.0), Goal::Told).verdict(),
-            Verdict::Told
+            Line::new("it", Figure::Time(11.0), Goal::ReportOnly).verdict(),
+            Verdict::ReportOnly
         );
     }
 
     #[test]
-    fn what_is_compared_with_nothing_cannot_be_met_as_a_ratio() {
-        let line = Line::alone("it", Figure::Time(1.0), Goal::AtMost(2.0));
+    fn a_ratio_goal_without_a_yardstick_is_missed() {
+        let line = Line::new("it", Figure::Time(1.0), Goal::AtMost(2.0));
         assert_eq!(line.verdict(), Verdict::Missed);
     }
 
     #[test]
-    fn the_median_of_pairs_counts_where_there_is_one() {
+    fn the_ratio_of_pairs_takes_precedence() {
         assert_eq!(
             line(3.0, 1.0, Goal::AtMost(2.0)).paired(1.9).verdict(),
             Verdict::Met

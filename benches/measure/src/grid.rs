@@ -29,19 +29,20 @@ impl Grid {
         grids.map(grid).collect()
     }
 
-    /// Returns the delays of turns after their deadlines, ns. `woken` is when all schemas were woken, `times`
-    /// is when the turns began. The deadline of a turn is the first one after the turn before it. Turns that
+    /// Returns the delays of iterations after their deadlines, ns. `woken` is when all schemas were woken,
+    /// `times` is when the iterations began. The deadline of an iteration is the first one after the iteration
+    /// before it. Iterations that
     /// follow one before `from` are left out.
-    pub fn late(self, woken: u64, times: &[u64], from: u64) -> Vec<u64> {
+    pub fn delays(self, woken: u64, times: &[u64], from: u64) -> Vec<u64> {
         let first = woken + self.first;
-        let due = |before: u64| match before.checked_sub(first) {
+        let deadline = |before: u64| match before.checked_sub(first) {
             Some(since) => first + (since / self.period + 1) * self.period,
             None => first,
         };
-        let turns = times.windows(2).filter(|turn| turn[0] >= from);
-        // A turn before its deadline had another cause, and is skipped.
-        turns
-            .filter_map(|turn| turn[1].checked_sub(due(turn[0])))
+        let iterations = times.windows(2).filter(|iteration| iteration[0] >= from);
+        // An iteration before its deadline had another cause, and is skipped.
+        iterations
+            .filter_map(|iteration| iteration[1].checked_sub(deadline(iteration[0])))
             .collect()
     }
 }
@@ -49,18 +50,21 @@ impl Grid {
 /// Returns how much later than the earliest each event was within its period, ns. The earliest one shows
 /// where the grid lies.
 pub fn after_the_earliest(times: &[u64], period: u64) -> Vec<f64> {
-    let mut places: Vec<u64> = times.iter().map(|time| time % period).collect();
-    places.sort_unstable();
-    let (Some(first), Some(last)) = (places.first(), places.last()) else {
+    let mut offsets: Vec<u64> = times.iter().map(|time| time % period).collect();
+    offsets.sort_unstable();
+    let (Some(first), Some(last)) = (offsets.first(), offsets.last()) else {
         return Vec::new();
     };
     // The events lie close together somewhere on the circle of a period: the widest gap precedes the
     // earliest.
-    let gaps = places.windows(2).map(|two| (two[1] - two[0], two[1]));
-    let around = (first + period - last, *first);
-    let (_, earliest) = gaps.fold(around, |widest, gap| if gap.0 > widest.0 { gap } else { widest });
-    let late = places.iter().map(|place| (place + period - earliest) % period);
-    late.map(|late| late as f64).collect()
+    let gaps = offsets.windows(2).map(|pair| (pair[1] - pair[0], pair[1]));
+    let wrap_gap = (first + period - last, *first);
+    let (_, earliest) = gaps.fold(
+        wrap_gap,
+        |widest, gap| if gap.0 > widest.0 { gap } else { widest },
+    );
+    let delays = offsets.iter().map(|offset| (offset + period - earliest) % period);
+    delays.map(|delay| delay as f64).collect()
 }
 
 #[cfg(test)]
@@ -68,19 +72,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_is_late_by_more_than_a_period_is_so_and_skips() {
+    fn a_delay_of_more_than_a_period_skips_deadlines() {
         let grid = Grid {
             first: 90,
             period: 100,
         };
         // Woken at 1000, so the deadlines are 1090, 1190, 1290 and so on.
         let times = [1001, 1095, 1390, 1391, 1491];
-        assert_eq!(grid.late(1000, &times, 0), [5, 200, 1]);
-        assert_eq!(grid.late(1000, &times, 1391), [1]);
+        assert_eq!(grid.delays(1000, &times, 0), [5, 200, 1]);
+        assert_eq!(grid.delays(1000, &times, 1391), [1]);
     }
 
     #[test]
-    fn those_of_one_period_are_a_step_apart_and_the_last_is_due_after_it() {
+    fn deadlines_are_a_step_apart_and_the_last_is_after_one_period() {
         let ms = Duration::from_millis;
         let firsts = |periods: &[Duration]| {
             Grid::all(periods)
@@ -94,12 +98,12 @@ mod tests {
     }
 
     #[test]
-    fn what_was_in_time_is_found_wherever_the_grid_lies() {
+    fn delays_do_not_depend_on_the_offset_of_the_grid() {
         for first in [0, 3, 97] {
             let times = [0, 102, 201, 340, 400].map(|time| first + time);
-            let late: Vec<f64> = after_the_earliest(&times, 100);
-            assert_eq!(late.iter().sum::<f64>(), 43.0, "{late:?}");
-            assert_eq!(late.iter().copied().fold(0.0, f64::max), 40.0);
+            let delays: Vec<f64> = after_the_earliest(&times, 100);
+            assert_eq!(delays.iter().sum::<f64>(), 43.0, "{delays:?}");
+            assert_eq!(delays.iter().copied().fold(0.0, f64::max), 40.0);
         }
     }
 }

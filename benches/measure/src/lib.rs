@@ -1,5 +1,5 @@
-//! Side-by-side measurement, and how its results are judged and shown. This crate does not depend on what is
-//! measured or on the yardsticks, so its tests need neither.
+//! Side-by-side measurement, and how its results are evaluated and shown. This crate does not depend on what
+//! is measured or on the yardsticks, so its tests need neither.
 
 pub mod figure;
 pub mod grid;

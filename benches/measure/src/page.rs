@@ -1,4 +1,4 @@
-//! The table in Markdown, and its place in the page that explains it. Judges nothing; the lines do.
+//! The table in Markdown, and its place in the page that explains it. The lines contain the verdicts.
 
 use std::fmt::Write as _;
 
@@ -6,16 +6,16 @@ use crate::figure::{Line, Verdict};
 use crate::table::cells;
 
 /// The first line of the table, by which it is found in the page.
-const HEAD: &str = "| what | ours | yardstick | its | ratio | goal | |";
+const HEADER: &str = "| what | ours | yardstick | its | ratio | goal | |";
 
 /// Returns all lines of all rows as one table.
 pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
-    let mut text = format!("{HEAD}\n| --- | --- | --- | --- | --- | --- | --- |\n");
+    let mut text = format!("{HEADER}\n| --- | --- | --- | --- | --- | --- | --- |\n");
     for line in rows.iter().flat_map(|(_, lines)| lines) {
         let verdict = match line.verdict() {
             Verdict::Missed => "**missed**",
             Verdict::Met => "met",
-            Verdict::Told => "",
+            Verdict::ReportOnly => "",
         };
         let cells = cells(line).map(|cell| match cell.strip_suffix(" us") {
             _ if cell == "-" => String::new(),
@@ -28,8 +28,8 @@ pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
 }
 
 /// Returns the page with its table replaced, or `None` if it has no table.
-pub fn put_into(page: &str, table: &str) -> Option<String> {
-    let (before, rest) = page.split_once(HEAD)?;
+pub fn replace_table(page: &str, table: &str) -> Option<String> {
+    let (before, rest) = page.split_once(HEADER)?;
     // The old table ends before the first line that is not a row.
     let after = rest.split_inclusive('\n').skip(1);
     let after: String = after.skip_while(|line| line.starts_with('|')).collect();
@@ -43,20 +43,20 @@ mod tests {
 
     fn rows() -> Vec<(String, Vec<Line>)> {
         let lines = vec![
-            Line::beside(
+            Line::compared(
                 "a",
                 Figure::Time(5e3),
                 "theirs",
                 Figure::Time(1e3),
                 Goal::AtMost(2.0),
             ),
-            Line::alone("b", Figure::Count(3.0), Goal::Told),
+            Line::new("b", Figure::Count(3.0), Goal::ReportOnly),
         ];
         vec![(String::from("row"), lines)]
     }
 
     #[test]
-    fn a_line_is_a_row_and_what_is_missed_is_seen() {
+    fn each_line_is_a_row_and_missed_goals_are_marked() {
         let expected = "\
 | what | ours | yardstick | its | ratio | goal | |
 | --- | --- | --- | --- | --- | --- | --- |
@@ -68,15 +68,15 @@ mod tests {
 
     #[test]
     fn only_the_table_of_a_page_is_replaced() {
-        let page = format!("# Before\n\n{HEAD}\n| --- |\n| old |\n\nAfter.\n\n| another |\n");
+        let page = format!("# Before\n\n{HEADER}\n| --- |\n| old |\n\nAfter.\n\n| another |\n");
         let table = markdown(&rows());
-        let replaced = put_into(&page, &table).unwrap();
+        let replaced = replace_table(&page, &table).unwrap();
         assert_eq!(replaced, format!("# Before\n\n{table}\nAfter.\n\n| another |\n"));
         assert_eq!(
-            put_into(&replaced, &table).as_ref(),
+            replace_table(&replaced, &table).as_ref(),
             Some(&replaced),
-            "it is found again"
+            "the table must be found again"
         );
-        assert_eq!(put_into("| another |\n", &table), None);
+        assert_eq!(replace_table("| another |\n", &table), None);
     }
 }

@@ -9,7 +9,7 @@ pub type Side<'a> = &'a mut dyn FnMut(u64);
 
 /// Forces the computation of a result, and discards it.
 #[inline(always)]
-pub fn see<T>(result: T) {
+pub fn consume<T>(result: T) {
     let _ = black_box(result);
 }
 
@@ -38,7 +38,7 @@ impl Rounds {
     }
 
     /// Returns the median of the ratios of both sides in the same round.
-    pub fn by(&self, other: &Self) -> f64 {
+    pub fn ratio_to(&self, other: &Self) -> f64 {
         median(
             self.0
                 .iter()
@@ -54,26 +54,26 @@ pub fn interleave<const SIDES: usize>(effort: Effort, mut sides: [Side<'_>; SIDE
     let batches = sides.each_mut().map(|side| batch(effort.batch, side));
     let mut all = [const { Vec::new() }; SIDES];
     for round in 0..effort.rounds {
-        for turn in 0..SIDES {
-            let place = (round + turn) % SIDES;
+        for offset in 0..SIDES {
+            let index = (round + offset) % SIDES;
             let start = Instant::now();
-            sides[place](batches[place]);
-            all[place].push(start.elapsed().as_nanos() as f64 / batches[place] as f64);
+            sides[index](batches[index]);
+            all[index].push(start.elapsed().as_nanos() as f64 / batches[index] as f64);
         }
     }
     all.map(Rounds)
 }
 
-/// Returns how many operations of a side take about the wanted time.
-fn batch(wanted: Duration, side: &mut Side<'_>) -> u64 {
+/// Returns how many operations of a side take about the target time.
+fn batch(target: Duration, side: &mut Side<'_>) -> u64 {
     let mut count = 1;
     loop {
         let start = Instant::now();
         side(count);
-        let took = start.elapsed();
-        if took * 2 >= wanted {
-            let each = took.as_nanos() as f64 / count as f64;
-            return ((wanted.as_nanos() as f64 / each) as u64).max(1);
+        let elapsed = start.elapsed();
+        if elapsed * 2 >= target {
+            let each = elapsed.as_nanos() as f64 / count as f64;
+            return ((target.as_nanos() as f64 / each) as u64).max(1);
         }
         count *= 2;
     }
@@ -99,11 +99,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ratio_is_that_of_the_same_round() {
+    fn ratios_are_of_the_same_round() {
         // A machine that is ten times slower in one round slows both sides.
         let ours = Rounds(vec![2.0, 20.0, 2.0]);
         let theirs = Rounds(vec![1.0, 10.0, 1.0]);
-        assert_eq!(ours.by(&theirs), 2.0);
+        assert_eq!(ours.ratio_to(&theirs), 2.0);
         assert_eq!(ours.median(), 2.0);
     }
 
@@ -124,7 +124,7 @@ mod tests {
         };
         let side = |calls: &mut u32, times: u64| {
             *calls += 1;
-            (0..times).for_each(|_| see(()));
+            (0..times).for_each(|_| consume(()));
         };
         let [a, b] = interleave(effort, [&mut |n| side(&mut one, n), &mut |n| side(&mut two, n)]);
         assert_eq!((a.0.len(), b.0.len()), (7, 7));

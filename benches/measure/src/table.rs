@@ -1,4 +1,4 @@
-//! The table as plain text. Judges nothing; the lines do.
+//! The table as plain text. The lines contain the verdicts.
 
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ impl Paint {
         let code = match verdict {
             Verdict::Met => "32",
             Verdict::Missed => "31",
-            Verdict::Told => "2",
+            Verdict::ReportOnly => "2",
         };
         if self.0 {
             format!("\x1b[{code}m{text}\x1b[0m")
@@ -23,7 +23,7 @@ impl Paint {
     }
 }
 
-const HEAD: [&str; 7] = ["what", "ours", "yardstick", "theirs", "ratio", "goal", "met"];
+const HEADER: [&str; 7] = ["what", "ours", "yardstick", "theirs", "ratio", "goal", "met"];
 
 /// Returns all lines of all rows, and how many met their goals.
 pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
@@ -31,10 +31,10 @@ pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
     let cells: Vec<[String; 7]> = lines.iter().map(|line| cells(line)).collect();
     let width = |column: usize| {
         let all = cells.iter().map(|cells| cells[column].chars().count());
-        all.chain([HEAD[column].len()]).max().unwrap_or_default()
+        all.chain([HEADER[column].len()]).max().unwrap_or_default()
     };
     let widths: [usize; 7] = std::array::from_fn(width);
-    let mut text = row(&HEAD.map(str::to_owned), &widths).trim_end().to_owned() + "\n";
+    let mut text = row(&HEADER.map(str::to_owned), &widths).trim_end().to_owned() + "\n";
     let mut cells = cells.iter();
     for (_, lines) in rows {
         let _ = writeln!(text, "{}", "-".repeat(widths.iter().sum::<usize>() + 2 * 6));
@@ -50,13 +50,13 @@ pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
             );
         }
     }
-    let count = |wanted| lines.iter().filter(|line| line.verdict() == wanted).count();
+    let count = |verdict| lines.iter().filter(|line| line.verdict() == verdict).count();
     let _ = write!(
         text,
-        "\n{} met, {} missed, {} told only",
+        "\n{} met, {} missed, {} reported only",
         count(Verdict::Met),
         count(Verdict::Missed),
-        count(Verdict::Told)
+        count(Verdict::ReportOnly)
     );
     text
 }
@@ -65,8 +65,11 @@ pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
 pub(crate) fn cells(line: &Line) -> [String; 7] {
     let (name, theirs) = match &line.yardstick {
         None => (String::from("-"), String::from("-")),
-        Some(it) if it.given => (format!("{} (given)", it.name), it.figure.to_string()),
-        Some(it) => (it.name.clone(), it.figure.to_string()),
+        Some(yardstick) if yardstick.given => (
+            format!("{} (given)", yardstick.name),
+            yardstick.figure.to_string(),
+        ),
+        Some(yardstick) => (yardstick.name.clone(), yardstick.figure.to_string()),
     };
     [
         line.what.clone(),
@@ -80,7 +83,7 @@ pub(crate) fn cells(line: &Line) -> [String; 7] {
     ]
 }
 
-/// Aligns words to the left and numbers to the right.
+/// Aligns text to the left and numbers to the right.
 fn row(cells: &[String], widths: &[usize]) -> String {
     let aligned = cells
         .iter()
@@ -99,16 +102,16 @@ mod tests {
     use crate::figure::{Figure, Goal};
 
     #[test]
-    fn a_figure_from_elsewhere_says_so() {
+    fn a_given_figure_is_marked() {
         let lines = vec![
-            Line::given(
+            Line::compared_with_given(
                 "a",
                 Figure::Time(5.0),
                 "theirs",
                 Figure::Time(10.0),
                 Goal::TimesFaster(1.0),
             ),
-            Line::alone("longer", Figure::Count(3.0), Goal::Below(Figure::Count(0.0))),
+            Line::new("longer", Figure::Count(3.0), Goal::Below(Figure::Count(0.0))),
         ];
         let expected = "\
 what       ours  yardstick        theirs  ratio  goal       met
@@ -116,7 +119,7 @@ what       ours  yardstick        theirs  ratio  goal       met
 a       5.00 ns  theirs (given)  10.0 ns   0.50  faster     met
 longer        3  -                     -      -  at most 0  MISSED
 
-1 met, 1 missed, 0 told only";
+1 met, 1 missed, 0 reported only";
         assert_eq!(table(&[(String::from("row"), lines)], Paint(false)), expected);
     }
 }

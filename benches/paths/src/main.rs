@@ -40,8 +40,8 @@ impl Schema for Act {
 
 impl Schema for Echo {
     fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
-        let told = self.input.get(cx).map(|told| *told);
-        self.out.write(cx, told.unwrap_or_default());
+        let value = self.input.get(cx).map(|value| *value);
+        self.out.write(cx, value.unwrap_or_default());
         Ok(())
     }
 }
@@ -83,9 +83,12 @@ fn main() -> Result<()> {
         PATHS.iter().for_each(|(name, _)| println!("{name}"));
         return Ok(());
     };
-    let times = arguments.next().context("say how many times")?.parse()?;
-    let Some((_, pass)) = PATHS.iter().find(|(known, _)| *known == name) else {
-        bail!("there is no path `{name}`");
+    let times = arguments
+        .next()
+        .context("the number of repetitions is missing")?
+        .parse()?;
+    let Some((_, pass)) = PATHS.iter().find(|(path, _)| *path == name) else {
+        bail!("unknown path `{name}`");
     };
     pass(times)
 }

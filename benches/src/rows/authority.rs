@@ -1,9 +1,9 @@
-//! The costs of a command, and of granting and withdrawing the authority for it. Compared with nothing.
+//! The costs of a command, and of granting and withdrawing the authority for it. There is no yardstick.
 
 use anyhow::Result;
 use jde_board::Access;
 use jde_measure::figure::{Figure, Goal, Line};
-use jde_measure::pairs::{Rounds, interleave, see};
+use jde_measure::pairs::{Rounds, consume, interleave};
 use jde_paths::variable;
 
 use crate::scope::Scope;
@@ -15,30 +15,30 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let access = Access::Command {
         validity: 500_000_000,
     };
-    let (commanded, handed) = (variable(TWIST, access, 1)?, variable(TWIST, access, 1)?);
-    commanded.grant(1);
-    let mut writer = commanded.writer(1, "writer")?;
-    let _writer = handed.writer(1, "writer")?;
-    let [command, hand] = interleave(
+    let (command_variable, granted) = (variable(TWIST, access, 1)?, variable(TWIST, access, 1)?);
+    command_variable.grant(1);
+    let mut writer = command_variable.writer(1, "writer")?;
+    let _writer = granted.writer(1, "writer")?;
+    let [command, grant] = interleave(
         scope.effort(),
         [
             &mut |times| {
                 for time in 0..times {
                     writer.loan()[0] = time as u8;
-                    see(writer.publish(time, time));
+                    consume(writer.publish(time, time));
                 }
             },
             &mut |times| {
                 for _ in 0..times {
-                    handed.grant(1);
-                    handed.withdraw(1);
+                    granted.grant(1);
+                    granted.withdraw(1);
                 }
             },
         ],
     );
-    let line = |what: &str, rounds: &Rounds| Line::alone(what, Figure::Time(rounds.median()), Goal::Told);
+    let line = |what: &str, rounds: &Rounds| Line::new(what, Figure::Time(rounds.median()), Goal::ReportOnly);
     Ok(vec![
         line("publish a command of 48 B", &command),
-        line("grant authority and withdraw it", &hand),
+        line("grant authority and withdraw it", &grant),
     ])
 }

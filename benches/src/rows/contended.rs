@@ -11,7 +11,7 @@ use arc_swap::{ArcSwap, Cache};
 use jde_board::Access;
 use jde_board::typed::{TypedReader, TypedWriter};
 use jde_measure::figure::{Figure, Goal, Line};
-use jde_measure::pairs::{Rounds, see};
+use jde_measure::pairs::{Rounds, consume};
 use jde_paths::{Words, variable};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use rustix::time::{ClockId, clock_gettime};
@@ -33,8 +33,8 @@ type Method = fn(Setting) -> Result<Window>;
 struct Setting {
     readers: usize,
     time: Duration,
-    /// Whether each thread has a processor of its own.
-    apart: bool,
+    /// Whether each thread has its own processor.
+    separate: bool,
 }
 
 /// The result of one window. `read` and `write` are processor times of one operation, ns; `new` is the share
@@ -47,7 +47,7 @@ struct Window {
     fewest: u64,
 }
 
-/// The results of all windows of one way.
+/// The results of all windows of one method.
 struct Windows {
     read: Rounds,
     write: Rounds,
@@ -60,31 +60,31 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
-    let ways: [(&str, Method); 4] = [
-        ("ours", ours::<WORDS>),
+    let methods: [(&str, Method); 4] = [
+        ("ours", jde::<WORDS>),
         ("triple_buffer", triple::<WORDS>),
-        ("arc-swap", swapped::<WORDS>),
+        ("arc-swap", arc_swap::<WORDS>),
         ("arc-swap, cached", cached::<WORDS>),
     ];
-    let crowd = Setting {
+    let several = Setting {
         readers: 3,
         time: Duration::from_millis(scope.either(50, 150)),
-        apart: false,
+        separate: false,
     };
-    let all = in_turns(scope, crowd, &ways)?;
-    let [read, write] = judged(&ways, &all, Goal::AtMost(1.5));
+    let all = measure_all(scope, several, &methods)?;
+    let [read, write] = compare(&methods, &all, Goal::AtMost(1.5));
     let mut lines = vec![
         read(format!("contended read of {size}, CPU time")),
         write(format!("contended write of {size}, CPU time")),
-        Line::alone(
+        Line::new(
             format!("contended reads of {size} that find a new value"),
             Figure::Share(100.0 * all[0].new.median()),
-            Goal::Told,
+            Goal::ReportOnly,
         ),
-        Line::alone(
+        Line::new(
             format!(
                 "reads of {size} of whoever had fewest in {} ms",
-                crowd.time.as_millis()
+                several.time.as_millis()
             ),
             Figure::Count(all[0].fewest as f64),
             Goal::Least(Figure::Count(1.0)),
@@ -92,38 +92,38 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
     ];
     let pair = Setting {
         readers: 1,
-        apart: true,
-        ..crowd
+        separate: true,
+        ..several
     };
     if processors().len() >= 2 {
         // The case for which triple buffers are made. arc-swap is left out: its writer is slower, so its
         // reader would find fewer new values.
-        let ways = &ways[..2];
-        let all = in_turns(scope, pair, ways)?;
-        let [read, write] = judged(ways, &all, Goal::Told);
-        let share = |place: usize| Figure::Share(100.0 * all[place].new.median());
+        let methods = &methods[..2];
+        let all = measure_all(scope, pair, methods)?;
+        let [read, write] = compare(methods, &all, Goal::ReportOnly);
+        let share = |index: usize| Figure::Share(100.0 * all[index].new.median());
         lines.extend([
             read(format!("one reads {size}, one writes, a processor each: a read")),
             write(format!("one reads {size}, one writes, a processor each: a write")),
-            Line::beside(
+            Line::compared(
                 format!("one reads {size}, one writes: reads that find a new value"),
                 share(0),
-                ways[1].0,
+                methods[1].0,
                 share(1),
-                Goal::Told,
+                Goal::ReportOnly,
             ),
         ]);
     }
     Ok(lines)
 }
 
-/// Runs each way once per round. Each round begins with a different way.
-fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Method)]) -> Result<Vec<Windows>> {
-    let mut windows: Vec<Vec<Window>> = ways.iter().map(|_| Vec::new()).collect();
+/// Runs each method once per round. Each round begins with a different method.
+fn measure_all(scope: &Scope, setting: Setting, methods: &[(&str, Method)]) -> Result<Vec<Windows>> {
+    let mut windows: Vec<Vec<Window>> = methods.iter().map(|_| Vec::new()).collect();
     for round in 0..scope.either(3, 15) {
-        for turn in 0..ways.len() {
-            let place = (round + turn) % ways.len();
-            windows[place].push(ways[place].1(setting)?);
+        for turn in 0..methods.len() {
+            let index = (round + turn) % methods.len();
+            windows[index].push(methods[index].1(setting)?);
         }
     }
     let all = windows.iter().map(|windows| Windows {
@@ -139,52 +139,54 @@ fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Method)]) -> Result<
     Ok(all.collect())
 }
 
-/// Compares reads and writes of jde with the best other way for each.
-fn judged<'a>(
-    ways: &'a [(&'a str, Method)],
+/// Compares reads and writes of jde with the best other method for each.
+fn compare<'a>(
+    methods: &'a [(&'a str, Method)],
     all: &'a [Windows],
     goal: Goal,
 ) -> [impl Fn(String) -> Line + use<'a>; 2] {
     let sides: [fn(&Windows) -> &Rounds; 2] = [|windows| &windows.read, |windows| &windows.write];
     sides.map(|side| {
         move |what| {
-            let took = |place: &usize| side(&all[*place]).median();
-            let best = (1..all.len()).min_by(|a, b| took(a).total_cmp(&took(b)));
+            let elapsed = |index: &usize| side(&all[*index]).median();
+            let best = (1..all.len()).min_by(|a, b| elapsed(a).total_cmp(&elapsed(b)));
             let best = best.unwrap_or_default();
-            let (name, _) = ways[best];
-            Line::beside(
+            let (name, _) = methods[best];
+            Line::compared(
                 what,
-                Figure::Time(took(&0)),
+                Figure::Time(elapsed(&0)),
                 name,
-                Figure::Time(took(&best)),
+                Figure::Time(elapsed(&best)),
                 goal,
             )
-            .paired(side(&all[0]).by(side(&all[best])))
+            .paired(side(&all[0]).ratio_to(side(&all[best])))
         }
     })
 }
 
 /// Returns the processors that this process may use.
 fn processors() -> Vec<usize> {
-    let may = sched_getaffinity(None).unwrap_or_default();
+    let allowed = sched_getaffinity(None).unwrap_or_default();
     (0..CpuSet::MAX_CPU)
-        .filter(|number| may.is_set(*number))
+        .filter(|number| allowed.is_set(*number))
         .collect()
 }
 
-fn ours<const WORDS: usize>(setting: Setting) -> Result<Window> {
+fn jde<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let variable = variable(WORDS, Access::Export, setting.readers)?;
     let mut writer: TypedWriter<Words<WORDS>> = TypedWriter::open(&variable, 1, "writer")?;
     writer.write([0; WORDS], 0, 0)?;
     let mut reads: Vec<Read> = Vec::new();
     for _ in 0..setting.readers {
         let mut reader: TypedReader<Words<WORDS>> = TypedReader::open(&variable, "reader")?;
-        reads.push(Box::new(move || reader.borrow().and_then(|words| agreed(&words))));
+        reads.push(Box::new(move || {
+            reader.borrow().and_then(|words| common_number(&words))
+        }));
     }
     let write = move |number| {
         let mut loan = writer.loan();
         loan.fill(number);
-        see(loan.publish(number, number));
+        consume(loan.publish(number, number));
     };
     window(setting, Box::new(write), reads)
 }
@@ -195,7 +197,7 @@ fn triple<const WORDS: usize>(setting: Setting) -> Result<Window> {
     for _ in 0..setting.readers {
         let (input, mut output) = triple_buffer::TripleBuffer::new(&[0u64; WORDS]).split();
         inputs.push(input);
-        reads.push(Box::new(move || agreed(output.read())));
+        reads.push(Box::new(move || common_number(output.read())));
     }
     let write = move |number| {
         for input in &mut inputs {
@@ -207,12 +209,12 @@ fn triple<const WORDS: usize>(setting: Setting) -> Result<Window> {
 }
 
 /// A new allocation for each value, and reads through a guard, the fast way according to `arc-swap`.
-fn swapped<const WORDS: usize>(setting: Setting) -> Result<Window> {
+fn arc_swap<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let shared = Arc::new(ArcSwap::from_pointee([0u64; WORDS]));
     let mut reads: Vec<Read> = Vec::new();
     for _ in 0..setting.readers {
         let shared = Arc::clone(&shared);
-        reads.push(Box::new(move || agreed(&shared.load())));
+        reads.push(Box::new(move || common_number(&shared.load())));
     }
     let write = move |number| shared.store(Arc::new([number; WORDS]));
     window(setting, Box::new(write), reads)
@@ -224,7 +226,7 @@ fn cached<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let mut reads: Vec<Read> = Vec::new();
     for _ in 0..setting.readers {
         let mut cache = Cache::new(Arc::clone(&shared));
-        reads.push(Box::new(move || agreed(cache.load())));
+        reads.push(Box::new(move || common_number(cache.load())));
     }
     let write = move |number| shared.store(Arc::new([number; WORDS]));
     window(setting, Box::new(write), reads)
@@ -232,36 +234,36 @@ fn cached<const WORDS: usize>(setting: Setting) -> Result<Window> {
 
 /// Runs the writer and all readers for the time of the setting.
 fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window> {
-    let over = AtomicBool::new(false);
-    let over = &over;
+    let ended = AtomicBool::new(false);
+    let ended = &ended;
     std::thread::scope(|scope| {
         let readers: Vec<_> = reads
             .into_iter()
             .enumerate()
             .map(|(number, mut read)| {
                 scope.spawn(move || {
-                    setting.settle(number + 1);
-                    let (mut count, mut new, mut last, mut sound) = (0u64, 0u64, 0, true);
+                    setting.bind(number + 1);
+                    let (mut count, mut new, mut last, mut consistent) = (0u64, 0u64, 0, true);
                     let start = processor_time();
-                    while !over.load(Ordering::Relaxed) {
+                    while !ended.load(Ordering::Relaxed) {
                         for _ in 0..BATCH {
                             let number = black_box(read());
                             // A value must be whole, and never older than the one before.
-                            sound &= number.is_some_and(|number| number >= last);
+                            consistent &= number.is_some_and(|number| number >= last);
                             new += u64::from(number > Some(last));
                             last = number.unwrap_or(last);
                         }
                         count += BATCH;
                     }
-                    (count, new, processor_time() - start, sound)
+                    (count, new, processor_time() - start, consistent)
                 })
             })
             .collect();
         let writer = scope.spawn(move || {
-            setting.settle(0);
+            setting.bind(0);
             let mut count = 0u64;
             let start = processor_time();
-            while !over.load(Ordering::Relaxed) {
+            while !ended.load(Ordering::Relaxed) {
                 for _ in 0..BATCH {
                     count += 1;
                     write(count);
@@ -270,19 +272,22 @@ fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window
             (processor_time() - start) as f64 / count as f64
         });
         std::thread::sleep(setting.time);
-        over.store(true, Ordering::Relaxed);
+        ended.store(true, Ordering::Relaxed);
         let write = writer.join().expect("the writer returns");
-        let (mut all, mut fresh, mut spent, mut fewest) = (0, 0, 0, u64::MAX);
+        let (mut all, mut newer, mut spent, mut fewest) = (0, 0, 0, u64::MAX);
         for reader in readers {
-            let (count, new, took, sound) = reader.join().expect("a reader returns");
-            ensure!(sound, "a reader saw a torn value, or an older one after a newer");
-            (all, fresh) = (all + count, fresh + new);
-            (spent, fewest) = (spent + took, fewest.min(count));
+            let (count, new, elapsed, consistent) = reader.join().expect("a reader returns");
+            ensure!(
+                consistent,
+                "a reader read a torn value, or an older one after a newer"
+            );
+            (all, newer) = (all + count, newer + new);
+            (spent, fewest) = (spent + elapsed, fewest.min(count));
         }
         Ok(Window {
             read: spent as f64 / all as f64,
             write,
-            new: fresh as f64 / all as f64,
+            new: newer as f64 / all as f64,
             fewest,
         })
     })
@@ -290,17 +295,17 @@ fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window
 
 impl Setting {
     /// Binds the calling thread to its processor if each has its own.
-    fn settle(self, number: usize) {
-        if self.apart {
-            let mut own = CpuSet::new();
-            own.set(processors()[number]);
-            sched_setaffinity(None, &own).expect("it may run there");
+    fn bind(self, number: usize) {
+        if self.separate {
+            let mut processor = CpuSet::new();
+            processor.set(processors()[number]);
+            sched_setaffinity(None, &processor).expect("the processor is allowed");
         }
     }
 }
 
 /// Returns the number in all words, or `None` if they differ.
-fn agreed<const WORDS: usize>(words: &Words<WORDS>) -> Option<u64> {
+fn common_number<const WORDS: usize>(words: &Words<WORDS>) -> Option<u64> {
     let differs = words.iter().fold(0, |differs, word| differs | (word ^ words[0]));
     (differs == 0).then_some(words[0])
 }

@@ -7,7 +7,7 @@ use std::hint::black_box;
 use anyhow::{Result, ensure};
 use jde_bench_copper::{Clock, caterpillar};
 use jde_measure::figure::{Figure, Goal, Line};
-use jde_measure::pairs::{Rounds, interleave, see};
+use jde_measure::pairs::{Rounds, consume, interleave};
 use jde_paths::Periods;
 
 use crate::loaded;
@@ -39,12 +39,12 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let mut perceptive = Periods::of(PERCEPTIVE, &plugins)?;
     let mut motor = Periods::of(MOTOR, &plugins)?;
     let mut row = Periods::of(&row(), &plugins)?;
-    forwards(&mut row)?;
+    check_forwarding(&mut row)?;
     let mut running = caterpillar(Clock::Running)?;
     let mut held = caterpillar(Clock::Held)?;
     let bare: extern "C" fn(*mut u8) -> i32 = black_box(nothing);
     let mut state = 0;
-    let [perceives, acts, forwards, running, held, call] = interleave(
+    let [perceives, acts, chain, running, held, call] = interleave(
         scope.effort(),
         [
             &mut |times| perceptive.pass(times),
@@ -52,18 +52,18 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
             &mut |times| row.pass(times),
             &mut running,
             &mut held,
-            &mut |times| (0..times).for_each(|_| see(black_box(bare)(&raw mut state))),
+            &mut |times| (0..times).for_each(|_| consume(black_box(bare)(&raw mut state))),
         ],
     );
     let beside = |what: &str, ours: &Rounds, name: &str, theirs: &Rounds, goal| {
-        let line = Line::beside(
+        let line = Line::compared(
             what,
             Figure::Time(ours.median()),
             name,
             Figure::Time(theirs.median()),
             goal,
         );
-        line.paired(ours.by(theirs))
+        line.paired(ours.ratio_to(theirs))
     };
     let above = |what, ours| {
         let name = "empty C function through a pointer";
@@ -73,25 +73,37 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     Ok(vec![
         above("iteration of a perceptive schema", &perceives),
         above("check, iteration and selection of a motor schema", &acts),
-        beside(&what, &forwards, "copper-rs, compiled in", &running, Goal::Told),
-        beside(&what, &forwards, "copper-rs, its clock held", &held, Goal::Told),
+        beside(
+            &what,
+            &chain,
+            "copper-rs, compiled in",
+            &running,
+            Goal::ReportOnly,
+        ),
+        beside(
+            &what,
+            &chain,
+            "copper-rs, its clock held",
+            &held,
+            Goal::ReportOnly,
+        ),
     ])
 }
 
 /// Checks that the last schema's value is the first one's, since the figures would be worthless otherwise.
 /// copper-rs checks this in each pass.
-fn forwards(row: &mut Periods) -> Result<()> {
+fn check_forwarding(row: &mut Periods) -> Result<()> {
     let last = format!("s{}.out", ROW - 1);
-    let mut before = None;
+    let mut previous = None;
     for _ in 0..10 {
         row.pass(1);
-        let said = row.value("s0.out")?;
-        let heard = row.value(&last)?;
+        let first = row.value("s0.out")?;
+        let last_value = row.value(&last)?;
         ensure!(
-            said.is_some() && said != before && heard == said,
-            "the first says {said:?} after {before:?}, and the last {heard:?}"
+            first.is_some() && first != previous && last_value == first,
+            "the first value is {first:?} after {previous:?}, and the last is {last_value:?}"
         );
-        before = said;
+        previous = first;
     }
     Ok(())
 }
@@ -109,10 +121,10 @@ fn row() -> String {
          [schemas.s0]\ntype = \"bench-000/head\"\n"
     );
     for number in 1..ROW {
-        let before = number - 1;
+        let previous = number - 1;
         let _ = writeln!(
             text,
-            "[schemas.s{number}]\ntype = \"bench-000/segment\"\nimports = {{ input = \"s{before}.out\" }}"
+            "[schemas.s{number}]\ntype = \"bench-000/segment\"\nimports = {{ input = \"s{previous}.out\" }}"
         );
     }
     text

@@ -56,14 +56,14 @@ pub(crate) fn late_by(what: &str, ours: &[Vec<f64>], bare: &[Vec<f64>], goal: Go
         |runs: &[Vec<f64>], share| Rounds::of(runs.iter().map(|run| quantile(run.clone(), share)).collect());
     [("median", 0.5), ("p99", 0.99)].map(|(name, share)| {
         let (ours, bare) = (of(ours, share), of(bare, share));
-        Line::beside(
+        Line::compared(
             format!("{what}, {name}"),
             Figure::Time(ours.median()),
             "threads in clock_nanosleep",
             Figure::Time(bare.median()),
             goal,
         )
-        .paired(ours.by(&bare))
+        .paired(ours.ratio_to(&bare))
     })
 }
 
@@ -89,10 +89,10 @@ pub(crate) fn lateness(run: &live::Run, grids: &[Grid]) -> Result<Vec<f64>> {
     let mut all = Vec::new();
     for notes in &run.notes {
         if let Some((number, times)) = notes.split_first() {
-            let late = grids[*number as usize].late(run.woken, times, from);
+            let late = grids[*number as usize].delays(run.woken, times, from);
             all.extend(late.into_iter().map(|late| late as f64));
         }
     }
-    ensure!(!all.is_empty(), "nobody woke");
+    ensure!(!all.is_empty(), "no schema was woken");
     Ok(all)
 }

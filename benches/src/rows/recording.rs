@@ -53,17 +53,17 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         let of =
             |runs: &[Run]| Rounds::of(runs.iter().map(|run| quantile(run.late.clone(), share)).collect());
         let (ours, theirs) = (of(&with), of(&without));
-        Line::beside(
+        Line::compared(
             format!("periods of 10 ms while it is recorded late by, {what}"),
             Figure::Time(ours.median()),
             "the same, not recorded",
             Figure::Time(theirs.median()),
             Goal::AtMost(1.2),
         )
-        .paired(ours.by(&theirs))
+        .paired(ours.ratio_to(&theirs))
     };
     Ok(vec![
-        Line::alone(
+        Line::new(
             "recording all of the demonstration, more than without",
             Figure::Processor(Rounds::of(more).median()),
             Goal::Below(Figure::Processor(3.0)),
@@ -91,24 +91,24 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
         let _ = fs::remove_file(&file);
         command.arg("--record").arg(file);
     }
-    let before = children()?;
+    let before = children_processor_time()?;
     product::read(&mut command)?;
-    let processor = children()? - before;
-    let began = fs::read_to_string(&notes).context("nobody noted anything")?;
-    let began = began
+    let processor = children_processor_time()? - before;
+    let times = fs::read_to_string(&notes).context("no times were recorded")?;
+    let times = times
         .lines()
         .skip(1)
         .map(|line| Ok(line.parse()?))
         .collect::<Result<Vec<u64>>>()?;
-    ensure!(began.len() > 1, "it noted {} periods", began.len());
+    ensure!(times.len() > 1, "only {} periods were recorded", times.len());
     Ok(Run {
         processor: 100.0 * processor / f64::from(seconds),
-        late: after_the_earliest(&began, PERIOD),
+        late: after_the_earliest(&times, PERIOD),
     })
 }
 
 /// Returns the processor time of all child processes that have ended, s.
-fn children() -> Result<f64> {
+fn children_processor_time() -> Result<f64> {
     let text = fs::read_to_string("/proc/self/stat")?;
     // The name may contain blanks; the rest does not.
     let (_, rest) = text.rsplit_once(')').context("stat has no name")?;

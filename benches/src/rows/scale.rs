@@ -36,48 +36,48 @@ pub(crate) fn thousand(scope: &Scope) -> Result<Vec<Line>> {
     let mut late = [const { Vec::new() }; 3];
     let mut missed = [0; 3];
     for _ in 0..scope.either(1, 5) {
-        for (place, text) in texts.iter().enumerate() {
+        for (index, text) in texts.iter().enumerate() {
             let run = live::run(text, time)?;
-            spent[place].push(percent(run.processor, time));
-            missed[place] += run.missed;
-            late[place].push(lateness(&run, &grids)?);
+            spent[index].push(percent(run.processor, time));
+            missed[index] += run.missed;
+            late[index].push(lateness(&run, &grids)?);
         }
         let slept = bare::sleepers(&grids, time);
-        let too_late = |(late, period): (&Vec<u64>, &Duration)| {
+        let missed_deadlines = |(late, period): (&Vec<u64>, &Duration)| {
             late.iter()
                 .filter(|late| u128::from(**late) >= period.as_nanos())
                 .count() as u64
         };
-        missed[2] += slept.late.iter().zip(&periods).map(too_late).sum::<u64>();
+        missed[2] += slept.late.iter().zip(&periods).map(missed_deadlines).sum::<u64>();
         spent[2].push(percent(slept.processor, time));
         late[2].push(slept.late.iter().flatten().map(|late| *late as f64).collect());
     }
     let spent = spent.map(Rounds::of);
     let mut lines = Vec::new();
-    for (place, executor) in ["pool", "threads"].into_iter().enumerate() {
-        let line = Line::beside(
+    for (index, executor) in ["pool", "threads"].into_iter().enumerate() {
+        let line = Line::compared(
             format!("{MANY} schemas of 10 to 75 ms, executor \"{executor}\""),
-            Figure::Processor(spent[place].median()),
+            Figure::Processor(spent[index].median()),
             "as many threads in clock_nanosleep",
             Figure::Processor(spent[2].median()),
             Goal::AtMost(1.2),
         );
-        lines.push(line.paired(spent[place].by(&spent[2])));
-        lines.push(Line::beside(
+        lines.push(line.paired(spent[index].ratio_to(&spent[2])));
+        lines.push(Line::compared(
             format!("their missed periods, executor \"{executor}\""),
-            Figure::Count(missed[place] as f64),
+            Figure::Count(missed[index] as f64),
             "as many threads in clock_nanosleep",
             Figure::Count(missed[2] as f64),
             Goal::Below(Figure::Count(0.0)),
         ));
         let what = format!("they are late by, executor \"{executor}\"");
-        lines.extend(late_by(&what, &late[place], &late[2], Goal::AtMost(1.2)));
+        lines.extend(late_by(&what, &late[index], &late[2], Goal::AtMost(1.2)));
     }
     Ok(lines)
 }
 
 pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
-    let text = deep();
+    let text = nested_application();
     let plugins = schemas::plugins()?;
     let before = resident()?;
     let application = loaded::application(&text, &plugins)?;
@@ -101,7 +101,7 @@ pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
         speeds.push(time as f64 / start.elapsed().as_nanos() as f64);
     }
     Ok(vec![
-        Line::alone(
+        Line::new(
             format!(
                 "{awake} awake schemas of 20 Hz, {DEEP} groups deep, {} wide",
                 ROLES.len()
@@ -109,33 +109,33 @@ pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
             Figure::Speed(Rounds::of(speeds).median()),
             Goal::Least(Figure::Speed(1.0)),
         ),
-        Line::alone(
+        Line::new(
             "memory of each of them, all told",
             Figure::Bytes(memory as f64 / awake as f64),
-            Goal::Told,
+            Goal::ReportOnly,
         ),
     ])
 }
 
 /// An application of nested groups: the first child of each group is the father of the next group.
-fn deep() -> String {
+fn nested_application() -> String {
     let mut text = String::from("roots = [\"f0\"]\n");
     for level in 0..DEEP {
-        let children = ROLES.iter().enumerate().map(|(place, role)| {
-            if place == 0 && level + 1 < DEEP {
+        let children = ROLES.iter().enumerate().map(|(index, role)| {
+            if index == 0 && level + 1 < DEEP {
                 format!("{role} = \"f{}\"", level + 1)
             } else {
-                format!("{role} = \"l{level}-{place}\"")
+                format!("{role} = \"l{level}-{index}\"")
             }
         });
         let children: Vec<String> = children.collect();
         let _ = writeln!(
             text,
-            "[schemas.f{level}]\ntype = \"pace/crowd\"\nchildren = {{ {} }}",
+            "[schemas.f{level}]\ntype = \"pace/parent\"\nchildren = {{ {} }}",
             children.join(", ")
         );
-        for place in usize::from(level + 1 < DEEP)..ROLES.len() {
-            let _ = writeln!(text, "[schemas.l{level}-{place}]\ntype = \"pace/leaf\"");
+        for index in usize::from(level + 1 < DEEP)..ROLES.len() {
+            let _ = writeln!(text, "[schemas.l{level}-{index}]\ntype = \"pace/leaf\"");
         }
     }
     text

@@ -40,7 +40,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
                     f64::from(leaves) * LEAF,
                 ),
             ] {
-                lines.push(Line::given(
+                lines.push(Line::compared_with_given(
                     format!("selection among {count}, {what}"),
                     Figure::Time(ours.median()),
                     name,

@@ -1,11 +1,11 @@
 //! The costs of the simulator's other sensors, and of its steps, in the worlds that it is delivered with.
-//! Compared with nothing.
+//! There is no yardstick.
 
 use std::fmt::Write as _;
 
 use anyhow::Result;
 use jde_measure::figure::{Figure, Goal, Line};
-use jde_measure::pairs::{interleave, see};
+use jde_measure::pairs::{consume, interleave};
 use jde_sim::{CameraConfig, RobotConfig, RobotId, SonarConfig, Twist2, World};
 
 use crate::scope::Scope;
@@ -15,19 +15,19 @@ const SECOND: u64 = 1_000_000_000;
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let (office, robot) = world(scope, "office.toml")?;
     let ring = SonarConfig::default();
-    let mut echoes = vec![0.0; ring.mounts.len()];
-    let (mut turning, turner) = world(scope, "office.toml")?;
-    turning.command(turner, Twist2::new(0.0, 0.5))?;
-    let mut busy = busy()?;
+    let mut ranges = vec![0.0; ring.mounts.len()];
+    let (mut turning, turning_robot) = world(scope, "office.toml")?;
+    turning.command(turning_robot, Twist2::new(0.0, 0.5))?;
+    let mut crowded = crowded()?;
     let [sonars, second, step] = interleave(
         scope.effort(),
         [
-            &mut |times| (0..times).for_each(|_| see(office.sonars(robot, &ring, &mut echoes))),
+            &mut |times| (0..times).for_each(|_| consume(office.sonars(robot, &ring, &mut ranges))),
             &mut |times| (0..times).for_each(|_| turning.advance_to(turning.now() + SECOND)),
-            &mut |times| (0..times).for_each(|_| busy.advance_to(busy.now() + jde_sim::STEP_NS)),
+            &mut |times| (0..times).for_each(|_| crowded.advance_to(crowded.now() + jde_sim::STEP_NS)),
         ],
     );
-    let line = |what: String, ns: f64| Line::alone(what, Figure::Time(ns), Goal::Told);
+    let line = |what: String, ns: f64| Line::new(what, Figure::Time(ns), Goal::ReportOnly);
     let mut lines = vec![
         line(String::from("sonar ring, 16 cones"), sonars.median()),
         line(
@@ -48,7 +48,8 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
                 ..CameraConfig::default()
             };
             let mut picture = vec![0; camera.bytes()];
-            let side = &mut |times| (0..times).for_each(|_| see(world.picture(robot, &camera, &mut picture)));
+            let side =
+                &mut |times| (0..times).for_each(|_| consume(world.picture(robot, &camera, &mut picture)));
             let [rounds] = interleave(scope.effort(), [side]);
             lines.push(line(
                 format!("picture, {width} x {height}, {name}"),
@@ -67,7 +68,7 @@ fn world(scope: &Scope, name: &str) -> Result<(World, RobotId)> {
 }
 
 /// A world with ten people who walk and ten balls that a patrolling robot pushes.
-fn busy() -> Result<World> {
+fn crowded() -> Result<World> {
     let mut text = String::from(
         "walls = [{ points = [[0, 0], [12, 0], [12, 12], [0, 12]], closed = true }]
          robots = { pioneer = { start = { x = 6, y = 6 } } }\n",

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result, anyhow, ensure};
 use jde_measure::figure::{Figure, Goal, Line};
-use jde_measure::pairs::{Rounds, interleave, see};
+use jde_measure::pairs::{Rounds, consume, interleave};
 use jde_sim::{LaserConfig, Pose2, RobotConfig, World};
 use parry2d_f64::math::Vector;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -24,7 +24,7 @@ const SEGMENTS: usize = 1000;
 /// The side of the world, m.
 const SIDE: f64 = 50.0;
 /// The number of poses of the robot.
-const PLACES: usize = 40;
+const POSES: usize = 40;
 /// The number of scans from one pose.
 const SCANS: usize = 4;
 
@@ -47,32 +47,41 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
             ..laser.clone()
         };
         let rays: Vec<Vec<Ray>> = poses.iter().map(|pose| rays(pose, &laser)).collect();
-        let most = laser.range_max;
-        let by_tree = |ray: &Ray| tree.cast(ray, most);
-        let by_polyline = |ray: &Ray| polyline.cast_local_ray(ray, most, true);
-        let (mut ranges, mut theirs, mut lines_of) = (vec![0.0; beams], vec![0.0; beams], vec![0.0; beams]);
+        let max_range = laser.range_max;
+        let by_tree = |ray: &Ray| tree.cast(ray, max_range);
+        let by_polyline = |ray: &Ray| polyline.cast_local_ray(ray, max_range, true);
+        let (mut ranges, mut theirs, mut polyline_ranges) =
+            (vec![0.0; beams], vec![0.0; beams], vec![0.0; beams]);
         for (pose, rays) in poses.iter().zip(&rays) {
             world.place(robot, *pose)?;
             world.laser(robot, &laser, &mut ranges)?;
             cast(by_tree, rays, &mut theirs);
-            same(&ranges, &theirs)?;
-            cast(by_polyline, rays, &mut lines_of);
-            same(&ranges, &lines_of)?;
+            check_equal(&ranges, &theirs)?;
+            cast(by_polyline, rays, &mut polyline_ranges);
+            check_equal(&ranges, &polyline_ranges)?;
         }
         // Each round visits all poses, so that both sides measure the same scans.
         let circuit = |times: u64, world: &mut World, robot, laser: &LaserConfig, ranges: &mut [f32]| {
             for pose in (0..times).flat_map(|_| &poses) {
-                see(world.place(robot, *pose));
-                (0..SCANS).for_each(|_| see(world.laser(robot, laser, ranges)));
+                consume(world.place(robot, *pose));
+                (0..SCANS).for_each(|_| consume(world.laser(robot, laser, ranges)));
             }
         };
-        let mut twin = self::world(&walls)?;
+        let mut second_world = self::world(&walls)?;
         let mut with_noise = vec![0.0; beams];
         let [ours, noise, alone, polyline] = interleave(
             scope.effort(),
             [
                 &mut |times| circuit(times, &mut world, robot, &laser, &mut ranges),
-                &mut |times| circuit(times, &mut twin.0, twin.1, &noisy, &mut with_noise),
+                &mut |times| {
+                    circuit(
+                        times,
+                        &mut second_world.0,
+                        second_world.1,
+                        &noisy,
+                        &mut with_noise,
+                    )
+                },
                 &mut |times| {
                     for rays in (0..times).flat_map(|_| &rays) {
                         (0..SCANS).for_each(|_| cast(by_tree, rays, &mut theirs));
@@ -80,30 +89,35 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
                 },
                 &mut |times| {
                     for rays in (0..times).flat_map(|_| &rays) {
-                        (0..SCANS).for_each(|_| cast(by_polyline, rays, &mut lines_of));
+                        (0..SCANS).for_each(|_| cast(by_polyline, rays, &mut polyline_ranges));
                     }
                 },
             ],
         );
-        let a_ray = |rounds: &Rounds| Figure::Time(rounds.median() / (PLACES * SCANS * beams) as f64);
+        let a_ray = |rounds: &Rounds| Figure::Time(rounds.median() / (POSES * SCANS * beams) as f64);
         let what = format!("a beam of {beams}, {SEGMENTS} segments");
         let beside = |what: &str, ours: &Rounds, (name, theirs): (&str, &Rounds), goal| {
-            Line::beside(what, a_ray(ours), name, a_ray(theirs), goal).paired(ours.by(theirs))
+            Line::compared(what, a_ray(ours), name, a_ray(theirs), goal).paired(ours.ratio_to(theirs))
         };
         let (shape, same_tree) = (
             ("parry2d, its Polyline", &polyline),
             ("parry2d, the same tree", &alone),
         );
         lines.push(beside(&what, &ours, shape, Goal::AtMost(1.1)));
-        lines.push(beside(&what, &ours, same_tree, Goal::Told));
-        lines.push(beside(&format!("{what}, with noise"), &noise, shape, Goal::Told));
+        lines.push(beside(&what, &ours, same_tree, Goal::ReportOnly));
+        lines.push(beside(
+            &format!("{what}, with noise"),
+            &noise,
+            shape,
+            Goal::ReportOnly,
+        ));
         if let Some(python) = &scope.python {
             world.place(robot, poses[0])?;
             world.laser(robot, &laser, &mut ranges)?;
             let scan = ir_sim(scope, python, &walls, &laser, &poses[0], &ranges)?;
-            let mut one = |times| (0..times).for_each(|_| see(world.laser(robot, &laser, &mut ranges)));
+            let mut one = |times| (0..times).for_each(|_| consume(world.laser(robot, &laser, &mut ranges)));
             let [ours] = interleave(scope.effort(), [&mut one]);
-            lines.push(Line::beside(
+            lines.push(Line::compared(
                 format!("{what}, from one place"),
                 Figure::Time(ours.median() / beams as f64),
                 "ir-sim",
@@ -116,7 +130,7 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 /// Checks that both sides measure the same ranges; otherwise the comparison would be worthless.
-fn same(ours: &[f32], theirs: &[f32]) -> Result<()> {
+fn check_equal(ours: &[f32], theirs: &[f32]) -> Result<()> {
     let differs = |(ours, theirs): (&f32, &f32)| ours != theirs && (ours - theirs).abs() > 1e-3;
     match ours.iter().zip(theirs).position(differs) {
         Some(beam) => Err(anyhow!(
@@ -143,18 +157,18 @@ fn random() -> impl FnMut() -> f64 {
 /// Checks that most beams measure the same; otherwise the comparison would be worthless. ir-sim spreads its
 /// beams over the closed field of view: in a full circle the last beam equals the first, and those between
 /// deviate slightly from jde's. Therefore a beam may miss a wall that its counterpart meets.
-fn alike(ours: &[f32], theirs: &[f32], most: f32) -> Result<()> {
+fn check_similar(ours: &[f32], theirs: &[f32], max_range: f32) -> Result<()> {
     ensure!(
         ours.len() == theirs.len(),
         "ir-sim has {} beams of {}",
         theirs.len(),
         ours.len()
     );
-    let near = |(ours, theirs): &(&f32, &f32)| (ours.min(most) - theirs.min(most)).abs() < 0.2;
-    let same = ours.iter().zip(theirs).filter(near).count();
+    let near = |(ours, theirs): &(&f32, &f32)| (ours.min(max_range) - theirs.min(max_range)).abs() < 0.2;
+    let similar = ours.iter().zip(theirs).filter(near).count();
     ensure!(
-        same * 10 >= ours.len() * 8,
-        "only {same} of {} beams of ir-sim measure what ours do",
+        similar * 10 >= ours.len() * 8,
+        "only {similar} of {} beams of ir-sim measure what ours do",
         ours.len()
     );
     Ok(())
@@ -180,7 +194,7 @@ fn walls() -> Vec<[[f64; 2]; 2]> {
 fn poses(world: &mut World, robot: jde_sim::RobotId) -> Vec<Pose2> {
     let mut random = random();
     let mut poses = vec![Pose2::new(SIDE / 2.0, SIDE / 2.0, 0.0)];
-    while poses.len() < PLACES {
+    while poses.len() < POSES {
         let inside = |share: f64| 10.0 + share * (SIDE - 20.0);
         let (x, y) = (inside(random()), inside(random()));
         let pose = Pose2::new(x, y, random() * std::f64::consts::TAU);
@@ -239,9 +253,9 @@ impl Tree {
         Self { segments, boxes }
     }
 
-    fn cast(&self, ray: &Ray, most: f64) -> Option<f64> {
+    fn cast(&self, ray: &Ray, max_range: f64) -> Option<f64> {
         let segment = |index: u32, best| self.segments[index as usize].cast_local_ray(ray, best, true);
-        self.boxes.cast_ray(ray, most, segment).map(|(_, hit)| hit)
+        self.boxes.cast_ray(ray, max_range, segment).map(|(_, hit)| hit)
     }
 }
 
@@ -257,7 +271,7 @@ fn polyline(walls: &[[[f64; 2]; 2]]) -> Polyline {
 
 /// The input of the ir-sim program.
 #[derive(Serialize)]
-struct Asked<'a> {
+struct Request<'a> {
     walls: &'a [[[f64; 2]; 2]],
     at: [f64; 2],
     beams: usize,
@@ -268,7 +282,7 @@ struct Asked<'a> {
 
 /// The output of the ir-sim program.
 #[derive(Deserialize)]
-struct Scanned {
+struct Response {
     scan_ns: f64,
     /// Beams without an echo have the greatest range.
     ranges: Vec<f32>,
@@ -283,7 +297,7 @@ fn ir_sim(
     at: &Pose2,
     ours: &[f32],
 ) -> Result<f64> {
-    let asked = Asked {
+    let request = Request {
         walls,
         at: [at.x, at.y],
         beams: laser.beams,
@@ -293,10 +307,10 @@ fn ir_sim(
     };
     let mut command = Command::new(python);
     command.arg(scope.root.join("benches/peers/ir_sim.py"));
-    let said = product::run_with_input(&mut command, &serde_json::to_string(&asked)?)?;
-    let scanned: Scanned = serde_json::from_str(&said)?;
-    alike(ours, &scanned.ranges, laser.range_max as f32)?;
-    Ok(scanned.scan_ns)
+    let output = product::run_with_input(&mut command, &serde_json::to_string(&request)?)?;
+    let response: Response = serde_json::from_str(&output)?;
+    check_similar(ours, &response.ranges, laser.range_max as f32)?;
+    Ok(response.scan_ns)
 }
 
 /// The fields of the summary of `jde demo --json` that are used here.
@@ -314,12 +328,12 @@ pub(crate) fn demo(scope: &Scope) -> Result<Vec<Line>> {
         command
             .args(["demo", "--lockstep", "--json", "--seed", "1", "--out"])
             .arg(folder.path());
-        let said = product::read(&mut command)?;
-        let last = said.lines().last().context("`jde demo` says nothing")?;
+        let output = product::read(&mut command)?;
+        let last = output.lines().last().context("`jde demo` printed nothing")?;
         let summary: Summary = serde_json::from_str(last)?;
         speeds.push(summary.sim_seconds / summary.wall_seconds);
     }
-    Ok(vec![Line::alone(
+    Ok(vec![Line::new(
         "demonstration in lockstep, picture and decisions included",
         Figure::Speed(Rounds::of(speeds).median()),
         Goal::Least(Figure::Speed(500.0)),

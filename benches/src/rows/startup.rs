@@ -34,18 +34,18 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         .collect::<Result<_>>()?;
     let bytes = fs::metadata(&files[0])?.len();
     // Debug information is nearly all of a library's file, and the loader does not load it.
-    let lean = tempfile::tempdir()?;
-    let lean_files = files
+    let stripped = tempfile::tempdir()?;
+    let stripped_files = files
         .iter()
-        .map(|file| strip(file, lean.path()))
+        .map(|file| strip(file, stripped.path()))
         .collect::<Result<Vec<_>>>()?;
-    let lean_loads = (0..scope.either(1, 3))
-        .map(|_| load(&lean_files, lean.path()))
+    let stripped_loads = (0..scope.either(1, 3))
+        .map(|_| load(&stripped_files, stripped.path()))
         .collect::<Result<_>>()?;
-    let lean_bytes = fs::metadata(&lean_files[0])?.len();
+    let stripped_bytes = fs::metadata(&stripped_files[0])?.len();
     let (gaps, exchanges) = reload(scope, folder.path(), times)?;
     let line = |what: &str, times: Vec<f64>, goal: f64| {
-        Line::alone(
+        Line::new(
             what,
             Figure::Time(Rounds::of(times).median()),
             Goal::Below(Figure::millis(goal)),
@@ -67,9 +67,9 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         line(
             &format!(
                 "the same, {} each without lines",
-                Figure::Bytes(lean_bytes as f64)
+                Figure::Bytes(stripped_bytes as f64)
             ),
-            lean_loads,
+            stripped_loads,
             200.0,
         ),
     ])
@@ -82,24 +82,26 @@ fn start(scope: &Scope, folder: &Path) -> Result<f64> {
         &application,
         "roots = [\"first\"]\n[schemas.first]\ntype = \"bench-000/first\"\n",
     )?;
-    let hears = folder.join("hears");
+    let pipe = folder.join("pipe");
     // The file of the previous run may exist.
-    let _ = fs::remove_file(&hears);
-    mknodat(CWD, &hears, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
+    let _ = fs::remove_file(&pipe);
+    mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
     let mut command = product::jde(scope, folder);
     command
         .args(["run", "--plain"])
         .arg(&application)
-        .env("JDE_BENCH_FIRST", &hears);
-    command.stdout(product::nowhere()?).stderr(product::nowhere()?);
+        .env("JDE_BENCH_FIRST", &pipe);
+    command
+        .stdout(product::null_device()?)
+        .stderr(product::null_device()?);
     let start = Instant::now();
-    let child = Stopped(command.spawn().context("cannot start `jde run`")?);
+    let child = RunningProcess(command.spawn().context("cannot start `jde run`")?);
     // Returns when the schema has written and closed the pipe.
-    let said = fs::read_to_string(&hears)?;
-    let took = start.elapsed();
-    ensure!(said == "iterated", "{application:?} did not iterate");
+    let text = fs::read_to_string(&pipe)?;
+    let elapsed = start.elapsed();
+    ensure!(text == "iterated", "{application:?} did not iterate");
     drop(child);
-    Ok(took.as_nanos() as f64)
+    Ok(elapsed.as_nanos() as f64)
 }
 
 /// Returns the time to load all files into a new catalogue, ns. Earlier mappings stay, but each call maps the
@@ -133,33 +135,36 @@ fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f
     let (mut gaps, mut exchanges) = (Vec::new(), Vec::new());
     for number in 0..times {
         // Another build is a file with other content. Bytes after the end of a library do not change it.
-        let beside = folder.join("beside");
-        fs::write(&beside, [&library, format!("build {number}").as_bytes()].concat())?;
-        fs::rename(&beside, &file)?;
-        let how = ReloadOptions {
+        let temporary = folder.join("temporary");
+        fs::write(
+            &temporary,
+            [&library, format!("build {number}").as_bytes()].concat(),
+        )?;
+        fs::rename(&temporary, &file)?;
+        let options = ReloadOptions {
             probation: 0,
             fresh: false,
         };
         let reloaded = reloader
-            .reload("bench", "act", how)
+            .reload("bench", "act", options)
             .map_err(|refused| anyhow!("{refused}"))?;
-        for (name, became) in reloaded.schemas {
-            let ReloadOutcome::Reloaded(took) = became else {
-                return Err(anyhow!("{name}: {became:?}"));
+        for (name, outcome) in reloaded.schemas {
+            let ReloadOutcome::Reloaded(reload) = outcome else {
+                return Err(anyhow!("{name}: {outcome:?}"));
             };
-            gaps.push(took.gap.context("it is awake")? as f64);
-            exchanges.push(took.took as f64);
+            gaps.push(reload.gap.context("the schema is awake")? as f64);
+            exchanges.push(reload.took as f64);
         }
-        // The new build gets some turns.
+        // The new build runs some iterations.
         std::thread::sleep(Duration::from_millis(43));
     }
     Ok((gaps, exchanges))
 }
 
 /// A process that gets SIGTERM and is waited for when dropped.
-struct Stopped(Child);
+struct RunningProcess(Child);
 
-impl Drop for Stopped {
+impl Drop for RunningProcess {
     fn drop(&mut self) {
         if let Some(pid) = Pid::from_raw(self.0.id().cast_signed()) {
             // The process may have ended before.

@@ -10,7 +10,7 @@ use iceoryx2::prelude::*;
 use jde_board::Access;
 use jde_board::typed::TypedReader;
 use jde_measure::figure::{Figure, Goal, Line};
-use jde_measure::pairs::{Rounds, interleave, see};
+use jde_measure::pairs::{Rounds, consume, interleave};
 use jde_paths::{Words, ends, variable};
 
 use crate::schemas;
@@ -44,25 +44,25 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let mut kept = blackboard.entry.get();
     let swap = ArcSwap::from_pointee(plain);
     let mut cache = Cache::new(&swap);
-    let [ours, stamped, copy, locked, got, looked, cached] = interleave(
+    let [ours, stamped, copy, locked, fetched, checked, cached] = interleave(
         scope.effort(),
         [
-            &mut |times| (0..times).for_each(|_| look(black_box(&mut reader))),
-            &mut |times| (0..times).for_each(|_| see(black_box(&mut other).get())),
-            &mut |times| (0..times).for_each(|_| see(*black_box(&plain))),
+            &mut |times| (0..times).for_each(|_| read_borrowed(black_box(&mut reader))),
+            &mut |times| (0..times).for_each(|_| consume(black_box(&mut other).get())),
+            &mut |times| (0..times).for_each(|_| consume(*black_box(&plain))),
             &mut |times| {
-                (0..times).for_each(|_| see(*black_box(&mutex).lock().expect("nobody panics")));
+                (0..times).for_each(|_| consume(*black_box(&mutex).lock().expect("no thread panicked")));
             },
-            &mut |times| (0..times).for_each(|_| see(*black_box(&blackboard.entry).get())),
+            &mut |times| (0..times).for_each(|_| consume(*black_box(&blackboard.entry).get())),
             &mut |times| {
                 for _ in 0..times {
                     if !black_box(&blackboard.entry).is_up_to_date(&kept) {
                         kept = blackboard.entry.get();
                     }
-                    see(**black_box(&kept));
+                    consume(**black_box(&kept));
                 }
             },
-            &mut |times| (0..times).for_each(|_| see(**black_box(&mut cache).load())),
+            &mut |times| (0..times).for_each(|_| consume(**black_box(&mut cache).load())),
         ],
     );
     let what = format!("read {bytes} B");
@@ -70,15 +70,19 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     Ok(vec![
         line("plain copy", &copy, Goal::AtMost(2.0)),
         line("std Mutex", &locked, Goal::TimesFaster(3.0)),
-        line("iceoryx2 blackboard, get", &got, Goal::Told),
-        line("iceoryx2 blackboard, kept while up to date", &looked, Goal::Told),
-        line("arc-swap, cached", &cached, Goal::Told),
+        line("iceoryx2 blackboard, get", &fetched, Goal::ReportOnly),
+        line(
+            "iceoryx2 blackboard, kept while up to date",
+            &checked,
+            Goal::ReportOnly,
+        ),
+        line("arc-swap, cached", &cached, Goal::ReportOnly),
         beside(
             &format!("{what} with a copy of the stamp"),
             &stamped,
             "plain copy",
             &copy,
-            Goal::Told,
+            Goal::ReportOnly,
         ),
     ])
 }
@@ -95,16 +99,16 @@ fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
         [
             &mut |times| {
                 for time in 0..times {
-                    see(black_box(&mut writer).write(black_box(plain), time, time));
-                    look(black_box(&mut reader));
+                    consume(black_box(&mut writer).write(black_box(plain), time, time));
+                    read_borrowed(black_box(&mut reader));
                 }
             },
             &mut |times| (0..times).for_each(|_| black_box(&topic).pass(black_box(plain))),
             &mut |times| (0..times).for_each(|_| black_box(&blackboard).pass(black_box(plain))),
             &mut |times| {
                 for _ in 0..times {
-                    *black_box(&mutex).lock().expect("nobody panics") = black_box(plain);
-                    see(*black_box(&mutex).lock().expect("nobody panics"));
+                    *black_box(&mutex).lock().expect("no thread panicked") = black_box(plain);
+                    consume(*black_box(&mutex).lock().expect("no thread panicked"));
                 }
             },
         ],
@@ -113,37 +117,43 @@ fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let line = |name, theirs, goal| beside(&what, &ours, name, theirs, goal);
     Ok(vec![
         line("iceoryx2 publish-subscribe", &sent, Goal::TimesFaster(10.0)),
-        line("iceoryx2 blackboard", &updated, Goal::Told),
-        line("std Mutex", &locked, Goal::Told),
+        line("iceoryx2 blackboard", &updated, Goal::ReportOnly),
+        line("std Mutex", &locked, Goal::ReportOnly),
     ])
 }
 
 /// Times reads of a schema through the ABI, beside a mutex in the same place.
 fn by_a_schema(scope: &Scope) -> Result<Vec<Line>> {
-    let looks = schemas::looks(scope.effort())?;
-    let lines = looks.iter().map(|look| {
-        let what = format!("read {} B by a schema, through the ABI", look.bytes);
-        beside(&what, &look.asked, "std Mutex", &look.locked, Goal::Told)
+    let reads = schemas::reads(scope.effort())?;
+    let lines = reads.iter().map(|times| {
+        let what = format!("read {} B by a schema, through the ABI", times.bytes);
+        beside(
+            &what,
+            &times.imported,
+            "std Mutex",
+            &times.locked,
+            Goal::ReportOnly,
+        )
     });
     Ok(lines.collect())
 }
 
 fn beside(what: &str, ours: &Rounds, name: &str, theirs: &Rounds, goal: Goal) -> Line {
-    Line::beside(
+    Line::compared(
         what,
         Figure::Time(ours.median()),
         name,
         Figure::Time(theirs.median()),
         goal,
     )
-    .paired(ours.by(theirs))
+    .paired(ours.ratio_to(theirs))
 }
 
 /// Copies the newest value from its place, as the yardsticks do. Its stamp is available but not read.
 #[inline(always)]
-fn look<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
+fn read_borrowed<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
     if let Some(value) = reader.borrow() {
-        see(*value);
+        consume(*value);
     }
 }
 
@@ -174,7 +184,7 @@ impl<const WORDS: usize> Blackboard<WORDS> {
     /// Updates the value and reads it.
     fn pass(&self, value: Words<WORDS>) {
         self.writer.update_with_copy(value);
-        see(*self.entry.get());
+        consume(*self.entry.get());
     }
 }
 
@@ -205,10 +215,10 @@ impl<const WORDS: usize> Topic<WORDS> {
 
     /// Publishes a value and receives it.
     fn pass(&self, value: Words<WORDS>) {
-        let room = self.publisher.loan_uninit().expect("there is room for one");
-        room.write_payload(value).send().expect("there is a subscriber");
-        let received = self.subscriber.receive().expect("it is connected");
-        see(received.map(|sample| *sample.payload()));
+        let loan = self.publisher.loan_uninit().expect("a buffer is free");
+        loan.write_payload(value).send().expect("there is a subscriber");
+        let received = self.subscriber.receive().expect("the subscriber is connected");
+        consume(received.map(|sample| *sample.payload()));
     }
 }
 
@@ -233,14 +243,14 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
             (0..times).for_each(|_| small())
         }],
     );
-    let size = Line::beside(
+    let size = Line::compared(
         "publish to read of 900 kB in place",
         Figure::Time(picture.median()),
         "64 B in place",
         Figure::Time(bytes.median()),
         Goal::AtMost(1.2),
     )
-    .paired(picture.by(&bytes));
+    .paired(picture.ratio_to(&bytes));
 
     let held = variable(IMAGE, Access::Export, 3)?;
     let mut writer = held.writer(1, "writer")?;
@@ -255,21 +265,21 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     }
     let free = variable(IMAGE, Access::Export, 3)?;
     let mut alone = free.writer(1, "writer")?;
-    let [among, without] = interleave(
+    let [with_readers, without_readers] = interleave(
         scope.effort(),
         [
             &mut |times| (0..times).for_each(|time| publish(&mut writer, time)),
             &mut |times| (0..times).for_each(|time| publish(&mut alone, time)),
         ],
     );
-    let holding = Line::beside(
+    let holding = Line::compared(
         "publish 900 kB while three readers hold one each",
-        Figure::Time(among.median()),
+        Figure::Time(with_readers.median()),
         "while nobody reads",
-        Figure::Time(without.median()),
+        Figure::Time(without_readers.median()),
         Goal::AtMost(1.2),
     )
-    .paired(among.by(&without));
+    .paired(with_readers.ratio_to(&without_readers));
     drop(readers);
     Ok(vec![size, holding])
 }
@@ -283,12 +293,12 @@ fn pass_in_place(words: usize, access: Access, readers: usize) -> Result<impl Fn
     Ok(move || {
         time += 1;
         publish(&mut writer, time);
-        see(reader.latch().map(|latched| latched.bytes[0]));
+        consume(reader.latch().map(|latched| latched.bytes[0]));
         reader.release();
     })
 }
 
 fn publish(writer: &mut jde_board::Writer, time: u64) {
     writer.loan()[0] = time as u8;
-    see(writer.publish(time, time));
+    consume(writer.publish(time, time));
 }

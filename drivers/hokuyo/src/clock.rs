@@ -66,19 +66,22 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_was_read_late_was_not_measured_late() {
+    fn late_reads_do_not_change_the_measured_time() {
         let mut clock = Clock::default();
         assert_eq!(clock.measured(1000, milliseconds(50)), milliseconds(50));
-        for turn in 1..100_u32 {
-            let late = u64::from(turn % 7);
-            let measured = clock.measured(1000 + turn * 100, milliseconds(50 + u64::from(turn) * 100 + late));
-            let error = measured.as_secs_f64() - (0.05 + f64::from(turn) * 0.1);
-            assert!(error.abs() < 0.001, "scan {turn} is {error} s off");
+        for scan in 1..100_u32 {
+            let delay = u64::from(scan % 7);
+            let measured = clock.measured(
+                1000 + scan * 100,
+                milliseconds(50 + u64::from(scan) * 100 + delay),
+            );
+            let error = measured.as_secs_f64() - (0.05 + f64::from(scan) * 0.1);
+            assert!(error.abs() < 0.001, "scan {scan} is {error} s off");
         }
     }
 
     #[test]
-    fn a_clock_that_begins_anew_goes_on() {
+    fn time_continues_when_the_clock_of_the_scanner_wraps() {
         let mut clock = Clock::default();
         clock.measured(WRAP - 50, milliseconds(1000));
         let measured = clock.measured(50, milliseconds(1100)).as_secs_f64();
@@ -86,12 +89,12 @@ mod tests {
     }
 
     #[test]
-    fn time_never_goes_back_and_is_never_ahead_of_ours() {
+    fn measured_times_never_decrease_and_are_never_in_the_future() {
         let mut clock = Clock::default();
         let mut last = Duration::ZERO;
         let stamps = [5, 5, 4, 9_000_000, 0, 100, 90, 16_777_215, 3];
-        for (turn, stamp) in stamps.into_iter().enumerate() {
-            let now = milliseconds(turn as u64 * 25);
+        for (index, stamp) in stamps.into_iter().enumerate() {
+            let now = milliseconds(index as u64 * 25);
             let measured = clock.measured(stamp, now);
             assert!(last <= measured && measured <= now);
             last = measured;

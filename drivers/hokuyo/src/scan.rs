@@ -71,7 +71,7 @@ impl Parameters {
         let value = |key: &str| {
             let text = message
                 .value(key)
-                .ok_or_else(|| format!("it does not tell its {key}"))?;
+                .ok_or_else(|| format!("it does not report its {key}"))?;
             let number = text.trim().parse::<u32>().ok().filter(|number| *number < 1 << 18);
             number.ok_or_else(|| {
                 format!(
@@ -397,7 +397,7 @@ pub(crate) mod tests {
         assert!(read(("", "")).is_ok());
         assert_eq!(
             read(("DMAX", "DMUX")),
-            Err("it does not tell its DMAX".to_owned())
+            Err("it does not report its DMAX".to_owned())
         );
         assert_eq!(
             read(("5600", "far")),

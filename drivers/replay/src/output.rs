@@ -67,7 +67,7 @@ impl Outputs {
             })?;
             if !is_suitable(&named) {
                 return Err(format!(
-                    "`{topic}` of {} is a {} in {}, and a {name} in cdr is wanted",
+                    "`{topic}` of {} is a {} in {}, expected a {name} in cdr",
                     reader.path(),
                     named.type_name,
                     named.encoding

@@ -303,8 +303,7 @@ fn an_unplayable_recording_is_refused_with_its_reason() {
         .set("laser_topic", Text::<120>::new("/pioneer/odometry"));
     let reason = fixture.refused();
     assert!(
-        reason
-            .contains("is a nav_msgs/msg/Odometry in cdr, and a sensor_msgs/msg/LaserScan in cdr is wanted"),
+        reason.contains("is a nav_msgs/msg/Odometry in cdr, expected a sensor_msgs/msg/LaserScan in cdr"),
         "{reason}"
     );
 

@@ -172,7 +172,10 @@ fn serve(shared: &Shared, config: &NodeConfig, session: &Session, mut declared: 
                 session.info().routers_zid().wait().count() + session.info().peers_zid().wait().count();
             let state = match (others, was_connected) {
                 (0, false) => NodeState::Alone,
-                (0, true) => NodeState::Lost(format!("{}: nobody is there any more", config.endpoint)),
+                (0, true) => NodeState::Lost(format!(
+                    "{}: no router or node is connected any more",
+                    config.endpoint
+                )),
                 _ => NodeState::Connected,
             };
             was_connected |= others > 0;
@@ -217,7 +220,7 @@ fn describe_error(error: &zenoh::Error) -> String {
     result += rest;
     // Zenoh gives no other reason if a client finds no router.
     if result.starts_with("Unable to connect to any of") {
-        return "nobody answers there; is the router running?".to_owned();
+        return "no router answers at this address; is it running?".to_owned();
     }
     result
 }
@@ -236,7 +239,10 @@ mod tests {
         );
         assert_eq!(error("plain"), "plain");
         let unreachable = "Unable to connect to any of [Single(tcp/a:1)]!  at /c/orchestrator.rs:447.";
-        assert_eq!(error(unreachable), "nobody answers there; is the router running?");
+        assert_eq!(
+            error(unreachable),
+            "no router answers at this address; is it running?"
+        );
         assert_eq!(error("cut at /home/x"), "cut");
     }
 }

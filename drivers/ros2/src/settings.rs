@@ -91,8 +91,8 @@ impl Settings<'_> {
         let (mode, endpoint) = match (connect.is_empty(), listen.is_empty()) {
             (true, true) => {
                 return Err(
-                    "it can reach nobody; give it connect = \"tcp/localhost:7447\", where the router is, or \
-                     listen = \"tcp/localhost:7448\" for others to come"
+                    "no address is set; set connect = \"tcp/localhost:7447\" to connect to a router, or \
+                     listen = \"tcp/localhost:7448\" to accept connections"
                         .to_owned(),
                 );
             }
@@ -228,7 +228,7 @@ mod tests {
             settings("", "")
                 .connection_config()
                 .unwrap_err()
-                .contains("it can reach nobody")
+                .contains("no address is set")
         );
     }
 

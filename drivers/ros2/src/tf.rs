@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_sits_on_the_base_is_told_with_it_and_in_its_frame() {
+    fn mounted_frames_have_the_stamp_and_the_frame_of_the_base() {
         let mut clock = Clock::default();
         clock.compare(Duration::ZERO, Duration::from_secs(100));
         let odometry = Odometry::planar(Duration::from_secs(2), Pose2D::new(1.0, 2.0, 1.0), Twist::ZERO);

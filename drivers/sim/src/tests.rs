@@ -334,7 +334,7 @@ fn a_driver_that_is_dropped_stops_its_robot() {
 }
 
 #[test]
-fn a_world_without_robots_closes_and_opens_anew() {
+fn a_world_closes_without_robots_and_can_be_opened_again() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::awake(&path, "bench");
     robot.drive(0.25, 0.0, 4.0);

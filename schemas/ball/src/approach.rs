@@ -54,9 +54,9 @@ impl Schema for Approach {
         let Some(ball) = ball::read(&self.ball, cx) else {
             return Ok(());
         };
-        let left = ball.ahead() - self.distance.get(cx);
-        let wanted = (self.gain.get(cx) * left).max(self.slowest.get(cx));
-        let speed = wanted.min(self.speed.get(cx)) * ball.bearing.cos().max(0.0);
+        let remaining = ball.ahead() - self.distance.get(cx);
+        let target_speed = (self.gain.get(cx) * remaining).max(self.slowest.get(cx));
+        let speed = target_speed.min(self.speed.get(cx)) * ball.bearing.cos().max(0.0);
         let fastest = self.turn_rate.get(cx);
         let turn = (self.turn.get(cx) * ball.bearing).clamp(-fastest, fastest);
         self.base.command(cx, Twist::planar(speed, turn));

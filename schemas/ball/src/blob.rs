@@ -1,12 +1,13 @@
-//! Connected masses of pixels, built from runs. Adjacent pixels of a row form one run. Runs of neighbouring
-//! rows that touch, also at a corner, form one mass. It knows no colours and no distances.
+//! Connected components of pixels, built from runs. Adjacent pixels of a row form one run. Runs of
+//! neighbouring rows that touch, also at a corner, form one component. It does not depend on colours or
+//! distances.
 //!
 //! It takes one pass over the pixels and one over the runs, so that a picture of pure noise costs little more
-//! than one of few masses.
+//! than one of few components.
 
 use core::ops::Range;
 
-/// Finds masses, and reuses its buffers from picture to picture.
+/// Finds components, and reuses its buffers from picture to picture.
 #[derive(Debug, Default)]
 pub(crate) struct Blobs {
     runs: Vec<Run>,
@@ -19,11 +20,11 @@ pub(crate) struct Run {
     pub(crate) row: usize,
     /// The first column, and the one after the last.
     pub(crate) columns: [usize; 2],
-    /// Index of an earlier run of the same mass, or of this run if it is the first.
+    /// Index of an earlier run of the same component, or of this run if it is the first.
     parent: usize,
 }
 
-/// The size of a mass.
+/// The size of a component.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Component {
     /// Number of pixels.
@@ -35,7 +36,7 @@ pub(crate) struct Component {
 
 impl Component {
     /// The share that it fills of the disc of its larger side: 1 for a ball, 0.5 for half of one, less for
-    /// long, hollow or ragged masses.
+    /// long, hollow or irregular components.
     pub(crate) fn roundness(&self) -> f64 {
         let side = (self.columns[1] - self.columns[0]).max(self.rows[1] - self.rows[0]) as f64;
         self.count as f64 / (core::f64::consts::FRAC_PI_4 * side * side)
@@ -58,13 +59,13 @@ impl Component {
 }
 
 impl Blobs {
-    /// Returns the largest mass among those that are `good`, with its runs. `wanted` selects the pixels by
-    /// row and column.
+    /// Returns the largest component for which `accept` returns true, with its runs. `selected` chooses the
+    /// pixels by row and column.
     pub(crate) fn largest(
         &mut self,
         [width, height]: [usize; 2],
-        wanted: impl Fn(usize, usize) -> bool,
-        good: impl Fn(&Component) -> bool,
+        selected: impl Fn(usize, usize) -> bool,
+        accept: impl Fn(&Component) -> bool,
     ) -> Option<(Component, impl Iterator<Item = &Run>)> {
         self.runs.clear();
         // Index of the first run of the row above.
@@ -74,12 +75,12 @@ impl Blobs {
             begin = above.end;
             let mut column = 0;
             while column < width {
-                if !wanted(row, column) {
+                if !selected(row, column) {
                     column += 1;
                     continue;
                 }
                 let from = column;
-                while column < width && wanted(row, column) {
+                while column < width && selected(row, column) {
                     column += 1;
                 }
                 self.add(row, [from, column], &mut above);
@@ -93,11 +94,11 @@ impl Blobs {
             self.runs[index].parent = root;
             self.components[root].add(&self.runs[index]);
         }
-        let masses = self.components.iter().enumerate();
-        let (best, mass) = masses
-            .filter(|(_, mass)| mass.count > 0 && good(mass))
-            .max_by_key(|(_, mass)| mass.count)?;
-        Some((*mass, self.runs.iter().filter(move |run| run.parent == best)))
+        let components = self.components.iter().enumerate();
+        let (best, component) = components
+            .filter(|(_, component)| component.count > 0 && accept(component))
+            .max_by_key(|(_, component)| component.count)?;
+        Some((*component, self.runs.iter().filter(move |run| run.parent == best)))
     }
 
     /// Adds a run to the right of the others in its row, and joins it with the runs of the row above that
@@ -117,13 +118,13 @@ impl Blobs {
             if self.runs[other].columns[0] > columns[1] {
                 break;
             }
-            let (one, two) = (self.root(other), self.root(new));
+            let (root, new_root) = (self.root(other), self.root(new));
             // The earlier run becomes the root, so that every chain ends.
-            self.runs[one.max(two)].parent = one.min(two);
+            self.runs[root.max(new_root)].parent = root.min(new_root);
         }
     }
 
-    /// Returns the first run of a run's mass. Shortens the chain on its way.
+    /// Returns the first run of a run's component. Shortens the chain on its way.
     fn root(&mut self, mut run: usize) -> usize {
         while self.runs[run].parent != run {
             let parent = self.runs[run].parent;

@@ -1,5 +1,5 @@
 //! Converts between pixels and directions, and computes the distance of a ball from its apparent size. It
-//! knows neither colours nor the position of the camera.
+//! does not depend on colours or on the position of the camera.
 //!
 //! The model is a pinhole without distortion, like `sim/camera`: x to the right, y down, z into the picture.
 //! The focal length in pixels is `width/2 / tan(field_of_view/2)`.
@@ -15,7 +15,7 @@ pub(crate) struct CameraModel {
     middle: [f64; 2],
 }
 
-/// The direction and apparent size of a mass of pixels.
+/// The direction and apparent size of a component of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Observation {
     /// Direction to its middle in the frame of the camera, of any length.
@@ -37,7 +37,7 @@ impl CameraModel {
     /// covers, so that a ball has the same size at the edge of the picture, where it appears elongated, as in
     /// the middle.
     pub(crate) fn observe<'run>(&self, runs: impl Iterator<Item = &'run Run>) -> Observation {
-        let mut sight = Observation::default();
+        let mut observation = Observation::default();
         for run in runs {
             let y = (run.row as f64 + 0.5 - self.middle[1]) / self.focal;
             for column in run.columns[0]..run.columns[1] {
@@ -45,13 +45,13 @@ impl CameraModel {
                 let square = 1.0 + x * x + y * y;
                 let length = square.sqrt();
                 let part = 1.0 / (square * length * self.focal * self.focal);
-                sight.solid_angle += part;
-                for (sum, axis) in sight.direction.iter_mut().zip([x, y, 1.0]) {
+                observation.solid_angle += part;
+                for (sum, axis) in observation.direction.iter_mut().zip([x, y, 1.0]) {
                     *sum += part * axis / length;
                 }
             }
         }
-        sight
+        observation
     }
 
     /// Column and row of a direction, which must point into the picture.

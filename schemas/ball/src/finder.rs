@@ -8,8 +8,8 @@ use crate::blob::Blobs;
 use crate::camera_model::CameraModel;
 use crate::color::Limits;
 
-/// Finds a ball of one colour in the pictures of a camera: the largest connected mass of that colour that is
-/// round.
+/// Finds a ball of one colour in the pictures of a camera: the largest connected component of that colour
+/// that is round.
 ///
 /// The distance follows from the apparent size, so a ball that is half hidden appears farther than it is, by
 /// at most half. The light may change as far as the limits of colour allow. A picture of 320 x 240 pixels
@@ -90,14 +90,14 @@ impl Schema for Finder {
         let size = [image.width as usize, image.height as usize];
         let pixels = Pixels::of(&image)?;
         let limits = self.limits(cx);
-        let (fewest, roundness) = (self.pixels.get(cx) as usize, self.roundness.get(cx));
+        let (min_pixels, roundness) = (self.pixels.get(cx) as usize, self.roundness.get(cx));
         let found = self.blobs.largest(
             size,
             |row, column| limits.contain(pixels.at(row, column)),
-            |mass| mass.count >= fewest && mass.roundness() >= roundness,
+            |component| component.count >= min_pixels && component.roundness() >= roundness,
         );
-        let lens = CameraModel::new(size, self.field_of_view.get(cx));
-        let found = found.map(|(mass, runs)| (mass.count as u32, lens.observe(runs)));
+        let camera = CameraModel::new(size, self.field_of_view.get(cx));
+        let found = found.map(|(component, runs)| (component.count as u32, camera.observe(runs)));
         if found.is_some() {
             self.since = image.time();
         }
@@ -113,13 +113,13 @@ impl Schema for Finder {
             unseen: image.time().saturating_sub(self.since).as_secs_f64(),
             ..ball
         };
-        let ball = found.map_or(ball, |(_, sight)| {
-            let [bearing, elevation] = sight.angles(pan, tilt);
-            let [column, row] = lens.pixel(sight.direction);
+        let ball = found.map_or(ball, |(_, observation)| {
+            let [bearing, elevation] = observation.angles(pan, tilt);
+            let [column, row] = camera.pixel(observation.direction);
             Ball {
                 bearing,
                 elevation,
-                distance: sight.distance(self.radius.get(cx)),
+                distance: observation.distance(self.radius.get(cx)),
                 column,
                 row,
                 ..ball
@@ -165,7 +165,7 @@ impl<'image> Pixels<'image> {
             "bgr8" => true,
             other => {
                 return Err(format!(
-                    "import `image` is encoded as \"{other}\": expected \"rgb8\" or \"bgr8\"; bind a camera that sees colours"
+                    "import `image` is encoded as \"{other}\": expected \"rgb8\" or \"bgr8\"; bind a colour camera"
                 )
                 .into());
             }
@@ -173,7 +173,7 @@ impl<'image> Pixels<'image> {
         let (width, height, step) = (image.width as usize, image.height as usize, image.step as usize);
         if step < 3 * width || image.data.len() < step * height {
             return Err(format!(
-                "import `image` says {width} x {height} pixels in rows of {step} bytes and has {} bytes: expected three for \
+                "import `image` states {width} x {height} pixels in rows of {step} bytes and has {} bytes: expected three for \
                  each pixel",
                 image.data.len()
             )

@@ -65,9 +65,9 @@ pub struct Follower {
     avoid_target: Modulates<Target>,
     progress: Progress,
     /// Time at which `brake` became WINNER, while it is.
-    braking: Option<Duration>,
+    braking_since: Option<Duration>,
     /// Time of the first iteration without a usable ball, while there is none.
-    blind: Option<Duration>,
+    no_ball_since: Option<Duration>,
     /// Last known position of the ball, in the frame of the odometry.
     target: Pose2D,
 }
@@ -76,15 +76,15 @@ pub struct Follower {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Progress {
     #[default]
-    Looking,
-    Going,
+    Searching,
+    Approaching,
     /// At the ball, since this time.
-    There(Duration),
+    Arrived(Duration),
     Done,
     /// The ball was lost for too long.
-    Lost,
+    BallLost,
     /// There were no pictures for too long.
-    Blind,
+    NoImages,
     /// An obstacle blocked the path for too long.
     Blocked,
 }
@@ -92,7 +92,7 @@ enum Progress {
 impl Schema for Follower {
     fn awake(&mut self, _: &Context) -> Result {
         // Time asleep does not count as time without pictures.
-        self.blind = None;
+        self.no_ball_since = None;
         Ok(())
     }
 
@@ -102,45 +102,45 @@ impl Schema for Follower {
             child.wake(cx);
         }
         let brakes = self.brake.state(cx) == State::Winner;
-        self.braking = brakes.then(|| self.braking.unwrap_or(cx.now()));
+        self.braking_since = brakes.then(|| self.braking_since.unwrap_or(cx.now()));
         let ball = ball::read(&self.ball, cx);
-        self.blind = match ball {
+        self.no_ball_since = match ball {
             Some(_) => None,
-            None => Some(self.blind.unwrap_or(cx.now())),
+            None => Some(self.no_ball_since.unwrap_or(cx.now())),
         };
-        let here = ball.filter(Ball::is_known);
+        let known = ball.filter(Ball::is_known);
         let next = self.next(cx, ball);
         if core::mem::discriminant(&next) != core::mem::discriminant(&self.progress) {
-            self.export_mission(cx, next, here);
+            self.export_mission(cx, next, known);
         }
         self.progress = next;
-        if let (Some(ball), Some(pose)) = (here, self.pose.get(cx)) {
+        if let (Some(ball), Some(pose)) = (known, self.pose.get(cx)) {
             self.target = pose.pose2d().transform(&ball.place());
         }
-        let far = here.filter(|ball| ball.ahead() > self.direct.get(cx));
-        let wanted = far.map_or(Target::NONE, |_| Target::at(self.target));
-        self.avoid_target.set(cx, wanted);
+        let far = known.filter(|ball| ball.ahead() > self.direct.get(cx));
+        let avoid_target = far.map_or(Target::NONE, |_| Target::at(self.target));
+        self.avoid_target.set(cx, avoid_target);
         self.mission.write(
             cx,
             Mission {
                 state: match next {
-                    Progress::Looking | Progress::Going | Progress::There(_) => Mission::RUNNING,
+                    Progress::Searching | Progress::Approaching | Progress::Arrived(_) => Mission::RUNNING,
                     Progress::Done => Mission::DONE,
-                    Progress::Lost | Progress::Blind | Progress::Blocked => Mission::FAILED,
+                    Progress::BallLost | Progress::NoImages | Progress::Blocked => Mission::FAILED,
                 },
                 reached: (next == Progress::Done).into(),
                 total: 1,
                 note: Text::new(match next {
-                    Progress::Looking => "looking for the ball",
-                    Progress::Going => "going to the ball",
-                    Progress::There(_) => "at the ball",
+                    Progress::Searching => "looking for the ball",
+                    Progress::Approaching => "going to the ball",
+                    Progress::Arrived(_) => "at the ball",
                     Progress::Done => "stayed at the ball",
-                    Progress::Lost => "the ball was not to be found",
-                    Progress::Blind => "there were no pictures",
+                    Progress::BallLost => "the ball was not to be found",
+                    Progress::NoImages => "there were no pictures",
                     Progress::Blocked => "something stayed in the way to the ball",
                 }),
                 target: self.target,
-                distance: here.map_or(0.0, |ball| ball.ahead()),
+                distance: known.map_or(0.0, |ball| ball.ahead()),
                 ..Mission::default()
             },
         );
@@ -152,68 +152,70 @@ impl Follower {
     fn next(&self, cx: &Context, ball: Option<Ball>) -> Progress {
         let since = match self.progress {
             // Final states do not change.
-            Progress::Done | Progress::Lost | Progress::Blind | Progress::Blocked => return self.progress,
-            Progress::There(since) => since,
-            Progress::Looking | Progress::Going => cx.now(),
+            Progress::Done | Progress::BallLost | Progress::NoImages | Progress::Blocked => {
+                return self.progress;
+            }
+            Progress::Arrived(since) => since,
+            Progress::Searching | Progress::Approaching => cx.now(),
         };
         let seconds = |since: Duration| cx.now().saturating_sub(since).as_secs_f64();
         let give_up = self.give_up.get(cx);
         let too_long = |time: f64| give_up > 0.0 && time > give_up;
         let Some(ball) = ball else {
-            return if self.blind.is_some_and(|since| too_long(seconds(since))) {
-                Progress::Blind
+            return if self.no_ball_since.is_some_and(|since| too_long(seconds(since))) {
+                Progress::NoImages
             } else {
-                Progress::Looking
+                Progress::Searching
             };
         };
         if !ball.is_known() {
             if too_long(ball.unseen) {
-                Progress::Lost
+                Progress::BallLost
             } else {
-                Progress::Looking
+                Progress::Searching
             }
         } else if ball.ahead() <= self.near.get(cx) {
             if seconds(since) >= self.stay.get(cx) {
                 Progress::Done
             } else {
-                Progress::There(since)
+                Progress::Arrived(since)
             }
-        } else if self.braking.is_some_and(|since| too_long(seconds(since))) {
+        } else if self.braking_since.is_some_and(|since| too_long(seconds(since))) {
             Progress::Blocked
         } else {
-            Progress::Going
+            Progress::Approaching
         }
     }
 
     /// Logs the change of progress.
-    fn export_mission(&self, cx: &Context, next: Progress, here: Option<Ball>) {
-        let (ahead, aside) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
-        let side = if aside < 0.0 { "right" } else { "left" };
+    fn export_mission(&self, cx: &Context, next: Progress, known: Option<Ball>) {
+        let (ahead, bearing) = known.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
+        let side = if bearing < 0.0 { "right" } else { "left" };
         match next {
-            Progress::Looking => info!(cx, "lost the ball"),
-            Progress::Going => info!(
+            Progress::Searching => info!(cx, "lost the ball"),
+            Progress::Approaching => info!(
                 cx,
                 "sees the ball {ahead:.2} m away, {:.0} deg to the {side}",
-                aside.abs()
+                bearing.abs()
             ),
-            Progress::There(_) => info!(cx, "at the ball, {ahead:.2} m away"),
+            Progress::Arrived(_) => info!(cx, "at the ball, {ahead:.2} m away"),
             Progress::Done => info!(cx, "stayed at the ball for {} s", self.stay.get(cx)),
-            Progress::Lost => info!(cx, "did not find the ball for {} s", self.give_up.get(cx)),
-            Progress::Blind => info!(cx, "had no pictures for {} s", self.give_up.get(cx)),
-            Progress::Blocked => info!(cx, "stood {} s before what is in the way", self.give_up.get(cx)),
+            Progress::BallLost => info!(cx, "did not find the ball for {} s", self.give_up.get(cx)),
+            Progress::NoImages => info!(cx, "had no pictures for {} s", self.give_up.get(cx)),
+            Progress::Blocked => info!(cx, "was blocked by an obstacle for {} s", self.give_up.get(cx)),
         }
     }
 }
 
 impl Arbitrate for Follower {
     fn arbitrate(&mut self, cx: &Context, level: &Level) -> Result<Verdict> {
-        let spot = "it turns on the spot, which is safe under the brake's nose";
+        let turning_reason = "it turns on the spot, which is safe under the brake's nose";
         let avoid = level.candidate(&self.avoid).filter(|avoid| avoid.ready);
         let turns = avoid.is_some_and(|avoid| avoid.urgency >= self.turning.get(cx));
         // Close to an obstacle, `turn` would turn back to it.
         let order = [
-            (turns, &self.avoid, spot),
-            (avoid.is_none(), &self.turn, spot),
+            (turns, &self.avoid, turning_reason),
+            (avoid.is_none(), &self.turn, turning_reason),
             (true, &self.brake, "something is too near to drive on"),
             (true, &self.avoid, "something is in the way to the ball"),
             (true, &self.approach, "the way to the ball is free"),
@@ -223,7 +225,7 @@ impl Arbitrate for Follower {
         ];
         let chosen = order
             .into_iter()
-            .find(|(may, child, _)| *may && level.is_ready(child));
+            .find(|(allowed, child, _)| *allowed && level.is_ready(child));
         Ok(chosen.map_or_else(
             || Verdict::nobody("no child is ready"),
             |(_, child, reason)| Verdict::choose(child, reason),

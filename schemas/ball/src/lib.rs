@@ -1,4 +1,4 @@
-//! A robot that sees: a perceptive schema finds a ball in the pictures of a camera, motor schemas of two
+//! A robot with a camera: a perceptive schema finds a ball in the pictures of a camera, motor schemas of two
 //! groups turn the head to it and drive to it, and a father leads both groups. The schemas depend on no
 //! particular robot, world or map.
 
@@ -25,7 +25,7 @@ pub use turn::Turn;
 
 jde_schema::export!(
     "ball",
-    "Sees a ball, follows it with the head and goes up to it.",
+    "Finds a ball, follows it with the head and drives to it.",
     [Finder, Follower, Track, Search, Turn, Approach, Roam]
 );
 

@@ -27,12 +27,12 @@ pub struct Search {
     /// The pan-tilt head.
     #[actuator]
     head: Actuator<PanTilt>,
-    leg: Option<Leg>,
+    turn: Option<HeadTurn>,
 }
 
 /// One turn of the head to one side.
 #[derive(Clone, Copy)]
-struct Leg {
+struct HeadTurn {
     /// 1 to the left, -1 to the right.
     side: f64,
     since: Duration,
@@ -43,7 +43,7 @@ impl Schema for Search {
         let lost = ball::read(&self.ball, cx).is_some_and(|ball| !ball.is_known());
         let ready = lost && self.pan_tilt.get(cx).is_some();
         if !ready {
-            self.leg = None;
+            self.turn = None;
         }
         Ok(ready.into())
     }
@@ -53,26 +53,26 @@ impl Schema for Search {
             return Ok(());
         };
         let (sweep, speed) = (self.sweep.get(cx), self.speed.get(cx));
-        let mut leg = self.leg.unwrap_or(Leg {
+        let mut turn = self.turn.unwrap_or(HeadTurn {
             side: 1_f64.copysign(ball.bearing),
             since: cx.now(),
         });
         // The head also turns back after this time, in case it cannot reach the angle or turns more slowly
         // than commanded.
-        let longest = 2.0 * sweep / speed + 1.0;
-        let over = (cx.now().saturating_sub(leg.since)).as_secs_f64() > longest;
-        if over || leg.side * now.pan >= sweep - 1_f64.to_radians() {
-            leg = Leg {
-                side: -leg.side,
+        let limit = 2.0 * sweep / speed + 1.0;
+        let expired = (cx.now().saturating_sub(turn.since)).as_secs_f64() > limit;
+        if expired || turn.side * now.pan >= sweep - 1_f64.to_radians() {
+            turn = HeadTurn {
+                side: -turn.side,
                 since: cx.now(),
             };
         }
-        self.leg = Some(leg);
+        self.turn = Some(turn);
         self.head.command(
             cx,
             PanTilt {
                 header: Header::new(cx.now(), "base_link"),
-                pan: leg.side * sweep,
+                pan: turn.side * sweep,
                 tilt: self.tilt.get(cx),
                 pan_velocity: speed,
                 tilt_velocity: speed,

@@ -33,20 +33,20 @@ pub struct Turn {
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
-    aside: Hysteresis,
+    to_the_side: Hysteresis,
 }
 
 impl Schema for Turn {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         let Some(ball) = ball::read(&self.ball, cx) else {
-            self.aside.reset();
+            self.to_the_side.reset();
             return Ok(false.into());
         };
         let ready = if ball.is_known() {
             let (enter, leave) = (self.enter.get(cx), self.leave.get(cx));
-            self.aside.above(ball.bearing.abs(), enter, leave)
+            self.to_the_side.above(ball.bearing.abs(), enter, leave)
         } else {
-            self.aside.reset();
+            self.to_the_side.reset();
             let turning = ball.unseen - self.patience.get(cx);
             turning > 0.0 && turning < TAU / self.search_rate.get(cx)
         };

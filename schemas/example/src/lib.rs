@@ -82,13 +82,13 @@ pub struct Example {
     skipped: u32,
     progress: Progress,
     /// A target set on the panel, which takes precedence over the route.
-    wish: Option<TargetRequest>,
+    request: Option<TargetRequest>,
 }
 
 /// A target set on the panel, and the operator that set it.
 struct TargetRequest {
     position: Pose2D,
-    by: String,
+    operator: String,
 }
 
 impl Schema for Example {
@@ -112,9 +112,9 @@ impl Schema for Example {
             }
         }
         let target = self.target(cx);
-        let wanted = target.map_or(Target::NONE, Target::at);
-        self.avoid_target.set(cx, wanted);
-        self.cruise_target.set(cx, wanted);
+        let child_target = target.map_or(Target::NONE, Target::at);
+        self.avoid_target.set(cx, child_target);
+        self.cruise_target.set(cx, child_target);
         let total = self.total(cx);
         let state = if self.has_failed(cx) {
             Mission::FAILED
@@ -129,7 +129,7 @@ impl Schema for Example {
                 state,
                 reached: self.reached,
                 total,
-                target: wanted.pose,
+                target: child_target.pose,
                 distance: target.map_or(0.0, |target| pose.distance_to(&target)),
                 note: self.note(),
                 ..Mission::default()
@@ -142,9 +142,9 @@ impl Schema for Example {
 impl Example {
     /// The current target: the one set on the panel, or else the next of the route.
     fn target(&self, cx: &Context) -> Option<Pose2D> {
-        self.wish
+        self.request
             .as_ref()
-            .map(|wish| wish.position)
+            .map(|request| request.position)
             .or_else(|| self.next(cx))
     }
 
@@ -152,10 +152,10 @@ impl Example {
     fn next(&self, cx: &Context) -> Option<Pose2D> {
         let route = self.route.sample(cx);
         let passed = self.reached.saturating_add(self.skipped);
-        let goes_on = self.rounds.get(cx) == 0 || passed < self.total(cx);
-        let place = passed as usize % route.poses.len().max(1);
-        let next = route.poses.get(place).copied();
-        next.filter(|_| goes_on && !self.has_failed(cx))
+        let continues = self.rounds.get(cx) == 0 || passed < self.total(cx);
+        let index = passed as usize % route.poses.len().max(1);
+        let next = route.poses.get(index).copied();
+        next.filter(|_| continues && !self.has_failed(cx))
     }
 
     /// Whether more targets were out of reach than `skips` permits.
@@ -180,8 +180,8 @@ impl Example {
 
     fn arrive(&mut self, cx: &Context, target: Pose2D) {
         let Pose2D { x, y, .. } = target;
-        if let Some(TargetRequest { by, .. }) = self.wish.take() {
-            info!(cx, "reached the target of {by} at {x:.2}, {y:.2}");
+        if let Some(TargetRequest { operator, .. }) = self.request.take() {
+            info!(cx, "reached the target of {operator} at {x:.2}, {y:.2}");
         } else {
             self.reached += 1;
             info!(cx, "reached target {} at {x:.2}, {y:.2}", self.reached);
@@ -194,21 +194,27 @@ impl Example {
     fn skip_target(&mut self, cx: &Context, target: Pose2D, stuck: progress::Stuck) {
         let Pose2D { x, y, .. } = target;
         let progress::Stuck { waited, nearest } = stuck;
-        let how = format!(
+        let reason = format!(
             "it came no nearer than {nearest:.2} m for {:.0} s",
             waited.as_secs_f64()
         );
-        if let Some(TargetRequest { by, .. }) = self.wish.take() {
-            warn!(cx, "gives up the target of {by} at {x:.2}, {y:.2}: {how}");
+        if let Some(TargetRequest { operator, .. }) = self.request.take() {
+            warn!(
+                cx,
+                "gives up the target of {operator} at {x:.2}, {y:.2}: {reason}"
+            );
             return;
         }
         self.skipped += 1;
-        let then = if self.has_failed(cx) {
+        let consequence = if self.has_failed(cx) {
             "the mission fails"
         } else {
             "on to the next"
         };
-        warn!(cx, "gives up the target at {x:.2}, {y:.2}: {how}; {then}");
+        warn!(
+            cx,
+            "gives up the target at {x:.2}, {y:.2}: {reason}; {consequence}"
+        );
     }
 }
 

@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::request::{Place, Trouble, Word, requested};
+use crate::request::{Call, Fault, RequestText, requested};
 use crate::trouble::cause;
 
 /// An axis that reaches the commanded speed at once, and misbehaves on request.
@@ -27,21 +27,21 @@ pub struct Device {
     /// Faults of this instance so far.
     #[export]
     misdeeds: Export<u64>,
-    looks: u64,
-    bad: u64,
+    iterations: u64,
+    faults: u64,
 }
 
 impl Schema for Device {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.misbehave(cx, Place::Awake).map(drop)
+        self.misbehave(cx, Call::Awake).map(drop)
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.looks += 1;
-        self.beats.write(cx, self.looks);
-        match self.misbehave(cx, Place::Iterate)? {
-            Some(Trouble::Silence) => self.moves.retract(cx),
-            Some(Trouble::Nan) => self.moves.write(cx, f64::NAN),
+        self.iterations += 1;
+        self.beats.write(cx, self.iterations);
+        match self.misbehave(cx, Call::Iterate)? {
+            Some(Fault::Silence) => self.moves.retract(cx),
+            Some(Fault::Nan) => self.moves.write(cx, f64::NAN),
             _ => self.moves.write(cx, self.velocity.get(cx).linear.x),
         }
         Ok(())
@@ -49,20 +49,20 @@ impl Schema for Device {
 
     fn sleep(&mut self, cx: &Context) {
         self.moves.write(cx, 0.0);
-        if let Err(error) = self.misbehave(cx, Place::Sleep) {
+        if let Err(error) = self.misbehave(cx, Call::Sleep) {
             warn!(cx, "{error}");
         }
     }
 }
 
 impl Device {
-    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
-        let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        let due = requested(&trouble, &place, here);
-        if let Some(trouble) = due {
-            self.bad += 1;
-            self.misdeeds.write(cx, self.bad);
-            cause(trouble)?;
+    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<Fault>> {
+        let (fault, requested_call): (RequestText, RequestText) = (self.trouble.get(cx), self.place.get(cx));
+        let due = requested(&fault, &requested_call, call);
+        if let Some(fault) = due {
+            self.faults += 1;
+            self.misdeeds.write(cx, self.faults);
+            cause(fault)?;
         }
         Ok(due)
     }

@@ -2,7 +2,7 @@
 
 use jde_schema::prelude::*;
 
-use crate::request::{Place, Trouble, Word, requested};
+use crate::request::{Call, Fault, RequestText, requested};
 use crate::trouble::cause;
 
 /// Scans that one iteration publishes under "flood".
@@ -30,30 +30,30 @@ pub struct Eye {
     /// Faults of this instance so far.
     #[export]
     misdeeds: Export<u64>,
-    looks: u64,
-    bad: u64,
+    iterations: u64,
+    faults: u64,
 }
 
 impl Schema for Eye {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.misbehave(cx, Place::Awake).map(drop)
+        self.misbehave(cx, Call::Awake).map(drop)
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.looks += 1;
-        self.beats.write(cx, self.looks);
-        let habit = self.misbehave(cx, Place::Iterate)?;
-        if habit == Some(Trouble::Silence) {
+        self.iterations += 1;
+        self.beats.write(cx, self.iterations);
+        let fault = self.misbehave(cx, Call::Iterate)?;
+        if fault == Some(Fault::Silence) {
             return Ok(());
         }
         let Some(input) = self.input.get(cx) else {
             self.laser.retract(cx);
             return Ok(());
         };
-        for _ in 0..if habit == Some(Trouble::Flood) { FLOOD } else { 1 } {
+        for _ in 0..if fault == Some(Fault::Flood) { FLOOD } else { 1 } {
             let mut laser = self.laser.loan(cx);
             *laser = *input;
-            if habit == Some(Trouble::Nan) {
+            if fault == Some(Fault::Nan) {
                 laser.range_max = f32::NAN;
                 laser.ranges.resize(0);
             }
@@ -63,20 +63,20 @@ impl Schema for Eye {
     }
 
     fn sleep(&mut self, cx: &Context) {
-        if let Err(error) = self.misbehave(cx, Place::Sleep) {
+        if let Err(error) = self.misbehave(cx, Call::Sleep) {
             warn!(cx, "{error}");
         }
     }
 }
 
 impl Eye {
-    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
-        let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        let due = requested(&trouble, &place, here);
-        if let Some(trouble) = due {
-            self.bad += 1;
-            self.misdeeds.write(cx, self.bad);
-            cause(trouble)?;
+    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<Fault>> {
+        let (fault, requested_call): (RequestText, RequestText) = (self.trouble.get(cx), self.place.get(cx));
+        let due = requested(&fault, &requested_call, call);
+        if let Some(fault) = due {
+            self.faults += 1;
+            self.misdeeds.write(cx, self.faults);
+            cause(fault)?;
         }
         Ok(due)
     }

@@ -3,15 +3,15 @@
 
 use jde_schema::prelude::*;
 
-use crate::request::{Place, Trouble, Word, requested};
+use crate::request::{Call, Fault, RequestText, requested};
 use crate::trouble::cause;
 
 /// Times that one iteration repeats its command, export and message under "flood".
 const FLOOD: u32 = 300;
 /// A speed that no base can drive, m/s.
-const BEYOND: f64 = 1e9;
+const EXCESSIVE_SPEED: f64 = 1e9;
 /// The speed that is commanded without authority, m/s.
-const TRESPASS: f64 = 0.9;
+const UNAUTHORIZED_SPEED: f64 = 0.9;
 
 /// Drives, and wakes its children, for a part of each cycle; misbehaves on request.
 #[derive(Describe)]
@@ -78,54 +78,54 @@ pub struct Motor {
     /// Target of the first child.
     #[modulates(child = "a", name = "target", optional)]
     target_of_a: Modulates<Target>,
-    looks: u64,
-    bad: u64,
+    checks: u64,
+    faults: u64,
     /// The fault to cause when the instance is dropped, as requested at the last check.
-    end: Option<Trouble>,
+    end: Option<Fault>,
 }
 
 impl Schema for Motor {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.misbehave(cx, Place::Awake).map(drop)
+        self.misbehave(cx, Call::Awake).map(drop)
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        self.looks += 1;
-        self.beats.write(cx, self.looks);
-        self.end = self.due(cx, Place::End);
-        let habit = self.misbehave(cx, Place::Check)?;
-        if habit == Some(Trouble::Trespass) {
-            self.base.command(cx, Twist::planar(TRESPASS, 0.0));
+        self.checks += 1;
+        self.beats.write(cx, self.checks);
+        self.end = self.due(cx, Call::End);
+        let fault = self.misbehave(cx, Call::Check)?;
+        if fault == Some(Fault::Trespass) {
+            self.base.command(cx, Twist::planar(UNAUTHORIZED_SPEED, 0.0));
             self.wake_all(cx);
         }
-        let ready = match habit {
-            Some(Trouble::Chatter) => self.looks.is_multiple_of(2),
-            _ => self.is_its_turn(cx) && (!self.needs.is_bound(cx) || self.needs.get(cx).is_some()),
+        let ready = match fault {
+            Some(Fault::Chatter) => self.checks.is_multiple_of(2),
+            _ => self.is_in_ready_phase(cx) && (!self.needs.is_bound(cx) || self.needs.get(cx).is_some()),
         };
         Ok(Precondition::from(ready).urgency(self.urge.get(cx)))
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let habit = self.misbehave(cx, Place::Iterate)?;
-        if habit == Some(Trouble::Meddle) {
+        let fault = self.misbehave(cx, Call::Iterate)?;
+        if fault == Some(Fault::Meddle) {
             self.meddle(cx);
         } else {
             self.wake_all(cx);
         }
         self.target_of_a.set(cx, self.target.get(cx));
-        let wanted = Twist::planar(self.speed.get(cx), self.turn.get(cx));
-        let twist = match habit {
-            Some(Trouble::Silence) => return Ok(()),
-            Some(Trouble::Nan) => Twist::planar(f64::NAN, 0.0),
-            Some(Trouble::Infinity) => Twist::planar(0.0, f64::INFINITY),
-            Some(Trouble::Beyond) => Twist::planar(BEYOND, -BEYOND),
-            _ => wanted,
+        let command = Twist::planar(self.speed.get(cx), self.turn.get(cx));
+        let twist = match fault {
+            Some(Fault::Silence) => return Ok(()),
+            Some(Fault::Nan) => Twist::planar(f64::NAN, 0.0),
+            Some(Fault::Infinity) => Twist::planar(0.0, f64::INFINITY),
+            Some(Fault::Beyond) => Twist::planar(EXCESSIVE_SPEED, -EXCESSIVE_SPEED),
+            _ => command,
         };
-        if habit == Some(Trouble::Flood) {
+        if fault == Some(Fault::Flood) {
             for _ in 0..FLOOD {
-                self.base.command(cx, wanted);
-                self.beats.write(cx, self.looks);
-                debug!(cx, "and on, and on");
+                self.base.command(cx, command);
+                self.beats.write(cx, self.checks);
+                debug!(cx, "flood");
             }
         }
         self.base.command(cx, twist);
@@ -133,7 +133,7 @@ impl Schema for Motor {
     }
 
     fn sleep(&mut self, cx: &Context) {
-        if let Err(error) = self.misbehave(cx, Place::Sleep) {
+        if let Err(error) = self.misbehave(cx, Call::Sleep) {
             warn!(cx, "{error}");
         }
     }
@@ -141,9 +141,9 @@ impl Schema for Motor {
 
 impl Arbitrate for Motor {
     fn arbitrate(&mut self, cx: &Context, level: &Level) -> Result<Verdict> {
-        self.misbehave(cx, Place::Arbitrate)?;
-        let urgent = level.candidates().iter().filter(|candidate| candidate.ready);
-        let best = urgent.max_by(|one, other| one.urgency.total_cmp(&other.urgency));
+        self.misbehave(cx, Call::Arbitrate)?;
+        let candidates = level.candidates().iter().filter(|candidate| candidate.ready);
+        let best = candidates.max_by(|a, b| a.urgency.total_cmp(&b.urgency));
         let child = best.and_then(|best| self.children().find(|child| best.is(child)));
         Ok(match child {
             Some(child) => Verdict::choose(child, "it is the most urgent"),
@@ -154,28 +154,28 @@ impl Arbitrate for Motor {
 
 impl Memory for Motor {
     fn save(&self, cx: &Context, saving: &mut Saving) {
-        if let Some(trouble) = self.due(cx, Place::Save)
-            && let Err(error) = cause(trouble)
+        if let Some(fault) = self.due(cx, Call::Save)
+            && let Err(error) = cause(fault)
         {
             panic!("{error}");
         }
-        saving.put(&self.looks);
+        saving.put(&self.checks);
     }
 
     fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
-        if let Some(trouble) = self.due(cx, Place::Restore) {
-            cause(trouble)?;
+        if let Some(fault) = self.due(cx, Call::Restore) {
+            cause(fault)?;
         }
-        self.looks = saved.take()?;
+        self.checks = saved.take()?;
         Ok(())
     }
 }
 
 impl Drop for Motor {
     fn drop(&mut self) {
-        if let Some(trouble) = self.end.take()
+        if let Some(fault) = self.end.take()
             && !std::thread::panicking()
-            && let Err(error) = cause(trouble)
+            && let Err(error) = cause(fault)
         {
             panic!("{error}");
         }
@@ -183,23 +183,23 @@ impl Drop for Motor {
 }
 
 impl Motor {
-    /// Causes the fault that is due here, and returns which one it is.
-    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
-        let due = self.due(cx, here);
-        if let Some(trouble) = due {
-            self.bad += 1;
-            self.misdeeds.write(cx, self.bad);
-            cause(trouble)?;
+    /// Causes the fault that is due in this call, and returns it.
+    fn misbehave(&mut self, cx: &Context, call: Call) -> Result<Option<Fault>> {
+        let due = self.due(cx, call);
+        if let Some(fault) = due {
+            self.faults += 1;
+            self.misdeeds.write(cx, self.faults);
+            cause(fault)?;
         }
         Ok(due)
     }
 
-    fn due(&self, cx: &Context, here: Place) -> Option<Trouble> {
-        let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        requested(&trouble, &place, here)
+    fn due(&self, cx: &Context, call: Call) -> Option<Fault> {
+        let (fault, requested_call): (RequestText, RequestText) = (self.trouble.get(cx), self.place.get(cx));
+        requested(&fault, &requested_call, call)
     }
 
-    fn is_its_turn(&self, cx: &Context) -> bool {
+    fn is_in_ready_phase(&self, cx: &Context) -> bool {
         let (on, off) = (self.on.get(cx), self.off.get(cx));
         let now = cx.now().as_secs_f64() + self.phase.get(cx);
         off <= 0.0 || now.rem_euclid(on + off) < on
@@ -214,7 +214,7 @@ impl Motor {
 
     fn meddle(&self, cx: &Context) {
         for (number, child) in (0_u64..).zip(self.children()) {
-            match (self.bad + number) % 4 {
+            match (self.faults + number) % 4 {
                 0 | 1 => child.wake(cx),
                 2 => child.sleep(cx),
                 _ => child.set_policy(cx, Policy::URGENCY),

@@ -1,15 +1,15 @@
-//! Requests to misbehave: one word for the fault, and one for the call that causes it.
+//! Requests to misbehave: the name of a fault, and the name of the call that causes it.
 //!
-//! Unknown words cause no fault.
+//! Unknown names cause no fault.
 
 use jde_schema::prelude::*;
 
-/// A word from the application file or from an operator.
-pub(crate) type Word = Text<16>;
+/// A name from the application file or from an operator.
+pub(crate) type RequestText = Text<16>;
 
 /// The call that causes the fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Call {
     Awake,
     Check,
     Iterate,
@@ -23,7 +23,7 @@ pub(crate) enum Place {
 
 /// The fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Trouble {
+pub(crate) enum Fault {
     Panic,
     Error,
     /// The call never returns.
@@ -53,45 +53,45 @@ pub(crate) enum Trouble {
     Meddle,
 }
 
-const PLACES: [(&str, Place); 8] = [
-    ("awake", Place::Awake),
-    ("check", Place::Check),
-    ("iterate", Place::Iterate),
-    ("sleep", Place::Sleep),
-    ("arbitrate", Place::Arbitrate),
-    ("save", Place::Save),
-    ("restore", Place::Restore),
-    ("end", Place::End),
+const CALLS: [(&str, Call); 8] = [
+    ("awake", Call::Awake),
+    ("check", Call::Check),
+    ("iterate", Call::Iterate),
+    ("sleep", Call::Sleep),
+    ("arbitrate", Call::Arbitrate),
+    ("save", Call::Save),
+    ("restore", Call::Restore),
+    ("end", Call::End),
 ];
 
-const TROUBLES: [(&str, Trouble); 18] = [
-    ("panic", Trouble::Panic),
-    ("error", Trouble::Error),
-    ("hang", Trouble::Hang),
-    ("dawdle", Trouble::Dawdle),
-    ("slow", Trouble::Slow),
-    ("segfault", Trouble::Segfault),
-    ("abort", Trouble::Abort),
-    ("exit", Trouble::Exit),
-    ("overflow", Trouble::Overflow),
-    ("eat", Trouble::Eat),
-    ("silence", Trouble::Silence),
-    ("nan", Trouble::Nan),
-    ("infinity", Trouble::Infinity),
-    ("beyond", Trouble::Beyond),
-    ("flood", Trouble::Flood),
-    ("trespass", Trouble::Trespass),
-    ("chatter", Trouble::Chatter),
-    ("meddle", Trouble::Meddle),
+const FAULTS: [(&str, Fault); 18] = [
+    ("panic", Fault::Panic),
+    ("error", Fault::Error),
+    ("hang", Fault::Hang),
+    ("dawdle", Fault::Dawdle),
+    ("slow", Fault::Slow),
+    ("segfault", Fault::Segfault),
+    ("abort", Fault::Abort),
+    ("exit", Fault::Exit),
+    ("overflow", Fault::Overflow),
+    ("eat", Fault::Eat),
+    ("silence", Fault::Silence),
+    ("nan", Fault::Nan),
+    ("infinity", Fault::Infinity),
+    ("beyond", Fault::Beyond),
+    ("flood", Fault::Flood),
+    ("trespass", Fault::Trespass),
+    ("chatter", Fault::Chatter),
+    ("meddle", Fault::Meddle),
 ];
 
-/// The fault that `here` must cause, or `None`.
-pub(crate) fn requested(trouble: &Word, place: &Word, here: Place) -> Option<Trouble> {
-    lookup(&PLACES, place).filter(|place| *place == here)?;
-    lookup(&TROUBLES, trouble)
+/// The fault that `current` must cause, or `None`.
+pub(crate) fn requested(fault: &RequestText, call: &RequestText, current: Call) -> Option<Fault> {
+    lookup(&CALLS, call).filter(|call| *call == current)?;
+    lookup(&FAULTS, fault)
 }
 
-fn lookup<T: Copy>(words: &[(&str, T)], word: &Word) -> Option<T> {
-    let found = words.iter().find(|(known, _)| *known == word.as_str());
-    found.map(|(_, meaning)| *meaning)
+fn lookup<T: Copy>(entries: &[(&str, T)], name: &RequestText) -> Option<T> {
+    let found = entries.iter().find(|(known, _)| *known == name.as_str());
+    found.map(|(_, value)| *value)
 }

@@ -1,73 +1,73 @@
 //! Faults that any call can cause on purpose. Faults in commanded or exported values are made where the
 //! values are written.
 
-#![allow(unsafe_code, reason = "a wild pointer is one of the troubles")]
+#![allow(unsafe_code, reason = "an invalid pointer is one of the faults")]
 
 use std::hint::black_box;
 use std::time::Duration;
 
 use jde_schema::prelude::*;
 
-use crate::request::Trouble;
+use crate::request::Fault;
 
 /// Longer than any schema of a campaign may take before it counts as hung.
-const DAWDLE: Duration = Duration::from_millis(900);
+const DAWDLE_TIME: Duration = Duration::from_millis(900);
 /// Several times the budget of this plugin's schemas, and shorter than the time after which a call counts as
 /// hung.
-const SLOW: Duration = Duration::from_millis(35);
+const SLOW_TIME: Duration = Duration::from_millis(35);
 
 /// Causes the fault, if it is one that any call can cause. Does nothing for the others.
 ///
 /// # Errors
-/// If `trouble` is [`Trouble::Error`].
-pub(crate) fn cause(trouble: Trouble) -> Result {
-    match trouble {
-        Trouble::Panic => panic!("as it was told"),
-        Trouble::Error => Err("as it was told".into()),
-        Trouble::Hang => loop {
+/// If `fault` is [`Fault::Error`].
+pub(crate) fn cause(fault: Fault) -> Result {
+    match fault {
+        Fault::Panic => panic!("requested fault"),
+        Fault::Error => Err("requested fault".into()),
+        Fault::Hang => loop {
             std::thread::park();
         },
-        Trouble::Dawdle => {
-            std::thread::sleep(DAWDLE);
+        Fault::Dawdle => {
+            std::thread::sleep(DAWDLE_TIME);
             Ok(())
         }
-        Trouble::Slow => {
-            std::thread::sleep(SLOW);
+        Fault::Slow => {
+            std::thread::sleep(SLOW_TIME);
             Ok(())
         }
-        Trouble::Segfault => {
+        Fault::Segfault => {
             // SAFETY: deliberately unsound. No page is mapped at address 8, so the write ends this process.
             unsafe { black_box(std::ptr::without_provenance_mut::<u64>(8)).write_volatile(1) };
             Ok(())
         }
-        Trouble::Abort => std::process::abort(),
-        Trouble::Exit => std::process::exit(3),
-        Trouble::Overflow => {
-            black_box(deeper(black_box(1)));
+        Fault::Abort => std::process::abort(),
+        Fault::Exit => std::process::exit(3),
+        Fault::Overflow => {
+            black_box(overflow_stack(black_box(1)));
             Ok(())
         }
-        Trouble::Eat => {
-            let mut kept = Vec::new();
+        Fault::Eat => {
+            let mut allocated = Vec::new();
             loop {
-                kept.push(black_box(vec![1_u8; 1 << 20]));
+                allocated.push(black_box(vec![1_u8; 1 << 20]));
             }
         }
-        Trouble::Silence
-        | Trouble::Nan
-        | Trouble::Infinity
-        | Trouble::Beyond
-        | Trouble::Flood
-        | Trouble::Trespass
-        | Trouble::Chatter
-        | Trouble::Meddle => Ok(()),
+        Fault::Silence
+        | Fault::Nan
+        | Fault::Infinity
+        | Fault::Beyond
+        | Fault::Flood
+        | Fault::Trespass
+        | Fault::Chatter
+        | Fault::Meddle => Ok(()),
     }
 }
 
 /// Recurses until the stack overflows.
-fn deeper(depth: u64) -> u64 {
+fn overflow_stack(depth: u64) -> u64 {
     let page = black_box([depth; 512]);
     if black_box(depth) == 0 {
         return page[0];
     }
-    deeper(depth + 1) + page[1]
+    overflow_stack(depth + 1) + page[1]
 }

@@ -59,8 +59,8 @@ enum Band {
 
 impl Schema for Goon {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let knows = self.laser.get(cx).is_some() && self.local_target(cx).is_some();
-        Ok((knows && self.is_free(cx)).into())
+        let is_complete = self.laser.get(cx).is_some() && self.local_target(cx).is_some();
+        Ok((is_complete && self.is_free(cx)).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -107,7 +107,7 @@ impl Goon {
 
 jde_schema::export!(
     "goon",
-    "Drives straight to a target while the way is free.",
+    "Drives straight to a target while the path is free.",
     [Goon]
 );
 

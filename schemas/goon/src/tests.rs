@@ -23,34 +23,34 @@ fn scan(point: Option<(f64, f64)>) -> LaserScan {
     scan
 }
 
-fn stand(bench: &mut Bench<Goon>, pose: Pose2D) {
+fn set_pose(bench: &mut Bench<Goon>, pose: Pose2D) {
     bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
 }
 
 /// A robot at (1, 1) that faces along x, with a free path and a target at (5, 1).
-fn free() -> Bench<Goon> {
+fn free_path() -> Bench<Goon> {
     let mut bench = Bench::new();
     bench.import("laser", &scan(None));
-    stand(&mut bench, Pose2D::new(1.0, 1.0, 0.0));
+    set_pose(&mut bench, Pose2D::new(1.0, 1.0, 0.0));
     bench.set("target", Target::at(Pose2D::new(5.0, 1.0, 0.0)));
     bench
 }
 
 fn ready(bench: &mut Bench<Goon>) -> bool {
-    bench.check().expect("it checks").ready
+    bench.check().expect("the check succeeds").ready
 }
 
 /// Asserts the command when the target is this many degrees to the left.
 #[track_caller]
-fn drives(degrees: f64, linear: f64, angular: f64) {
-    let mut bench = free();
+fn assert_command(degrees: f64, linear: f64, angular: f64) {
+    let mut bench = free_path();
     let (sin, cos) = degrees.to_radians().sin_cos();
     bench.set(
         "target",
         Target::at(Pose2D::new(1.0 + 4.0 * cos, 1.0 + 4.0 * sin, 0.0)),
     );
-    bench.iterate().expect("it drives");
-    let twist: Twist = bench.commanded("base").expect("it commands");
+    bench.iterate().expect("the iteration succeeds");
+    let twist: Twist = bench.commanded("base").expect("a command is sent");
     let (along, turn) = (twist.linear.x, twist.angular.z);
     assert!(
         (along - linear).abs() < 1e-9 && (turn - angular).abs() < 1e-9,
@@ -59,43 +59,43 @@ fn drives(degrees: f64, linear: f64, angular: f64) {
 }
 
 #[test]
-fn under_10_degrees_it_goes_straight_and_fast() {
+fn below_10_degrees_it_drives_straight_and_fast() {
     for degrees in [0.0, 9.9, -9.9] {
-        drives(degrees, 0.4, 0.0);
+        assert_command(degrees, 0.4, 0.0);
     }
 }
 
 #[test]
-fn from_10_to_40_degrees_it_turns_toward_the_target_on_the_move() {
+fn from_10_to_40_degrees_it_turns_toward_the_target_while_driving() {
     for degrees in [10.1, 39.9] {
-        drives(degrees, 0.2, TURN);
-        drives(-degrees, 0.2, -TURN);
+        assert_command(degrees, 0.2, TURN);
+        assert_command(-degrees, 0.2, -TURN);
     }
 }
 
 #[test]
 fn from_40_degrees_it_turns_toward_the_target_on_the_spot() {
     for degrees in [40.1, 90.0, 179.0] {
-        drives(degrees, 0.0, TURN);
-        drives(-degrees, 0.0, -TURN);
+        assert_command(degrees, 0.0, TURN);
+        assert_command(-degrees, 0.0, -TURN);
     }
 }
 
 #[test]
-fn the_heading_counts_the_short_way_round() {
-    let mut bench = free();
-    stand(&mut bench, Pose2D::new(5.0, 5.0, 3.0));
+fn the_heading_error_is_the_smaller_angle() {
+    let mut bench = free_path();
+    set_pose(&mut bench, Pose2D::new(5.0, 5.0, 3.0));
     bench.set("target", Target::at(Pose2D::new(1.0, 4.9, 0.0)));
-    bench.iterate().expect("it drives");
+    bench.iterate().expect("the iteration succeeds");
     // The target is at -178.6 degrees, and the robot faces 171.9 degrees.
     assert_eq!(bench.commanded("base"), Some(Twist::planar(0.4, 0.0)));
 }
 
 #[test]
 fn it_is_ready_while_the_area_ahead_is_free() {
-    let mut bench = free();
-    assert!(ready(&mut bench), "nothing in sight");
-    for (point, free) in [
+    let mut bench = free_path();
+    assert!(ready(&mut bench), "there are no returns");
+    for (point, expected) in [
         ((2.99, 0.0), false),
         ((3.01, 0.0), true),
         ((2.0, 0.99), false),
@@ -103,15 +103,15 @@ fn it_is_ready_while_the_area_ahead_is_free() {
         ((2.0, 1.01), true),
         ((2.0, -1.01), true),
     ] {
-        let mut bench = self::free();
+        let mut bench = free_path();
         bench.import("laser", &scan(Some(point)));
-        assert_eq!(ready(&mut bench), free, "an obstacle at {point:?}");
+        assert_eq!(ready(&mut bench), expected, "an obstacle at {point:?}");
     }
 }
 
 #[test]
 fn without_a_target_a_scan_or_a_pose_it_is_not_ready() {
-    let mut bench = free();
+    let mut bench = free_path();
     bench.set("target", Target::NONE);
     assert!(!ready(&mut bench));
 
@@ -122,21 +122,21 @@ fn without_a_target_a_scan_or_a_pose_it_is_not_ready() {
 
     let mut bench = Bench::<Goon>::new();
     bench.set("target", Target::at(Pose2D::ORIGIN));
-    stand(&mut bench, Pose2D::ORIGIN);
+    set_pose(&mut bench, Pose2D::ORIGIN);
     assert!(!ready(&mut bench), "no scan");
 }
 
 #[test]
-fn a_target_that_is_taken_away_while_it_wins_stops_it() {
-    let mut bench = free();
+fn a_target_removed_while_it_wins_stops_it() {
+    let mut bench = free_path();
     bench.set("target", Target::NONE);
-    bench.iterate().expect("it stops");
+    bench.iterate().expect("the iteration succeeds");
     assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
 }
 
 #[test]
 fn speeds_and_bands_are_modulated() {
-    let mut bench = free();
+    let mut bench = free_path();
     for (name, value) in [
         ("fast", 0.9),
         ("slow", 0.3),
@@ -147,8 +147,8 @@ fn speeds_and_bands_are_modulated() {
         bench.set(name, value);
     }
     for (heading, twist) in [(0.19, (0.9, 0.0)), (0.21, (0.3, -0.5)), (1.01, (0.0, -0.5))] {
-        stand(&mut bench, Pose2D::new(1.0, 1.0, heading));
-        bench.iterate().expect("it drives");
+        set_pose(&mut bench, Pose2D::new(1.0, 1.0, heading));
+        bench.iterate().expect("the iteration succeeds");
         assert_eq!(
             bench.commanded("base"),
             Some(Twist::planar(twist.0, twist.1)),
@@ -158,31 +158,31 @@ fn speeds_and_bands_are_modulated() {
 }
 
 #[test]
-fn its_panel_says_what_it_does_about_the_heading_error() {
-    for (degrees, words) in [
+fn the_panel_shows_the_reaction_to_the_heading_error() {
+    for (degrees, expected) in [
         (5.0, "straight and fast"),
         (-20.0, "slowly while turning"),
         (90.0, "turns on the spot"),
     ] {
-        let mut bench = free();
+        let mut bench = free_path();
         let (sin, cos) = f64::to_radians(degrees).sin_cos();
         bench.set(
             "target",
             Target::at(Pose2D::new(1.0 + 4.0 * cos, 1.0 + 4.0 * sin, 0.0)),
         );
-        let panel = bench.draw().expect("it shows");
-        assert_eq!(panel.texts(), [words], "at {degrees}°");
+        let panel = bench.draw().expect("the panel is drawn");
+        assert_eq!(panel.texts(), [expected], "at {degrees}°");
         assert!((panel.value("heading error") - degrees.to_radians()).abs() < 1e-9);
         assert!((panel.value("target ahead") - 4.0).abs() < 1e-9);
     }
 }
 
 #[test]
-fn its_panel_shows_whether_its_area_is_free() {
-    let mut bench = free();
+fn the_panel_shows_whether_the_area_is_free() {
+    let mut bench = free_path();
     for (obstacle, ink) in [(None, Ink::Good), (Some((2.0, 0.5)), Ink::Bad)] {
         bench.import("laser", &scan(obstacle));
-        let panel = bench.draw().expect("it shows");
+        let panel = bench.draw().expect("the panel is drawn");
         let area = panel.shapes("area").iter().find_map(|shape| match shape {
             Shape::Line {
                 points,
@@ -194,5 +194,8 @@ fn its_panel_shows_whether_its_area_is_free() {
         assert_eq!(area, Some(([3.0, 1.0], Color::Ink(ink))));
     }
     bench.set("target", Target::NONE);
-    assert_eq!(bench.draw().expect("it shows").texts(), ["No target, or no pose"]);
+    assert_eq!(
+        bench.draw().expect("the panel is drawn").texts(),
+        ["No target, or no pose"]
+    );
 }

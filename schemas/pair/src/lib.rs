@@ -9,7 +9,7 @@ pub struct Talker {
     /// Iterations so far.
     #[export]
     count: Export<u64>,
-    so_far: u64,
+    iterations: u64,
 }
 
 /// Logs each number that it imports. It commands no actuator.
@@ -19,25 +19,29 @@ pub struct Listener {
     /// The number to log.
     #[import(trigger)]
     count: Import<u64>,
-    said: u64,
+    logged: u64,
 }
 
 impl Schema for Talker {
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.so_far += 1;
-        self.count.write(cx, self.so_far);
+        self.iterations += 1;
+        self.count.write(cx, self.iterations);
         Ok(())
     }
 }
 
 impl Schema for Listener {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok(self.count.get(cx).is_some_and(|count| *count != self.said).into())
+        Ok(self
+            .count
+            .get(cx)
+            .is_some_and(|count| *count != self.logged)
+            .into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.said = *self.count.require(cx)?.value();
-        info!(cx, "heard {}", self.said);
+        self.logged = *self.count.require(cx)?.value();
+        info!(cx, "heard {}", self.logged);
         Ok(())
     }
 }

@@ -25,7 +25,7 @@ fn scan(points: &[(f64, f64)]) -> LaserScan {
 fn ready(points: &[(f64, f64)]) -> bool {
     let mut bench = Bench::<Stop>::new();
     bench.import("laser", &scan(points));
-    bench.check().expect("it checks").ready
+    bench.check().expect("the check succeeds").ready
 }
 
 /// Whether the schema is READY for a reading straight ahead.
@@ -34,7 +34,7 @@ fn ready_at(reading: f32) -> bool {
     let mut scan = scan(&[]);
     scan.ranges.as_mut_slice()[360] = reading;
     bench.import("laser", &scan);
-    bench.check().expect("it checks").ready
+    bench.check().expect("the check succeeds").ready
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn the_area_reaches_30_cm_to_each_side() {
     for side in [1.0, -1.0] {
         assert!(ready(&[(0.4, 0.29 * side)]));
         assert!(!ready(&[(0.4, 0.31 * side)]));
-        assert!(!ready(&[(0.1, 0.59 * side)]), "near, but beside");
+        assert!(!ready(&[(0.1, 0.59 * side)]), "near, but outside the width");
     }
 }
 
@@ -61,46 +61,49 @@ fn the_area_is_a_rectangle_and_not_a_disc() {
 #[test]
 fn without_a_scan_it_is_not_ready() {
     let mut bench = Bench::<Stop>::new();
-    assert!(!bench.check().expect("it checks").ready);
+    assert!(!bench.check().expect("the check succeeds").ready);
 }
 
 #[test]
-fn a_scan_without_beams_or_returns_shows_nothing() {
+fn a_scan_without_beams_or_returns_contains_no_obstacle() {
     let mut bench = Bench::<Stop>::new();
     bench.import("laser", &LaserScan::default());
-    assert!(!bench.check().expect("it checks").ready);
+    assert!(!bench.check().expect("the check succeeds").ready);
     assert!(!ready(&[]));
 }
 
 #[test]
-fn readings_that_are_no_distance_are_taken_as_rep_117_says() {
-    assert!(ready_at(f32::NEG_INFINITY), "too near to measure is near");
+fn special_readings_are_interpreted_as_in_rep_117() {
+    assert!(ready_at(f32::NEG_INFINITY), "too near to measure counts as near");
     assert!(!ready_at(f32::INFINITY), "no return");
     assert!(!ready_at(f32::NAN), "no reading");
     assert!(!ready_at(-0.3));
-    assert!(!ready_at(0.01), "under what the laser can measure");
+    assert!(!ready_at(0.01), "below the minimum range");
 }
 
 #[test]
 fn the_area_is_modulated() {
     let mut bench = Bench::<Stop>::new();
     bench.import("laser", &scan(&[(0.9, 0.45)]));
-    assert!(!bench.check().expect("it checks").ready);
+    assert!(!bench.check().expect("the check succeeds").ready);
     bench.set("ahead", 1.0);
-    assert!(!bench.check().expect("it checks").ready, "still beside");
+    assert!(
+        !bench.check().expect("the check succeeds").ready,
+        "still outside the width"
+    );
     bench.set("half_width", 0.5);
-    assert!(bench.check().expect("it checks").ready);
+    assert!(bench.check().expect("the check succeeds").ready);
 }
 
 #[test]
-fn it_commands_the_base_to_stand() {
+fn it_commands_zero_speed() {
     let mut bench = Bench::<Stop>::new();
-    bench.iterate().expect("it needs no scan for that");
+    bench.iterate().expect("the iteration succeeds without a scan");
     assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
 }
 
 #[test]
-fn r7_without_authority_its_command_is_refused_and_no_fault() {
+fn r7_without_authority_its_command_is_refused_without_a_fault() {
     let mut bench = Bench::<Stop>::new();
     bench.set_authority(false);
     bench.iterate().expect("a refusal is not a fault");
@@ -108,10 +111,10 @@ fn r7_without_authority_its_command_is_refused_and_no_fault() {
 }
 
 #[test]
-fn its_panel_shows_its_area_and_the_nearest_obstacle_in_it() {
+fn the_panel_shows_the_area_and_the_nearest_obstacle_in_it() {
     let mut bench = Bench::<Stop>::new();
     let area = |bench: &mut Bench<Stop>| {
-        let panel = bench.draw().expect("it shows");
+        let panel = bench.draw().expect("the panel is drawn");
         let areas = panel.shapes("area").iter().find_map(|shape| match shape {
             Shape::Line {
                 points,
@@ -126,7 +129,7 @@ fn its_panel_shows_its_area_and_the_nearest_obstacle_in_it() {
     assert_eq!((corner, color), ([0.6, 0.3], Color::Ink(Ink::Good)));
     assert_eq!(panel.texts(), ["nothing ahead"]);
     bench.import("laser", &scan(&[(0.5, 0.0), (2.0, 1.0)]));
-    assert!(bench.check().expect("it checks").ready);
+    assert!(bench.check().expect("the check succeeds").ready);
     let ((_, color), panel) = area(&mut bench);
     assert_eq!(color, Color::Ink(Ink::Bad));
     assert!((panel.value("nearest ahead") - 0.5).abs() < 1e-6);

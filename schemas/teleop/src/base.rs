@@ -43,12 +43,12 @@ pub struct Base {
 
 impl Schema for Base {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok(self.wanted(cx).is_some().into())
+        Ok(self.active_wish(cx).is_some().into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let twist = match self.wanted(cx) {
-            Some(wanted) => self.limited(cx, &wanted),
+        let twist = match self.active_wish(cx) {
+            Some(wish) => self.limited(cx, &wish),
             None => Twist::ZERO,
         };
         self.last = Some((twist, cx.now()));
@@ -58,31 +58,31 @@ impl Schema for Base {
 }
 
 impl Base {
-    fn wanted(&self, cx: &Context) -> Option<Twist> {
-        let want = self.want.sample(cx);
-        is_in_force(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(want.twist)
+    fn active_wish(&self, cx: &Context) -> Option<Twist> {
+        let wish = self.want.sample(cx);
+        is_in_force(cx, wish.wanted, wish.time(), self.patience.get(cx)).then_some(wish.twist)
     }
 
-    fn limited(&self, cx: &Context, wanted: &Twist) -> Twist {
+    fn limited(&self, cx: &Context, wish: &Twist) -> Twist {
         let now = cx.now();
-        let fresh = |(_, time): &(Twist, Duration)| now.saturating_sub(*time) <= PAUSE;
-        let (last, passed) = match self.last.filter(fresh) {
+        let is_recent = |(_, time): &(Twist, Duration)| now.saturating_sub(*time) <= PAUSE;
+        let (last, elapsed) = match self.last.filter(is_recent) {
             Some((last, time)) => (last, now.saturating_sub(time).as_secs_f64()),
             None => (Twist::ZERO, Duration::from_millis(50).as_secs_f64()),
         };
         let linear = Limit {
             max: self.fast.get(cx),
-            step: self.acceleration.get(cx) * passed,
+            step: self.acceleration.get(cx) * elapsed,
         };
         let angular = Limit {
             max: self.turn.get(cx),
-            step: self.turn_acceleration.get(cx) * passed,
+            step: self.turn_acceleration.get(cx) * elapsed,
         };
         let mut twist = Twist::planar(
-            linear.of(wanted.linear.x, last.linear.x),
-            angular.of(wanted.angular.z, last.angular.z),
+            linear.apply(wish.linear.x, last.linear.x),
+            angular.apply(wish.angular.z, last.angular.z),
         );
-        twist.linear.y = linear.of(wanted.linear.y, last.linear.y);
+        twist.linear.y = linear.apply(wish.linear.y, last.linear.y);
         twist
     }
 }
@@ -98,9 +98,9 @@ struct Limit {
 impl Limit {
     /// Returns the speed to command for a wish after the speed `last`. It decreases at once, increases step
     /// by step, and passes through 0 when the sign changes.
-    fn of(&self, wanted: f64, last: f64) -> f64 {
-        let wanted = wanted.clamp(-self.max, self.max);
-        let before = if wanted * last > 0.0 { last.abs() } else { 0.0 };
-        wanted.abs().min(before + self.step).copysign(wanted)
+    fn apply(&self, wish: f64, last: f64) -> f64 {
+        let wish = wish.clamp(-self.max, self.max);
+        let previous = if wish * last > 0.0 { last.abs() } else { 0.0 };
+        wish.abs().min(previous + self.step).copysign(wish)
     }
 }

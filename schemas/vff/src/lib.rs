@@ -71,7 +71,7 @@ pub struct Vff {
     base: Actuator<Twist>,
     obstacle: bool,
     /// How much larger the area was at the last check, m.
-    tested: f64,
+    checked_margin: f64,
 }
 
 impl Schema for Vff {
@@ -79,8 +79,8 @@ impl Schema for Vff {
         let (Some(laser), Some(heading)) = (self.laser.get(cx), self.heading(cx)) else {
             return Ok(false.into());
         };
-        let margin = self.grown(cx);
-        self.tested = margin;
+        let margin = self.current_margin(cx);
+        self.checked_margin = margin;
         let nearest = laser.nearest_ahead(self.half_width.get(cx) + margin);
         self.obstacle = nearest.is_some_and(|ahead| ahead <= self.ahead.get(cx) + margin);
         Ok(Precondition::from(self.obstacle).urgency(heading.abs()))
@@ -137,7 +137,7 @@ impl Vff {
     }
 
     /// How much larger the area is at present, m.
-    fn grown(&self, cx: &Context) -> f64 {
+    fn current_margin(&self, cx: &Context) -> f64 {
         if self.obstacle { self.margin.get(cx) } else { 0.0 }
     }
 }

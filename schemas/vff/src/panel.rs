@@ -23,10 +23,10 @@ impl Panel for Vff {
             });
         }
         let (side, ahead) = (self.half_width.get(cx), self.ahead.get(cx));
-        let grown = self.tested;
+        let margin = self.checked_margin;
         let canvas = pen.canvas("area").forward_up();
         canvas.area((-1.0, -2.5), (4.0, 2.5)).show(|area| {
-            area.rectangle((0.0, -side - grown), (ahead + grown, side + grown))
+            area.rectangle((0.0, -side - margin), (ahead + margin, side + margin))
                 .ink(if self.obstacle { Ink::Warn } else { Ink::Good })
                 .width(2.0);
             if let Some(laser) = self.laser.get(cx) {

@@ -36,9 +36,12 @@ fn scan(density: usize, returns: &[(i32, f32)]) -> LaserScan {
 }
 
 #[track_caller]
-fn near(is: (f64, f64), wanted: (f64, f64), tolerance: f64) {
-    let apart = (is.0 - wanted.0).hypot(is.1 - wanted.1);
-    assert!(apart <= tolerance, "{is:?} is not {wanted:?} ± {tolerance}");
+fn assert_near(value: (f64, f64), expected: (f64, f64), tolerance: f64) {
+    let difference = (value.0 - expected.0).hypot(value.1 - expected.1);
+    assert!(
+        difference <= tolerance,
+        "{value:?} is not {expected:?} ± {tolerance}"
+    );
 }
 
 /// The sum of forces for a target at (x, y) in the robot's frame and returns one degree wide.
@@ -49,16 +52,16 @@ fn force(target: (f64, f64), returns: &[(i32, f32)]) -> (f64, f64) {
 }
 
 #[test]
-fn the_target_pulls_by_0_7_of_its_distance_up_to_1_m() {
-    near(force((0.5, 0.0), &[]), (0.35, 0.0), 1e-9);
-    near(force((1.0, 0.0), &[]), (0.7, 0.0), 1e-9);
-    near(force((20.0, 0.0), &[]), (0.7, 0.0), 1e-9);
-    near(force((-3.0, 4.0), &[]), (-0.42, 0.56), 1e-9);
-    near(force((0.0, 0.0), &[]), (0.0, 0.0), 0.0);
+fn the_attraction_is_0_7_of_the_distance_up_to_1_m() {
+    assert_near(force((0.5, 0.0), &[]), (0.35, 0.0), 1e-9);
+    assert_near(force((1.0, 0.0), &[]), (0.7, 0.0), 1e-9);
+    assert_near(force((20.0, 0.0), &[]), (0.7, 0.0), 1e-9);
+    assert_near(force((-3.0, 4.0), &[]), (-0.42, 0.56), 1e-9);
+    assert_near(force((0.0, 0.0), &[]), (0.0, 0.0), 0.0);
 }
 
 #[test]
-fn a_return_pushes_by_the_table_of_2007() {
+fn the_repulsion_of_a_return_follows_the_table_of_2007() {
     // 0.3 times the push of the table, divided by 20.
     let table = [
         (0.1, 2.0),
@@ -77,7 +80,7 @@ fn a_return_pushes_by_the_table_of_2007() {
         (7.9, 0.0),
     ];
     for (range, push) in table {
-        near(force((0.0, 0.0), &[(0, range)]), (-0.3 * push / 20.0, 0.0), 1e-6);
+        assert_near(force((0.0, 0.0), &[(0, range)]), (-0.3 * push / 20.0, 0.0), 1e-6);
     }
 }
 
@@ -86,34 +89,34 @@ fn pushes_add_up_as_vectors() {
     // By the table, the push is 1.0 at 90 degrees to the left and 0.5 at 30 degrees to the right.
     let push = 0.3 / 20.0;
     let (x, y) = (0.5 * 30_f64.to_radians().cos(), -0.5 * 30_f64.to_radians().sin());
-    near(
+    assert_near(
         force((0.0, 0.0), &[(90, 0.8), (-30, 1.5)]),
         (-push * x, -push * (1.0 + y)),
         1e-6,
     );
-    near(force((2.0, 0.0), &[(0, 0.4)]), (0.7 - push * 1.5, 0.0), 1e-6);
+    assert_near(force((2.0, 0.0), &[(0, 0.4)]), (0.7 - push * 1.5, 0.0), 1e-6);
 }
 
 #[test]
-fn a_wall_pushes_as_hard_through_more_beams() {
+fn the_repulsion_does_not_depend_on_the_number_of_beams() {
     let wall: Vec<(i32, f32)> = (20..70).map(|degrees| (degrees, 0.6)).collect();
     let target = Pose2D::new(3.0, 1.0, 0.0);
     let coarse = FIELD.forces(&target, &scan(1, &wall)).sum();
     let fine = FIELD.forces(&target, &scan(4, &wall)).sum();
     // The additional beams are up to 0.75 degrees farther to the left.
-    near(fine, coarse, 0.01);
-    assert!(coarse.1 < -0.1, "it does push: {coarse:?}");
+    assert_near(fine, coarse, 0.01);
+    assert!(coarse.1 < -0.1, "the wall must repel: {coarse:?}");
 }
 
 #[test]
-fn a_scanner_mounted_upside_down_pushes_the_same() {
+fn a_scanner_mounted_upside_down_gives_the_same_repulsion() {
     let upright = scan(1, &[(40, 0.6), (-10, 1.2)]);
     let mut turned = upright;
     turned.ranges.as_mut_slice().reverse();
     turned.angle_min = -upright.angle_min;
     turned.angle_increment = -upright.angle_increment;
     let target = Pose2D::new(3.0, 1.0, 0.0);
-    near(
+    assert_near(
         FIELD.forces(&target, &turned).sum(),
         FIELD.forces(&target, &upright).sum(),
         1e-5,
@@ -121,7 +124,7 @@ fn a_scanner_mounted_upside_down_pushes_the_same() {
 }
 
 #[test]
-fn reach_stretches_the_distances_of_the_table() {
+fn reach_scales_the_distances_of_the_table() {
     let field = Field { reach: 0.4, ..FIELD };
     let push = |range| field.forces(&Pose2D::ORIGIN, &scan(1, &[(0, range)])).sum().0;
     assert!((push(0.39) + 0.3 * 1.0 / 20.0).abs() < 1e-6);
@@ -144,10 +147,10 @@ fn bench(degrees: f64, returns: &[(i32, f32)]) -> Bench<Vff> {
 
 /// Asserts the command when the force points this many degrees to the left.
 #[track_caller]
-fn drives(degrees: f64, linear: f64, angular: f64) {
+fn assert_command(degrees: f64, linear: f64, angular: f64) {
     let mut bench = bench(degrees, &[]);
-    bench.iterate().expect("it drives");
-    let twist: Twist = bench.commanded("base").expect("it commands");
+    bench.iterate().expect("the iteration succeeds");
+    let twist: Twist = bench.commanded("base").expect("a command is sent");
     let (along, turn) = (twist.linear.x, twist.angular.z);
     assert!(
         (along - linear).abs() < 1e-9 && (turn - angular).abs() < 1e-9,
@@ -156,32 +159,32 @@ fn drives(degrees: f64, linear: f64, angular: f64) {
 }
 
 #[test]
-fn under_10_degrees_it_goes_straight() {
+fn below_10_degrees_it_drives_straight() {
     for degrees in [0.0, 9.9, -9.9] {
-        drives(degrees, 0.2, 0.0);
+        assert_command(degrees, 0.2, 0.0);
     }
 }
 
 #[test]
-fn from_10_to_40_degrees_it_turns_toward_the_force_on_the_move() {
+fn from_10_to_40_degrees_it_turns_toward_the_force_while_driving() {
     for degrees in [10.1, 39.9] {
-        drives(degrees, 0.1, VEER);
-        drives(-degrees, 0.1, -VEER);
+        assert_command(degrees, 0.1, VEER);
+        assert_command(-degrees, 0.1, -VEER);
     }
 }
 
 #[test]
 fn from_40_degrees_it_turns_toward_the_force_on_the_spot() {
     for degrees in [40.1, 90.0, 179.0] {
-        drives(degrees, 0.0, TURN);
-        drives(-degrees, 0.0, -TURN);
+        assert_command(degrees, 0.0, TURN);
+        assert_command(-degrees, 0.0, -TURN);
     }
 }
 
 #[test]
-fn it_is_as_urgent_as_its_heading_error() {
+fn the_urgency_is_the_absolute_heading_error() {
     for degrees in [0.0, 30.0, -30.0, 170.0, -170.0] {
-        let urgency = bench(degrees, &[]).check().expect("it checks").urgency;
+        let urgency = bench(degrees, &[]).check().expect("the check succeeds").urgency;
         assert!(
             (urgency - f64::abs(degrees).to_radians()).abs() < 1e-6,
             "{urgency} rad at {degrees}°"
@@ -192,8 +195,8 @@ fn it_is_as_urgent_as_its_heading_error() {
 #[test]
 fn in_a_symmetric_scene_it_does_not_turn() {
     let mut bench = bench(0.0, &[(-40, 0.9), (40, 0.9), (-60, 0.7), (60, 0.7), (0, 2.0)]);
-    assert!(bench.check().expect("it checks").ready);
-    bench.iterate().expect("it drives");
+    assert!(bench.check().expect("the check succeeds").ready);
+    bench.iterate().expect("the iteration succeeds");
     assert_eq!(bench.commanded("base"), Some(Twist::planar(0.2, 0.0)));
 }
 
@@ -203,8 +206,8 @@ fn it_turns_away_from_a_wall_on_one_side() {
     let right: Vec<(i32, f32)> = left.iter().map(|(degrees, range)| (-degrees, *range)).collect();
     for (wall, sign) in [(left, -1.0), (right, 1.0)] {
         let mut bench = bench(0.0, &wall);
-        bench.iterate().expect("it drives");
-        let twist: Twist = bench.commanded("base").expect("it commands");
+        bench.iterate().expect("the iteration succeeds");
+        let twist: Twist = bench.commanded("base").expect("a command is sent");
         assert!(twist.angular.z * sign > 0.0, "{} rad/s", twist.angular.z);
     }
 }
@@ -222,7 +225,7 @@ fn it_is_ready_while_an_obstacle_stands_in_its_area() {
     ] {
         let mut bench = bench(0.0, &[point]);
         assert_eq!(
-            bench.check().expect("it checks").ready,
+            bench.check().expect("the check succeeds").ready,
             ready,
             "an obstacle at {point:?}"
         );
@@ -230,7 +233,7 @@ fn it_is_ready_while_an_obstacle_stands_in_its_area() {
 }
 
 #[test]
-fn with_a_margin_an_obstacle_must_go_farther_than_it_came() {
+fn with_a_margin_the_area_is_larger_while_an_obstacle_is_in_it() {
     let mut bench = bench(0.0, &[]);
     bench.set("margin", 0.2);
     for (range, ready) in [
@@ -242,19 +245,23 @@ fn with_a_margin_an_obstacle_must_go_farther_than_it_came() {
         (3.1, false),
     ] {
         bench.import("laser", &scan(1, &[(0, range)]));
-        assert_eq!(bench.check().expect("it checks").ready, ready, "at {range} m");
+        assert_eq!(
+            bench.check().expect("the check succeeds").ready,
+            ready,
+            "at {range} m"
+        );
     }
     bench.import("laser", &scan(1, &[(45, 1.40)]));
-    assert!(bench.check().expect("it checks").ready);
+    assert!(bench.check().expect("the check succeeds").ready);
     bench.import("laser", &scan(1, &[(45, 1.60)]));
     assert!(
-        bench.check().expect("it checks").ready,
+        bench.check().expect("the check succeeds").ready,
         "the area grows to the sides too"
     );
 }
 
 #[test]
-fn without_a_target_a_scan_or_a_pose_it_is_not_ready_and_stands() {
+fn without_a_target_a_scan_or_a_pose_it_is_not_ready_and_commands_zero() {
     let mut without_target = bench(0.0, &[(0, 1.0)]);
     without_target.set("target", Target::NONE);
     let mut without_pose = Bench::<Vff>::new();
@@ -267,28 +274,28 @@ fn without_a_target_a_scan_or_a_pose_it_is_not_ready_and_stands() {
     );
     without_scan.set("target", Target::at(Pose2D::ORIGIN));
     for mut bench in [without_target, without_pose, without_scan] {
-        assert!(!bench.check().expect("it checks").ready);
-        bench.iterate().expect("it stops");
+        assert!(!bench.check().expect("the check succeeds").ready);
+        bench.iterate().expect("the iteration succeeds");
         assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
     }
 }
 
 #[test]
-fn the_target_is_seen_from_where_the_robot_looks() {
+fn the_target_is_converted_to_the_frame_of_the_robot() {
     let mut bench = bench(0.0, &[]);
     let pose = Pose2D::new(4.0, -3.0, FRAC_PI_2);
     bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
     assert!(
-        bench.check().expect("it checks").urgency < 1e-6,
+        bench.check().expect("the check succeeds").urgency < 1e-6,
         "the target at 4, 0 lies straight ahead"
     );
 }
 
 #[test]
-fn its_panel_shows_the_forces_that_it_follows() {
+fn the_panel_shows_the_forces() {
     let mut bench = bench(0.0, &[(90, 0.4), (89, 0.4)]);
-    bench.iterate().expect("it drives");
-    let panel = bench.draw().expect("it shows");
+    bench.iterate().expect("the iteration succeeds");
+    let panel = bench.draw().expect("the panel is drawn");
     assert!((panel.value("attraction") - 0.7).abs() < 1e-9);
     let push = 2.0 * 0.3 * 1.5 / 20.0 * 0.5_f64.to_radians().cos();
     assert!((panel.value("repulsion") - push).abs() < 1e-6);
@@ -303,25 +310,25 @@ fn its_panel_shows_the_forces_that_it_follows() {
             _ => None,
         })
         .collect();
-    let [(pull, _), (pushed, _), (both, color)] = tips[..] else {
+    let [(pull, _), (push_tip, _), (sum, color)] = tips[..] else {
         panic!("three forces: {tips:?}")
     };
-    assert!(pushed[1] < 0.0, "away from the wall on the left");
-    near(
-        (both[0], both[1]),
-        (pull[0] + pushed[0], pull[1] + pushed[1]),
+    assert!(push_tip[1] < 0.0, "away from the wall on the left");
+    assert_near(
+        (sum[0], sum[1]),
+        (pull[0] + push_tip[0], pull[1] + push_tip[1]),
         1e-9,
     );
     assert_eq!(color, Color::Ink(Ink::Accent));
-    let error = both[1].atan2(both[0]);
+    let error = sum[1].atan2(sum[0]);
     assert!((panel.value("heading error") - error).abs() < 1e-9);
 }
 
 #[test]
-fn its_panel_shows_the_area_that_was_looked_at() {
+fn the_panel_shows_the_area_of_the_last_check() {
     let mut bench = bench(0.0, &[]);
     bench.set("margin", 0.2);
-    for (range, wanted) in [
+    for (range, expected) in [
         (3.1, ([3.0, 1.0], Ink::Good)),
         (2.9, ([3.0, 1.0], Ink::Warn)),
         (3.1, ([3.2, 1.2], Ink::Warn)),
@@ -329,8 +336,8 @@ fn its_panel_shows_the_area_that_was_looked_at() {
         (3.1, ([3.0, 1.0], Ink::Good)),
     ] {
         bench.import("laser", &scan(1, &[(0, range)]));
-        bench.check().expect("it checks");
-        let panel = bench.draw().expect("it shows");
+        bench.check().expect("the check succeeds");
+        let panel = bench.draw().expect("the panel is drawn");
         let area = panel.shapes("area").iter().find_map(|shape| match shape {
             Shape::Line {
                 points,
@@ -339,24 +346,24 @@ fn its_panel_shows_the_area_that_was_looked_at() {
             } => Some((points[2], stroke.color)),
             _ => None,
         });
-        let (corner, ink) = wanted;
+        let (corner, ink) = expected;
         assert_eq!(area, Some((corner, Color::Ink(ink))), "at {range} m");
     }
 }
 
 #[test]
-fn another_build_of_it_knows_that_an_obstacle_stood_there() {
+fn another_build_restores_whether_an_obstacle_was_in_the_area() {
     let mut old = bench(0.0, &[]);
     old.import("laser", &scan(1, &[(0, 2.9)]));
-    assert!(old.check().expect("it checks").ready);
-    let saved = old.save().expect("it saves");
+    assert!(old.check().expect("the check succeeds").ready);
+    let saved = old.save().expect("saving succeeds");
     for (restored, ready) in [(false, false), (true, true)] {
         let mut new = bench(0.0, &[]);
         new.set("margin", 0.2);
         if restored {
-            new.restore(&saved).expect("it restores");
+            new.restore(&saved).expect("restoring succeeds");
         }
         new.import("laser", &scan(1, &[(0, 3.1)]));
-        assert_eq!(new.check().expect("it checks").ready, ready);
+        assert_eq!(new.check().expect("the check succeeds").ready, ready);
     }
 }

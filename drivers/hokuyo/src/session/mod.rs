@@ -205,7 +205,7 @@ impl Session {
             *speed += 1;
             let Some(baud) = [first, first].into_iter().chain(others).nth(*speed) else {
                 events.push(Event::Disconnect(
-                    "no scanner that speaks SCIP 2 answers at any speed: is it switched on, and are its data lines crossed?"
+                    "no SCIP 2 scanner answers at any speed: is it switched on, and are its data lines crossed?"
                         .to_owned(),
                 ));
                 return;

@@ -54,7 +54,7 @@ impl Step {
     /// The refused action, for an error message.
     pub(super) fn describe(&self) -> &'static str {
         match self {
-            Self::Connect { .. } => "answer as a scanner that speaks SCIP 2",
+            Self::Connect { .. } => "answer as a SCIP 2 scanner",
             Self::Speed => "go at the speed of its address, which not every model can",
             Self::Version => "say what it is",
             Self::Parameters => "say what it measures",

@@ -216,7 +216,7 @@ fn a_refused_step_is_named_in_the_reason() {
     };
     assert_eq!(
         refused(silent.clone(), None),
-        "it would not answer as a scanner that speaks SCIP 2: no answer"
+        "it would not answer as a SCIP 2 scanner: no answer"
     );
     assert!(refused(silent, Some(19_200)).contains("at any speed"));
     let refuses = |request, status| EmulatedScanner {
@@ -235,7 +235,7 @@ fn a_refused_step_is_named_in_the_reason() {
     assert!(
         refused(refuses("SS", "03"), Some(38_400)).starts_with("it would not go at the speed of its address")
     );
-    assert!(refused(refuses("PP", "00"), Some(19_200)).ends_with("it does not tell its DMIN"));
+    assert!(refused(refuses("PP", "00"), Some(19_200)).ends_with("it does not report its DMIN"));
 }
 
 #[test]

@@ -11,7 +11,10 @@ use crate::{Base, Topics};
 fn a_lost_connection_is_restored_automatically() {
     let address = unused_address();
     let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
-    fixture.until_note(Connection::LOST, "nobody answers there; is the router running?");
+    fixture.until_note(
+        Connection::LOST,
+        "no router answers at this address; is it running?",
+    );
     for _ in 0..2 {
         let session = open_router(&address);
         fixture.until_note(Connection::CONNECTED, &address);
@@ -20,7 +23,7 @@ fn a_lost_connection_is_restored_automatically() {
             bench.exported::<Twist>("cmd_vel").is_some()
         });
         session.close().wait().unwrap();
-        fixture.until_note(Connection::LOST, "nobody is there any more");
+        fixture.until_note(Connection::LOST, "no router or node is connected any more");
         fixture.until(|bench| bench.exported::<Twist>("cmd_vel").is_none());
     }
 }
@@ -75,7 +78,7 @@ fn invalid_settings_are_rejected_on_awakening() {
     );
     assert_rejected(
         &|bench| bench.set("connect", Text::<512>::EMPTY),
-        "it can reach nobody",
+        "no address is set",
     );
     assert_rejected(
         &|bench| bench.set("laser_topic", Text::<128>::new("my scan")),

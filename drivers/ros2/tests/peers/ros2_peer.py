@@ -1,11 +1,11 @@
-"""A ROS 2 program written elsewhere: it speaks through zenoh_ros2_sdk, which knows nothing of jde, with the definitions of ROS 2
-Jazzy that rosbags brings along; types are told apart by hashes that it computes itself.
+"""A ROS 2 program for tests: it uses zenoh_ros2_sdk, which does not depend on jde, and the definitions of ROS 2 Jazzy from rosbags;
+types are identified by hashes that it computes itself.
 
-    ros2_peer.py router             a router of Zenoh, as ROS 2's rmw_zenohd is one; prints its port, ends with its standard input
-    ros2_peer.py drive PORT         watches a robot of ours, drives it by /cmd_vel and looks whether the numbers fit
-    ros2_peer.py serve PORT         is a robot itself: /scan, /odom and /battery_state, and it obeys /cmd_vel; ends with its input
+    ros2_peer.py router             a Zenoh router like ROS 2's rmw_zenohd; prints its port, ends with its standard input
+    ros2_peer.py drive PORT         receives the topics of a jde robot, drives it by /cmd_vel and checks the values
+    ros2_peer.py serve PORT         a robot with /scan, /odom and /battery_state that executes /cmd_vel; ends with its input
 
-It waits for what is to happen and fails, in words, if that has not happened after LIMIT seconds.
+It waits for each expected event, and fails with a message if the event has not occurred after LIMIT seconds.
 """
 
 import math
@@ -38,38 +38,38 @@ TYPES = {
 
 
 def definitions(types):
-    """Puts the definitions of these types, and of all that they are made of, where the SDK looks for them."""
+    """Writes the definitions of these types and of their parts to a folder that the SDK reads."""
     folder = Path(tempfile.mkdtemp(prefix="ros2-definitions-"))
-    rule = "=" * 80 + "\n"
+    separator = "=" * 80 + "\n"
     for name in types:
         text, _ = JAZZY.generate_msgdef(name, ros_version=2)
-        own, *parts = text.split(rule)
-        pieces = {name: own}
+        own, *parts = text.split(separator)
+        texts = {name: own}
         for part in parts:
             title, _, body = part.partition("\n")
-            pieces[title.removeprefix("MSG: ").strip()] = body
-        for piece, body in pieces.items():
-            package, *_, kind = piece.split("/")
+            texts[title.removeprefix("MSG: ").strip()] = body
+        for part_name, body in texts.items():
+            package, *_, kind = part_name.split("/")
             file = folder / package / "msg" / f"{kind}.msg"
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(body)
     get_registry(str(folder))
 
 
-def until(what, good):
-    """Waits until something is so; gives it."""
+def until(what, condition):
+    """Waits until a condition holds and returns its value."""
     end = time.monotonic() + LIMIT
     while time.monotonic() < end:
-        answer = good()
-        if answer:
-            return answer
+        value = condition()
+        if value:
+            return value
         time.sleep(0.01)
-    sys.exit(f"after {LIMIT:.0f} s still not: {what}")
+    sys.exit(f"after {LIMIT:.0f} s not satisfied: {what}")
 
 
-def check(fact, words):
-    if not fact:
-        sys.exit(f"wrong: {words}")
+def check(condition, message):
+    if not condition:
+        sys.exit(f"wrong: {message}")
 
 
 def yaw(rotation):
@@ -83,31 +83,31 @@ def seconds(stamp):
     return stamp.sec + stamp.nanosec * 1e-9
 
 
-class Ear:
-    """The newest message of a topic, and how many came."""
+class Subscription:
+    """The newest message of a topic, and the number of messages."""
 
     def __init__(self, topic, port):
         self.newest, self.count, self.frames = None, 0, set()
-        self.of = ROS2Subscriber(
-            topic, TYPES[topic], self.hear, domain_id=0, router_port=port, node_name="peer"
+        self.subscriber = ROS2Subscriber(
+            topic, TYPES[topic], self.receive, domain_id=0, router_port=port, node_name="peer"
         )
 
-    def hear(self, message):
+    def receive(self, message):
         self.newest = message
         self.count += 1
         if hasattr(message, "header"):
             self.frames.add(message.header.frame_id)
 
 
-class Mouth:
+class Publication:
     """A publication."""
 
     def __init__(self, topic, port):
-        self.of = ROS2Publisher(topic, TYPES[topic], domain_id=0, router_port=port, node_name="peer")
+        self.publisher = ROS2Publisher(topic, TYPES[topic], domain_id=0, router_port=port, node_name="peer")
 
     def twist(self, linear, angular):
-        vector, twist = JAZZY.types["geometry_msgs/msg/Vector3"], self.of
-        twist.publish(linear=vector(float(linear), 0.0, 0.0), angular=vector(0.0, 0.0, float(angular)))
+        vector = JAZZY.types["geometry_msgs/msg/Vector3"]
+        self.publisher.publish(linear=vector(float(linear), 0.0, 0.0), angular=vector(0.0, 0.0, float(angular)))
 
 
 def router():
@@ -127,10 +127,10 @@ def router():
 
 def drive(port):
     definitions(TYPES.values())
-    ears = {topic: Ear(topic, port) for topic in TYPES if topic != "/cmd_vel"}
-    for topic, ear in ears.items():
-        until(f"{topic} is heard", lambda ear=ear: ear.count > 2)
-    scan, odom, image = (ears[topic] for topic in ("/scan", "/odom", "/image"))
+    subscriptions = {topic: Subscription(topic, port) for topic in TYPES if topic != "/cmd_vel"}
+    for topic, subscription in subscriptions.items():
+        until(f"{topic} is received", lambda subscription=subscription: subscription.count > 2)
+    scan, odom, image = (subscriptions[topic] for topic in ("/scan", "/odom", "/image"))
     listed = dict(get_topic_names_and_types(domain_id=0, router_port=port, timeout=2.0))
     for topic, kind in TYPES.items():
         check(listed.get(topic) == [kind], f"{topic} is listed as {listed.get(topic)}, not {kind}")
@@ -138,85 +138,85 @@ def drive(port):
     first = scan.newest
     check(len(first.ranges) == 180, f"a scan of {len(first.ranges)} beams")
     check(abs(first.angle_min + math.pi / 2) < 1e-6, f"a scan from {first.angle_min}")
-    check(abs(first.angle_increment - math.pi / 180) < 1e-6, f"beams {first.angle_increment} apart")
+    check(abs(first.angle_increment - math.pi / 180) < 1e-6, f"an increment of {first.angle_increment}")
     last = first.angle_min + 179 * first.angle_increment
     check(abs(first.angle_max - last) < 1e-5, f"a scan to {first.angle_max}, not {last}")
     check(first.header.frame_id == "laser", f"a scan in {first.header.frame_id}")
     near = [r for r in first.ranges if math.isfinite(r)]
     check(near and all(first.range_min <= r <= first.range_max for r in near), "ranges beyond limits")
-    late = time.time() - seconds(scan.newest.header.stamp)
-    check(-0.1 < late < 2.0, f"a scan that is {late} s old by the wall's clock")
+    age = time.time() - seconds(scan.newest.header.stamp)
+    check(-0.1 < age < 2.0, f"a scan that is {age} s old by the wall clock")
     check(image.newest.encoding == "rgb8", f"pixels of {image.newest.encoding}")
     shape = (image.newest.height, image.newest.width, 3)
     pixels = numpy.asarray(image.newest.data).reshape(shape)
     check(shape == (240, 320, 3) and pixels.std() > 5, f"a picture of {shape} that shows nothing")
-    check(11 < ears["/battery_state"].newest.voltage < 15, "a battery of another kind")
-    until("all sonars are heard", lambda: len(ears["/sonar"].frames) == 16)
-    steps = {step.child_frame_id: step for step in ears["/tf"].newest.transforms}
+    check(11 < subscriptions["/battery_state"].newest.voltage < 15, "an unexpected battery voltage")
+    until("all sonars are received", lambda: len(subscriptions["/sonar"].frames) == 16)
+    steps = {step.child_frame_id: step for step in subscriptions["/tf"].newest.transforms}
     check(steps["base_link"].header.frame_id == "odom", "the base is not in odom")
-    check(abs(steps["laser"].transform.translation.x - 0.018) < 1e-9, "the laser is elsewhere")
+    check(abs(steps["laser"].transform.translation.x - 0.018) < 1e-9, "the laser has another pose")
     check("sonar_15" in steps, "sonars have no frame")
 
     begin, ahead = odom.newest.pose.pose, first.ranges[90]
-    mouth = Mouth("/cmd_vel", port)
+    cmd_vel = Publication("/cmd_vel", port)
 
-    def far():
-        place = odom.newest.pose.pose.position
-        return math.hypot(place.x - begin.position.x, place.y - begin.position.y)
+    def distance():
+        position = odom.newest.pose.pose.position
+        return math.hypot(position.x - begin.position.x, position.y - begin.position.y)
 
-    def obey(linear, angular, what, good):
-        def turn():
-            mouth.twist(linear, angular)
+    def drive_until(linear, angular, what, condition):
+        def step():
+            cmd_vel.twist(linear, angular)
             time.sleep(0.05)
-            return good()
+            return condition()
 
-        until(what, turn)
+        until(what, step)
 
-    obey(0.3, 0.0, "it has gone half a metre", lambda: far() > 0.5)
-    until("it stands again, as nobody tells it to go", lambda: abs(odom.newest.twist.twist.linear.x) < 1e-6)
-    way, seen = far(), ahead - scan.newest.ranges[90]
-    check(0.5 < way < 1.0, f"it went {way} m")
-    check(abs(way - seen) < 0.05, f"it went {way} m by its wheels and {seen} m by its laser")
+    drive_until(0.3, 0.0, "it has driven half a metre", lambda: distance() > 0.5)
+    until("it stops when no velocity is sent", lambda: abs(odom.newest.twist.twist.linear.x) < 1e-6)
+    travelled, seen = distance(), ahead - scan.newest.ranges[90]
+    check(0.5 < travelled < 1.0, f"it drove {travelled} m")
+    check(abs(travelled - seen) < 0.05, f"it drove {travelled} m by its wheels and {seen} m by its laser")
     heading = yaw(odom.newest.pose.pose.orientation)
     turned = lambda: math.remainder(yaw(odom.newest.pose.pose.orientation) - heading, math.tau)
-    obey(0.0, 0.5, "it has turned left by half a radian", lambda: turned() > 0.5)
-    until("it stands again", lambda: abs(odom.newest.twist.twist.angular.z) < 1e-6)
+    drive_until(0.0, 0.5, "it has turned left by half a radian", lambda: turned() > 0.5)
+    until("it has stopped turning", lambda: abs(odom.newest.twist.twist.angular.z) < 1e-6)
 
-    # What no program of ROS 2 would send does no harm, and who sends it does not drive.
-    place, key = far(), str(mouth.of.keyexpr)
+    # Invalid messages do no harm and cause no motion.
+    position, key = distance(), str(cmd_vel.publisher.keyexpr)
     for garbage in (b"", b"\0", b"\0\1\0\0" + b"\xff" * 47, b"\0\1\0\0" + b"\xff" * 48, b"x" * 100_000):
         ZenohSession.get_instance().session.put(key, garbage)
     before = odom.count
-    until("it goes on", lambda: odom.count > before + 20)
-    check(abs(far() - place) < 0.01, "garbage drives it")
-    obey(0.2, 0.0, "it obeys again", lambda: odom.newest.twist.twist.linear.x > 0.15)
-    print(f"drove it {way:.2f} m by {scan.count} scans, {odom.count} odometries and {image.count} pictures")
+    until("it continues", lambda: odom.count > before + 20)
+    check(abs(distance() - position) < 0.01, "an invalid message moved it")
+    drive_until(0.2, 0.0, "it drives again", lambda: odom.newest.twist.twist.linear.x > 0.15)
+    print(f"drove it {travelled:.2f} m by {scan.count} scans, {odom.count} odometries and {image.count} pictures")
 
 
 class Robot:
-    """A disc in a room of 8 by 6 m, whose middle is where it starts, with a laser all around and a pillar ahead."""
+    """A disc in a room of 8 by 6 m, which starts in the middle, with a 360 degree laser and a pillar ahead."""
 
     HALF = (4.0, 3.0)
     PILLAR = (1.1, 0.4, 0.12)
     BEAMS = 1440
 
     def __init__(self):
-        self.x = self.y = self.heading = self.linear = self.angular = self.way = 0.0
-        self.told = -math.inf
-        self.orders = 0
+        self.x = self.y = self.heading = self.linear = self.angular = self.travelled = 0.0
+        self.commanded_at = -math.inf
+        self.commands = 0
 
-    def obey(self, twist):
+    def command(self, twist):
         self.linear, self.angular = twist.linear.x, twist.angular.z
-        self.told = time.monotonic()
-        self.orders += 1
+        self.commanded_at = time.monotonic()
+        self.commands += 1
 
     def step(self, dt):
-        if time.monotonic() - self.told > 0.5:
+        if time.monotonic() - self.commanded_at > 0.5:
             self.linear = self.angular = 0.0
         self.x += self.linear * math.cos(self.heading) * dt
         self.y += self.linear * math.sin(self.heading) * dt
         self.heading += self.angular * dt
-        self.way += abs(self.linear) * dt
+        self.travelled += abs(self.linear) * dt
         check(abs(self.x) < 3.8 and abs(self.y) < 2.8, "it was driven into a wall")
         x, y, radius = self.PILLAR
         check(math.hypot(x - self.x, y - self.y) > radius + 0.2, "it was driven into the pillar")
@@ -231,25 +231,24 @@ class Robot:
             to_x = (numpy.sign(cos) * self.HALF[0] - self.x) / cos
             to_y = (numpy.sign(sin) * self.HALF[1] - self.y) / sin
             to_pillar = numpy.where((inside > 0) & (along > 0), along - numpy.sqrt(inside), numpy.inf)
-        # A beam along a wall meets it nowhere, which is no number.
+        # A beam parallel to a wall does not meet it, and gives NaN.
         return numpy.fmin(numpy.fmin(to_x, to_y), to_pillar).astype(numpy.float32)
 
 
 def serve(port):
     definitions(TYPES.values())
     types, robot = JAZZY.types, Robot()
-    scan, odom, battery = (Mouth(topic, port).of for topic in ("/scan", "/odom", "/battery_state"))
+    scan, odom, battery = (Publication(topic, port).publisher for topic in ("/scan", "/odom", "/battery_state"))
     ROS2Subscriber(
-        "/cmd_vel", TYPES["/cmd_vel"], robot.obey, domain_id=0, router_port=port, node_name="peer"
+        "/cmd_vel", TYPES["/cmd_vel"], robot.command, domain_id=0, router_port=port, node_name="peer"
     )
-    over = threading.Event()
-    threading.Thread(target=lambda: (sys.stdin.read(), over.set()), daemon=True).start()
+    ended = threading.Event()
+    threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
     print("ready", flush=True)
     vector, point = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Point"]
-    none, turn = numpy.zeros(36), 0
-    while not over.wait(0.05):
+    covariance = numpy.zeros(36)
+    while not ended.wait(0.05):
         robot.step(0.05)
-        turn += 1
         now = time.time_ns()
         stamp = types["builtin_interfaces/msg/Time"](now // 10**9, now % 10**9)
         header = lambda frame: types["std_msgs/msg/Header"](stamp, frame)
@@ -263,8 +262,8 @@ def serve(port):
         odom.publish(
             header=header("odom"),
             child_frame_id="base_footprint",
-            pose=types["geometry_msgs/msg/PoseWithCovariance"](pose, none),
-            twist=types["geometry_msgs/msg/TwistWithCovariance"](twist, none),
+            pose=types["geometry_msgs/msg/PoseWithCovariance"](pose, covariance),
+            twist=types["geometry_msgs/msg/TwistWithCovariance"](twist, covariance),
         )
         scan.publish(
             header=header("base_scan"),
@@ -278,9 +277,9 @@ def serve(port):
             ranges=robot.ranges(),
             intensities=numpy.zeros(0, numpy.float32),
         )
-    check(robot.linear == 0.0 and robot.angular == 0.0, "it was left driving")
-    check(robot.orders > 100, f"it was told {robot.orders} velocities")
-    print(f"was driven {robot.way:.2f} m by {robot.orders} velocities, to {robot.x:.2f}, {robot.y:.2f}", flush=True)
+    check(robot.linear == 0.0 and robot.angular == 0.0, "it was still driving at the end")
+    check(robot.commands > 100, f"it received {robot.commands} velocities")
+    print(f"was driven {robot.travelled:.2f} m by {robot.commands} velocities, to {robot.x:.2f}, {robot.y:.2f}", flush=True)
 
 
 if __name__ == "__main__":
@@ -291,5 +290,5 @@ if __name__ == "__main__":
         try:
             {"drive": drive, "serve": serve}[role](int(sys.argv[2]))
         finally:
-            # Threads of an open session would keep the program from ending.
+            # Threads of an open session would prevent the program from ending.
             ZenohSession.get_instance().close()

@@ -93,7 +93,7 @@ impl Step {
             Self::Speed => "go at the speed `baud`, which not every model can",
             Self::Install => "let itself be configured, which a changed password prevents",
             Self::Variant => "measure as many `beams`, which not every model can",
-            Self::Read => "tell its configuration",
+            Self::Read => "report its configuration",
             Self::Write { .. } => "take another `reach`",
             Self::Start | Self::Scan => "send scans",
         }

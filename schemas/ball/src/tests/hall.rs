@@ -6,7 +6,7 @@ use jde_sim::{CameraConfig, HeadCommand, Pose2, RobotConfig, RobotId, World};
 
 use crate::Finder;
 use crate::ball::Ball;
-use crate::tests::{near, roomy};
+use crate::tests::{assert_near, with_large_stack};
 
 const HALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../worlds/hall.toml");
 /// The position of the hall's orange ball, and that of the camera on a Pioneer: ahead of the robot's middle,
@@ -23,10 +23,10 @@ struct Hall {
 
 impl Hall {
     fn new() -> Self {
-        let mut world = World::load(HALL, 1).expect("the hall is there");
+        let mut world = World::load(HALL, 1).expect("the world loads");
         let robot = world
             .add_robot("second", RobotConfig::default())
-            .expect("it has room");
+            .expect("the robot fits");
         Self {
             world,
             robot,
@@ -35,15 +35,17 @@ impl Hall {
     }
 
     /// Returns the ball that the finder publishes for a robot at this pose with this head position.
-    fn look(&mut self, pose: Pose2, pan: f64, tilt: f64) -> Ball {
-        self.world.place(self.robot, pose).expect("there is room");
+    fn observe(&mut self, pose: Pose2, pan: f64, tilt: f64) -> Ball {
+        self.world.place(self.robot, pose).expect("the pose is free");
         let head = HeadCommand {
             pan,
             tilt,
             pan_speed: 10.0,
             tilt_speed: 10.0,
         };
-        self.world.command_head(self.robot, head).expect("it is finite");
+        self.world
+            .command_head(self.robot, head)
+            .expect("the command is finite");
         self.world.advance_to(self.world.now() + 3_000_000_000);
         let camera = CameraConfig::default();
         let mut image = Box::new(Image::default());
@@ -53,24 +55,24 @@ impl Hall {
         let data = image.data.resize(camera.bytes());
         self.world
             .picture(self.robot, &camera, data)
-            .expect("it has room");
-        let look = PanTilt {
+            .expect("the picture fits");
+        let head = PanTilt {
             pan,
             tilt,
             ..PanTilt::default()
         };
-        self.finder.import("pan_tilt", &look);
+        self.finder.import("pan_tilt", &head);
         self.finder.import("image", &*image);
-        self.finder.iterate().expect("it sees");
-        self.finder.exported("ball").expect("it says what it sees")
+        self.finder.iterate().expect("the iteration succeeds");
+        self.finder.exported("ball").expect("the ball is exported")
     }
 }
 
 #[test]
-fn the_ball_of_the_hall_is_found_where_it_lies() {
-    roomy(|| {
+fn the_ball_of_the_hall_is_found_at_its_position() {
+    with_large_stack(|| {
         let mut hall = Hall::new();
-        let places = [
+        let positions = [
             (1.5, 5.6),
             (3.0, 4.3),
             (4.9, 2.8),
@@ -78,35 +80,35 @@ fn the_ball_of_the_hall_is_found_where_it_lies() {
             (5.6, 5.4),
             (4.0, 4.2),
         ];
-        for (x, y) in places {
-            for (turned, pan) in [(0.0, 0.0), (0.25, -0.1), (-0.3, 0.5), (0.9, -0.8)] {
-                let heading = f64::atan2(BALL[1] - y, BALL[0] - x) + turned;
-                let ball = hall.look(Pose2 { x, y, heading }, pan, 0.15);
+        for (x, y) in positions {
+            for (offset, pan) in [(0.0, 0.0), (0.25, -0.1), (-0.3, 0.5), (0.9, -0.8)] {
+                let heading = f64::atan2(BALL[1] - y, BALL[0] - x) + offset;
+                let ball = hall.observe(Pose2 { x, y, heading }, pan, 0.15);
                 let (sin, cos) = heading.sin_cos();
-                let eye = [x + AHEAD * cos, y + AHEAD * sin];
-                let (dx, dy) = (BALL[0] - eye[0], BALL[1] - eye[1]);
-                let (ahead, fall) = (dx.hypot(dy), 0.11 - HEIGHT);
-                assert!(ball.seen.get(), "from {x}, {y} turned by {turned}");
-                near(ball.bearing, normalize_angle(dy.atan2(dx) - heading), 0.01);
-                near(ball.elevation, fall.atan2(ahead), 0.01);
-                let distance = ahead.hypot(fall);
-                near(ball.distance, distance, 0.05 * distance);
+                let camera_position = [x + AHEAD * cos, y + AHEAD * sin];
+                let (dx, dy) = (BALL[0] - camera_position[0], BALL[1] - camera_position[1]);
+                let (ahead, height) = (dx.hypot(dy), 0.11 - HEIGHT);
+                assert!(ball.seen.get(), "from {x}, {y} offset by {offset}");
+                assert_near(ball.bearing, normalize_angle(dy.atan2(dx) - heading), 0.01);
+                assert_near(ball.elevation, height.atan2(ahead), 0.01);
+                let distance = ahead.hypot(height);
+                assert_near(ball.distance, distance, 0.05 * distance);
             }
         }
     });
 }
 
 #[test]
-fn nothing_else_in_the_hall_is_taken_for_the_ball() {
-    roomy(|| {
+fn no_other_object_of_the_hall_is_found() {
+    with_large_stack(|| {
         let mut hall = Hall::new();
-        // From around the ball, in all directions but toward it, while people walk.
-        for place in [[5.8, 5.0], [7.3, 3.2], [3.2, 2.0]] {
-            let toward = f64::atan2(BALL[1] - place[1], BALL[0] - place[0]);
+        // From around the ball, in all directions except toward it, while people walk.
+        for position in [[5.8, 5.0], [7.3, 3.2], [3.2, 2.0]] {
+            let toward = f64::atan2(BALL[1] - position[1], BALL[0] - position[0]);
             for step in 1..12 {
                 let heading = toward + 0.5 * f64::from(step) + 0.1;
-                let [x, y] = place;
-                let ball = hall.look(Pose2 { x, y, heading }, 0.0, 0.1);
+                let [x, y] = position;
+                let ball = hall.observe(Pose2 { x, y, heading }, 0.0, 0.1);
                 assert!(!ball.seen.get(), "from {x}, {y} to {heading}: {ball:?}");
             }
         }

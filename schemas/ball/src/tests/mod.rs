@@ -16,16 +16,17 @@ use jde_schema::prelude::*;
 use crate::ball::Ball;
 
 /// A field of view whose half has the tangent 1: the focal length is half of the width.
-pub(crate) const WIDE: f64 = core::f64::consts::FRAC_PI_2;
+pub(crate) const FIELD_OF_VIEW: f64 = core::f64::consts::FRAC_PI_2;
 pub(crate) const ORANGE: [u8; 3] = [240, 124, 24];
 pub(crate) const GREY: [u8; 3] = [128, 126, 120];
 
 /// A ball to paint: its middle in the frame of the camera (right, down, into the picture), its radius, m, its
 /// colour.
-pub(crate) type Painted = ([f64; 3], f64, [u8; 3]);
+pub(crate) type PaintedBall = ([f64; 3], f64, [u8; 3]);
 
-/// Paints balls before a grey background with the field of view `WIDE`. Earlier balls cover later ones.
-pub(crate) fn paint([width, height]: [usize; 2], balls: &[Painted]) -> Box<Image> {
+/// Paints balls before a grey background with the field of view `FIELD_OF_VIEW`. Earlier balls cover later
+/// ones.
+pub(crate) fn paint([width, height]: [usize; 2], balls: &[PaintedBall]) -> Box<Image> {
     let mut image = Box::new(Image::default());
     (image.width, image.height, image.step) = (width as u32, height as u32, 3 * width as u32);
     image.encoding = Text::new("rgb8");
@@ -38,18 +39,18 @@ pub(crate) fn paint([width, height]: [usize; 2], balls: &[Painted]) -> Box<Image
                 (row as f64 + 0.5 - height as f64 / 2.0) / focal,
                 1.0,
             ];
-            let met = balls
+            let ball = balls
                 .iter()
-                .find(|(middle, radius, _)| meets(ray, *middle, *radius));
-            let at = 3 * (row * width + column);
-            data[at..at + 3].copy_from_slice(&met.map_or(GREY, |(_, _, color)| *color));
+                .find(|(middle, radius, _)| hits(ray, *middle, *radius));
+            let index = 3 * (row * width + column);
+            data[index..index + 3].copy_from_slice(&ball.map_or(GREY, |(_, _, color)| *color));
         }
     }
     image
 }
 
 /// Whether a ray from the camera passes a point within `radius`.
-fn meets(ray: [f64; 3], middle: [f64; 3], radius: f64) -> bool {
+fn hits(ray: [f64; 3], middle: [f64; 3], radius: f64) -> bool {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let along = dot(ray, middle);
     along > 0.0 && dot(middle, middle) - along * along / dot(ray, ray) <= radius * radius
@@ -79,17 +80,17 @@ pub(crate) fn seconds(seconds: f64) -> Duration {
 }
 
 #[track_caller]
-pub(crate) fn near(value: f64, wanted: f64, tolerance: f64) {
+pub(crate) fn assert_near(value: f64, expected: f64, tolerance: f64) {
     assert!(
-        (value - wanted).abs() <= tolerance,
-        "{value} is not {wanted} +- {tolerance}"
+        (value - expected).abs() <= tolerance,
+        "{value} is not {expected} +- {tolerance}"
     );
 }
 
 /// Runs a test on a thread with a stack large enough for pictures of nearly a megabyte each.
-pub(crate) fn roomy(test: impl FnOnce() + Send + 'static) {
+pub(crate) fn with_large_stack(test: impl FnOnce() + Send + 'static) {
     let thread = thread::Builder::new().stack_size(64 << 20).spawn(test);
-    if let Err(panic) = thread.expect("a thread starts").join() {
+    if let Err(panic) = thread.expect("the thread starts").join() {
         resume_unwind(panic);
     }
 }

@@ -1,11 +1,11 @@
-//! Unit tests of colours, masses and directions.
+//! Unit tests of colours, components and directions.
 
 use core::f32::consts::TAU;
 
 use crate::blob::Blobs;
 use crate::camera_model::Observation;
 use crate::color::Limits;
-use crate::tests::near;
+use crate::tests::assert_near;
 
 fn limits(from_deg: f32, to_deg: f32) -> Limits {
     Limits {
@@ -19,7 +19,10 @@ fn limits(from_deg: f32, to_deg: f32) -> Limits {
 fn a_colour_is_within_limits_of_hue_saturation_and_value() {
     let orange = limits(14.0, 36.0);
     assert!(orange.contain([240, 124, 24]));
-    assert!(orange.contain([120, 62, 12]), "half the light changes no hue");
+    assert!(
+        orange.contain([120, 62, 12]),
+        "half the brightness has the same hue"
+    );
     assert!(!orange.contain([60, 31, 6]), "too dark");
     assert!(!orange.contain([240, 190, 150]), "too pale");
     assert!(!orange.contain([242, 201, 32]), "yellow");
@@ -38,21 +41,21 @@ fn each_pure_colour_has_its_hue() {
     ];
     for (color, hue) in colours {
         for (other, _) in colours {
-            let around = limits(hue - 5.0, hue + 5.0);
-            assert_eq!(around.contain(other), other == color, "{other:?} at {hue}");
+            let range = limits(hue - 5.0, hue + 5.0);
+            assert_eq!(range.contain(other), other == color, "{other:?} at {hue}");
         }
     }
 }
 
 #[test]
-fn a_range_of_hues_may_go_through_red() {
+fn a_range_of_hues_can_contain_red() {
     let red = limits(350.0, 10.0);
     assert!(red.contain([204, 10, 36]) && red.contain([204, 36, 10]));
     assert!(!red.contain([10, 204, 36]) && !red.contain([204, 204, 10]));
 }
 
 #[test]
-fn without_limits_all_is_wanted_and_grey_needs_no_hue() {
+fn without_limits_all_colours_are_selected_and_grey_needs_no_hue() {
     let all = Limits {
         hue: [0.0, TAU],
         saturation: 0.0..=1.0,
@@ -70,19 +73,19 @@ fn without_limits_all_is_wanted_and_grey_needs_no_hue() {
     assert!(!white.contain([250, 150, 150]));
 }
 
-/// Number of pixels of the largest mass in a drawing that is round enough.
+/// Number of pixels of the largest component in a drawing that is round enough.
 fn largest(drawing: &[&str], roundness: f64) -> Option<usize> {
     let size = [drawing[0].len(), drawing.len()];
-    let wanted = |row: usize, column: usize| drawing[row].as_bytes()[column] == b'#';
+    let selected = |row: usize, column: usize| drawing[row].as_bytes()[column] == b'#';
     let mut blobs = Blobs::default();
-    let (mass, runs) = blobs.largest(size, wanted, |mass| mass.roundness() >= roundness)?;
+    let (component, runs) = blobs.largest(size, selected, |component| component.roundness() >= roundness)?;
     let sum: usize = runs.map(|run| run.columns[1] - run.columns[0]).sum();
-    assert_eq!(sum, mass.count, "its runs are all its pixels");
-    Some(mass.count)
+    assert_eq!(sum, component.count, "the runs contain all pixels");
+    Some(component.count)
 }
 
 #[test]
-fn pixels_that_touch_are_one_mass_even_by_a_corner() {
+fn pixels_that_touch_at_a_side_or_corner_are_one_component() {
     assert_eq!(largest(&["##..", "..##", "...."], 0.0), Some(4));
     assert_eq!(largest(&["..##", "##..", "...."], 0.0), Some(4));
     assert_eq!(largest(&["##.##", "....."], 0.0), Some(2));
@@ -91,26 +94,26 @@ fn pixels_that_touch_are_one_mass_even_by_a_corner() {
 }
 
 #[test]
-fn branches_that_meet_further_down_are_one_mass() {
+fn branches_that_join_in_a_later_row_are_one_component() {
     let comb = ["#.#.#.#", "#.#.#.#", "#######", "......."];
     assert_eq!(largest(&comb, 0.0), Some(15));
     let spiral = ["#####", "....#", "###.#", "#...#", "#####"];
     assert_eq!(largest(&spiral, 0.0), Some(17));
 }
 
-/// Number of pixels of the largest mass, found by visiting neighbours one by one.
-fn walked(wanted: &[bool], width: usize) -> usize {
-    let height = wanted.len() / width;
-    let mut left = wanted.to_vec();
+/// Number of pixels of the largest component, found by visiting neighbours one by one.
+fn largest_by_search(selected: &[bool], width: usize) -> usize {
+    let height = selected.len() / width;
+    let mut unvisited = selected.to_vec();
     let mut largest = 0;
-    for start in 0..left.len() {
+    for start in 0..unvisited.len() {
         let (mut count, mut next) = (0, vec![start]);
-        while let Some(place) = next.pop() {
-            if !core::mem::take(&mut left[place]) {
+        while let Some(pixel) = next.pop() {
+            if !core::mem::take(&mut unvisited[pixel]) {
                 continue;
             }
             count += 1;
-            let (row, column) = (place / width, place % width);
+            let (row, column) = (pixel / width, pixel % width);
             for row in row.saturating_sub(1)..=(row + 1).min(height - 1) {
                 let columns = column.saturating_sub(1)..=(column + 1).min(width - 1);
                 next.extend(columns.map(|column| row * width + column));
@@ -122,12 +125,12 @@ fn walked(wanted: &[bool], width: usize) -> usize {
 }
 
 #[test]
-fn in_noise_of_any_density_masses_are_those_that_a_walk_over_their_pixels_finds() {
+fn components_in_noise_equal_those_of_a_search_by_neighbours() {
     let mut random = 88_172_645_463_325_252_u64;
     let mut blobs = Blobs::default();
     for percent in (5..100).step_by(5) {
         for (width, height) in [(1, 40), (40, 1), (37, 23), (64, 48)] {
-            let wanted: Vec<bool> = (0..width * height)
+            let selected: Vec<bool> = (0..width * height)
                 .map(|_| {
                     random ^= random << 13;
                     random ^= random >> 7;
@@ -137,17 +140,17 @@ fn in_noise_of_any_density_masses_are_those_that_a_walk_over_their_pixels_finds(
                 .collect();
             let found = blobs.largest(
                 [width, height],
-                |row, column| wanted[row * width + column],
+                |row, column| selected[row * width + column],
                 |_| true,
             );
-            let found = found.map(|(mass, runs)| {
+            let found = found.map(|(component, runs)| {
                 let pixels: usize = runs.map(|run| run.columns[1] - run.columns[0]).sum();
-                assert_eq!(pixels, mass.count, "its runs are all of it");
+                assert_eq!(pixels, component.count, "the runs contain all pixels");
                 pixels
             });
             assert_eq!(
                 found.unwrap_or(0),
-                walked(&wanted, width),
+                largest_by_search(&selected, width),
                 "{percent} % of {width} x {height}"
             );
         }
@@ -155,12 +158,12 @@ fn in_noise_of_any_density_masses_are_those_that_a_walk_over_their_pixels_finds(
 }
 
 #[test]
-fn the_last_column_belongs_to_its_row_alone() {
+fn the_last_column_does_not_touch_the_next_row() {
     assert_eq!(largest(&["...#", "#...", "...."], 0.0), Some(1));
 }
 
 #[test]
-fn what_is_long_or_hollow_is_not_round() {
+fn elongated_or_hollow_components_are_not_round() {
     let square = ["....", ".##.", ".##.", "...."];
     assert_eq!(largest(&square, 0.9), Some(4));
     assert_eq!(largest(&["########", "........"], 0.4), None);
@@ -169,22 +172,22 @@ fn what_is_long_or_hollow_is_not_round() {
     assert_eq!(
         largest(&["########", "........", "##......", "##......"], 0.9),
         Some(4),
-        "the round one, though the other is larger"
+        "the round component, though the other is larger"
     );
 }
 
 #[test]
-fn left_and_up_are_positive_and_the_head_adds_its_own() {
-    let angles = |toward: [f64; 3], pan: f64, tilt: f64| {
-        let sight = Observation {
-            direction: toward,
+fn left_and_up_are_positive_and_the_angles_of_the_head_are_added() {
+    let angles = |direction: [f64; 3], pan: f64, tilt: f64| {
+        let observation = Observation {
+            direction,
             solid_angle: 1.0,
         };
-        sight.angles(pan, tilt)
+        observation.angles(pan, tilt)
     };
-    let check = |[bearing, elevation]: [f64; 2], wanted: [f64; 2]| {
-        near(bearing, wanted[0], 1e-9);
-        near(elevation, wanted[1], 1e-9);
+    let check = |[bearing, elevation]: [f64; 2], expected: [f64; 2]| {
+        assert_near(bearing, expected[0], 1e-9);
+        assert_near(elevation, expected[1], 1e-9);
     };
     check(angles([0.0, 0.0, 1.0], 0.0, 0.0), [0.0, 0.0]);
     check(angles([-1.0, 0.0, 1.0], 0.0, 0.0), [45_f64.to_radians(), 0.0]);
@@ -193,5 +196,5 @@ fn left_and_up_are_positive_and_the_head_adds_its_own() {
     check(angles([0.0, 1.0, 1.0], -0.7, -45_f64.to_radians()), [-0.7, 0.0]);
     // When the camera looks down, an object to the side has a greater bearing than its column suggests.
     let [bearing, _] = angles([-1.0, 0.0, 1.0], 0.0, 60_f64.to_radians());
-    near(bearing, 2_f64.atan(), 1e-9);
+    assert_near(bearing, 2_f64.atan(), 1e-9);
 }
