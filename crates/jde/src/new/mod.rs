@@ -49,7 +49,7 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     let shown = failure::display_path(&folder);
     writeln!(
         out,
-        "{TITLE}{shown}{TITLE:#} is made {FAINT}(its README.md says what is what){FAINT:#}; next:\n"
+        "{TITLE}{shown}{TITLE:#} is created {FAINT}(its README.md describes it){FAINT:#}; next:\n"
     )?;
     writeln!(out, "  cd {shown}")?;
     for line in kind.next_commands() {

@@ -106,7 +106,7 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
     let shown = player.recent(usize::from(told.height), line_text);
     let shown: Vec<_> = shown.iter().map(|line| Line::from(escape(line))).collect();
     frame.render_widget(Paragraph::new(shown), told);
-    let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q leave";
+    let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q quit";
     frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys);
 }
 

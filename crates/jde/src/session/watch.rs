@@ -1,8 +1,8 @@
 //! `jde run --watch`: watches the files of an application's plugins, and reloads every complete new build.
 //!
-//! It compares times, sizes and inode numbers ten times a second instead of using notifications of the kernel.
-//! This works on every file system and needs no library, at ten calls of `stat` a second for each plugin.
-//! Files that a linker has not finished are left alone.
+//! It compares times, sizes and inode numbers ten times a second instead of using notifications of the
+//! kernel. This works on every file system and needs no library, at ten calls of `stat` a second for each
+//! plugin. Files that a linker has not finished are left alone.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt;

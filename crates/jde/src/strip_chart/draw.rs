@@ -98,8 +98,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, traces: &Traces, title: &str, window: 
 
     let keys = match (status, traces.is_paused()) {
         (Some(status), _) => escape(status),
-        (None, true) => "paused   space go on   [ ] time   c clear   q leave".to_owned(),
-        (None, false) => "space pause   [ ] time   c clear   q leave".to_owned(),
+        (None, true) => "paused   space continue   [ ] time   c clear   q quit".to_owned(),
+        (None, false) => "space pause   [ ] time   c clear   q quit".to_owned(),
     };
     frame.render_widget(Paragraph::new(Span::styled(keys, faint)), foot);
 }

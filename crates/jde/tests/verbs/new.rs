@@ -22,7 +22,8 @@ struct Project {
 }
 
 impl Project {
-    /// Creates the project. Tests that run at the same time share one target folder, and so one build of the SDK.
+    /// Creates the project. Tests that run at the same time share one target folder, and so one build of the
+    /// SDK.
     fn new(kind: &[&str], name: &str) -> Self {
         static TARGET: Mutex<Weak<TempDir>> = Mutex::new(Weak::new());
         let parent = tempfile::tempdir().unwrap();
