@@ -129,7 +129,7 @@ mod tests {
     use crate::strip_chart::Sample;
 
     #[test]
-    fn a_picture_has_names_newest_numbers_axes_and_keys() {
+    fn a_chart_has_names_newest_numbers_axes_and_keys() {
         let mut traces = Traces::new(vec!["goon.speed [m/s]".to_owned()]);
         for step in 0..100 {
             traces.add(Sample {

@@ -89,7 +89,7 @@ fn a_process_that_ends_does_not_wait_for_a_reader_that_reads_nothing() {
 }
 
 #[test]
-fn a_reader_that_went_away_is_told_to_whoever_prints() {
+fn a_closed_reader_is_reported_to_the_caller() {
     let (stream, _, reader) = stream();
     drop(reader);
     let mut printer = Printer::new(Arc::clone(&stream), false);
