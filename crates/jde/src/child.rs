@@ -1,5 +1,5 @@
 //! This program as a child process without a verb: it runs one isolated schema for a running application, or
-//! inspects plugin files before another process maps them.
+//! inspects plugin files before another process loads them.
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -40,17 +40,17 @@ pub(crate) fn is_child(argument: &OsStr) -> bool {
 /// Runs the child process if the first argument requests one. Returns `None` for a verb.
 pub(crate) fn main() -> Option<ExitCode> {
     let argument = std::env::args_os().nth(1)?;
-    let served = if argument == SCHEMA {
+    let result = if argument == SCHEMA {
         serve(&Plugins::default())
     } else if argument == INSPECTOR {
         serve_inspections()
     } else {
         return None;
     };
-    Some(match served {
+    Some(match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // If standard error cannot be written, there is no place left to report to.
+            // An error of standard error cannot be reported anywhere.
             drop(writeln!(terminal::err(), "jde: {error}"));
             terminal::finish_soon();
             let _ = terminal::drain();

@@ -1,5 +1,5 @@
 //! Completes names in the shell: of running applications, of their contents, and of recordings. A source that
-//! does not answer within [`TIMEOUT`] is omitted, because a key press must not wait.
+//! does not reply within [`TIMEOUT`] is omitted, because a key press must not wait.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -22,14 +22,14 @@ const TIMEOUT: Duration = Duration::from_millis(700);
 
 /// Completes the names of applications that run on this machine.
 pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
-    let begun = current.to_string_lossy().into_owned();
+    let start = current.to_string_lossy().into_owned();
     with_timeout(|| {
         let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         client.applications().ok()
     })
     .unwrap_or_default()
     .into_iter()
-    .filter(|about| about.name.starts_with(&begun))
+    .filter(|about| about.name.starts_with(&start))
     .map(|about| CompletionCandidate::new(about.name).help(Some(about.file.into())))
     .collect()
 }
@@ -109,16 +109,16 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
     let Some(schema) = words.nth(1) else {
         return Vec::new();
     };
-    let usual = line.application.or_else(default_application);
+    let default = line.application.or_else(default_application);
     let widgets = with_timeout(move || {
         let (named, schema) = split_application(&schema);
         let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
-        let remote = client.application(named.or(usual.as_deref())).ok()?;
-        let (tell, told) = channel();
+        let remote = client.application(named.or(default.as_deref())).ok()?;
+        let (sender, receiver) = channel();
         let _watching = remote
-            .watch_panel(schema, Rate::Full, move |sample| drop(tell.send(sample.list)))
+            .watch_panel(schema, Rate::Full, move |sample| drop(sender.send(sample.list)))
             .ok()?;
-        let list = told.recv_timeout(TIMEOUT).ok()?.ok()?;
+        let list = receiver.recv_timeout(TIMEOUT).ok()?.ok()?;
         let names = panel::touchable(&list).filter_map(Item::id);
         Some(names.map(str::to_owned).collect::<Vec<_>>())
     });
@@ -131,9 +131,13 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the numbers of the recording on the same command line.
 pub(crate) fn recorded_fields(current: &OsStr) -> Vec<CompletionCandidate> {
-    let begun = current.to_string_lossy().into_owned();
-    let named = |word: &OsString| Path::new(word).extension().is_some_and(|ending| ending == "mcap");
-    let names = std::env::args_os().find(named).and_then(|file| {
+    let start = current.to_string_lossy().into_owned();
+    let is_recording = |word: &OsString| {
+        Path::new(word)
+            .extension()
+            .is_some_and(|extension| extension == "mcap")
+    };
+    let names = std::env::args_os().find(is_recording).and_then(|file| {
         with_timeout(move || {
             let recording = Recording::open(Path::new(&file)).ok()?;
             Some(analysis::names(&recording))
@@ -141,7 +145,7 @@ pub(crate) fn recorded_fields(current: &OsStr) -> Vec<CompletionCandidate> {
     });
     let names = names.unwrap_or_default().into_iter();
     names
-        .filter(|(name, _)| name.starts_with(&begun))
+        .filter(|(name, _)| name.starts_with(&start))
         .map(|(name, doc)| {
             let doc = doc.lines().next().map(str::to_owned);
             CompletionCandidate::new(name).help(doc.map(Into::into))
@@ -151,7 +155,7 @@ pub(crate) fn recorded_fields(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the names of plugins, the types of value in them, and files.
 pub(crate) fn plugins_and_value_types(current: &OsStr) -> Vec<CompletionCandidate> {
-    let begun = current.to_string_lossy().into_owned();
+    let start = current.to_string_lossy().into_owned();
     let names = with_timeout(|| {
         let plugins = load::describe_all(&load::plugins(SearchPath::usual(None)), &[]);
         let of_plugins = plugins.iter().map(|plugin| plugin.description.name.clone());
@@ -163,7 +167,7 @@ pub(crate) fn plugins_and_value_types(current: &OsStr) -> Vec<CompletionCandidat
     });
     let names = names.unwrap_or_default().into_iter();
     let named = names
-        .filter(|name| name.starts_with(&begun))
+        .filter(|name| name.starts_with(&start))
         .map(CompletionCandidate::new);
     named.chain(PathCompleter::file().complete(current)).collect()
 }
@@ -173,32 +177,37 @@ type DocumentedNames = Vec<(String, String)>;
 
 fn complete_names(current: &OsStr, list: fn(&Remote) -> Option<DocumentedNames>) -> Vec<CompletionCandidate> {
     let current = current.to_string_lossy().into_owned();
-    let (named, begun) = split_application(&current);
-    let (prefix, begun) = (
+    let (named, start) = split_application(&current);
+    let (prefix, start) = (
         named.map_or(String::new(), |name| format!("{name}:")),
-        begun.to_owned(),
+        start.to_owned(),
     );
     let named = named.map(str::to_owned);
-    let usual = CommandLine::parse(std::env::args_os())
+    let default = CommandLine::parse(std::env::args_os())
         .application
         .or_else(default_application);
     let known = with_timeout(move || {
         let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
         let list = |name: Option<&str>| list(&client.application(name).ok()?);
-        let of_usual = list(usual.as_deref()).unwrap_or_default();
+        let of_default = list(default.as_deref()).unwrap_or_default();
         // The name of an imported variable already contains its application.
         let of_named = named
             .as_deref()
             .and_then(|named| list(Some(named)))
             .unwrap_or_default();
-        let there = of_named.into_iter().filter(|(name, _)| name.starts_with(&begun));
-        let there = there.map(|(name, doc)| (format!("{prefix}{name}"), doc));
-        Some(of_usual.into_iter().chain(there).collect::<DocumentedNames>())
+        let remote_names = of_named.into_iter().filter(|(name, _)| name.starts_with(&start));
+        let remote_names = remote_names.map(|(name, doc)| (format!("{prefix}{name}"), doc));
+        Some(
+            of_default
+                .into_iter()
+                .chain(remote_names)
+                .collect::<DocumentedNames>(),
+        )
     });
     let mut known = known.unwrap_or_default();
     known.retain(|(name, _)| name.starts_with(&current));
     known.sort_unstable();
-    known.dedup_by(|one, other| one.0 == other.0);
+    known.dedup_by(|a, b| a.0 == b.0);
     known
         .into_iter()
         .map(|(name, doc)| {
@@ -225,31 +234,31 @@ struct CommandLine {
 impl CommandLine {
     /// Parses an unfinished line: invalid UTF-8 is replaced, and an option may still lack its value.
     fn parse(line: impl Iterator<Item = OsString>) -> Self {
-        let mut words = Self::default();
+        let mut parsed = Self::default();
         let mut line = line.map(|word| word.to_string_lossy().into_owned());
         while let Some(word) = line.next() {
             match word.as_str() {
-                "--app" | "-a" => words.application = line.next(),
+                "--app" | "-a" => parsed.application = line.next(),
                 "--at" | "--key" | "--touch" => drop(line.next()),
                 option if option.starts_with('-') => {
                     let named = option.strip_prefix("--app=").or(option.strip_prefix("-a"));
-                    words.application = named.map(str::to_owned).or(words.application);
+                    parsed.application = named.map(str::to_owned).or(parsed.application);
                 }
-                _ => words.positionals.push(word),
+                _ => parsed.positionals.push(word),
             }
         }
-        words
+        parsed
     }
 }
 
-/// Returns the result of `ask` if it arrives within [`TIMEOUT`]. The thread is not joined.
-fn with_timeout<T: Send + 'static>(ask: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
-    let (tell, told) = channel();
+/// Returns the result of `query` if it arrives within [`TIMEOUT`]. The thread is not joined.
+fn with_timeout<T: Send + 'static>(query: impl FnOnce() -> Option<T> + Send + 'static) -> Option<T> {
+    let (sender, receiver) = channel();
     thread::spawn(move || {
-        // The receiver is gone if the result is late.
-        let _ = tell.send(ask());
+        // The receiver is dropped if the result is late.
+        let _ = sender.send(query());
     });
-    told.recv_timeout(TIMEOUT).ok().flatten()
+    receiver.recv_timeout(TIMEOUT).ok().flatten()
 }
 
 #[cfg(test)]
@@ -258,16 +267,16 @@ mod tests {
 
     use super::*;
 
-    fn words(line: &[&str]) -> (Option<String>, Vec<String>) {
+    fn parse(line: &[&str]) -> (Option<String>, Vec<String>) {
         let CommandLine {
             application,
-            positionals: others,
+            positionals,
         } = CommandLine::parse(line.iter().map(OsString::from));
-        (application, others)
+        (application, positionals)
     }
 
     #[test]
-    fn values_of_options_are_no_names() {
+    fn values_of_options_are_not_positional() {
         let panel = vec!["jde".to_owned(), "panel".to_owned(), "example".to_owned()];
         let robot = Some("robot2".to_owned());
         for line in [
@@ -285,14 +294,14 @@ mod tests {
                 "jde", "panel", "-arobot2", "--key", "key.toml", "--json", "example",
             ],
         ] {
-            assert_eq!(words(line), (robot.clone(), panel.clone()), "{line:?}");
+            assert_eq!(parse(line), (robot.clone(), panel.clone()), "{line:?}");
         }
-        assert_eq!(words(&["jde", "panel", "example"]), (None, panel));
-        assert_eq!(words(&["jde", "--app"]), (None, vec!["jde".to_owned()]));
+        assert_eq!(parse(&["jde", "panel", "example"]), (None, panel));
+        assert_eq!(parse(&["jde", "--app"]), (None, vec!["jde".to_owned()]));
     }
 
     #[test]
-    fn what_is_no_utf_8_is_a_word_like_others() {
+    fn invalid_utf_8_is_replaced() {
         let line = [b"jde".to_vec(), vec![0xff, b'x'], b"panel".to_vec()];
         let words = CommandLine::parse(line.into_iter().map(OsString::from_vec));
         assert_eq!(words.positionals, ["jde", "\u{fffd}x", "panel"]);

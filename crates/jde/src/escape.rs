@@ -31,7 +31,8 @@ fn is_bidi_control(letter: char) -> bool {
     matches!(letter, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// Returns the text with every character for which [`acts`] is true escaped, colour sequences included.
+/// Returns the text with every character for which [`is_terminal_control`] is true escaped, colour sequences
+/// included.
 pub(crate) fn escape(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     text.chars().for_each(|letter| push_escaped(&mut shown, letter));
@@ -64,14 +65,14 @@ impl<W> EscapingWriter<W> {
     /// Processes one character. Characters of a possible colour sequence are buffered until it is complete or
     /// broken.
     fn push(&mut self, shown: &mut String, letter: char) {
-        let goes_on = match self.pending.len() {
+        let continues = match self.pending.len() {
             0 => letter == '\x1b',
             1 => letter == '[',
             // A longer sequence is not a colour.
             2..24 => matches!(letter, '0'..='9' | ';' | ':' | 'm'),
             _ => false,
         };
-        if goes_on {
+        if continues {
             self.pending.push(letter);
             if letter == 'm' {
                 shown.push_str(&std::mem::take(&mut self.pending));
@@ -117,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_act_is_shown_by_its_number() {
+    fn control_characters_are_shown_as_code_points() {
         assert_eq!(written(&["robot\u{202e}txt.exe\n"]), "robot\\u{202e}txt.exe\n");
         assert_eq!(
             written(&["a\x1b]0;title\x07b\x1b[2Jc"]),
@@ -131,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_pass_however_they_are_cut() {
+    fn colour_sequences_pass_even_in_pieces() {
         assert_eq!(written(&["\x1b[1;32mgood\x1b[0m"]), "\x1b[1;32mgood\x1b[0m");
         assert_eq!(
             written(&["\x1b[", "1", "m", "good", "\x1b", "[0m"]),
@@ -142,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn json_means_the_same() {
+    fn escaped_json_has_the_same_meaning() {
         let text = "a\u{202e}b\u{85}";
         let json = escape_json(&serde_json::to_string(text).unwrap());
         assert!(json.is_ascii(), "{json}");

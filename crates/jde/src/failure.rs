@@ -341,7 +341,7 @@ mod tests {
     use super::line_around;
 
     #[test]
-    fn a_fault_is_shown_with_the_line_it_is_in() {
+    fn a_fault_is_shown_with_its_line() {
         assert_eq!(line_around("one\ntwo\nthree", 5), Some((4, "two")));
         assert_eq!(line_around("one\n", 0), Some((0, "one")));
         assert_eq!(line_around("one\n", 4), Some((4, "")));
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_has_become_shorter_shows_no_line() {
+    fn a_file_that_has_become_shorter_has_no_line_shown() {
         assert_eq!(line_around("one", 7), None);
     }
 }

@@ -1,5 +1,5 @@
-//! Ctrl-C and the other signals that request the end of the process: the first stops what runs, the second
-//! ends the process at once. A signal that was ignored at the start (`nohup`) stays ignored.
+//! Ctrl-C and the other signals that request the end of the process: the first stops the running verb, the
+//! second ends the process at once. A signal that was ignored at the start (`nohup`) stays ignored.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -48,16 +48,16 @@ impl SignalListener {
         })
     }
 
-    /// Calls `heard` at each signal with its number and whether this is the only listener. The call is on the
-    /// signal thread. It must return soon, and must neither create nor drop a listener.
+    /// Calls `callback` at each signal with its number and whether this is the only listener. The call is on
+    /// the signal thread. It must return soon, and must neither create nor drop a listener.
     ///
     /// # Errors
     /// The operating system refuses to deliver signals.
-    pub(crate) fn on_each(heard: impl Fn(i32, bool) + Send + 'static) -> io::Result<Self> {
+    pub(crate) fn on_each(callback: impl Fn(i32, bool) + Send + 'static) -> io::Result<Self> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         // Before the handlers are installed: the first signal must find a listener.
-        listeners().push((number, Box::new(heard)));
+        listeners().push((number, Box::new(callback)));
         ADDED.notify_one();
         let listener = Self { number };
         install_handlers()?;
@@ -65,7 +65,7 @@ impl SignalListener {
     }
 }
 
-/// The listener is not called any more after this returns.
+/// The listener is not called after this returns.
 impl Drop for SignalListener {
     fn drop(&mut self) {
         listeners().retain(|(number, _)| *number != self.number);
@@ -76,18 +76,18 @@ impl Drop for SignalListener {
 /// again would be ignored.
 fn install_handlers() -> io::Result<()> {
     static INSTALLED: Mutex<bool> = Mutex::new(false);
-    let mut begun = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
-    if *begun {
+    let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
+    if *installed {
         return Ok(());
     }
-    let minded = [SIGINT, SIGTERM, SIGHUP]
+    let handled = [SIGINT, SIGTERM, SIGHUP]
         .into_iter()
         .filter(|signal| !is_ignored(*signal));
-    let mut signals = Signals::new(minded)?;
+    let mut signals = Signals::new(handled)?;
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || signals.forever().for_each(dispatch))?;
-    *begun = true;
+    *installed = true;
     Ok(())
 }
 
@@ -100,7 +100,7 @@ fn dispatch(signal: i32) {
         exit_by_signal(signal);
     }
     let alone = listeners.len() == 1;
-    listeners.iter().for_each(|(_, heard)| heard(signal, alone));
+    listeners.iter().for_each(|(_, callback)| callback(signal, alone));
 }
 
 fn listeners() -> MutexGuard<'static, Vec<(u64, SignalCallback)>> {
@@ -111,7 +111,9 @@ fn listeners() -> MutexGuard<'static, Vec<(u64, SignalCallback)>> {
 pub(crate) fn how_to_end() -> String {
     if is_ignored(SIGINT) {
         let process = std::process::id();
-        format!("`kill {process}` ends it: whoever started it, as a script with &, has it ignore Ctrl-C")
+        format!(
+            "`kill {process}` ends it: it ignores Ctrl-C because its parent does, such as a script that uses &"
+        )
     } else {
         "Ctrl-C ends it".to_owned()
     }
@@ -159,7 +161,7 @@ mod tests {
         process
     }
 
-    /// Whether the signal thread of this process has taken a signal and waits, according to Linux.
+    /// Whether the signal thread of this process has taken a signal and waits, according to the system.
     fn waits_for_a_listener() -> bool {
         let mut threads = std::fs::read_dir("/proc/self/task").unwrap().flatten();
         threads.any(|thread| {
@@ -187,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_signal_after_the_last_who_listened_ends_the_process() {
+    fn a_signal_without_a_listener_ends_the_process() {
         let _watchdog = Watchdog::for_test();
         if std::env::var_os(LISTENED).is_some() {
             drop(SignalListener::on_first(|| {}).unwrap());
@@ -196,7 +198,7 @@ mod tests {
                 std::thread::park();
             }
         }
-        let mut process = process("a_signal_after_the_last_who_listened_ends_the_process")
+        let mut process = process("a_signal_without_a_listener_ends_the_process")
             .spawn()
             .unwrap();
         let mut lines = BufReader::new(process.stdout.take().unwrap()).lines();

@@ -1,5 +1,5 @@
-//! The executable as a library. Connects the other crates, owns the command line and prints errors. Each verb's work
-//! has a module of its own. This file contains no control code.
+//! The executable as a library. Connects the other crates, owns the command line and prints errors. Each
+//! verb's work has a module of its own. This file contains no control code.
 
 // Modules that both builds share have parts that only the tools use.
 #![cfg_attr(

@@ -30,8 +30,8 @@ pub(crate) enum Popped<T> {
 }
 
 impl<T> Queue<T> {
-    /// Creates a queue of at most `most` elements.
-    pub(crate) fn new(most: usize) -> Arc<Self> {
+    /// Creates a queue of at most `capacity` elements.
+    pub(crate) fn new(capacity: usize) -> Arc<Self> {
         Arc::new(Self {
             state: Mutex::new(QueueState {
                 items: VecDeque::new(),
@@ -39,13 +39,13 @@ impl<T> Queue<T> {
                 closed: false,
             }),
             changed: Condvar::new(),
-            capacity: most,
+            capacity,
         })
     }
 
     /// Appends an element without waiting for room. A full queue drops its oldest element, a closed one
     /// ignores the new element.
-    pub(crate) fn push(&self, what: T) {
+    pub(crate) fn push(&self, item: T) {
         let mut state = self.lock();
         if state.closed {
             return;
@@ -54,7 +54,7 @@ impl<T> Queue<T> {
             state.items.pop_front();
             state.dropped += 1;
         }
-        state.items.push_back(what);
+        state.items.push_back(item);
         drop(state);
         self.changed.notify_one();
     }
@@ -70,11 +70,11 @@ impl<T> Queue<T> {
         self.lock().pop()
     }
 
-    /// Takes the oldest element, after waiting at most `most` for one.
-    pub(crate) fn pop_timeout(&self, most: Duration) -> Popped<T> {
+    /// Takes the oldest element, after waiting at most `timeout` for one.
+    pub(crate) fn pop_timeout(&self, timeout: Duration) -> Popped<T> {
         let waited = self
             .changed
-            .wait_timeout_while(self.lock(), most, |state| state.is_empty_and_open());
+            .wait_timeout_while(self.lock(), timeout, |state| state.is_empty_and_open());
         waited.unwrap_or_else(PoisonError::into_inner).0.pop()
     }
 
@@ -85,10 +85,7 @@ impl<T> Queue<T> {
             .changed
             .wait_while(self.lock(), |state| state.is_empty_and_open());
         match waited.unwrap_or_else(PoisonError::into_inner).pop() {
-            Popped::Next {
-                item: what,
-                dropped: missed,
-            } => Some((what, missed)),
+            Popped::Next { item, dropped } => Some((item, dropped)),
             Popped::Empty | Popped::Closed => None,
         }
     }
@@ -105,8 +102,8 @@ impl<T> QueueState<T> {
 
     fn pop(&mut self) -> Popped<T> {
         match self.items.pop_front() {
-            Some(what) => Popped::Next {
-                item: what,
+            Some(item) => Popped::Next {
+                item,
                 dropped: std::mem::take(&mut self.dropped),
             },
             None if self.closed => Popped::Closed,
@@ -120,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_oldest_go_and_are_counted_where_they_are_missing() {
+    fn a_full_queue_drops_and_counts_its_oldest_elements() {
         let queue = Queue::new(3);
         (0..10).for_each(|number| queue.push(number));
         assert_eq!(queue.pop(), Some((7, 7)));
@@ -136,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_there_at_the_end_is_taken_and_nothing_after_it() {
+    fn elements_before_the_close_are_taken_and_later_ones_ignored() {
         let queue = Queue::new(3);
         queue.push(1);
         queue.close();

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file of that name exists.
-    #[error("{} exists already, and a recording is not written over unless that is asked for", .0.display())]
+    #[error("{} exists already; it is only overwritten on request", .0.display())]
     Exists(PathBuf),
     /// The file that `overwrite` names is being written by another recording.
     #[error("{} is being written by another recording", .0.display())]

@@ -54,13 +54,13 @@ impl Origin {
 
     pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
         let folder = self.folder.clone().map(|folder| ("folder".to_owned(), folder));
-        let known = BTreeMap::from([
+        let entries = BTreeMap::from([
             ("application".to_owned(), self.application.clone()),
             ("jde".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("seed".to_owned(), self.seed.to_string()),
             ("start_ns".to_owned(), self.start().to_string()),
         ]);
-        let cast = self.hierarchy.as_ref().map(RecordedHierarchy::metadata_entry);
-        known.into_iter().chain(folder).chain(cast).collect()
+        let hierarchy = self.hierarchy.as_ref().map(RecordedHierarchy::metadata_entry);
+        entries.into_iter().chain(folder).chain(hierarchy).collect()
     }
 }

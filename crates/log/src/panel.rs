@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panel_comes_back_as_it_was_and_a_broken_one_is_refused() {
+    fn a_panel_is_encoded_and_decoded_and_a_broken_one_is_refused() {
         let item = |value| Item::Value {
             label: "speed".to_owned(),
             value,

@@ -42,10 +42,10 @@ impl Mark {
     }
 
     /// Reads the mark from metadata.
-    pub(crate) fn from_metadata(told: &BTreeMap<String, String>) -> Option<Self> {
+    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
         Some(Self {
-            recording: told.get("recording")?.clone(),
-            number: told.get("number")?.parse().ok()?,
+            recording: metadata.get("recording")?.clone(),
+            number: metadata.get("number")?.parse().ok()?,
         })
     }
 
@@ -63,10 +63,10 @@ impl Mark {
                     let Some((opcode, body)) = scan::record(&mut file, offset)? else {
                         return Ok(None);
                     };
-                    if let Ok(Record::Metadata(said)) = mcap::parse_record(opcode, &body)
-                        && said.name == PART
+                    if let Ok(Record::Metadata(metadata)) = mcap::parse_record(opcode, &body)
+                        && metadata.name == PART
                     {
-                        return Ok(Self::from_metadata(&said.metadata));
+                        return Ok(Self::from_metadata(&metadata.metadata));
                     }
                 }
                 _ => return Ok(None),
@@ -85,8 +85,8 @@ impl Mark {
 /// The folder cannot be read.
 pub(crate) fn find_recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
     if path.is_dir() {
-        return all(path, |path| {
-            path.extension().is_some_and(|ending| ending == EXTENSION)
+        return find_in_folder(path, |path| {
+            path.extension().is_some_and(|extension| extension == EXTENSION)
         });
     }
     if !path.exists() {
@@ -97,15 +97,15 @@ pub(crate) fn find_recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
         return find_recordings(&newest);
     }
     let is_part = path.is_file() && Mark::read(path)?.is_some();
-    let mut alike = match path.parent().filter(|_| is_part) {
-        Some(folder) => all(folder_of(folder), |other| other.extension() == path.extension())?,
+    let mut recordings = match path.parent().filter(|_| is_part) {
+        Some(folder) => find_in_folder(folder_of(folder), |other| other.extension() == path.extension())?,
         None => Vec::new(),
     };
-    alike.retain(|parts| parts.iter().any(|part| is_same_file(part, path)));
-    if alike.is_empty() {
-        alike.push(vec![path.to_owned()]);
+    recordings.retain(|parts| parts.iter().any(|part| is_same_file(part, path)));
+    if recordings.is_empty() {
+        recordings.push(vec![path.to_owned()]);
     }
-    Ok(alike)
+    Ok(recordings)
 }
 
 /// Finds the parts that were numbered from a name, in the order of the numbers in their file names.
@@ -136,22 +136,22 @@ pub(crate) fn find_parts(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
 }
 
 /// Finds all recordings of a folder, each with its parts in their order. A second copy of a part is ignored.
-fn all(folder: &Path, wanted: impl Fn(&Path) -> bool) -> io::Result<Vec<Vec<PathBuf>>> {
-    let mut whole = Vec::new();
+fn find_in_folder(folder: &Path, is_candidate: impl Fn(&Path) -> bool) -> io::Result<Vec<Vec<PathBuf>>> {
+    let mut recordings = Vec::new();
     let mut parts: BTreeMap<String, BTreeMap<u32, PathBuf>> = BTreeMap::new();
     for path in listed(folder)? {
-        if !wanted(&path) || !path.is_file() {
+        if !is_candidate(&path) || !path.is_file() {
             continue;
         }
         match Mark::read(&path)? {
-            None => whole.push(vec![path]),
+            None => recordings.push(vec![path]),
             Some(Mark { recording, number }) => {
                 parts.entry(recording).or_default().entry(number).or_insert(path);
             }
         }
     }
-    whole.extend(parts.into_values().map(|parts| parts.into_values().collect()));
-    Ok(whole)
+    recordings.extend(parts.into_values().map(|parts| parts.into_values().collect()));
+    Ok(recordings)
 }
 
 /// Returns the entries of a folder, sorted by name. Empty if the folder does not exist.
@@ -175,7 +175,7 @@ fn folder_of(parent: &Path) -> &Path {
     }
 }
 
-fn is_same_file(one: &Path, other: &Path) -> bool {
+fn is_same_file(a: &Path, b: &Path) -> bool {
     let real = |path: &Path| path.canonicalize().ok();
-    real(one).is_some_and(|one| Some(one) == real(other))
+    real(a).is_some_and(|a| Some(a) == real(b))
 }

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_star_stands_for_any_letters() {
+    fn a_star_matches_any_text() {
         assert!(is_match("pioneer.*", "pioneer.laser"));
         assert!(is_match("*.laser", "pioneer.laser"));
         assert!(is_match("*", "pioneer.laser"));
@@ -103,12 +103,12 @@ mod tests {
         assert!(is_match("pioneer.laser", "pioneer.laser"));
         assert!(!is_match("pioneer", "pioneer.laser"));
         assert!(!is_match("*.lase", "pioneer.laser"));
-        assert!(!is_match("a*a", "a"), "no letter counts twice");
+        assert!(!is_match("a*a", "a"), "no letter is matched twice");
         assert!(!is_match("laser.*", "pioneer.laser"));
     }
 
     #[test]
-    fn a_pattern_that_fits_nothing_names_the_nearest() {
+    fn a_pattern_without_a_match_is_reported_with_the_nearest_name() {
         let names = ["pioneer.laser".to_owned(), "pioneer.sonar".to_owned()];
         let unknown = Selection::new(vec!["pioneer.lasr".to_owned()], &names).unwrap_err();
         assert_eq!(

@@ -19,7 +19,7 @@ struct Subscriber {
     topic: Topic,
     clock: Clock,
     /// Publications that are not yet processed. The thread that increments it from zero processes them,
-    /// including those that are added meanwhile.
+    /// including those that are added during the processing.
     pending: AtomicU32,
     /// Never contended, because of `pending`.
     state: Mutex<ReaderState>,
@@ -38,7 +38,7 @@ pub(crate) struct SequenceTracker {
     has_value: bool,
 }
 
-/// What has changed since the last look at a variable.
+/// The change of a variable since the last check.
 pub(crate) enum ValueChange {
     /// Nothing has changed.
     Unchanged,
@@ -49,21 +49,21 @@ pub(crate) enum ValueChange {
 }
 
 /// Copies every value of a variable to a topic, including the present one, until the watch is dropped. Files
-/// contain them only if `kept` is true.
+/// contain them only if `is_recorded` is true.
 pub(crate) fn watch(
     variable: &Arc<Variable>,
     shared: &Arc<Shared>,
     clock: Clock,
-    kept: bool,
+    is_recorded: bool,
 ) -> (Topic, Watch) {
     let declared = variable.describe();
-    let about = BTreeMap::from([
+    let metadata = BTreeMap::from([
         ("variable".to_owned(), declared.full_name()),
         ("access".to_owned(), access(declared.access).to_owned()),
         ("doc".to_owned(), declared.doc.clone()),
         ("unit".to_owned(), declared.unit.clone()),
     ]);
-    let note = (declared.value_type.bytes > LARGE && !shared.lossless).then(|| FetchFlag {
+    let fetch_flag = (declared.value_type.bytes > LARGE && !shared.lossless).then(|| FetchFlag {
         variable: Arc::clone(variable),
         first: variable.newest(),
         is_new: true.into(),
@@ -75,23 +75,23 @@ pub(crate) fn watch(
         queue: Arc::new(TopicQueue::new(
             name,
             TopicContent::Values(value_type),
-            about,
-            note,
-            kept,
+            metadata,
+            fetch_flag,
+            is_recorded,
         )),
         shared: Arc::clone(shared),
     };
     let watch = if topic.queue.fetch_flag.is_some() {
         let topic = topic.clone();
         variable.watch(move || {
-            if let Some(note) = &topic.queue.fetch_flag {
-                note.published.store(clock(), Ordering::Relaxed);
-                note.is_new.store(true, Ordering::Release);
+            if let Some(flag) = &topic.queue.fetch_flag {
+                flag.published.store(clock(), Ordering::Relaxed);
+                flag.is_new.store(true, Ordering::Release);
                 topic.shared.wake();
             }
         })
     } else {
-        let tap = Arc::new(Subscriber {
+        let subscriber = Arc::new(Subscriber {
             topic: topic.clone(),
             clock,
             pending: AtomicU32::new(0),
@@ -100,9 +100,9 @@ pub(crate) fn watch(
                 tracker: SequenceTracker::starting_at(variable.newest()),
             }),
         });
-        let called = Arc::clone(&tap);
-        let watch = variable.watch(move || called.poll());
-        tap.poll();
+        let notified = Arc::clone(&subscriber);
+        let watch = variable.watch(move || notified.poll());
+        subscriber.poll();
         watch
     };
     (topic, watch)
@@ -127,25 +127,28 @@ impl Subscriber {
         if self.pending.fetch_add(1, Ordering::AcqRel) != 0 {
             return;
         }
-        let mut looked_for = 1;
+        let mut expected = 1;
         loop {
-            if let Ok(mut eye) = self.state.try_lock() {
-                self.read_value(&mut eye);
+            if let Ok(mut state) = self.state.try_lock() {
+                self.read_value(&mut state);
             }
             match self
                 .pending
-                .compare_exchange(looked_for, 0, Ordering::AcqRel, Ordering::Acquire)
+                .compare_exchange(expected, 0, Ordering::AcqRel, Ordering::Acquire)
             {
                 Ok(_) => return,
-                Err(more) => looked_for = more,
+                Err(pending) => expected = pending,
             }
         }
     }
 
-    fn read_value(&self, eye: &mut ReaderState) {
+    fn read_value(&self, state: &mut ReaderState) {
         let now = (self.clock)();
-        let latched = eye.reader.latch();
-        match eye.tracker.update(latched.map(|latched| latched.stamp.sequence)) {
+        let latched = state.reader.latch();
+        match state
+            .tracker
+            .update(latched.map(|latched| latched.stamp.sequence))
+        {
             ValueChange::Unchanged => {}
             ValueChange::Value(missed) => {
                 self.topic.add_lost(missed);
@@ -163,13 +166,13 @@ impl Subscriber {
                 .shared
                 .push_notice(retraction_notice(now, &self.topic.queue)),
         }
-        eye.reader.release();
+        state.reader.release();
     }
 }
 
 /// Returns the notice that the value of a topic was retracted.
-pub(crate) fn retraction_notice(time: Nanos, lane: &TopicQueue) -> Notice {
-    let variable = lane.metadata.get("variable").unwrap_or(&lane.name).clone();
+pub(crate) fn retraction_notice(time: Nanos, queue: &TopicQueue) -> Notice {
+    let variable = queue.metadata.get("variable").unwrap_or(&queue.name).clone();
     Notice::Retracted { time, variable }
 }
 
@@ -208,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_came_before_the_first_look_is_counted() {
+    fn values_before_the_first_check_are_counted() {
         assert!(matches!(
             SequenceTracker::starting_at(0).update(Some(0)),
             ValueChange::Value(0)
@@ -224,14 +227,14 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_counted_and_a_value_taken_back_is_told_once() {
-        let mut seen = SequenceTracker::starting_at(3);
-        assert!(matches!(seen.update(None), ValueChange::Unchanged));
-        assert!(matches!(seen.update(Some(3)), ValueChange::Value(0)));
-        assert!(matches!(seen.update(Some(3)), ValueChange::Unchanged));
-        assert!(matches!(seen.update(Some(6)), ValueChange::Value(2)));
-        assert!(matches!(seen.update(None), ValueChange::Retracted));
-        assert!(matches!(seen.update(None), ValueChange::Unchanged));
-        assert!(matches!(seen.update(Some(7)), ValueChange::Value(0)));
+    fn gaps_are_counted_and_a_retraction_is_reported_once() {
+        let mut tracker = SequenceTracker::starting_at(3);
+        assert!(matches!(tracker.update(None), ValueChange::Unchanged));
+        assert!(matches!(tracker.update(Some(3)), ValueChange::Value(0)));
+        assert!(matches!(tracker.update(Some(3)), ValueChange::Unchanged));
+        assert!(matches!(tracker.update(Some(6)), ValueChange::Value(2)));
+        assert!(matches!(tracker.update(None), ValueChange::Retracted));
+        assert!(matches!(tracker.update(None), ValueChange::Unchanged));
+        assert!(matches!(tracker.update(Some(7)), ValueChange::Value(0)));
     }
 }

@@ -160,26 +160,28 @@ impl Survey {
     /// # Errors
     /// [`ReadError::File`].
     pub fn begin(recording: &Recording) -> Result<Self, ReadError> {
-        let said = |key: &str| recording.metadata("jde").and_then(|jde| jde.get(key)).cloned();
-        let number = |key: &str| said(key).and_then(|number| number.parse().ok());
+        let text = |key: &str| recording.metadata("jde").and_then(|jde| jde.get(key)).cloned();
+        let number = |key: &str| text(key).and_then(|number| number.parse().ok());
         let bytes = recording.files().map(|path| {
-            let about = std::fs::metadata(path);
-            about.map(|about| about.len()).map_err(|error| ReadError::File {
-                path: path.to_owned(),
-                error,
-            })
+            let metadata = std::fs::metadata(path);
+            metadata
+                .map(|metadata| metadata.len())
+                .map_err(|error| ReadError::File {
+                    path: path.to_owned(),
+                    error,
+                })
         });
         let topics: Vec<_> = recording.channels().map(TopicSurvey::from).collect();
-        let mut places = HashMap::new();
-        for (place, topic) in topics.iter().enumerate() {
+        let mut topic_index = HashMap::new();
+        for (index, topic) in topics.iter().enumerate() {
             let key = (topic.topic.clone(), topic.type_name.clone());
-            places.entry(key).or_insert(place);
+            topic_index.entry(key).or_insert(index);
         }
         Ok(Self {
-            topic_index: places,
-            application: said("application"),
+            topic_index,
+            application: text("application"),
             seed: number("seed"),
-            jde: said("jde"),
+            jde: text("jde"),
             application_start_ns: number("start_ns"),
             bytes: bytes.sum::<Result<_, _>>()?,
             parts: recording.first_part().map(|first| PartsSurvey {
@@ -240,10 +242,10 @@ impl Survey {
         self.messages += 1;
         let first = *self.first_ns.get_or_insert(message.log_time);
         self.last_ns = Some(message.log_time);
-        let about = &message.channel;
-        let key = (about.topic.clone(), about.type_name.clone());
-        if let Some(place) = self.topic_index.get(&key) {
-            let topic = &mut self.topics[*place];
+        let channel = &message.channel;
+        let key = (channel.topic.clone(), channel.type_name.clone());
+        if let Some(index) = self.topic_index.get(&key) {
+            let topic = &mut self.topics[*index];
             topic.messages += 1;
             topic.bytes += message.data.len() as u64;
             topic.first_ns.get_or_insert(message.log_time);
@@ -255,12 +257,12 @@ impl Survey {
         }
         let kind = RecordKind::ALL
             .into_iter()
-            .find(|kind| kind.topic() == about.topic);
+            .find(|kind| kind.topic() == channel.topic);
         match kind.and_then(|kind| RunRecord::parse(kind, &message.data).ok()) {
             Some(RunRecord::Decision(decision)) => {
                 self.decisions += 1;
-                let of = |known: &&mut GroupSurvey| known.group == decision.group;
-                let group = match self.groups.iter_mut().find(of) {
+                let is_group = |survey: &&mut GroupSurvey| survey.group == decision.group;
+                let group = match self.groups.iter_mut().find(is_group) {
                     Some(group) => group,
                     None => self.groups.push_mut(GroupSurvey {
                         group: decision.group.clone(),
@@ -270,7 +272,7 @@ impl Survey {
                 group.decisions += 1;
                 group.switches += u64::from(decision.changed);
             }
-            Some(RunRecord::Event(happening)) => SchemaProblems::count(&mut self.troubled, &happening),
+            Some(RunRecord::Event(event)) => SchemaProblems::count(&mut self.troubled, &event),
             Some(RunRecord::State(_)) | None => {}
         }
     }
@@ -282,12 +284,12 @@ impl PartsSurvey {
     pub fn describe_missing(&self) -> Option<String> {
         let before = match self.first {
             0 | 1 => None,
-            2 => Some("the first part is not there any more".to_owned()),
-            first => Some(format!("the first {} parts are not there any more", first - 1)),
+            2 => Some("the first part no longer exists".to_owned()),
+            first => Some(format!("the first {} parts no longer exist", first - 1)),
         };
         let between = match self.missing.as_slice() {
             [] => None,
-            [one] if one.start() == one.end() => Some(format!("part {} is missing", one.start())),
+            [gap] if gap.start() == gap.end() => Some(format!("part {} is missing", gap.start())),
             [first, ..] => {
                 let count = |gap: &RangeInclusive<u32>| u64::from(gap.end() - gap.start()) + 1;
                 let (from, count) = (first.start(), self.missing.iter().map(count).sum::<u64>());
@@ -295,40 +297,37 @@ impl PartsSurvey {
                 Some(format!("{count} parts from {from} to {to} are missing"))
             }
         };
-        let lacks: Vec<_> = before.into_iter().chain(between).collect();
-        (!lacks.is_empty()).then(|| lacks.join(", and "))
+        let descriptions: Vec<_> = before.into_iter().chain(between).collect();
+        (!descriptions.is_empty()).then(|| descriptions.join(", and "))
     }
 }
 
 impl SchemaProblems {
-    /// Counts an event if it is a problem of a schema. Adds the schema to `all` if it is not there yet.
-    pub fn count(all: &mut Vec<Self>, happening: &EventRecord) {
-        let Some(schema) = &happening.schema else {
+    /// Counts an event if it is a problem of a schema. Adds the schema to `all` if it is not in it.
+    pub fn count(all: &mut Vec<Self>, event: &EventRecord) {
+        let Some(schema) = &event.schema else {
             return;
         };
-        if !matches!(
-            happening.kind.as_str(),
-            "faulted" | "hung" | "overrun" | "refused"
-        ) {
+        if !matches!(event.kind.as_str(), "faulted" | "hung" | "overrun" | "refused") {
             return;
         }
         let full = all.len() == MAX_PROBLEM_SCHEMAS;
-        let troubled = match all.iter_mut().find(|known| known.schema == *schema) {
-            Some(troubled) => troubled,
+        let problems = match all.iter_mut().find(|problems| problems.schema == *schema) {
+            Some(problems) => problems,
             None if full => return,
             None => all.push_mut(Self {
                 schema: schema.clone(),
                 ..Self::default()
             }),
         };
-        match happening.kind.as_str() {
+        match event.kind.as_str() {
             // Each overrun is reported twice: by the time that it took, and by the new health. Only the first
             // is counted.
-            "overrun" => troubled.overruns += u64::from(happening.text.starts_with("took")),
-            "refused" => troubled.refused += 1,
+            "overrun" => problems.overruns += u64::from(event.text.starts_with("took")),
+            "refused" => problems.refused += 1,
             _ => {
-                troubled.faults += 1;
-                troubled.last_fault = Some(happening.text.clone());
+                problems.faults += 1;
+                problems.last_fault = Some(event.text.clone());
             }
         }
     }
@@ -362,12 +361,12 @@ fn read_causes(recording: &Recording) -> Vec<Cause> {
     };
     (1..)
         .map_while(|number| recording.metadata(&name(number)))
-        .map(|why| {
-            let said = |key: &str| why.get(key).cloned().unwrap_or_default();
+        .map(|metadata| {
+            let text = |key: &str| metadata.get(key).cloned().unwrap_or_default();
             Cause {
-                condition: said("condition"),
-                reason: said("reason"),
-                time_s: said("time_s").parse().unwrap_or_default(),
+                condition: text("condition"),
+                reason: text("reason"),
+                time_s: text("time_s").parse().unwrap_or_default(),
             }
         })
         .collect()

@@ -30,7 +30,7 @@ const PANELS: usize = 16;
 const PANEL_BYTES: usize = 16 << 20;
 /// The fewest slots, for the largest values, and the most, for the smallest.
 const SLOTS: (usize, usize) = (4, 1024);
-/// How long a lossless publisher waits before it looks for an empty slot without a notification.
+/// How long a lossless publisher waits before it checks for an empty slot without a notification.
 const ROOM_TIMEOUT: Duration = Duration::from_millis(10);
 
 /// The times of a value, and its number within the topic.
@@ -45,8 +45,8 @@ pub struct Stamps {
     pub sequence: u64,
 }
 
-/// A topic of a recording. Any thread may write it: for variables of an application, or for values from
-/// elsewhere.
+/// A topic of a recording. Any thread may write it: for variables of an application, or for values of
+/// another process.
 #[derive(Clone)]
 pub struct Topic {
     pub(crate) queue: Arc<TopicQueue>,
@@ -71,7 +71,7 @@ pub(crate) enum SlotForm {
     Message,
 }
 
-/// The contents of a lane.
+/// The contents of a topic.
 #[derive(Clone)]
 pub(crate) enum TopicContent {
     /// Values of a type.
@@ -98,7 +98,7 @@ pub(crate) struct TopicQueue {
     pub(crate) lost: AtomicU64,
 }
 
-/// A note that a new value can be fetched.
+/// Marks that a new value can be fetched.
 pub(crate) struct FetchFlag {
     pub(crate) variable: Arc<Variable>,
     /// The number of the variable's newest value when the watch started.
@@ -111,9 +111,9 @@ pub(crate) struct FetchFlag {
 pub(crate) enum Notice {
     /// An event of the application.
     Event(Event),
-    /// A message of the story of an application elsewhere.
+    /// A record of an application in another process.
     Record(RunRecord),
-    /// A message about something that occurred elsewhere before this time, at which the recording began.
+    /// A record of another process from before this time, at which the recording began.
     EarlierRecord(RunRecord, Nanos),
     /// The value of a variable was retracted.
     Retracted {
@@ -138,7 +138,7 @@ pub(crate) struct Shared {
     pub(crate) written: AtomicU64,
     pub(crate) dropped: AtomicU64,
     pub(crate) bytes: AtomicU64,
-    /// Messages that left the ring before their time ended.
+    /// Messages that were removed from the buffer before their time ended.
     pub(crate) evicted: AtomicU64,
     pub(crate) error: Mutex<Option<String>>,
     pub(crate) files: Mutex<Vec<TriggeredFile>>,
@@ -152,23 +152,23 @@ pub(crate) struct Shared {
 impl TopicQueue {
     pub(crate) fn new(
         name: String,
-        holds: TopicContent,
-        about: BTreeMap<String, String>,
-        note: Option<FetchFlag>,
-        kept: bool,
+        content: TopicContent,
+        metadata: BTreeMap<String, String>,
+        fetch_flag: Option<FetchFlag>,
+        is_recorded: bool,
     ) -> Self {
-        let bytes = match &holds {
+        let bytes = match &content {
             TopicContent::Values(value_type) => value_type.bytes,
             // The slots of a panel grow as needed.
             TopicContent::Panel => 0,
         };
-        let slots = match (&holds, &note) {
+        let slots = match (&content, &fetch_flag) {
             (_, Some(_)) => 1,
             (TopicContent::Values(_), None) => (TOPIC_BYTES / bytes).clamp(SLOTS.0, SLOTS.1),
             (TopicContent::Panel, None) => PANELS,
         };
         let free = ArrayQueue::new(slots);
-        if note.is_none() {
+        if fetch_flag.is_none() {
             for _ in 0..slots {
                 let slot = Slot {
                     order: 0,
@@ -186,13 +186,13 @@ impl TopicQueue {
         }
         Self {
             name,
-            content: holds,
-            metadata: about,
+            content,
+            metadata,
             free,
             full: ArrayQueue::new(slots),
             pending_bytes: AtomicUsize::new(0),
-            fetch_flag: note,
-            is_recorded: kept,
+            fetch_flag,
+            is_recorded,
             lost: AtomicU64::new(0),
         }
     }
@@ -233,7 +233,7 @@ impl Topic {
     /// If the number of bytes is not that of the type, or if the topic is that of a panel.
     pub fn put(&self, bytes: &[u8], stamps: Stamps) -> bool {
         let TopicContent::Values(value_type) = &self.queue.content else {
-            panic!("a panel has no values");
+            panic!("the topic of a panel has no values");
         };
         assert_eq!(bytes.len(), value_type.bytes, "a value of {}", self.queue.name);
         self.fill(bytes, SlotForm::Value, stamps)
@@ -254,13 +254,13 @@ impl Topic {
         if self.shared.closed.load(Ordering::Acquire) {
             return false;
         }
-        let lane = &*self.queue;
+        let queue = &*self.queue;
         // For publishers that wait instead of losing values, the number of slots is the limit.
-        let fits = lane.reserve_bytes(bytes.len()) || self.shared.lossless;
-        let slot = fits.then(|| lane.free.pop().or_else(|| self.shared.wait_for_room(lane)));
+        let fits = queue.reserve_bytes(bytes.len()) || self.shared.lossless;
+        let slot = fits.then(|| queue.free.pop().or_else(|| self.shared.wait_for_room(queue)));
         let Some(mut slot) = slot.flatten() else {
-            lane.release_bytes(bytes.len());
-            lane.lost.fetch_add(1, Ordering::Relaxed);
+            queue.release_bytes(bytes.len());
+            queue.lost.fetch_add(1, Ordering::Relaxed);
             return false;
         };
         slot.order = self.shared.assign_order();
@@ -268,8 +268,8 @@ impl Topic {
         slot.bytes.clear();
         slot.bytes.extend_from_slice(bytes);
         // There are no more slots than the queue can hold.
-        let _ = lane.full.push(slot);
-        if lane.free.len() < lane.free.capacity() / 4 {
+        let _ = queue.full.push(slot);
+        if queue.free.len() < queue.free.capacity() / 4 {
             self.shared.wake();
         }
         true
@@ -281,17 +281,17 @@ impl Topic {
         self.shared.push_notice(retraction_notice(time, &self.queue));
     }
 
-    /// Counts values that were lost before they arrived here.
+    /// Counts values that were lost before they arrived.
     pub fn add_lost(&self, count: u64) {
         self.queue.lost.fetch_add(count, Ordering::Relaxed);
     }
 }
 
 impl Shared {
-    pub(crate) fn new(tell: SyncSender<(u64, Notice)>, lossless: bool) -> Self {
+    pub(crate) fn new(notices: SyncSender<(u64, Notice)>, lossless: bool) -> Self {
         Self {
             topics: Mutex::default(),
-            notices: tell,
+            notices,
             order: AtomicU64::new(0),
             lossless,
             closed: AtomicBool::new(false),
@@ -311,16 +311,16 @@ impl Shared {
     }
 
     /// Sends a notice to the writing thread. A notice for which there is no room is counted as lost.
-    pub(crate) fn push_notice(&self, told: Notice) {
+    pub(crate) fn push_notice(&self, notice: Notice) {
         if self.closed.load(Ordering::Acquire) {
             return;
         }
-        match self.notices.try_send((self.assign_order(), told)) {
+        match self.notices.try_send((self.assign_order(), notice)) {
             Ok(()) => {}
-            Err(TrySendError::Full(told)) if self.lossless => {
+            Err(TrySendError::Full(notice)) if self.lossless => {
                 self.wake();
                 // This fails only after the recording was closed.
-                let _ = self.notices.send(told);
+                let _ = self.notices.send(notice);
             }
             Err(TrySendError::Full(_)) => {
                 self.lost_events.fetch_add(1, Ordering::Relaxed);
@@ -342,18 +342,18 @@ impl Shared {
 
     /// Returns the number of values that were lost before they were written, by topic.
     pub(crate) fn lost_by_topic(&self) -> BTreeMap<String, u64> {
-        let lanes = lock(&self.topics);
-        lanes
+        let queues = lock(&self.topics);
+        queues
             .iter()
-            .filter(|lane| lane.is_recorded)
-            .map(|lane| (lane.name.clone(), lane.lost.load(Ordering::Relaxed)))
+            .filter(|queue| queue.is_recorded)
+            .map(|queue| (queue.name.clone(), queue.lost.load(Ordering::Relaxed)))
             .filter(|(_, lost)| *lost > 0)
             .collect()
     }
 
     pub(crate) fn wake(&self) {
-        if let Some(scribe) = self.writer_thread.get() {
-            scribe.unpark();
+        if let Some(thread) = self.writer_thread.get() {
+            thread.unpark();
         }
     }
 
@@ -365,10 +365,10 @@ impl Shared {
         }
     }
 
-    fn wait_for_room(&self, lane: &TopicQueue) -> Option<Box<Slot>> {
+    fn wait_for_room(&self, queue: &TopicQueue) -> Option<Box<Slot>> {
         let mut waiting = self.lossless.then(|| lock(&self.room_lock))?;
         loop {
-            if let Some(slot) = lane.free.pop() {
+            if let Some(slot) = queue.free.pop() {
                 return Some(slot);
             }
             if self.closed.load(Ordering::Acquire) {
@@ -394,9 +394,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_drawings_of_a_panel_are_bounded_in_bytes_and_leave_no_large_slots() {
-        let (tell, _told) = sync_channel(1);
-        let lane = TopicQueue::new(
+    fn the_bytes_of_a_panel_are_limited_and_large_slots_are_freed() {
+        let (notices, _receiver) = sync_channel(1);
+        let queue = TopicQueue::new(
             "/panels/goon".to_owned(),
             TopicContent::Panel,
             BTreeMap::new(),
@@ -404,8 +404,8 @@ mod tests {
             true,
         );
         let topic = Topic {
-            queue: Arc::new(lane),
-            shared: Arc::new(Shared::new(tell, false)),
+            queue: Arc::new(queue),
+            shared: Arc::new(Shared::new(notices, false)),
         };
         let stamps = Stamps {
             published: 0,
@@ -416,10 +416,10 @@ mod tests {
         let write = || {
             topic
                 .queue
-                .recycle(topic.queue.full.pop().expect("one is on its way"))
+                .recycle(topic.queue.full.pop().expect("a drawing is queued"))
         };
-        assert!(put(2 * PANEL_BYTES), "one may always go");
-        assert!(!put(1), "and nothing beside it");
+        assert!(put(2 * PANEL_BYTES), "a single drawing always fits");
+        assert!(!put(1), "a second drawing does not fit");
         write();
         assert!(put(PANEL_BYTES / 2) && put(PANEL_BYTES / 2));
         assert!(!put(1));

@@ -81,15 +81,15 @@ fn commanded(application: &Application, instance: &InstanceConfig) -> Vec<String
 /// time.
 #[must_use]
 pub fn turns(recorder: &Recorder, application: &Application, lockstep: bool) -> OnTurn {
-    let cast = RecordedHierarchy::of(application, lockstep);
-    let about = BTreeMap::from([
+    let hierarchy = RecordedHierarchy::of(application, lockstep);
+    let metadata = BTreeMap::from([
         (
             "doc".to_owned(),
             "What every schema did, and what it saw.".to_owned(),
         ),
-        cast.metadata_entry(),
+        hierarchy.metadata_entry(),
     ]);
-    let topic = recorder.topic(TOPIC, Arc::new(Turn::describe()), about);
+    let topic = recorder.topic(TOPIC, Arc::new(Turn::describe()), metadata);
     let count = AtomicU64::new(0);
     Arc::new(move |turn: &Turn| {
         let time = turn.time();
@@ -167,7 +167,7 @@ impl RecordedHierarchy {
 
     /// Reads the entry in the metadata of a topic of turns.
     #[must_use]
-    pub fn read(about: &BTreeMap<String, String>) -> Option<Self> {
-        serde_json::from_str(about.get(HIERARCHY_KEY)?).ok()
+    pub fn read(metadata: &BTreeMap<String, String>) -> Option<Self> {
+        serde_json::from_str(metadata.get(HIERARCHY_KEY)?).ok()
     }
 }

@@ -25,7 +25,7 @@ pub(crate) type Output = Box<dyn Write + Send>;
 
 /// A recording that is being written.
 pub(crate) struct Writer {
-    // Each chunk is assembled in memory and written in one piece, so no reader ever meets a chunk with an
+    // Each chunk is assembled in memory and written in one piece, so no reader ever finds a chunk with an
     // unfinished header.
     mcap: mcap::Writer<NoSeek<BufWriter<CountingOutput>>>,
     /// The time at which the application's clock was 0, in ns since 1970.
@@ -49,8 +49,8 @@ struct CountingOutput {
 /// Returns whether a folder belongs to this user. In other folders, such as one for temporary files, only
 /// this user may read a recording and its images.
 fn is_own(folder: &Path) -> bool {
-    let owner = |path: &Path| fs::metadata(path).map(|there| there.uid());
-    matches!((owner(folder), owner(Path::new("/proc/self"))), (Ok(one), Ok(other)) if one == other)
+    let owner = |path: &Path| fs::metadata(path).map(|metadata| metadata.uid());
+    matches!((owner(folder), owner(Path::new("/proc/self"))), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Creates the file of a recording, and the folders above it. In a folder that does not belong to this user,
@@ -71,7 +71,7 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
         options.mode(0o600);
     }
     // A pipe or a device contains nothing that could be lost.
-    let is_file = fs::metadata(path).map_or(true, |there| there.is_file());
+    let is_file = fs::metadata(path).map_or(true, |metadata| metadata.is_file());
     match (is_file, overwrite) {
         (true, true) => options.create(true).truncate(false),
         (true, false) => options.create_new(true),
@@ -134,7 +134,7 @@ impl Writer {
         &mut self,
         topic: &str,
         value_type: &Type,
-        about: &BTreeMap<String, String>,
+        metadata: &BTreeMap<String, String>,
     ) -> io::Result<u16> {
         let text = definition::definition(value_type);
         self.channel(
@@ -142,7 +142,7 @@ impl Writer {
             &definition::name(value_type),
             ("ros2msg", text.as_bytes()),
             "cdr",
-            about,
+            metadata,
         )
     }
 
@@ -153,8 +153,8 @@ impl Writer {
     }
 
     /// Adds a channel of a panel's drawings: CBOR, which needs no definition.
-    pub(crate) fn panel(&mut self, topic: &str, about: &BTreeMap<String, String>) -> io::Result<u16> {
-        self.channel(topic, panel::TYPE, ("", &[]), panel::ENCODING, about)
+    pub(crate) fn panel(&mut self, topic: &str, metadata: &BTreeMap<String, String>) -> io::Result<u16> {
+        self.channel(topic, panel::TYPE, ("", &[]), panel::ENCODING, metadata)
     }
 
     fn channel(
@@ -162,12 +162,12 @@ impl Writer {
         topic: &str,
         name: &str,
         (encoding, schema): (&str, &[u8]),
-        messages: &str,
-        about: &BTreeMap<String, String>,
+        encoding_of_messages: &str,
+        metadata: &BTreeMap<String, String>,
     ) -> io::Result<u16> {
         let schema = self.mcap.add_schema(name, encoding, schema).map_err(plain)?;
         self.mcap
-            .add_channel(schema, topic, messages, about)
+            .add_channel(schema, topic, encoding_of_messages, metadata)
             .map_err(plain)
     }
 

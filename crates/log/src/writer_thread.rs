@@ -33,7 +33,7 @@ pub(crate) struct WriterThread {
     topics: Vec<OpenTopic>,
     /// The number of the sink's channels so far.
     channels: usize,
-    /// The first channel of the story. The channels of its kinds are consecutive.
+    /// The first channel of records. The channels of all kinds are consecutive.
     record_channel: Option<usize>,
     /// The application's time: that of the newest message, or that of its clock.
     now: Nanos,
@@ -67,15 +67,15 @@ impl WriterThread {
         shared: &Arc<Shared>,
         sink: Box<dyn Sink>,
         triggers: Option<Triggers>,
-        story: Option<RecordBuilder>,
-        told: Receiver<(u64, Notice)>,
+        records: Option<RecordBuilder>,
+        notices: Receiver<(u64, Notice)>,
     ) -> Self {
         Self {
             shared: Arc::clone(shared),
             sink,
             triggers,
-            records: story,
-            notices: told,
+            records,
+            notices,
             topics: Vec::new(),
             channels: 0,
             record_channel: None,
@@ -115,7 +115,7 @@ impl WriterThread {
         self.channels - 1
     }
 
-    /// Returns the first channel of the story. The first call creates the channels.
+    /// Returns the first channel of records. The first call creates the channels.
     fn open_record_channels(&mut self) -> usize {
         if let Some(channel) = self.record_channel {
             return channel;
@@ -133,17 +133,17 @@ impl WriterThread {
             .skip(self.topics.len())
             .cloned()
             .collect();
-        for lane in new {
-            let channel = lane
+        for queue in new {
+            let channel = queue
                 .is_recorded
-                .then(|| self.open(SinkChannel::Topic(Arc::clone(&lane))));
-            let fetch = lane.fetch_flag.as_ref().map(|note| {
+                .then(|| self.open(SinkChannel::Topic(Arc::clone(&queue))));
+            let fetch = queue.fetch_flag.as_ref().map(|flag| {
                 (
-                    note.variable.reader("recording"),
-                    SequenceTracker::starting_at(note.first),
+                    flag.variable.reader("recording"),
+                    SequenceTracker::starting_at(flag.first),
                 )
             });
-            let variable = lane.metadata.get("variable");
+            let variable = queue.metadata.get("variable");
             let named = |variable: &&String| {
                 let triggers = self.triggers.as_ref();
                 triggers.is_some_and(|triggers| triggers.variables().contains(variable.as_str()))
@@ -151,12 +151,12 @@ impl WriterThread {
             self.topics.push(OpenTopic {
                 variable: variable.filter(named).cloned(),
                 // A turn is an event: it leaves nothing in force.
-                state_key: if lane.name == turns::TOPIC {
+                state_key: if queue.name == turns::TOPIC {
                     StateKey::Stateless
                 } else {
                     StateKey::Value
                 },
-                queue: lane,
+                queue,
                 channel,
                 fetch,
             });
@@ -164,33 +164,33 @@ impl WriterThread {
     }
 
     /// Processes everything that has arrived, in its order. If it comes from a single thread, as in virtual
-    /// time, that order is always the same: an item that may have overtaken another is left for the next
+    /// time, that order is always the same: an item that may have overtaken another waits for the next
     /// round.
     fn process(&mut self, closed: bool) {
-        let given = if closed {
+        let limit = if closed {
             u64::MAX
         } else {
             self.shared.next_order()
         };
         let mut round = std::mem::take(&mut self.pending);
         for (number, open) in self.topics.iter().enumerate() {
-            // Only those that are there now: a busy publisher must not delay the other topics.
-            let come = open.queue.full.len();
-            let values = (0..come).map_while(|_| open.queue.full.pop());
+            // A busy publisher must not delay the other topics: later values wait for the next round.
+            let count = open.queue.full.len();
+            let values = (0..count).map_while(|_| open.queue.full.pop());
             round.extend(values.map(|slot| (slot.order, PendingItem::Value(number, slot))));
         }
-        while let Ok((order, told)) = self.notices.try_recv() {
-            round.push((order, PendingItem::Notice(Box::new(told))));
+        while let Ok((order, notice)) = self.notices.try_recv() {
+            round.push((order, PendingItem::Notice(Box::new(notice))));
         }
         round.sort_by_key(|(order, _)| *order);
-        let here = round.partition_point(|(order, _)| *order < given);
-        for (_, item) in round.drain(..here) {
+        let complete = round.partition_point(|(order, _)| *order < limit);
+        for (_, item) in round.drain(..complete) {
             match item {
                 PendingItem::Value(number, slot) => {
                     self.process_slot(number, &slot);
                     self.topics[number].queue.recycle(slot);
                 }
-                PendingItem::Notice(told) => self.process_notice(*told),
+                PendingItem::Notice(notice) => self.process_notice(*notice),
             }
         }
         self.pending = round;
@@ -208,8 +208,8 @@ impl WriterThread {
             SlotForm::Message => {
                 let open = &self.topics[number];
                 if let Some(channel) = open.channel {
-                    let says = Effect::State(open.state_key.clone());
-                    self.sink.write_message(channel, times, &slot.bytes, says);
+                    let effect = Effect::State(open.state_key.clone());
+                    self.sink.write_message(channel, times, &slot.bytes, effect);
                 }
                 if open.variable.is_some()
                     && let TopicContent::Values(value_type) = &open.queue.content
@@ -225,15 +225,15 @@ impl WriterThread {
     /// Takes the newest large value, if there is a new one, without copying it first.
     fn fetch(&mut self, number: usize) {
         let open = &mut self.topics[number];
-        let Some(note) = open
+        let Some(flag) = open
             .queue
             .fetch_flag
             .as_ref()
-            .filter(|note| note.is_new.swap(false, Ordering::AcqRel))
+            .filter(|flag| flag.is_new.swap(false, Ordering::AcqRel))
         else {
             return;
         };
-        let log = note.published.load(Ordering::Relaxed);
+        let log = flag.published.load(Ordering::Relaxed);
         let Some((mut reader, mut seen)) = open.fetch.take() else {
             return;
         };
@@ -252,8 +252,8 @@ impl WriterThread {
                 }
             }
             ValueChange::Retracted => {
-                let told = retraction_notice(log, &open.queue);
-                self.process_notice(told);
+                let notice = retraction_notice(log, &open.queue);
+                self.process_notice(notice);
             }
         }
         reader.release();
@@ -266,46 +266,47 @@ impl WriterThread {
             && let TopicContent::Values(value_type) = &open.queue.content
         {
             cdr::encode(value_type, bytes, &mut self.message);
-            let says = Effect::State(open.state_key.clone());
-            self.sink.write_message(channel, times, &self.message, says);
+            let effect = Effect::State(open.state_key.clone());
+            self.sink.write_message(channel, times, &self.message, effect);
         }
         self.check_conditions(number, times.log, Some(bytes));
         self.advance_to(times.log);
     }
 
-    fn process_notice(&mut self, told: Notice) {
-        match told {
+    fn process_notice(&mut self, notice: Notice) {
+        match notice {
             Notice::Event(event) => {
-                let lines = self.records.as_mut().map(|story| story.process(&event));
-                for line in lines.unwrap_or_default() {
-                    self.write_record(&line, None);
+                let records = self.records.as_mut().map(|builder| builder.process(&event));
+                for record in records.unwrap_or_default() {
+                    self.write_record(&record, None);
                 }
                 if let Some(triggers) = &mut self.triggers {
                     triggers.process_event(&event, &mut self.fired);
                 }
                 self.report_fired();
             }
-            Notice::EarlierRecord(line, beginning) => {
-                self.write_record_at(&line, beginning, None);
+            Notice::EarlierRecord(record, beginning) => {
+                self.write_record_at(&record, beginning, None);
                 if let Some(triggers) = &mut self.triggers {
-                    triggers.process_record(&line, &mut self.fired);
+                    triggers.process_record(&record, &mut self.fired);
                 }
-                // Conditions do not fire by what occurred before the recording.
+                // Records from before the recording do not fire conditions.
                 self.fired.clear();
             }
-            Notice::Record(line) => {
-                self.write_record(&line, None);
+            Notice::Record(record) => {
+                self.write_record(&record, None);
                 if let Some(triggers) = &mut self.triggers {
-                    triggers.process_record(&line, &mut self.fired);
+                    triggers.process_record(&record, &mut self.fired);
                 }
                 self.report_fired();
             }
             Notice::Retracted { time, variable } => {
-                let of = |open: &OpenTopic| open.queue.metadata.get("variable") == Some(&variable);
-                let number = self.topics.iter().position(of);
+                let is_of_variable =
+                    |open: &OpenTopic| open.queue.metadata.get("variable") == Some(&variable);
+                let number = self.topics.iter().position(is_of_variable);
                 let channel = number.and_then(|number| self.topics[number].channel);
-                // Without events there is no story to record the retraction in. A variable that no file
-                // contains needs no record of it.
+                // Without events there are no channels of records. A variable that no file contains needs no
+                // record of its retraction.
                 if (self.records.is_some() || self.record_channel.is_some()) && channel.is_some() {
                     self.write_record(&RunRecord::retracted(time, &variable), channel);
                 }
@@ -316,19 +317,19 @@ impl WriterThread {
         }
     }
 
-    /// Writes a message of the story. `retracts` is the channel whose value the message retracts.
-    fn write_record(&mut self, line: &RunRecord, retracts: Option<usize>) {
-        self.write_record_at(line, line.time(), retracts);
+    /// Writes a record. `retracts` is the channel whose value the message retracts.
+    fn write_record(&mut self, record: &RunRecord, retracts: Option<usize>) {
+        self.write_record_at(record, record.time(), retracts);
     }
 
-    fn write_record_at(&mut self, line: &RunRecord, log: Nanos, retracts: Option<usize>) {
-        let channel = self.open_record_channels() + line.kind() as usize;
+    fn write_record_at(&mut self, record: &RunRecord, log: Nanos, retracts: Option<usize>) {
+        let channel = self.open_record_channels() + record.kind() as usize;
         let times = Times {
             log,
-            publish: line.time(),
+            publish: record.time(),
             sequence: 0,
         };
-        let says = match (retracts, line) {
+        let effect = match (retracts, record) {
             (Some(of), _) => Effect::Retracts(of),
             (None, RunRecord::Decision(decision)) => {
                 Effect::State(StateKey::Named(decision.group.as_str().into()))
@@ -336,7 +337,7 @@ impl WriterThread {
             (None, RunRecord::State(change)) => Effect::State(StateKey::Named(change.schema.as_str().into())),
             (None, RunRecord::Event(_)) => Effect::State(StateKey::Stateless),
         };
-        self.sink.write_message(channel, times, &line.to_json(), says);
+        self.sink.write_message(channel, times, &record.to_json(), effect);
         self.advance_to(log);
     }
 
@@ -371,17 +372,17 @@ impl WriterThread {
         }
     }
 
-    /// Reports the conditions that became true, first in the story and then to the sink.
+    /// Reports the conditions that became true, first as records and then to the sink.
     fn report_fired(&mut self) {
         for firing in std::mem::take(&mut self.fired) {
             let text = firing.text.clone();
-            let line = RunRecord::Event(EventRecord {
+            let record = RunRecord::Event(EventRecord {
                 time_s: firing.time as f64 / 1e9,
                 kind: "trigger".to_owned(),
                 text,
                 ..EventRecord::default()
             });
-            self.write_record(&line, None);
+            self.write_record(&record, None);
             let triggers = self.triggers.as_ref();
             let condition = triggers.and_then(|triggers| triggers.condition(firing.condition));
             self.sink.fired(&firing, condition.unwrap_or_default());
@@ -390,8 +391,8 @@ impl WriterThread {
 
     fn finish(mut self) {
         let last = self.records.take().map(RecordBuilder::finish);
-        for line in last.unwrap_or_default() {
-            self.write_record(&line, None);
+        for record in last.unwrap_or_default() {
+            self.write_record(&record, None);
         }
         self.sink.finish();
     }

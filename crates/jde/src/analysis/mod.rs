@@ -1,4 +1,4 @@
-//! Reads a recording for pictures and pages: the stretch of time, the numbers by name, and the output. Layout
+//! Reads a recording for pictures and pages: the time range, the numbers by name, and the output. Layout
 //! and drawing belong to `jde-report`.
 
 mod output;
@@ -21,7 +21,7 @@ pub(crate) use series::{names, series};
 /// Time before the first progress line appears, and between two updates of it.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(300);
 
-/// A stretch of application time, ns since the start.
+/// A range of application time, ns since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct TimeRange {
     /// Its beginning; `None` means the beginning of the recording.
@@ -31,10 +31,10 @@ pub(crate) struct TimeRange {
 }
 
 impl TimeRange {
-    /// Checks that the stretch overlaps the recording.
+    /// Checks that the range overlaps the recording.
     ///
     /// # Errors
-    /// `from` is not before `to`, or the stretch lies outside the recording.
+    /// `from` is not before `to`, or the range is outside the recording.
     fn check(self, recording: &Recording) -> Result<(), Failure> {
         if let (Some(from), Some(to)) = (self.from, self.to)
             && from >= to
@@ -44,18 +44,15 @@ impl TimeRange {
                 "give --from the earlier time of the two",
             ));
         }
-        let said = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
+        let start = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
         let Some((first, last)) = recording.times() else {
             return Ok(());
         };
-        let start = said.and_then(|start| start.parse().ok()).unwrap_or(first);
+        let start = start.and_then(|start| start.parse().ok()).unwrap_or(first);
         let [first, last] = [first, last].map(|time: u64| time.saturating_sub(start));
         if self.from.is_some_and(|from| from >= last) || self.to.is_some_and(|to| to <= first) {
             return Err(Failure::usage(
-                format!(
-                    "there is nothing of {} in that time",
-                    display_path(recording.path())
-                ),
+                format!("{} contains nothing in that time", display_path(recording.path())),
                 format!(
                     "it goes from {:.3} s to {:.3} s",
                     first as f64 / 1e9,
@@ -70,16 +67,20 @@ impl TimeRange {
 /// Reads a recording, and shows the progress on a terminal.
 ///
 /// # Errors
-/// The recording cannot be read, or does not cover the stretch. Damage is not an error.
-pub(crate) fn read(recording: &Recording, stretch: TimeRange, wanted: Wanted) -> Result<Analysis, Failure> {
-    stretch.check(recording)?;
-    let wanted = Wanted {
-        from: stretch.from,
-        to: stretch.to,
-        ..wanted
+/// The recording cannot be read, or does not cover the range. Damage is not an error.
+pub(crate) fn read(
+    recording: &Recording,
+    time_range: TimeRange,
+    options: Wanted,
+) -> Result<Analysis, Failure> {
+    time_range.check(recording)?;
+    let options = Wanted {
+        from: time_range.from,
+        to: time_range.to,
+        ..options
     };
     let mut progress = ReadProgress::new(recording.path());
-    let analysis = Analysis::read(recording, wanted, &mut |share| progress.update(share));
+    let analysis = Analysis::read(recording, options, &mut |share| progress.update(share));
     progress.clear();
     Ok(analysis?)
 }

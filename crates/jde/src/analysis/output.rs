@@ -19,36 +19,36 @@ pub(crate) enum Output {
 }
 
 impl Output {
-    /// Returns the destination `asked` for, where `-` is standard output. The default is the recording's path
-    /// with the extension `ending`. `what` names the output in error messages.
+    /// Returns the requested destination, where `-` is standard output. The default is the recording's path
+    /// with another extension. `what` names the output in error messages.
     ///
     /// # Errors
     /// The destination is a file of the recording, or standard output is a terminal.
     pub(crate) fn resolve(
-        asked: Option<PathBuf>,
+        requested: Option<PathBuf>,
         recording: &Recording,
-        ending: &str,
+        extension: &str,
         what: &str,
     ) -> Result<Self, Failure> {
-        let path = match asked {
+        let path = match requested {
             Some(path) if path == Path::new("-") => {
                 if terminal::out_is_terminal() {
                     return Err(Failure::usage(
-                        format!("a {what} is nothing for a terminal"),
-                        format!("give -o FILE.{ending}, or send it on: -o - | ..."),
+                        format!("a {what} cannot be printed on a terminal"),
+                        format!("give -o FILE.{extension}, or send it to another program: -o - | ..."),
                     ));
                 }
                 return Ok(Self::Standard);
             }
             Some(path) => path,
-            None => recording.path().with_extension(ending),
+            None => recording.path().with_extension(extension),
         };
         let real = |path: &Path| path.canonicalize().ok();
         let written = real(&path);
         if written.is_some() && recording.files().any(|file| real(file) == written) {
             return Err(Failure::usage(
                 format!("{} is the recording itself", display_path(&path)),
-                format!("give -o FILE.{ending}"),
+                format!("give -o FILE.{extension}"),
             ));
         }
         Ok(Self::File(path))

@@ -27,11 +27,11 @@ const MAX_NAMES: usize = 2000;
 /// # Errors
 /// There is no such variable or field, in which case the error suggests the nearest; or the value is not a
 /// number.
-pub(crate) fn series(recording: &Recording, asked: &[String]) -> Result<Vec<Series>, Failure> {
+pub(crate) fn series(recording: &Recording, requested: &[String]) -> Result<Vec<Series>, Failure> {
     let known = known_variables(recording);
-    asked
+    requested
         .iter()
-        .map(|asked| resolve_series(recording, &known, asked))
+        .map(|name| resolve_series(recording, &known, name))
         .collect()
 }
 
@@ -53,32 +53,32 @@ pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
 fn resolve_series(
     recording: &Recording,
     known: &BTreeMap<String, RecordedVariable>,
-    asked: &str,
+    requested: &str,
 ) -> Result<Series, Failure> {
     if known.is_empty() {
         return Err(Failure::usage(
             format!(
-                "{} holds no variables that can be drawn",
+                "{} contains no variables that can be drawn",
                 display_path(recording.path())
             ),
-            "`jde info` shows what it holds",
+            "`jde info` shows its contents",
         ));
     }
     // Accepts a topic name as ROS writes it: `/odom.pose.pose.position.x`.
-    let asked = asked.trim_start_matches('/').replace('/', ".");
+    let requested = requested.trim_start_matches('/').replace('/', ".");
     let names = known.values().map(|recorded| recorded.name.as_str());
-    let (variable, path) = name::split_variable(&asked, names)?;
+    let (variable, path) = name::split_variable(&requested, names)?;
     let named = known.iter().find(|(_, recorded)| recorded.name == variable);
     let Some((topic, recorded)) = named else {
         return Err(Failure::usage(
-            format!("there is no variable `{asked}`"),
-            "`jde info` shows what there is",
+            format!("there is no variable `{requested}`"),
+            "`jde info` lists the variables",
         ));
     };
-    let part = VariableField::resolve(&variable_info(recorded), path)?;
-    if !part.is_number() {
+    let field = VariableField::resolve(&variable_info(recorded), path)?;
+    if !field.is_number() {
         return Err(Failure::usage(
-            format!("`{asked}` is no number, and only numbers are drawn"),
+            format!("`{requested}` is not a number, and only numbers are drawn"),
             format!("name a field, such as {}", example_field(recorded)),
         ));
     }
@@ -86,9 +86,9 @@ fn resolve_series(
     Ok(Series {
         topic: topic.clone(),
         variable: variable.to_owned(),
-        name: part.name().to_owned(),
-        unit: part.unit.clone(),
-        number: Box::new(move |message| part.decode_number(&cdr::decode(&value_type, message).ok()?)),
+        name: field.name().to_owned(),
+        unit: field.unit.clone(),
+        number: Box::new(move |message| field.decode_number(&cdr::decode(&value_type, message).ok()?)),
     })
 }
 
@@ -152,20 +152,20 @@ fn variable_info(recorded: &RecordedVariable) -> VariableInfo {
     }
 }
 
-/// Calls `tell` with the name of each number of a type. Elements of lists are left out.
-fn visit_fields(value_type: &Type, name: &str, tell: &mut dyn FnMut(String)) {
-    if let [alone] = value_type.fields.as_slice()
-        && matches!(alone.kind, FieldKind::Scalar(_))
-        && alone.form == Form::One
+/// Calls `visit` with the name of each number of a type, except elements of lists.
+fn visit_fields(value_type: &Type, name: &str, visit: &mut dyn FnMut(String)) {
+    if let [field] = value_type.fields.as_slice()
+        && matches!(field.kind, FieldKind::Scalar(_))
+        && field.form == Form::One
     {
-        tell(name.to_owned());
+        visit(name.to_owned());
         return;
     }
     for field in &value_type.fields {
         let name = format!("{name}.{}", field.name);
         match (&field.kind, field.form) {
-            (FieldKind::Scalar(_), Form::One) => tell(name),
-            (FieldKind::Struct(inner), Form::One) => visit_fields(inner, &name, tell),
+            (FieldKind::Scalar(_), Form::One) => visit(name),
+            (FieldKind::Struct(inner), Form::One) => visit_fields(inner, &name, visit),
             (FieldKind::Scalar(_) | FieldKind::Struct(_), _) => {}
         }
     }

@@ -22,7 +22,9 @@ pub(super) fn speed(text: &str) -> Result<f64, String> {
     match number {
         Ok(speed) if (0.01..=100.0).contains(&speed) => Ok(speed),
         Ok(_) => Err(format!("`{text}` must be from 0.01x to 100x")),
-        Err(_) => Err(format!("`{text}` is no speed; write a number such as 4x or 0.5x")),
+        Err(_) => Err(format!(
+            "`{text}` is not a speed; write a number such as 4x or 0.5x"
+        )),
     }
 }
 

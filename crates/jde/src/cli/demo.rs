@@ -21,7 +21,7 @@ use crate::terminal::{self, FAINT, TITLE};
 
 /// The application to run.
 const APPLICATION: &str = "safe-navigation";
-/// Limit of the mission in the application's time: about four times what the mission takes. A robot that
+/// Limit of the mission in the application's time: about four times the duration of the mission. A robot that
 /// exceeds it is lost.
 const LIMIT: Nanos = 1200 * 1_000_000_000;
 /// Interval between two progress lines in real time, long enough to read them.
@@ -31,7 +31,7 @@ const STATUS_INTERVAL_LOCKSTEP: Nanos = 20_000_000_000;
 
 /// Watch a simulated robot navigate a building with people in it: the example of the paper, section 5.
 ///
-/// Ends when the robot has reached all its targets. Leaves a picture of its path and all decisions in
+/// Ends when the robot has reached all its targets. Writes a picture of its path and all decisions to
 /// target/demo. The exit status is 0 only if every target was reached without a collision.
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -62,13 +62,13 @@ impl Demo {
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;
         }
-        let mut words = if self.json {
+        let mut output = if self.json {
             terminal::err()
         } else {
             terminal::out()
         };
-        let lines = self.headless || self.json || self.time.lockstep || !terminal::is_interactive();
-        if lines {
+        let prints_lines = self.headless || self.json || self.time.lockstep || !terminal::is_interactive();
+        if prints_lines {
             let application = &loaded.application;
             let (name, file, seed) = (
                 &application.name,
@@ -76,26 +76,26 @@ impl Demo {
                 application.seed,
             );
             writeln!(
-                words,
+                output,
                 "{TITLE}{name}{TITLE:#} {FAINT}({file}, seed {seed}){FAINT:#}: {}\n",
                 application.doc
             )?;
         }
-        let every = if self.time.lockstep {
+        let status_interval = if self.time.lockstep {
             STATUS_INTERVAL_LOCKSTEP
         } else {
             STATUS_INTERVAL
         };
-        let how = RunOptions {
+        let options = RunOptions {
             lockstep: self.time.lockstep,
             limit: Some(LIMIT),
             speed: self.time.speed,
-            view: if lines {
-                RunView::Lines(ProgressMode::Status(every))
+            view: if prints_lines {
+                RunView::Lines(ProgressMode::Status(status_interval))
             } else {
                 RunView::Screen
             },
-            output: words,
+            output,
             decisions: Some(self.out.join("decisions.jsonl")),
             picture: Some(self.out.join("path.png")),
             #[cfg(feature = "tools")]
@@ -104,7 +104,7 @@ impl Demo {
             extensions: Vec::new(),
             watch: false,
         };
-        let finished = session::run(loaded, how, &log)?;
+        let finished = session::run(loaded, options, &log)?;
         let RunSummary {
             decisions_sha256,
             sim_seconds,
@@ -112,14 +112,14 @@ impl Demo {
             ..
         } = &finished.summary;
         let out = self.out.display();
-        let told = [
-            format!("{sim_seconds:.1} s of the robot took {wall_seconds:.1} s of this machine"),
-            format!("{out}/path.png         its way, coloured by who won"),
+        let lines = [
+            format!("{sim_seconds:.1} s of simulation took {wall_seconds:.1} s of real time"),
+            format!("{out}/path.png         the path in the colours of the winners"),
             format!("{out}/decisions.jsonl  every selection and its reason"),
             format!("decisions_sha256: {decisions_sha256}"),
         ];
-        let told = told.map(|line| line + "\n").concat();
-        conclude(finished, &told, self.json, |summary| {
+        let lines = lines.map(|line| line + "\n").concat();
+        conclude(finished, &lines, self.json, |summary| {
             summary.is_fulfilled() && summary.collisions == Some(0) && summary.reached == summary.targets
         })
     }

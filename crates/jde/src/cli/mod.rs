@@ -1,6 +1,6 @@
 //! The command line: the verbs, their common options, and the exit status.
 //!
-//! A verb parses its options and calls the module that does the work. No work is done here.
+//! A verb parses its options and calls the module that does the work. This module does no other work.
 
 mod clock;
 mod demo;
@@ -64,7 +64,8 @@ enum Verb {
 
 /// Parses the command line, runs the verb and returns the exit status.
 pub(crate) fn main() -> ExitCode {
-    // A shell requests completions through an environment variable. This call answers the request and exits.
+    // A shell requests completions through an environment variable. This call replies to the request and
+    // exits.
     CompleteEnv::with_factory(Cli::command).complete();
     let Cli { verb, common } = match verbs::group_verbs(Cli::command())
         .try_get_matches()
@@ -74,18 +75,18 @@ pub(crate) fn main() -> ExitCode {
         Err(error) => return report_usage_error(&error),
     };
     terminal::set_color(common.color);
-    let done = match verb {
+    let result = match verb {
         Verb::Demo(demo) => demo.run(common.log),
         #[cfg(feature = "tools")]
         Verb::Tool(tool) => tool.run(common.log),
     };
-    exit_status(done)
+    exit_status(result)
 }
 
 /// Returns the exit status after all printed output has been written, or its reader has stopped reading.
-fn exit_status(done: Result<(), Failure>) -> ExitCode {
-    let told = terminal::drain();
-    let status = match done.and(told.map_err(Failure::from)) {
+fn exit_status(result: Result<(), Failure>) -> ExitCode {
+    let drained = terminal::drain();
+    let status = match result.and(drained.map_err(Failure::from)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     };
@@ -104,13 +105,13 @@ fn report_usage_error(error: &clap::Error) -> ExitCode {
 
 /// Prints clap's own output: help, the version, or the description of wrong use.
 fn print_help(error: &clap::Error) {
-    let mut words = if error.use_stderr() {
+    let mut output = if error.use_stderr() {
         terminal::err()
     } else {
         terminal::out()
     };
-    // A closed pipe means that the output is not wanted.
-    let _ = write!(words, "{}", error.render().ansi());
+    // A closed pipe is not an error.
+    let _ = write!(output, "{}", error.render().ansi());
 }
 
 /// Starts the log of a run, after checking the filter against the application's schemas.
@@ -127,21 +128,18 @@ fn start_log(filter: Option<Filter>, loaded: &LoadedApplication) -> Result<Log, 
     Ok(Log::start(filter))
 }
 
-/// Prints the summary of a run in words, and if requested as one JSON object in the last line of standard
+/// Prints the summary of a run as text, and if requested as one JSON object in the last line of standard
 /// output.
 fn conclude(
     finished: Finished,
-    last_words: &str,
+    last_lines: &str,
     json: bool,
     fulfilled: impl Fn(&RunSummary) -> bool,
 ) -> Result<(), Failure> {
-    let Finished {
-        summary,
-        output: mut words,
-    } = finished;
-    summary::print_summary(&summary, &mut words)?;
-    words.write_all(last_words.as_bytes())?;
-    words.flush()?;
+    let Finished { summary, mut output } = finished;
+    summary::print_summary(&summary, &mut output)?;
+    output.write_all(last_lines.as_bytes())?;
+    output.flush()?;
     if json {
         print_json(&summary)?;
     }

@@ -12,14 +12,14 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Run", &["demo", "run", "replay", "sim"]),
     ("Write", &["new", "check", "describe", "plugins"]),
     (
-        "Look into what runs",
+        "Inspect running applications",
         &[
             "view", "apps", "ps", "top", "vars", "get", "watch", "events", "why", "panel", "record", "shell",
         ],
     ),
-    ("Tell what was recorded", &["info", "plot", "report"]),
+    ("Report on recordings", &["info", "plot", "report"]),
     (
-        "Steer what runs",
+        "Control running applications",
         &[
             "set", "play", "stop", "force", "release", "period", "reload", "unload", "load",
         ],
@@ -38,7 +38,7 @@ pub(super) fn group_verbs(command: Command) -> Command {
         }
         list.push('\n');
     }
-    let _ = writeln!(list, "{TITLE}Else:{TITLE:#}");
+    let _ = writeln!(list, "{TITLE}Other:{TITLE:#}");
     for verb in command
         .get_subcommands()
         .filter(|verb| !listed.iter().any(|name| name == verb.get_name()))

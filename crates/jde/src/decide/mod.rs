@@ -1,7 +1,7 @@
 //! Replays a recorded drive with the present schemas: loads the application, shows the progress, and prints
 //! the comparison.
 
-mod words;
+mod report;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use crate::load::{self, LoadedApplication, Trust};
 use crate::log::Log;
 use crate::terminal;
 
-/// What to replay, and how.
+/// What to replay, and options.
 pub(crate) struct DecideOptions {
     /// The recording.
     pub(crate) file: PathBuf,
@@ -42,39 +42,39 @@ pub(crate) struct DecideOptions {
 /// # Errors
 /// [`Failure::Mismatch`] if a selection or a value differs, otherwise the reason why the replay failed.
 pub(crate) fn run(
-    how: DecideOptions,
+    options: DecideOptions,
     log: impl FnOnce(&LoadedApplication) -> Result<Log, Failure>,
 ) -> Result<(), Failure> {
-    let drive = Drive::open(&how.file)?;
-    let loaded = match &how.application {
-        Some(application) => load::load_application(application, &how.sets),
-        None => load::load_attached(&drive.application()?, &how.sets, how.trust),
+    let drive = Drive::open(&options.file)?;
+    let loaded = match &options.application {
+        Some(application) => load::load_application(application, &options.sets),
+        None => load::load_attached(&drive.application()?, &options.sets, options.trust),
     };
     let mut loaded = loaded.map_err(treat_missing_as_unusable)?;
-    let set = |name: &str| {
-        let mut sets = how.sets.iter();
+    let is_set = |name: &str| {
+        let mut sets = options.sets.iter();
         sets.any(|set| format!("{}.{}", set.schema, set.variable) == name)
     };
-    if how.application.is_none() {
+    if options.application.is_none() {
         // The values given by --set at the original start are in the recording, not in the application's
         // file.
-        drive.restore(&mut loaded.application, set);
+        drive.restore(&mut loaded.application, is_set);
     }
     if let Some(seed) = drive.seed() {
         loaded.application.seed = seed;
     }
-    let tolerance = Tolerance::new(&how.tolerance, &loaded.application)?;
+    let tolerance = Tolerance::new(&options.tolerance, &loaded.application)?;
     let _log = log(&loaded)?;
-    let mut words = if how.json {
+    let mut output = if options.json {
         terminal::err()
     } else {
         terminal::out()
     };
-    let name = display_path(&how.file);
-    let differs = drive.differences(&loaded.application);
-    words::print_header(&mut words, &name, &drive, &loaded.application.name, &differs)?;
-    words::print_plugins(&mut words, &loaded, how.trust)?;
-    words.flush()?;
+    let name = display_path(&options.file);
+    let differences = drive.differences(&loaded.application);
+    report::print_header(&mut output, &name, &drive, &loaded.application.name, &differences)?;
+    report::print_plugins(&mut output, &loaded, options.trust)?;
+    output.flush()?;
 
     let stopped = Arc::new(AtomicBool::new(false));
     let _interrupts = {
@@ -85,18 +85,24 @@ pub(crate) fn run(
     let LoadedApplication {
         application, plugins, ..
     } = loaded;
-    let going_on = |time| {
+    let progress_callback = |time| {
         progress.update(time);
         !stopped.load(Ordering::Relaxed)
     };
-    let verdict =
-        jde_log::replay::replay_and_compare(&drive, application, &plugins, how.span, &tolerance, going_on);
+    let verdict = jde_log::replay::replay_and_compare(
+        &drive,
+        application,
+        &plugins,
+        options.span,
+        &tolerance,
+        progress_callback,
+    );
     progress.clear();
     let verdict = verdict?;
-    words::print_verdict(&mut words, &verdict, stopped.load(Ordering::Relaxed))?;
-    words.flush()?;
-    if how.json {
-        print_json(&words::json(&name, &drive, &differs, &verdict))?;
+    report::print_verdict(&mut output, &verdict, stopped.load(Ordering::Relaxed))?;
+    output.flush()?;
+    if options.json {
+        print_json(&report::json(&name, &drive, &differences, &verdict))?;
     }
     if verdict.is_same() {
         Ok(())
@@ -105,20 +111,20 @@ pub(crate) fn run(
     }
 }
 
-/// Treats a missing plugin as an unusable one, which sets the exit status. A recorded application ran once, so
-/// the missing plugin is what is wrong.
+/// Treats a missing plugin as an unusable one, which sets the exit status. A recorded application ran once,
+/// so the missing plugin is the error.
 fn treat_missing_as_unusable(failure: Failure) -> Failure {
     match failure {
         Failure::Application {
             faults,
             unusable,
             missing,
-            skipped_folders: withheld,
+            skipped_folders,
         } => Failure::Application {
             faults,
             unusable: unusable || missing,
             missing,
-            skipped_folders: withheld,
+            skipped_folders,
         },
         other => other,
     }
@@ -141,19 +147,19 @@ impl DecideProgress {
     fn update(&mut self, time: Nanos) {
         // Once per second of the drive: most drives replay faster than anyone could read.
         if time >= self.last_printed + 1_000_000_000
-            && let Some(words) = &mut self.output
+            && let Some(output) = &mut self.output
         {
             self.last_printed = time;
             // A closed terminal is not a reason to fail.
-            let _ = write!(words, "\r{:8.1} s ", time as f64 / 1e9).and_then(|()| words.flush());
+            let _ = write!(output, "\r{:8.1} s ", time as f64 / 1e9).and_then(|()| output.flush());
         }
     }
 
     fn clear(&mut self) {
-        if let Some(words) = &mut self.output
+        if let Some(output) = &mut self.output
             && self.last_printed > 0
         {
-            let _ = write!(words, "\r            \r").and_then(|()| words.flush());
+            let _ = write!(output, "\r            \r").and_then(|()| output.flush());
         }
     }
 }

@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn what_opens_the_network_is_told_with_whom_it_lets_in() {
+    fn an_open_network_is_described_with_who_may_connect() {
         assert_eq!(told(|_| {}), "");
         let listen = || vec!["tcp/0.0.0.0:7447".to_owned()];
         let login = Some(Login {

@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_shown_with_as_many_digits_as_anybody_reads() {
+    fn numbers_are_shown_with_few_digits() {
         let pose = Value::List(vec![Value::Float(core::f64::consts::PI), Value::Float(0.5)]);
         assert_eq!(rounded(pose).to_string(), "[3.14159, 0.5]");
         assert_eq!(rounded(Value::Float(1_234_567.0)).to_string(), "1234570");

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_schema_has_its_own_level_and_the_rest_the_common_one() {
+    fn a_schema_has_its_own_level_and_others_the_common_level() {
         let filter = filter("vff=debug,info");
         assert!(filter.is_enabled("jde::schema", Some("vff"), Level::DEBUG));
         assert!(!filter.is_enabled("jde::schema", Some("goon"), Level::DEBUG));
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn changes_of_state_are_shown_when_asked_for() {
+    fn changes_of_state_are_shown_on_request() {
         assert!(filter("state=trace").is_enabled(STATE_TARGET, Some("goon"), Level::TRACE));
         assert!(!filter("state=trace").is_enabled("jde::schema", Some("goon"), Level::TRACE));
         assert!(!filter("info").is_enabled(STATE_TARGET, Some("goon"), Level::TRACE));
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_word_warnings_and_errors_are_shown() {
+    fn by_default_warnings_and_errors_are_shown() {
         let filter = Filter::default();
         assert!(filter.is_enabled("jde_host", None, Level::WARN));
         assert!(!filter.is_enabled("jde_host", None, Level::INFO));
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_level_is_refused_with_the_levels_there_are() {
+    fn an_unknown_level_is_refused_with_all_levels() {
         let error = "goon=dbug".parse::<Filter>().unwrap_err();
         assert_eq!(
             error,
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_schema_that_is_not_there_is_refused_with_the_nearest_that_is() {
+    fn an_unknown_schema_is_refused_with_the_nearest() {
         let known = ["goon", "vff"];
         assert_eq!(filter("goon=debug").check(known.into_iter()), Ok(()));
         let (message, help) = filter("gonn=debug").check(known.into_iter()).unwrap_err();

@@ -49,7 +49,7 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     let shown = failure::display_path(&folder);
     writeln!(
         out,
-        "{TITLE}{shown}{TITLE:#} is made {FAINT}(its README.md says what is what){FAINT:#}; next:\n"
+        "{TITLE}{shown}{TITLE:#} is created {FAINT}(its README.md describes it){FAINT:#}; next:\n"
     )?;
     writeln!(out, "  cd {shown}")?;
     for line in kind.next_commands() {
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_template_takes_its_types_and_its_instances_and_no_other_words() {
+    fn a_template_replaces_types_and_instances_and_no_other_words() {
         let taken = |kind: Kind, name| kind.files().any(|(file, text)| is_taken(file, text, name));
         assert!(taken(Kind::Motor, "Twist"));
         assert!(taken(Kind::Motor, "pioneer"));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn templates_hold_no_mark_that_nobody_fills_in() {
+    fn templates_contain_no_unknown_placeholder() {
         for (file, text) in Kind::ALL.iter().flat_map(|kind| kind.files()) {
             let filled = [
                 "__name__",

@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_package_or_a_type_cannot_be_called_is_refused() {
+    fn invalid_names_of_packages_and_types_are_refused() {
         for text in [
             "",
             "-",

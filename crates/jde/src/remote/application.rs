@@ -42,22 +42,22 @@ impl RemoteApplication {
     /// # Errors
     /// The application does not answer.
     pub(crate) fn new(remote: Remote) -> Result<Self, Failure> {
-        let seen = Arc::new(Mutex::new(RemoteState {
+        let state = Arc::new(Mutex::new(RemoteState {
             snapshot: remote.hierarchy()?,
             odometry: None,
             mission: None,
             outcome: None,
             notes: Vec::new(),
         }));
-        let mut watching = Vec::new();
-        watching.push({
-            let seen = Arc::clone(&seen);
-            remote.watch_hierarchy(move |snapshot| lock(&seen).snapshot = snapshot)?
+        let mut subscriptions = Vec::new();
+        subscriptions.push({
+            let state = Arc::clone(&state);
+            remote.watch_hierarchy(move |snapshot| lock(&state).snapshot = snapshot)?
         });
-        watching.push({
-            let seen = Arc::clone(&seen);
-            remote.events(&[RecordKind::Event], 0, move |happened| {
-                lock(&seen).on_event(&happened.record)
+        subscriptions.push({
+            let state = Arc::clone(&state);
+            remote.events(&[RecordKind::Event], 0, move |event| {
+                lock(&state).on_event(&event.record)
             })?
         });
         let variables = remote.variables(false)?;
@@ -69,54 +69,54 @@ impl RemoteApplication {
                 .map(|variable| variable.name.clone())
         };
         if let Some(odometry) = of_type(&Odometry::describe().name) {
-            let seen = Arc::clone(&seen);
-            watching.push(remote.watch(&odometry, POSE_RATE, move |sample| {
-                lock(&seen).odometry = sample.bytes.as_deref().and_then(|bytes| {
+            let state = Arc::clone(&state);
+            subscriptions.push(remote.watch(&odometry, POSE_RATE, move |sample| {
+                lock(&state).odometry = sample.bytes.as_deref().and_then(|bytes| {
                     let value_type = &*sample.value_type;
                     ValueView { value_type, bytes }.odometry()
                 });
             })?);
         }
         if let Some(mission) = of_type(&Mission::describe().name) {
-            let seen = Arc::clone(&seen);
-            watching.push(remote.watch(&mission, POSE_RATE, move |sample| {
+            let state = Arc::clone(&state);
+            subscriptions.push(remote.watch(&mission, POSE_RATE, move |sample| {
                 let read = sample.bytes.as_deref().and_then(|bytes| {
                     let value_type = &*sample.value_type;
                     MissionProgress::read(ValueView { value_type, bytes })
                 });
-                let mut seen = lock(&seen);
-                // Once a target was a place, `counts_positions` stays set, also after the last target.
-                let places = seen
+                let mut state = lock(&state);
+                // Once a target was a position, `counts_positions` stays set, also after the last target.
+                let had_position = state
                     .mission
                     .as_ref()
                     .is_some_and(|mission| mission.counts_positions);
-                seen.mission = read.map(|mission| MissionProgress {
-                    counts_positions: mission.counts_positions || places,
+                state.mission = read.map(|mission| MissionProgress {
+                    counts_positions: mission.counts_positions || had_position,
                     ..mission
                 });
             })?);
         }
         {
-            let (seen, name) = (Arc::clone(&seen), remote.about().name.clone());
+            let (state, name) = (Arc::clone(&state), remote.about().name.clone());
             remote.on_gone(move || {
-                let mut seen = lock(&seen);
-                if seen.outcome.is_none() {
+                let mut state = lock(&state);
+                if state.outcome.is_none() {
                     let text = format!("{name} is gone: it ended, was killed, or the network to it is cut");
-                    seen.outcome = Some(Outcome::Broken(text));
+                    state.outcome = Some(Outcome::Broken(text));
                 }
             });
         }
         Ok(Self {
             remote,
-            state: seen,
-            _subscriptions: watching,
+            state,
+            _subscriptions: subscriptions,
         })
     }
 
     /// Returns a function that makes the oscilloscope leave. Any thread may call it.
     pub(crate) fn stop_callback(&self) -> impl Fn() + Send + use<> {
-        let seen = Arc::clone(&self.state);
-        move || lock(&seen).outcome = Some(Outcome::Stopped)
+        let state = Arc::clone(&self.state);
+        move || lock(&state).outcome = Some(Outcome::Stopped)
     }
 }
 
@@ -126,19 +126,19 @@ impl ObservedApplication for RemoteApplication {
     }
 
     fn robot(&self) -> Option<RobotView> {
-        let seen = lock(&self.state);
-        Some(session::robot_view(seen.odometry?, seen.mission.as_ref()))
+        let state = lock(&self.state);
+        Some(session::robot_view(state.odometry?, state.mission.as_ref()))
     }
 
     fn act(&self, action: Action) -> Result<(), String> {
-        let name = |place: usize| lock(&self.state).snapshot.schemas[place].name.clone();
+        let name = |schema: usize| lock(&self.state).snapshot.schemas[schema].name.clone();
         let action = match action {
-            Action::Play(place) => OperatorAction::Play { schema: name(place) },
-            Action::Stop(place) => OperatorAction::Stop { schema: name(place) },
-            Action::Force(place) => OperatorAction::Force { schema: name(place) },
-            Action::Release(place) => OperatorAction::Release { schema: name(place) },
-            Action::Period(place, period) => OperatorAction::Period {
-                schema: name(place),
+            Action::Play(schema) => OperatorAction::Play { schema: name(schema) },
+            Action::Stop(schema) => OperatorAction::Stop { schema: name(schema) },
+            Action::Force(schema) => OperatorAction::Force { schema: name(schema) },
+            Action::Release(schema) => OperatorAction::Release { schema: name(schema) },
+            Action::Period(schema, period) => OperatorAction::Period {
+                schema: name(schema),
                 period_s: period as f64 / 1e9,
             },
             Action::StopAll => OperatorAction::StopAll,
@@ -162,25 +162,25 @@ impl ObservedApplication for RemoteApplication {
 }
 
 impl RemoteState {
-    fn on_event(&mut self, line: &RunRecord) {
-        let RunRecord::Event(line) = line else { return };
-        if line.kind == "ended" {
-            self.outcome = Some(Outcome::parse(&line.text));
+    fn on_event(&mut self, record: &RunRecord) {
+        let RunRecord::Event(event) = record else { return };
+        if event.kind == "ended" {
+            self.outcome = Some(Outcome::parse(&event.text));
         }
         if self.notes.len() == MAX_NOTES {
             self.notes.remove(0);
         }
-        let schema = line
+        let schema = event
             .schema
             .as_ref()
             .map_or(String::new(), |name| format!("{name} "));
         self.notes.push(format!(
             "{:.2} s  {schema}{}: {}",
-            line.time_s, line.kind, line.text
+            event.time_s, event.kind, event.text
         ));
     }
 }
 
-fn lock(seen: &Mutex<RemoteState>) -> std::sync::MutexGuard<'_, RemoteState> {
-    seen.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(state: &Mutex<RemoteState>) -> std::sync::MutexGuard<'_, RemoteState> {
+    state.lock().unwrap_or_else(PoisonError::into_inner)
 }

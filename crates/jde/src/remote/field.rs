@@ -17,7 +17,7 @@ pub(crate) struct VariableField {
 }
 
 impl VariableField {
-    /// Returns the part of a variable at a path. The empty path is the whole variable.
+    /// Returns the field of a variable at a path. The empty path is the whole variable.
     ///
     /// # Errors
     /// There is no such field. The error contains the nearest name.
@@ -29,7 +29,7 @@ impl VariableField {
         let value_type = variable.value_type().map_err(|error| {
             Failure::Broken(format!("the type of `{}` cannot be read: {error}", variable.name))
         })?;
-        let part = Self {
+        let field = Self {
             unit: match path {
                 "" => variable.unit.clone(),
                 path => unit(&value_type, path),
@@ -39,9 +39,9 @@ impl VariableField {
             name,
         };
         // An element of a list may exist later. A field that does not exist now never will.
-        match get_path(&part.value_type, &vec![0; part.value_type.bytes], path) {
-            Ok(_) | Err(ValueError::NoElement { .. }) => Ok(part),
-            Err(error) => Err(part.usage_error(&error)),
+        match get_path(&field.value_type, &vec![0; field.value_type.bytes], path) {
+            Ok(_) | Err(ValueError::NoElement { .. }) => Ok(field),
+            Err(error) => Err(field.usage_error(&error)),
         }
     }
 
@@ -147,20 +147,23 @@ mod tests {
     fn a_field_has_its_own_unit_and_number() {
         let mut scan = LaserScan::default();
         scan.ranges.push(2.5).unwrap();
-        let part = VariableField::resolve(&laser(), "ranges[0]").unwrap();
-        assert_eq!(part.unit, "m");
-        assert_eq!(part.decode_number(scan.as_bytes()), Some(2.5));
-        assert_eq!(part.format_value(part.decode(scan.as_bytes()).unwrap()), "2.5 m");
-        assert_eq!(part.name(), "pioneer.laser.ranges[0]");
+        let field = VariableField::resolve(&laser(), "ranges[0]").unwrap();
+        assert_eq!(field.unit, "m");
+        assert_eq!(field.decode_number(scan.as_bytes()), Some(2.5));
+        assert_eq!(
+            field.format_value(field.decode(scan.as_bytes()).unwrap()),
+            "2.5 m"
+        );
+        assert_eq!(field.name(), "pioneer.laser.ranges[0]");
     }
 
     #[test]
-    fn a_field_that_never_is_there_is_refused_and_an_element_may_come() {
+    fn an_unknown_field_is_refused_and_a_missing_element_is_not() {
         let Err(Failure::Usage { message, .. }) = VariableField::resolve(&laser(), "rangs") else {
-            panic!("it was found");
+            panic!("an unknown field was found");
         };
         assert!(message.contains("did you mean `ranges`?"), "{message}");
-        let part = VariableField::resolve(&laser(), "ranges[5]").unwrap();
-        assert_eq!(part.decode_number(LaserScan::default().as_bytes()), None);
+        let field = VariableField::resolve(&laser(), "ranges[5]").unwrap();
+        assert_eq!(field.decode_number(LaserScan::default().as_bytes()), None);
     }
 }

@@ -13,7 +13,7 @@ use crate::top::{self, Row, text};
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn write(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<()> {
     let mut table = Table::new([
         ("schema", Alignment::Left),
         ("type", Alignment::Left),
@@ -50,7 +50,7 @@ pub(crate) fn write(snapshot: &Snapshot, words: &mut dyn Write) -> io::Result<()
             Row::Heading(title) => table.add_row([Cell::from(title).styled(TITLE)]),
         }
     }
-    table.write(words)
+    table.write(output)
 }
 
 fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
@@ -60,14 +60,14 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         State::Checking => ("CHECKING", TITLE),
         State::Slept => ("SLEPT", FAINT),
     };
-    let (health, of_health) = match &view.health {
+    let (health, health_style) = match &view.health {
         Health::Ok => ("ok".to_owned(), FAINT),
         Health::Overrun => ("overrun".to_owned(), WARN),
         Health::ArbitrationFailed(_) => ("arbitration failed".to_owned(), WARN),
         Health::Faulted(_) => (format!("faulted, {}", restarts(view.restarts_left)), BAD),
     };
     let health = match view.left {
-        0 => Cell::from(health).styled(of_health),
+        0 => Cell::from(health).styled(health_style),
         left => Cell::from(format!("{health}, {left} left behind")).styled(BAD),
     };
     let bad = |count: u64| match count {
@@ -122,7 +122,7 @@ mod tests {
     use crate::top::tests::navigation;
 
     #[test]
-    fn a_hierarchy_reads_like_a_tree() {
+    fn a_hierarchy_is_written_as_a_tree() {
         let mut out = Vec::new();
         write(&navigation(), &mut out).unwrap();
         let text = anstream::adapter::strip_str(&String::from_utf8(out).unwrap()).to_string();

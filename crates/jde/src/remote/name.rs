@@ -62,14 +62,14 @@ mod tests {
     }
 
     #[test]
-    fn a_name_may_say_its_application() {
+    fn a_name_may_include_its_application() {
         assert_eq!(split_application("robot2:goon"), (Some("robot2"), "goon"));
         assert_eq!(split_application("goon.fast"), (None, "goon.fast"));
         assert_eq!(split_application(":goon"), (None, ":goon"));
     }
 
     #[test]
-    fn behind_a_variable_stands_a_field() {
+    fn a_field_follows_its_variable() {
         assert_eq!(find("pioneer.laser"), Ok(("pioneer.laser", "")));
         assert_eq!(
             find("pioneer.odometry.pose.pose.position.x"),
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_is_answered_with_the_nearest_name() {
+    fn a_misspelt_name_is_refused_with_the_nearest() {
         assert_eq!(
             find("pioneer.lasr.ranges"),
             Err("there is no variable `pioneer.lasr`; did you mean `pioneer.laser`?".to_owned())

@@ -263,7 +263,7 @@ mod tests {
 
     use super::*;
 
-    fn told(items: Vec<Item>) -> String {
+    fn printed(items: Vec<Item>) -> String {
         let mut words = Vec::new();
         write(&List { time: 0, items }, &mut words).unwrap();
         anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string()
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_values_and_tables_are_told_and_pictures_described() {
+    fn texts_values_and_tables_are_printed_and_canvases_described() {
         let table = Item::Table {
             id: "seen".to_owned(),
             columns: vec!["what".to_owned(), "how far".to_owned()],
@@ -342,7 +342,7 @@ plane with 1 shape: target  field
             group,
             canvas,
         ];
-        assert_eq!(told(list), expected);
+        assert_eq!(printed(list), expected);
     }
 
     #[test]
@@ -379,20 +379,20 @@ Half width   0.3 m   0 to 3     half
 Hold         on      on, off    hold
 Gait         run     walk, run  gait
 ";
-        assert_eq!(told(list), expected);
+        assert_eq!(printed(list), expected);
     }
 
     #[test]
-    fn no_text_of_a_schema_commands_the_terminal() {
-        let told = told(vec![
+    fn control_characters_of_a_schema_are_replaced() {
+        let printed = printed(vec![
             text("\u{1b}[2Jgone", Words::Plain),
             value("a\u{7}", 1.0, ""),
         ]);
-        assert_eq!(told, "?[2Jgone\na?  1\n");
+        assert_eq!(printed, "?[2Jgone\na?  1\n");
     }
 
     #[test]
-    fn what_can_be_touched_is_found_wherever_it_stands() {
+    fn widgets_are_found_in_rows_and_groups() {
         let row = Item::Row {
             items: vec![button("one")],
         };

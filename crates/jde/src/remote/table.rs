@@ -60,7 +60,7 @@ impl Table {
         let titles = titles.into_iter();
         Self {
             titles: titles
-                .map(|(title, side)| (Cell::from(title).styled(FAINT), side))
+                .map(|(title, alignment)| (Cell::from(title).styled(FAINT), alignment))
                 .collect(),
             ..Self::default()
         }
@@ -96,7 +96,7 @@ impl Table {
         }
     }
 
-    /// The width of each column; `None` for a column that is left out. A table without rows shows all titles.
+    /// The width of each column; `None` for a column that is omitted. A table without rows shows all titles.
     fn widths(&self) -> Vec<Option<usize>> {
         (0..self.titles.len())
             .map(|column| {
@@ -111,31 +111,31 @@ impl Table {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub(crate) fn write(&self, words: &mut dyn Write) -> io::Result<()> {
+    pub(crate) fn write(&self, output: &mut dyn Write) -> io::Result<()> {
         let widths = self.widths();
         let titles: Vec<Cell> = self.titles.iter().map(|(title, _)| title.clone()).collect();
         let has_titles = titles.iter().any(|title| !title.text.is_empty());
         for row in has_titles.then_some(&titles).into_iter().chain(&self.rows) {
             let mut gap = self.indent;
-            for ((cell, width), (_, side)) in row.iter().zip(&widths).zip(&self.titles) {
+            for ((cell, width), (_, alignment)) in row.iter().zip(&widths).zip(&self.titles) {
                 let Some(width) = width.or_else(|| self.rows.is_empty().then(|| columns(&cell.text))) else {
                     continue;
                 };
                 let Cell { text, style } = cell;
                 let room = width - columns(text);
-                let (before, after) = match side {
+                let (before, after) = match alignment {
                     Alignment::Left => (0, room),
                     Alignment::Right => (room, 0),
                 };
                 if !text.is_empty() {
                     // Write spaces only before text, so that no line ends in spaces.
-                    write!(words, "{}{style}{text}{style:#}", " ".repeat(gap + before))?;
+                    write!(output, "{}{style}{text}{style:#}", " ".repeat(gap + before))?;
                     gap = after + GAP;
                 } else {
                     gap += width + GAP;
                 }
             }
-            writeln!(words)?;
+            writeln!(output)?;
         }
         Ok(())
     }
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_that_no_row_fills_are_left_out() {
+    fn columns_that_are_empty_in_every_row_are_omitted() {
         let mut table = Table::new([
             ("name", Alignment::Left),
             ("note", Alignment::Left),
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_stand_right_words_left_and_no_line_ends_in_spaces() {
+    fn numbers_are_aligned_right_words_left_and_no_line_ends_in_spaces() {
         let mut table = Table::new([
             ("name", Alignment::Left),
             ("rate", Alignment::Right),

@@ -8,35 +8,35 @@ use jde_core::Nanos;
 pub(super) struct PlaybackClock {
     /// The position at the instant `since`, in ns.
     position: Nanos,
-    /// The instant of `place`.
+    /// The instant of `position`.
     since: Instant,
     /// Seconds of the recording per second since then.
     speed: f64,
 }
 
 impl PlaybackClock {
-    /// Starts at a place and an instant.
-    pub(super) fn new(place: Nanos, now: Instant, speed: f64) -> Self {
+    /// Starts at a position and an instant.
+    pub(super) fn new(position: Nanos, now: Instant, speed: f64) -> Self {
         Self {
-            position: place,
+            position,
             since: now,
             speed,
         }
     }
 
-    /// Returns the place at `now`. From then on it advances at `speed`.
+    /// Returns the position at `now`. From then on it advances at `speed`.
     pub(super) fn advance(&mut self, now: Instant, speed: f64) -> Nanos {
         let passed = now.saturating_duration_since(self.since).as_secs_f64();
-        let place = self.position + (passed * self.speed * 1e9) as Nanos;
+        let position = self.position + (passed * self.speed * 1e9) as Nanos;
         if speed != self.speed {
-            *self = Self::new(place, now, speed);
+            *self = Self::new(position, now, speed);
         }
-        place
+        position
     }
 
-    /// Returns the time that it takes from one place to another.
-    pub(super) fn time_until(&self, place: Nanos, due: Nanos) -> Duration {
-        Duration::from_secs_f64(due.saturating_sub(place) as f64 / 1e9 / self.speed)
+    /// Returns the time that it takes from one position to another.
+    pub(super) fn time_until(&self, position: Nanos, due: Nanos) -> Duration {
+        Duration::from_secs_f64(due.saturating_sub(position) as f64 / 1e9 / self.speed)
     }
 }
 
@@ -45,18 +45,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn another_speed_counts_from_where_it_is_and_not_for_what_has_passed() {
+    fn a_new_speed_applies_from_the_current_position() {
         let start = Instant::now();
         let after = |seconds: u64| start + Duration::from_secs(seconds);
-        let mut pace = PlaybackClock::new(5_000_000_000, start, 1.0);
-        assert_eq!(pace.advance(after(60), 1.0), 65_000_000_000);
-        assert_eq!(pace.advance(after(60), 10.0), 65_000_000_000);
-        assert_eq!(pace.advance(after(61), 10.0), 75_000_000_000);
+        let mut clock = PlaybackClock::new(5_000_000_000, start, 1.0);
+        assert_eq!(clock.advance(after(60), 1.0), 65_000_000_000);
+        assert_eq!(clock.advance(after(60), 10.0), 65_000_000_000);
+        assert_eq!(clock.advance(after(61), 10.0), 75_000_000_000);
         assert_eq!(
-            pace.time_until(75_000_000_000, 80_000_000_000),
+            clock.time_until(75_000_000_000, 80_000_000_000),
             Duration::from_millis(500)
         );
-        assert_eq!(pace.advance(after(62), 0.5), 85_000_000_000);
-        assert_eq!(pace.advance(after(64), 0.5), 86_000_000_000);
+        assert_eq!(clock.advance(after(62), 0.5), 85_000_000_000);
+        assert_eq!(clock.advance(after(64), 0.5), 86_000_000_000);
     }
 }

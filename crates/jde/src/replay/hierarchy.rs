@@ -26,16 +26,16 @@ pub(super) struct Hierarchy {
 }
 
 impl HierarchyNames {
-    pub(super) fn new(cast: Option<&RecordedHierarchy>) -> Self {
-        let schemas = cast.into_iter().flat_map(|cast| &cast.schemas);
-        let groups = cast.into_iter().flat_map(|cast| &cast.groups);
+    pub(super) fn new(recorded: Option<&RecordedHierarchy>) -> Self {
+        let schemas = recorded.into_iter().flat_map(|recorded| &recorded.schemas);
+        let groups = recorded.into_iter().flat_map(|recorded| &recorded.groups);
         Self {
-            has_list: cast.is_some(),
+            has_list: recorded.is_some(),
             schemas: schemas
-                .map(|one| (one.name.clone(), one.type_name.clone()))
+                .map(|schema| (schema.name.clone(), schema.type_name.clone()))
                 .collect(),
             groups: groups
-                .map(|one| (one.name.clone(), one.members.clone()))
+                .map(|group| (group.name.clone(), group.members.clone()))
                 .collect(),
         }
     }
@@ -67,16 +67,16 @@ impl HierarchyNames {
     /// Returns the hierarchy before the first line: only names, groups and fathers are known.
     pub(super) fn hierarchy(&self) -> Hierarchy {
         let Self { schemas, groups, .. } = self;
-        let place = |name: &str| schemas.iter().position(|(known, _)| known == name);
+        let index = |name: &str| schemas.iter().position(|(known, _)| known == name);
         // A group's name begins with its father's: `example/base`.
-        let father = |group: &str| group.split_once('/').and_then(|(father, _)| place(father));
+        let father = |group: &str| group.split_once('/').and_then(|(father, _)| index(father));
         let mut views: Vec<_> = schemas
             .iter()
             .map(|(name, type_name)| initial_view(name, type_name))
             .collect();
-        for (number, (group, members)) in groups.iter().enumerate() {
-            for member in members.iter().filter_map(|name| place(name)) {
-                views[member].group = Some(number);
+        for (group_index, (group, members)) in groups.iter().enumerate() {
+            for member in members.iter().filter_map(|name| index(name)) {
+                views[member].group = Some(group_index);
                 views[member].father = father(group);
                 views[member].kind = Kind::Motor;
             }
@@ -84,7 +84,7 @@ impl HierarchyNames {
         let groups = groups.iter().map(|(name, members)| GroupView {
             name: name.clone(),
             father: father(name),
-            members: members.iter().filter_map(|name| place(name)).collect(),
+            members: members.iter().filter_map(|name| index(name)).collect(),
             winner: None,
             policy: String::new(),
             switches: 0,
@@ -115,11 +115,11 @@ impl Hierarchy {
                 }
             }
             RunRecord::Decision(decision) => self.apply_decision(decision),
-            RunRecord::Event(happening) => {
-                let Some(schema) = happening.schema.clone().and_then(|name| self.schema_mut(&name)) else {
+            RunRecord::Event(event) => {
+                let Some(schema) = event.schema.clone().and_then(|name| self.schema_mut(&name)) else {
                     return;
                 };
-                match happening.kind.as_str() {
+                match event.kind.as_str() {
                     "ok" => schema.health = Health::Ok,
                     "overrun" => {
                         schema.overruns += 1;
@@ -127,9 +127,9 @@ impl Hierarchy {
                     }
                     "faulted" => {
                         schema.faults += 1;
-                        schema.health = Health::Faulted(happening.text.clone());
+                        schema.health = Health::Faulted(event.text.clone());
                     }
-                    "arbitration-failed" => schema.health = Health::ArbitrationFailed(happening.text.clone()),
+                    "arbitration-failed" => schema.health = Health::ArbitrationFailed(event.text.clone()),
                     "refused" => schema.refused += 1,
                     _ => {}
                 }
@@ -149,12 +149,12 @@ impl Hierarchy {
         let mut snapshot = self.snapshot.clone();
         snapshot.time = time;
         let mut authority = vec![false; snapshot.schemas.len()];
-        for (place, granted) in authority.iter_mut().enumerate() {
-            let mut next = Some(place);
+        for (index, granted) in authority.iter_mut().enumerate() {
+            let mut next = Some(index);
             // At most as many steps as there are schemas: a damaged file could contain a loop of fathers.
             *granted = (0..snapshot.schemas.len()).all(|_| match next {
-                Some(one) if snapshot.schemas[one].state == State::Winner => {
-                    next = snapshot.schemas[one].father;
+                Some(schema) if snapshot.schemas[schema].state == State::Winner => {
+                    next = snapshot.schemas[schema].father;
                     true
                 }
                 Some(_) => false,
@@ -170,7 +170,7 @@ impl Hierarchy {
     /// Returns the schemas and groups, as far as they are known.
     pub(super) fn schemas(&self) -> Schemas {
         let Snapshot { schemas, groups, .. } = &self.snapshot;
-        let name = |place: usize| schemas[place].name.clone();
+        let name = |index: usize| schemas[index].name.clone();
         Schemas {
             schemas: schemas
                 .iter()
@@ -196,14 +196,14 @@ impl Hierarchy {
     }
 
     fn apply_decision(&mut self, decision: &Decision) {
-        let place = |name: &Option<String>| {
+        let index = |name: &Option<String>| {
             let name = name.as_deref()?;
             self.snapshot
                 .schemas
                 .iter()
                 .position(|schema| schema.name == name)
         };
-        let (from, to) = (place(&decision.before), place(&decision.choice));
+        let (from, to) = (index(&decision.before), index(&decision.choice));
         let latency = decision.takeover_us.map(|us| (us * 1e3) as Nanos);
         let Some(group) = self
             .snapshot

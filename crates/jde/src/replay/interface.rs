@@ -24,7 +24,7 @@ pub(super) struct PlayedRecording {
     player: Arc<Player>,
     board: Arc<Board>,
     panel_store: Arc<PanelStore>,
-    title: SubjectInfo,
+    info: SubjectInfo,
 }
 
 /// The description of a file's damage, at most 256 bytes.
@@ -32,14 +32,14 @@ type DamageText = Text<256>;
 
 /// The controls, with unit and documentation.
 const CONTROLS: [(&str, &str, &str); 5] = [
-    ("paused", "", "Whether it stands."),
-    ("speed", "", "Seconds of the recording in a second."),
-    ("position", "s", "Where it is; written, it goes on from there."),
-    ("loop", "", "Whether it begins again at the end."),
+    ("paused", "", "Whether playback is paused."),
+    ("speed", "", "Seconds of the recording per second."),
+    ("position", "s", "The position; write it to continue from there."),
+    ("loop", "", "Whether playback starts again at the end."),
     (
         "step",
         "",
-        "Written true, it goes on to the next takeover and stands there.",
+        "Write true to play to the next takeover and pause there.",
     ),
 ];
 
@@ -48,7 +48,7 @@ impl PlayedRecording {
     pub(super) fn new(
         player: Arc<Player>,
         board: Arc<Board>,
-        gallery: Arc<PanelStore>,
+        panel_store: Arc<PanelStore>,
         file: String,
     ) -> Self {
         let declare = |name: &str, unit: &str, doc: &str, access, value_type: Type, initial: Vec<u8>| {
@@ -75,10 +75,10 @@ impl PlayedRecording {
             declare(name, unit, doc, Access::Modulation, value_type, zeros);
         }
         let damage = DamageText::truncated(&player.index.damage().unwrap_or_default());
-        let doc = "What is wrong with the file; nothing if it is whole.";
+        let doc = "What is wrong with the file; empty if it is complete.";
         let bytes = damage.as_bytes().to_vec();
         declare("damage", "", doc, Access::Export, DamageText::describe(), bytes);
-        let title = SubjectInfo {
+        let info = SubjectInfo {
             application: player.index.application.clone(),
             file,
             executor: "replay".to_owned(),
@@ -87,20 +87,20 @@ impl PlayedRecording {
         Self {
             player,
             board,
-            panel_store: gallery,
-            title,
+            panel_store,
+            info,
         }
     }
 
     /// Writes the state of the player to the variables of [`CONTROL_SCHEMA`].
     pub(super) fn publish_state(&self) {
-        let wanted = self.player.controls();
+        let controls = self.player.controls();
         let number = |number: f64| number.to_ne_bytes().to_vec();
         let values = [
-            ("paused", vec![u8::from(wanted.paused)]),
-            ("speed", number(wanted.speed)),
+            ("paused", vec![u8::from(controls.paused)]),
+            ("speed", number(controls.speed)),
             ("position", number(self.player.position() as f64 / 1e9)),
-            ("loop", vec![u8::from(wanted.looping)]),
+            ("loop", vec![u8::from(controls.looping)]),
         ];
         for (name, bytes) in values {
             if let Some(variable) = self.board.find(&format!("{CONTROL_SCHEMA}.{name}")) {
@@ -131,12 +131,12 @@ impl PlayedRecording {
         (index.begin as f64 / 1e9, index.end as f64 / 1e9)
     }
 
-    fn set_control(&self, name: &str, given: &Value) -> Result<(), Refusal> {
-        let flag = || match given {
+    fn set_control(&self, name: &str, setting: &Value) -> Result<(), Refusal> {
+        let flag = || match setting {
             Value::Bool(flag) => Ok(*flag),
             _ => Err(refusal(format!("`{CONTROL_SCHEMA}.{name}` is true or false"))),
         };
-        let number = || match given {
+        let number = || match setting {
             Value::Float(number) if number.is_finite() => Ok(*number),
             Value::Int(number) => Ok(*number as f64),
             Value::UInt(number) => Ok(*number as f64),
@@ -156,13 +156,13 @@ impl PlayedRecording {
                 }
             },
             "position" => {
-                let (place, (begin, end)) = (number()?, self.time_range());
-                if !(begin..=end).contains(&place) {
+                let (position, (begin, end)) = (number()?, self.time_range());
+                if !(begin..=end).contains(&position) {
                     return Err(refusal(format!(
-                        "`{CONTROL_SCHEMA}.position` takes {begin} s to {end} s, not {place}"
+                        "`{CONTROL_SCHEMA}.position` takes {begin} s to {end} s, not {position}"
                     )));
                 }
-                self.player.seek((place * 1e9) as Nanos);
+                self.player.seek((position * 1e9) as Nanos);
             }
             other => {
                 let known = CONTROLS.iter().map(|(name, ..)| *name);
@@ -178,7 +178,7 @@ impl PlayedRecording {
 
 impl Subject for PlayedRecording {
     fn info(&self) -> SubjectInfo {
-        self.title.clone()
+        self.info.clone()
     }
 
     fn schemas(&self) -> Schemas {
@@ -196,9 +196,11 @@ impl Subject for PlayedRecording {
         schemas
     }
 
-    fn view_panel(&self, schema: &str, _: f64, news: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
-        let none = || refusal(format!("nothing of a panel of `{schema}` was recorded"));
-        self.panel_store.add_viewer(schema, news).ok_or_else(none)
+    fn view_panel(&self, schema: &str, _: f64, on_drawn: OnDrawn) -> Result<Box<dyn PanelViewer>, Refusal> {
+        let not_recorded = || refusal(format!("nothing of a panel of `{schema}` was recorded"));
+        self.panel_store
+            .add_viewer(schema, on_drawn)
+            .ok_or_else(not_recorded)
     }
 
     fn board(&self) -> &Board {
@@ -243,8 +245,8 @@ impl Subject for PlayedRecording {
                 variable,
                 value,
             } if schema == CONTROL_SCHEMA => {
-                let given = from_json(value).map_err(refusal)?;
-                self.set_control(variable, &given)
+                let setting = from_json(value).map_err(refusal)?;
+                self.set_control(variable, &setting)
             }
             Action::Touch { schema, .. } => Err(refusal(format!(
                 "this is a recording: what the panel of `{schema}` showed can be looked at, and not touched"

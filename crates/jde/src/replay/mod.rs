@@ -59,86 +59,92 @@ pub(crate) struct PlayOptions {
 ///
 /// # Errors
 /// The recording cannot be read, or the link for tools cannot be opened.
-pub(crate) fn play(how: PlayOptions) -> Result<(), Failure> {
-    let index = Index::read(&how.file)?;
-    let file = display_path(&how.file);
-    let mut words = terminal::out();
+pub(crate) fn play(options: PlayOptions) -> Result<(), Failure> {
+    let index = Index::read(&options.file)?;
+    let file = display_path(&options.file);
+    let mut output = terminal::out();
     if let Some(damage) = index.damage() {
-        writeln!(words, "{WARN}{file}{WARN:#}: {damage}; what is before is played")?;
+        writeln!(output, "{WARN}{file}{WARN:#}: {damage}; what is before is played")?;
     }
     let board = Arc::new(Board::new());
-    let gallery = PanelStore::new(index.panels.values());
-    let mut stage = Publisher::new(&board, &index, Arc::clone(&gallery));
+    let panels = PanelStore::new(index.panels.values());
+    let mut publisher = Publisher::new(&board, &index, Arc::clone(&panels));
     let events = Events::of_records();
     let mut settings = Settings::local(&as_name(&index.application));
-    settings.require_name = how.name.is_some();
-    if let Some(name) = &how.name {
+    settings.require_name = options.name.is_some();
+    if let Some(name) = &options.name {
         settings.name.clone_from(name);
     }
-    let player = Arc::new(Player::new(index, how.paused, how.speed, how.looping, how.from));
+    let player = Arc::new(Player::new(
+        index,
+        options.paused,
+        options.speed,
+        options.looping,
+        options.from,
+    ));
     let playing = Arc::new(PlayedRecording::new(
         Arc::clone(&player),
         Arc::clone(&board),
-        gallery,
+        panels,
         file.clone(),
     ));
-    // From its first instant on, tools see the recording at its place.
-    player.go_to_start(&mut stage, &events)?;
+    // Tools see the recording at its start position from the beginning.
+    player.go_to_start(&mut publisher, &events)?;
     playing.publish_state();
     let link = Link::open(&settings, Arc::clone(&playing) as _, &events)?;
     let name = &link.about().name;
-    let lines = how.plain || !terminal::is_interactive();
+    let lines = options.plain || !terminal::is_interactive();
     if lines {
         writeln!(
-            words,
+            output,
             "playing {TITLE}{file}{TITLE:#}, {:.1} s, as `{name}` {FAINT}(jde set {CONTROL_SCHEMA}.paused true, jde top, jde vars){FAINT:#}",
             (player.index.end - player.index.begin) as f64 / 1e9
         )?;
-        words.flush()?;
+        output.flush()?;
     }
-    let interrupted = Arc::clone(&player);
-    let _interrupts = SignalListener::on_first(move || interrupted.stop())?;
-    if how.until_eof {
-        let left = Arc::clone(&player);
+    let player_to_stop = Arc::clone(&player);
+    let _interrupts = SignalListener::on_first(move || player_to_stop.stop())?;
+    if options.until_eof {
+        let player_to_end = Arc::clone(&player);
         // The thread is not joined. It ends at the latest with the process.
         thread::Builder::new().name("stdin".to_owned()).spawn(move || {
             // The end of the input and an error both mean that the parent process is gone.
             let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
-            left.stop();
+            player_to_end.stop();
         })?;
     }
     thread::scope(|scope| {
         let stop = StopPlayerOnDrop(Arc::clone(&player));
-        let told = events.clone();
-        let turns = {
+        let line_events = events.clone();
+        let playback = {
             let player = &player;
-            scope.spawn(move || player.play(&mut stage, &told, lines && !how.wait_at_end))
+            scope.spawn(move || player.play(&mut publisher, &line_events, lines && !options.wait_at_end))
         };
-        let shown = if lines {
-            while !turns.is_finished() {
+        let screen_result = if lines {
+            while !playback.is_finished() {
                 playing.publish_state();
                 thread::sleep(UPDATE_INTERVAL);
             }
             Ok(())
         } else {
-            let (show, shown) = std::sync::mpsc::channel::<()>();
+            let (screen_open, screen_closed) = std::sync::mpsc::channel::<()>();
             let playing = &playing;
             scope.spawn(move || {
                 while let Err(std::sync::mpsc::RecvTimeoutError::Timeout) =
-                    shown.recv_timeout(UPDATE_INTERVAL)
+                    screen_closed.recv_timeout(UPDATE_INTERVAL)
                 {
                     playing.publish_state();
                 }
             });
-            let left = screen::run(&player, &format!("{file}  as {name}"));
-            drop(show);
-            left
+            let result = screen::run(&player, &format!("{file}  as {name}"));
+            drop(screen_open);
+            result
         };
         drop(stop);
-        let played = turns
+        let played = playback
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        shown?;
+        screen_result?;
         played
     })
 }

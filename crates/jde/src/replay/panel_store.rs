@@ -40,7 +40,7 @@ impl PanelStore {
 
     /// Shows what the panel of a schema showed at a time.
     pub(super) fn set_drawing(&self, schema: &str, time: Nanos, list: Result<List, String>) {
-        let drawn = PanelFrame {
+        let frame = PanelFrame {
             sequence: self.next_number(),
             time,
             took: Duration::ZERO,
@@ -48,11 +48,11 @@ impl PanelStore {
             list,
         };
         if let Some(shown) = lock(&self.drawings).get_mut(schema) {
-            *shown = Some(Arc::new(drawn));
+            *shown = Some(Arc::new(frame));
         }
-        for (looked_at, news) in lock(&self.viewers).values() {
-            if looked_at == schema {
-                news();
+        for (viewed, on_drawn) in lock(&self.viewers).values() {
+            if viewed == schema {
+                on_drawn();
             }
         }
     }
@@ -66,12 +66,16 @@ impl PanelStore {
     }
 
     /// Adds a viewer. Returns `None` if the schema has no panel.
-    pub(super) fn add_viewer(self: &Arc<Self>, schema: &str, news: OnDrawn) -> Option<Box<dyn PanelViewer>> {
+    pub(super) fn add_viewer(
+        self: &Arc<Self>,
+        schema: &str,
+        on_drawn: OnDrawn,
+    ) -> Option<Box<dyn PanelViewer>> {
         if !lock(&self.drawings).contains_key(schema) {
             return None;
         }
         let number = self.next_number();
-        lock(&self.viewers).insert(number, (schema.to_owned(), news));
+        lock(&self.viewers).insert(number, (schema.to_owned(), on_drawn));
         Some(Box::new(RecordedPanelViewer {
             store: Arc::clone(self),
             schema: schema.to_owned(),

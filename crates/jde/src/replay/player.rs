@@ -1,4 +1,4 @@
-//! Plays a recording at its speed: publishes its values and lines, and obeys its controls. Draws nothing.
+//! Plays a recording at its speed: publishes its values and lines, and follows its controls. Draws nothing.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -26,7 +26,7 @@ pub(super) struct Controls {
     pub(super) speed: f64,
     /// Start again at the end.
     pub(super) looping: bool,
-    /// Continue from this place.
+    /// Continue from this position.
     seek: Option<Nanos>,
     /// Number of takeovers to play before pausing.
     steps: u32,
@@ -82,47 +82,53 @@ impl Player {
         lock(&self.state).hierarchy().clone()
     }
 
-    /// Returns the last lines before the position, newest first: at most `most` of those for which `words`
+    /// Returns the last lines before the position, newest first: at most `count` of those for which `format`
     /// returns a text.
-    pub(super) fn recent(&self, most: usize, words: impl Fn(&RunRecord) -> Option<String>) -> Vec<String> {
-        lock(&self.state).recent().filter_map(words).take(most).collect()
+    pub(super) fn recent(&self, count: usize, format: impl Fn(&RunRecord) -> Option<String>) -> Vec<String> {
+        lock(&self.state)
+            .recent()
+            .filter_map(format)
+            .take(count)
+            .collect()
     }
 
     /// Pauses or continues. Continuing at the end starts again.
     pub(super) fn set_paused(&self, paused: bool) {
-        self.update_controls(|wanted| {
-            wanted.paused = paused;
-            wanted.steps = 0;
+        self.update_controls(|controls| {
+            controls.paused = paused;
+            controls.steps = 0;
             if !paused && self.at_end() {
-                wanted.seek = Some(self.index.begin);
+                controls.seek = Some(self.index.begin);
             }
         });
     }
 
     /// Continues at another speed, from 0.01 to 100.
     pub(super) fn set_speed(&self, speed: f64) {
-        self.update_controls(|wanted| wanted.speed = speed.clamp(0.01, 100.0));
+        self.update_controls(|controls| controls.speed = speed.clamp(0.01, 100.0));
     }
 
     pub(super) fn set_looping(&self, looping: bool) {
-        self.update_controls(|wanted| wanted.looping = looping);
+        self.update_controls(|controls| controls.looping = looping);
     }
 
-    /// Continues from another place.
-    pub(super) fn seek(&self, place: Nanos) {
-        self.update_controls(|wanted| wanted.seek = Some(place.clamp(self.index.begin, self.index.end)));
+    /// Continues from another position.
+    pub(super) fn seek(&self, position: Nanos) {
+        self.update_controls(|controls| {
+            controls.seek = Some(position.clamp(self.index.begin, self.index.end))
+        });
     }
 
     /// Continues to the next takeover, and pauses there.
     pub(super) fn step(&self) {
-        self.update_controls(|wanted| {
-            wanted.paused = true;
-            wanted.steps += 1;
+        self.update_controls(|controls| {
+            controls.paused = true;
+            controls.steps += 1;
         });
     }
 
     pub(super) fn stop(&self) {
-        self.update_controls(|wanted| wanted.stop = true);
+        self.update_controls(|controls| controls.stop = true);
     }
 
     /// Whether it was stopped.
@@ -130,53 +136,53 @@ impl Player {
         lock(&self.controls).stop
     }
 
-    /// Goes to the place where playing starts. Call it once, before anything asks for the position.
-    pub(super) fn go_to_start(&self, stage: &mut Publisher, events: &Events) -> Result<(), Failure> {
-        let place = lock(&self.controls).seek.take();
-        let place = place.unwrap_or(self.index.begin);
-        self.restore(place, stage, events).map(drop)
+    /// Goes to the position where playing starts. Call it once, before anything reads the position.
+    pub(super) fn go_to_start(&self, publisher: &mut Publisher, events: &Events) -> Result<(), Failure> {
+        let position = lock(&self.controls).seek.take();
+        let position = position.unwrap_or(self.index.begin);
+        self.restore(position, publisher, events).map(drop)
     }
 
     /// Plays until it is stopped. If `to_the_end` is set, also returns at the end.
     pub(super) fn play(
         &self,
-        stage: &mut Publisher,
+        publisher: &mut Publisher,
         events: &Events,
         to_the_end: bool,
     ) -> Result<(), Failure> {
-        let mut coming = self.index.entries_from(self.position())?;
+        let mut entries = self.index.entries_from(self.position())?;
         let mut next: Option<Entry> = None;
-        let mut pace = PlaybackClock::new(self.position(), Instant::now(), self.controls().speed);
+        let mut clock = PlaybackClock::new(self.position(), Instant::now(), self.controls().speed);
         loop {
-            let mut wanted = lock(&self.controls);
-            if wanted.stop {
+            let mut controls = lock(&self.controls);
+            if controls.stop {
                 return Ok(());
             }
-            if let Some(place) = wanted.seek.take() {
-                drop(wanted);
-                coming = self.restore(place, stage, events)?;
+            if let Some(position) = controls.seek.take() {
+                drop(controls);
+                entries = self.restore(position, publisher, events)?;
                 next = None;
-                pace = PlaybackClock::new(place, Instant::now(), self.controls().speed);
+                clock = PlaybackClock::new(position, Instant::now(), self.controls().speed);
                 continue;
             }
-            if wanted.paused && wanted.steps == 0 {
-                let speed = self.wait(wanted, TICK).speed;
-                pace = PlaybackClock::new(self.position(), Instant::now(), speed);
+            if controls.paused && controls.steps == 0 {
+                let speed = self.wait(controls, TICK).speed;
+                clock = PlaybackClock::new(self.position(), Instant::now(), speed);
                 continue;
             }
-            let stepping = wanted.paused;
-            let speed = wanted.speed;
+            let stepping = controls.paused;
+            let speed = controls.speed;
             if next.is_none() {
-                next = coming.next();
+                next = entries.next();
             }
             let Some(due) = next.as_ref().map(Entry::time) else {
                 self.position.store(self.index.end, Ordering::Relaxed);
-                wanted.steps = 0;
-                if wanted.looping {
-                    wanted.seek = Some(self.index.begin);
+                controls.steps = 0;
+                if controls.looping {
+                    controls.seek = Some(self.index.begin);
                     continue;
                 }
-                wanted.paused = true;
+                controls.paused = true;
                 self.at_end.store(true, Ordering::Relaxed);
                 if to_the_end {
                     return Ok(());
@@ -184,25 +190,25 @@ impl Player {
                 continue;
             };
             if !stepping {
-                let now = pace.advance(Instant::now(), speed);
+                let now = clock.advance(Instant::now(), speed);
                 if due > now {
                     self.position.store(now, Ordering::Relaxed);
-                    drop(self.wait(wanted, pace.time_until(now, due).min(TICK)));
+                    drop(self.wait(controls, clock.time_until(now, due).min(TICK)));
                     continue;
                 }
             }
-            drop(wanted);
+            drop(controls);
             self.position.store(due, Ordering::Relaxed);
             if let Some(next) = &next {
                 lock(&self.state).apply(next);
             }
             match next.take() {
-                Some(Entry::Value(value)) => stage.publish(&value),
+                Some(Entry::Value(value)) => publisher.publish(&value),
                 Some(Entry::Line(_, line)) => {
                     let takeover = matches!(&line, RunRecord::Decision(decision) if decision.changed);
                     events.push(line);
                     if stepping && takeover {
-                        self.update_controls(|wanted| wanted.steps = wanted.steps.saturating_sub(1));
+                        self.update_controls(|controls| controls.steps = controls.steps.saturating_sub(1));
                     }
                 }
                 Some(Entry::Cycle(_)) | None => {}
@@ -210,22 +216,27 @@ impl Player {
         }
     }
 
-    /// Restores everything as it was at a place. Returns the entries from there on.
-    fn restore(&self, place: Nanos, stage: &mut Publisher, events: &Events) -> Result<Entries, Failure> {
+    /// Restores everything as it was at a position. Returns the entries from there on.
+    fn restore(
+        &self,
+        position: Nanos,
+        publisher: &mut Publisher,
+        events: &Events,
+    ) -> Result<Entries, Failure> {
         self.at_end.store(false, Ordering::Relaxed);
         // Move a copy: holding the lock while reading would block viewers.
-        let mut past = lock(&self.state).clone();
+        let mut state = lock(&self.state).clone();
         // `jde why` needs the skipped lines too.
-        for line in past.seek(&self.index, place, self.position())? {
+        for line in state.seek(&self.index, position, self.position())? {
             events.push(line);
         }
-        *lock(&self.state) = past;
-        stage.clear(place);
-        for value in self.index.latest_values(place)? {
-            stage.publish(&value);
+        *lock(&self.state) = state;
+        publisher.clear(position);
+        for value in self.index.latest_values(position)? {
+            publisher.publish(&value);
         }
-        self.position.store(place, Ordering::Relaxed);
-        self.index.entries_from(place)
+        self.position.store(position, Ordering::Relaxed);
+        self.index.entries_from(position)
     }
 
     fn update_controls(&self, change: impl FnOnce(&mut Controls)) {
@@ -233,9 +244,9 @@ impl Player {
         self.changed.notify_all();
     }
 
-    fn wait<'w>(&self, wanted: MutexGuard<'w, Controls>, time: Duration) -> MutexGuard<'w, Controls> {
-        let waited = self.changed.wait_timeout(wanted, time);
-        waited.map_or_else(|poisoned| poisoned.into_inner().0, |(wanted, _)| wanted)
+    fn wait<'w>(&self, controls: MutexGuard<'w, Controls>, time: Duration) -> MutexGuard<'w, Controls> {
+        let waited = self.changed.wait_timeout(controls, time);
+        waited.map_or_else(|poisoned| poisoned.into_inner().0, |(controls, _)| controls)
     }
 }
 

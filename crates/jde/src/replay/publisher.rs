@@ -32,7 +32,7 @@ const WRITER_ID: u32 = 0;
 
 impl Publisher {
     /// Declares the variables of a recording. Omits a variable whose name has no schema or is already in use.
-    pub(super) fn new(board: &Board, index: &Index, gallery: Arc<PanelStore>) -> Self {
+    pub(super) fn new(board: &Board, index: &Index, panel_store: Arc<PanelStore>) -> Self {
         let mut writers = BTreeMap::new();
         for (topic, recorded) in &index.variables {
             let Some((owner, name)) = recorded.name.rsplit_once('.') else {
@@ -56,19 +56,19 @@ impl Publisher {
                 readers: MAX_READERS,
             });
             let Ok(variable) = declared else { continue };
-            let seat = match access {
+            let writer_entry = match access {
                 Access::Export => match variable.writer(WRITER_ID, "recording") {
                     Ok(writer) => VariableWriter::Export(variable, writer),
                     Err(_) => continue,
                 },
                 Access::Modulation | Access::Command { .. } => VariableWriter::Other(variable),
             };
-            writers.insert(topic.clone(), seat);
+            writers.insert(topic.clone(), writer_entry);
         }
         Self {
             writers,
             panels: index.panels.clone(),
-            panel_store: gallery,
+            panel_store,
         }
     }
 
@@ -79,15 +79,15 @@ impl Publisher {
             let list = list.unwrap_or_else(|broken| Err(format!("it cannot be shown: {broken}")));
             return self.panel_store.set_drawing(schema, value.measured, list);
         }
-        let Some(seat) = self.writers.get_mut(&value.topic) else {
+        let Some(writer_entry) = self.writers.get_mut(&value.topic) else {
             return;
         };
-        let (VariableWriter::Export(variable, _) | VariableWriter::Other(variable)) = &*seat;
+        let (VariableWriter::Export(variable, _) | VariableWriter::Other(variable)) = &*writer_entry;
         let Ok(bytes) = cdr::decode(&variable.describe().value_type, &value.message) else {
             return;
         };
         // A value that was not finite is refused now as it was in the recorded run.
-        match seat {
+        match writer_entry {
             VariableWriter::Export(_, writer) => {
                 writer.loan().copy_from_slice(&bytes);
                 let _ = writer.publish(value.measured, value.published);
@@ -101,8 +101,8 @@ impl Publisher {
     /// Retracts every export and clears every panel: the next values belong to another time, `time`.
     pub(super) fn clear(&self, time: Nanos) {
         self.panel_store.clear(time);
-        for seat in self.writers.values() {
-            if let VariableWriter::Export(variable, _) = seat {
+        for writer_entry in self.writers.values() {
+            if let VariableWriter::Export(variable, _) = writer_entry {
                 variable.retract();
             }
         }

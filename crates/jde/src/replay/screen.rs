@@ -23,7 +23,8 @@ const SEEK_STEP: Nanos = 5_000_000_000;
 
 /// Shows a recording until the user leaves.
 ///
-/// Errors: standard input or output is not a terminal, or it was closed.
+/// # Errors
+/// Standard input or output is not a terminal, or it was closed.
 pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
     terminal::with_screen(|terminal| {
         while !player.is_stopped() {
@@ -42,24 +43,24 @@ pub(super) fn run(player: &Player, title: &str) -> io::Result<()> {
 }
 
 fn handle_key(player: &Player, key: KeyCode) {
-    let wanted = player.controls();
+    let controls = player.controls();
     let position = player.position();
     match key {
-        KeyCode::Char(' ') => player.set_paused(!wanted.paused),
+        KeyCode::Char(' ') => player.set_paused(!controls.paused),
         KeyCode::Left => player.seek(position.saturating_sub(SEEK_STEP)),
         KeyCode::Right => player.seek(position + SEEK_STEP),
         KeyCode::Home => player.seek(0),
         KeyCode::End => player.seek(player.index.end),
         KeyCode::Char('.') | KeyCode::Char('n') => player.step(),
-        KeyCode::Char('+' | '=') => player.set_speed(wanted.speed * 2.0),
-        KeyCode::Char('-') => player.set_speed(wanted.speed / 2.0),
-        KeyCode::Char('l') => player.set_looping(!wanted.looping),
+        KeyCode::Char('+' | '=') => player.set_speed(controls.speed * 2.0),
+        KeyCode::Char('-') => player.set_speed(controls.speed / 2.0),
+        KeyCode::Char('l') => player.set_looping(!controls.looping),
         _ => {}
     }
 }
 
 fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
-    let [head, bar, acting, told, keys] = Layout::vertical([
+    let [title_area, gauge_area, winners_area, events_area, keys_area] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
         Constraint::Length(2),
@@ -71,24 +72,24 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
         Style::new().add_modifier(Modifier::BOLD),
         Style::new().add_modifier(Modifier::DIM),
     );
-    let wanted = player.controls();
+    let controls = player.controls();
     let position = player.position();
-    let state = match (player.at_end(), wanted.paused) {
+    let state = match (player.at_end(), controls.paused) {
         (true, _) => "at its end",
         (false, true) => "paused",
         (false, false) => "playing",
     };
-    frame.render_widget(Paragraph::new(Span::styled(escape(title), bold)), head);
+    frame.render_widget(Paragraph::new(Span::styled(escape(title), bold)), title_area);
     let (begin, end) = (player.index.begin, player.index.end);
     let played = position.saturating_sub(begin) as f64 / (end - begin).max(1) as f64;
     let gauge = Gauge::default().ratio(played.min(1.0)).label(format!(
         "{:.1} s of {:.1} s  {}x  {state}{}",
         position as f64 / 1e9,
         end as f64 / 1e9,
-        wanted.speed,
-        if wanted.looping { "  loop" } else { "" }
+        controls.speed,
+        if controls.looping { "  loop" } else { "" }
     ));
-    frame.render_widget(gauge, bar);
+    frame.render_widget(gauge, gauge_area);
 
     let snapshot = player.hierarchy().snapshot(position);
     let winners = snapshot.groups.iter().map(|group| {
@@ -100,14 +101,14 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
     let winners = winners.collect::<Vec<_>>().join("   ");
     frame.render_widget(
         Paragraph::new(vec![Line::default(), Line::from(escape(&winners))]),
-        acting,
+        winners_area,
     );
 
-    let shown = player.recent(usize::from(told.height), line_text);
+    let shown = player.recent(usize::from(events_area.height), line_text);
     let shown: Vec<_> = shown.iter().map(|line| Line::from(escape(line))).collect();
-    frame.render_widget(Paragraph::new(shown), told);
-    let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q leave";
-    frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys);
+    frame.render_widget(Paragraph::new(shown), events_area);
+    let keys_text = "space pause  ← → 5 s  n next takeover  + - speed  l loop  q quit";
+    frame.render_widget(Paragraph::new(Span::styled(keys_text, faint)), keys_area);
 }
 
 /// Returns the text of a line, or `None` if it is not shown.
@@ -124,14 +125,14 @@ fn line_text(line: &RunRecord) -> Option<String> {
                 decision.reason
             ))
         }
-        RunRecord::Event(happening) => {
-            let schema = happening
+        RunRecord::Event(event) => {
+            let schema = event
                 .schema
                 .as_ref()
                 .map_or(String::new(), |name| format!("{name} "));
             Some(format!(
                 "{:>9.3} s  {schema}{}: {}",
-                happening.time_s, happening.kind, happening.text
+                event.time_s, event.kind, event.text
             ))
         }
         RunRecord::Decision(_) | RunRecord::State(_) => None,

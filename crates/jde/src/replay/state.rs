@@ -1,4 +1,4 @@
-//! The state before a place of a recording: the hierarchy and the last lines. Its memory is bounded for
+//! The state before a position of a recording: the hierarchy and the last lines. Its memory is bounded for
 //! recordings of any length; the rest is read again.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -16,12 +16,12 @@ const CHECKPOINTS: Nanos = 64;
 /// Number of lines kept: as many as the link keeps of all three kinds together.
 const MAX_RECENT: usize = 3000;
 
-/// The state before a place.
+/// The state before a position.
 #[derive(Clone)]
 pub(super) struct PlaybackState {
     /// The hierarchy before the first message of a time.
     checkpoints: BTreeMap<Nanos, Arc<Hierarchy>>,
-    /// Time between two marks.
+    /// Time between two checkpoints.
     interval: Nanos,
     /// The time of the last message.
     last: Nanos,
@@ -73,26 +73,29 @@ impl PlaybackState {
         }
     }
 
-    /// Moves to a place. Returns the last lines from `since` to that place.
+    /// Moves to a position. Returns the last lines from `since` to that position.
     ///
     /// # Errors
     /// The recording cannot be read.
     pub(super) fn seek(
         &mut self,
         index: &Index,
-        place: Nanos,
+        position: Nanos,
         since: Nanos,
     ) -> Result<Vec<RunRecord>, Failure> {
-        // Start at the mark before the nearest one, so that some lines before any place are known.
-        let mut before = self.checkpoints.range(..=place.min(since)).rev();
+        // Start at the checkpoint before the nearest one, so that some lines before any position are known.
+        let mut before = self.checkpoints.range(..=position.min(since)).rev();
         let nearest = before.next();
-        let Some((&from, mark)) = before.next().or(nearest) else {
+        let Some((&from, checkpoint)) = before.next().or(nearest) else {
             return Ok(Vec::new());
         };
-        self.hierarchy = Hierarchy::clone(mark);
+        self.hierarchy = Hierarchy::clone(checkpoint);
         self.last = from;
         self.recent.clear();
-        for next in index.entries_from(from)?.take_while(|next| next.time() < place) {
+        for next in index
+            .entries_from(from)?
+            .take_while(|next| next.time() < position)
+        {
             self.apply(&next);
         }
         let passed = self.recent.iter().filter(|(time, _)| *time >= since);
@@ -147,24 +150,29 @@ mod tests {
     }
 
     #[test]
-    fn a_long_recording_is_known_everywhere_and_only_a_part_of_it_in_memory() {
+    fn every_state_of_a_long_recording_is_found_in_bounded_memory() {
         let folder = tempfile::tempdir().unwrap();
         let index = recording(&folder.path().join("long.mcap"), 20_000);
-        let mut past = PlaybackState::new(&index);
-        let state = |past: &PlaybackState, place| past.hierarchy().snapshot(place).schemas[0].state;
+        let mut playback = PlaybackState::new(&index);
+        let schema_state =
+            |playback: &PlaybackState, position| playback.hierarchy().snapshot(position).schemas[0].state;
         // Forward and back again: the state does not depend on the direction.
         for number in [20_000, 3, 19_999, 12_346, 12_345, 12_344, 0, 7_000] {
-            let place = number * 10_000_000;
-            let told = past
-                .seek(&index, place, place.saturating_sub(50_000_000))
+            let position = number * 10_000_000;
+            let passed = playback
+                .seek(&index, position, position.saturating_sub(50_000_000))
                 .unwrap();
-            assert_eq!(told.len() as u64, number.min(5), "{number}");
+            assert_eq!(passed.len() as u64, number.min(5), "{number}");
             let asleep = number % 2 == 0;
-            assert_eq!(state(&past, place) == jde_core::State::Slept, asleep, "{number}");
-            let newest = past.recent().next().map(RunRecord::time);
+            assert_eq!(
+                schema_state(&playback, position) == jde_core::State::Slept,
+                asleep,
+                "{number}"
+            );
+            let newest = playback.recent().next().map(RunRecord::time);
             assert_eq!(newest, number.checked_sub(1).map(|last| last * 10_000_000));
-            let (marks, recent) = past.in_memory();
-            assert!(marks as u64 <= CHECKPOINTS + 1 && recent <= MAX_RECENT);
+            let (checkpoints, recent) = playback.in_memory();
+            assert!(checkpoints as u64 <= CHECKPOINTS + 1 && recent <= MAX_RECENT);
         }
     }
 }

@@ -42,7 +42,7 @@ pub(crate) struct Collector {
 pub(crate) struct RunData {
     /// The sums.
     pub(crate) statistics: Statistics,
-    /// The drive, if a picture is wanted.
+    /// The drive, if a picture is requested.
     pub(crate) trace: Option<DriveTrace>,
     /// The last sample of the variables.
     pub(crate) observation: Observation,
@@ -72,8 +72,8 @@ impl Drop for QueueObserver {
 }
 
 impl Collector {
-    /// Creates a recorder, and the observer that feeds its queue. In lockstep one thread fills and empties the
-    /// queue, which has no bound there, so no event is dropped.
+    /// Creates a collector, and the observer that feeds its queue. In lockstep one thread fills and empties
+    /// the queue, which has no bound there, so no event is dropped.
     pub(crate) fn new(
         application: &Application,
         decisions: DigestWriter,
@@ -81,20 +81,20 @@ impl Collector {
         progress: ProgressPrinter,
         lockstep: bool,
     ) -> (Self, Box<dyn Observer>) {
-        let heard = Queue::new(if lockstep { usize::MAX } else { MAX_QUEUED });
-        let hearing = QueueObserver(Arc::clone(&heard));
-        let recorder = Self {
+        let queue = Queue::new(if lockstep { usize::MAX } else { MAX_QUEUED });
+        let observer = QueueObserver(Arc::clone(&queue));
+        let collector = Self {
             statistics: Statistics::new(application),
             trace,
             observation: Observation::default(),
             progress,
             decisions: DecisionWriter::new(application, decisions),
-            events: heard,
+            events: queue,
             missed: 0,
             sampler: None,
             end_time: None,
         };
-        (recorder, Box::new(hearing))
+        (collector, Box::new(observer))
     }
 
     /// Samples the variables of a running application from now on.
@@ -107,13 +107,9 @@ impl Collector {
     /// # Errors
     /// Output cannot be written.
     pub(crate) fn process_pending(&mut self, now: Nanos) -> io::Result<()> {
-        while let Popped::Next {
-            item: what,
-            dropped: missed,
-        } = self.events.try_pop()
-        {
-            self.missed += missed;
-            self.handle_event(&what)?;
+        while let Popped::Next { item: event, dropped } = self.events.try_pop() {
+            self.missed += dropped;
+            self.handle_event(&event)?;
         }
         self.sample(now)
     }
@@ -127,25 +123,22 @@ impl Collector {
         let mut next = 0;
         let mut result = Ok(());
         while self.end_time.is_none() {
-            let told = match self.events.pop_timeout(wait) {
-                Popped::Next {
-                    item: what,
-                    dropped: missed,
-                } => {
-                    self.missed += missed;
-                    self.handle_event(&what)
+            let handled = match self.events.pop_timeout(wait) {
+                Popped::Next { item: event, dropped } => {
+                    self.missed += dropped;
+                    self.handle_event(&event)
                 }
                 Popped::Empty => Ok(()),
                 Popped::Closed => break,
             };
             let now = handle.now();
-            let looked = if now >= next || self.end_time.is_some() {
+            let sampled = if now >= next || self.end_time.is_some() {
                 next = now - now % SAMPLE_INTERVAL + SAMPLE_INTERVAL;
                 self.sample(now)
             } else {
                 Ok(())
             };
-            if let (Ok(()), Err(error)) = (&result, told.and(looked)) {
+            if let (Ok(()), Err(error)) = (&result, handled.and(sampled)) {
                 result = Err(error);
                 handle.stop();
             }
@@ -156,7 +149,7 @@ impl Collector {
     /// Returns the data, and the digest of the decisions or the error that kept them from being written.
     pub(crate) fn finish(self) -> (RunData, io::Result<String>) {
         let decisions = self.decisions.finish();
-        let kept = RunData {
+        let data = RunData {
             statistics: self.statistics,
             trace: self.trace,
             observation: self.observation,
@@ -165,7 +158,7 @@ impl Collector {
             missed: self.missed,
             unread: decisions.as_ref().map_or(0, DigestWriter::lost),
         };
-        (kept, decisions.map(DigestWriter::hex))
+        (data, decisions.map(DigestWriter::hex))
     }
 
     fn handle_event(&mut self, event: &Event) -> io::Result<()> {
@@ -183,12 +176,12 @@ impl Collector {
     }
 
     fn sample(&mut self, now: Nanos) -> io::Result<()> {
-        let Some(sight) = &mut self.sampler else {
+        let Some(sampler) = &mut self.sampler else {
             return Ok(());
         };
-        self.observation = sight.sample();
+        self.observation = sampler.sample();
         if let Some(trace) = &mut self.trace {
-            trace.add(now, sight, &self.observation, &self.statistics.acting_schemas());
+            trace.add(now, sampler, &self.observation, &self.statistics.acting_schemas());
         }
         self.progress.update(now, &self.observation, &self.statistics)
     }

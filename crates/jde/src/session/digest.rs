@@ -17,18 +17,18 @@ pub(crate) struct DigestWriter {
 }
 
 impl DigestWriter {
-    /// Creates an empty digest; `promised` is the file to write.
-    pub(crate) fn new(promised: Option<PendingFile>) -> Self {
+    /// Creates an empty digest; `pending` is the file to write.
+    pub(crate) fn new(pending: Option<PendingFile>) -> Self {
         Self {
-            pending: promised,
+            pending,
             file: None,
             hasher: Sha256::new(),
         }
     }
 
     fn file(&mut self) -> io::Result<Option<&mut Printer>> {
-        if let Some(promised) = self.pending.take() {
-            self.file = Some(terminal::lines_to(promised.into_truncated()?));
+        if let Some(pending) = self.pending.take() {
+            self.file = Some(terminal::lines_to(pending.into_truncated()?));
         }
         Ok(self.file.as_mut())
     }
@@ -68,13 +68,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_digest_is_that_of_the_standard() {
+    fn the_digest_equals_the_example_of_the_standard() {
         // FIPS 180-2, appendix B.1.
-        let mut digested = DigestWriter::new(None);
-        digested.write_all(b"a").unwrap();
-        digested.write_all(b"bc").unwrap();
+        let mut writer = DigestWriter::new(None);
+        writer.write_all(b"a").unwrap();
+        writer.write_all(b"bc").unwrap();
         assert_eq!(
-            digested.hex(),
+            writer.hex(),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
         );
     }

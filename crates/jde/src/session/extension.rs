@@ -21,13 +21,13 @@ pub(crate) struct RunContext<'a> {
     pub(crate) speed: f64,
 }
 
-/// What the user wants beside a run.
+/// Something that the user wants in addition to a run.
 pub(crate) trait Extension {
     /// Prepares it. Returns `None` if this run has none.
     ///
     /// # Errors
     /// The run must not start.
-    fn prepare(&self, coming: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure>;
+    fn prepare(&self, context: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure>;
 }
 
 /// An extension of one run.

@@ -1,5 +1,5 @@
 //! The link of a run, open as long as the run. A run continues without a link, unless the application or the
-//! user explicitly asked for one.
+//! user explicitly requested one.
 
 use std::io::Read;
 use std::os::unix::process::CommandExt;
@@ -18,7 +18,7 @@ use super::extension::{Extension, PreparedExtension, RunContext};
 use super::recording_summary::RecordingSummary;
 use crate::failure::Failure;
 
-/// The link that a run asks for.
+/// The options of a run for its link.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LinkOptions {
     /// The name of the application for other applications and tools, if one was given.
@@ -44,31 +44,31 @@ struct RunLink {
 }
 
 impl RunLink {
-    /// Prepares the link. Returns `None` if there is to be none.
+    /// Prepares the link. Returns `None` if the run has none.
     ///
     /// # Errors
-    /// The password cannot be read, the name is that of an imported application, or windows are wanted and
+    /// The password cannot be read, the name is that of an imported application, or windows are requested and
     /// there is no screen.
-    fn prepare(wanted: &LinkOptions, coming: &RunContext<'_>) -> Result<Option<Self>, Failure> {
+    fn prepare(options: &LinkOptions, context: &RunContext<'_>) -> Result<Option<Self>, Failure> {
         let RunContext {
             application,
             lockstep,
             speed,
-        } = *coming;
+        } = *context;
         let link = &application.link;
-        if !wanted.enabled.unwrap_or(!lockstep && !link.off) {
+        if !options.enabled.unwrap_or(!lockstep && !link.off) {
             return Ok(None);
         }
         #[cfg(feature = "view")]
-        if wanted.view && !jde_view::has_screen() {
+        if options.view && !jde_view::has_screen() {
             return Err(Failure::usage(
                 jde_view::Error::NoScreen.to_string(),
-                "run it without --view, and look with jde view --at from a machine that has a screen",
+                "run it without --view, and use jde view --at on a machine that has a screen",
             ));
         }
-        let settings = settings(wanted.name.clone(), application)?;
+        let settings = settings(options.name.clone(), application)?;
         let required =
-            settings.require_name || settings.is_networked() || wanted.enabled == Some(true) || wanted.view;
+            settings.require_name || settings.is_networked() || options.enabled == Some(true) || options.view;
         let mut title = SubjectInfo::new(application, speed);
         if lockstep {
             "lockstep".clone_into(&mut title.executor);
@@ -76,7 +76,7 @@ impl RunLink {
         Ok(Some(Self {
             settings,
             required,
-            view: wanted.view,
+            view: options.view,
             title,
             events: Events::of(application),
             link: Arc::default(),
@@ -85,9 +85,9 @@ impl RunLink {
 }
 
 impl Extension for LinkOptions {
-    fn prepare(&self, coming: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure> {
-        let way = RunLink::prepare(self, coming)?;
-        Ok(way.map(|way| Box::new(way) as _))
+    fn prepare(&self, context: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure> {
+        let link = RunLink::prepare(self, context)?;
+        Ok(link.map(|link| Box::new(link) as _))
     }
 }
 
@@ -97,8 +97,8 @@ impl PreparedExtension for RunLink {
         self.events.observer()
     }
 
-    /// The hook opens the link. If the link fails, the run goes on with a warning, or does not start if the link
-    /// is required.
+    /// The hook opens the link. If the link fails, the run continues with a warning, or does not start if the
+    /// link is required.
     fn before_start(&self, plugins: &Arc<Plugins>) -> StartHook {
         let plugins = Arc::clone(plugins);
         let (settings, title, required) = (self.settings.clone(), self.title.clone(), self.required);
@@ -110,7 +110,7 @@ impl PreparedExtension for RunLink {
                     let name = &open.about().name;
                     if *name != settings.name {
                         tracing::warn!(
-                            "another `{}` runs here, so tools call this one `{name}`; --name gives it a name of its own",
+                            "another `{}` runs on this machine, so this one has the name `{name}` for tools; --name sets another name",
                             settings.name
                         );
                     }
@@ -122,7 +122,7 @@ impl PreparedExtension for RunLink {
                 }
                 Err(error) if required => Err(Box::new(Failure::Link(error))),
                 Err(error) => {
-                    tracing::warn!("no tool can look into this run: {error}");
+                    tracing::warn!("no tool can connect to this run: {error}");
                     Ok(())
                 }
             }
@@ -139,10 +139,10 @@ impl PreparedExtension for RunLink {
 
 /// Opens windows on the application in a separate process, which may end, hang or be killed at any time.
 fn open_windows(name: &str) -> Result<(), Failure> {
-    let refused = |error| Failure::Broken(format!("the windows cannot be opened: {error}"));
-    let windows = Command::new(std::env::current_exe().map_err(refused)?)
+    let failure = |error| Failure::Broken(format!("the windows cannot be opened: {error}"));
+    let windows = Command::new(std::env::current_exe().map_err(failure)?)
         .args(["view", "--app", name])
-        // The application runs on this machine, wherever other tools look.
+        // The application runs on this machine, wherever other tools connect.
         .env_remove("JDE_AT")
         .env_remove("JDE_KEY")
         .stdin(Stdio::null())
@@ -152,13 +152,13 @@ fn open_windows(name: &str) -> Result<(), Failure> {
         // ended.
         .process_group(0)
         .spawn()
-        .map_err(refused)?;
+        .map_err(failure)?;
     // A detached thread waits for the process, so that no zombie remains.
     let name = name.to_owned();
     thread::Builder::new()
         .name("windows".to_owned())
         .spawn(move || wait_for_windows(windows, &name))
-        .map_err(refused)?;
+        .map_err(failure)?;
     Ok(())
 }
 

@@ -22,12 +22,12 @@ pub(crate) struct LocalApplication<'l> {
 impl<'l> LocalApplication<'l> {
     /// Wraps an application and the lines that the log keeps.
     pub(crate) fn new(handle: Handle, log: &'l Log) -> Self {
-        let sight = Mutex::new(Sampler::new(&handle));
-        let by = std::env::var("USER").unwrap_or_else(|_| String::from("terminal"));
+        let sampler = Mutex::new(Sampler::new(&handle));
+        let operator = std::env::var("USER").unwrap_or_else(|_| String::from("terminal"));
         Self {
-            operator: handle.operator(&by),
+            operator: handle.operator(&operator),
             handle,
-            sampler: sight,
+            sampler,
             log,
         }
     }
@@ -39,13 +39,16 @@ impl ObservedApplication for LocalApplication<'_> {
     }
 
     fn robot(&self) -> Option<RobotView> {
-        let seen = self
+        let observation = self
             .sampler
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .sample();
         // The target is in the frame of the odometry, so the robot is shown in that frame too.
-        Some(robot_view(seen.odometry.or(seen.truth)?, seen.mission.as_ref()))
+        Some(robot_view(
+            observation.odometry.or(observation.truth)?,
+            observation.mission.as_ref(),
+        ))
     }
 
     fn act(&self, action: Action) -> Result<(), String> {

@@ -109,81 +109,89 @@ pub(crate) struct Finished {
 ///
 /// # Errors
 /// The application did not start, or output could not be written.
-pub(crate) fn run(loaded: LoadedApplication, how: RunOptions, log: &Log) -> Result<Finished, Failure> {
+pub(crate) fn run(loaded: LoadedApplication, options: RunOptions, log: &Log) -> Result<Finished, Failure> {
     let LoadedApplication {
         application, plugins, ..
     } = loaded;
     let plugins = Arc::new(plugins);
     // Opened before the start, so that a file that cannot be written is not discovered after a long run.
-    let decisions = how.decisions.as_deref().map(PendingFile::prepare).transpose()?;
-    let picture = how.picture.as_deref().map(PendingFile::prepare).transpose()?;
+    let decisions = options
+        .decisions
+        .as_deref()
+        .map(PendingFile::prepare)
+        .transpose()?;
+    let picture = options.picture.as_deref().map(PendingFile::prepare).transpose()?;
     let world = summary::world_file(&application);
-    let trace = how.picture.is_some().then(|| DriveTrace::new(world.is_none()));
-    let telling = match how.view {
+    let trace = options
+        .picture
+        .is_some()
+        .then(|| DriveTrace::new(world.is_none()));
+    let mode = match options.view {
         RunView::Screen => ProgressMode::Nothing,
-        RunView::Lines(telling) => telling,
+        RunView::Lines(mode) => mode,
     };
-    let progress = ProgressPrinter::new(&application, how.output, telling);
-    let digested = DigestWriter::new(decisions);
-    let (mut recorder, observer) = Collector::new(&application, digested, trace, progress, how.lockstep);
-    let coming = RunContext {
+    let progress = ProgressPrinter::new(&application, options.output, mode);
+    let digest_writer = DigestWriter::new(decisions);
+    let (mut recorder, observer) =
+        Collector::new(&application, digest_writer, trace, progress, options.lockstep);
+    let context = RunContext {
         application: &application,
-        lockstep: how.lockstep,
-        speed: how.speed,
+        lockstep: options.lockstep,
+        speed: options.speed,
     };
     let mut extensions = Vec::new();
-    for extension in &how.extensions {
-        extensions.extend(extension.prepare(&coming)?);
+    for extension in &options.extensions {
+        extensions.extend(extension.prepare(&context)?);
     }
-    let mut options = Options {
+    let mut host_options = Options {
         observers: vec![observer],
-        limit: how.limit,
-        speed: how.speed,
+        limit: options.limit,
+        speed: options.speed,
         on_turn: extensions.iter().find_map(|extension| extension.on_turn()),
         isolation_program: Some(crate::child::program()),
         ..Options::default()
     };
-    options
+    host_options
         .observers
         .extend(extensions.iter().map(|extension| extension.observer()));
     let hooks: Vec<_> = extensions
         .iter()
         .map(|extension| extension.before_start(&plugins))
         .collect();
-    options.start_hook = Some(Box::new(|handle| {
+    host_options.start_hook = Some(Box::new(|handle| {
         hooks.into_iter().try_for_each(|hook| hook(handle))
     }));
 
     let started = Instant::now();
-    let ran = if how.lockstep {
-        run_lockstep(application, &plugins, options, &mut recorder, log)
+    let result = if options.lockstep {
+        run_lockstep(application, &plugins, host_options, &mut recorder, log)
     } else {
-        let shown = RealTimeOptions {
-            view: how.view,
-            watch: how.watch,
+        let real_time = RealTimeOptions {
+            view: options.view,
+            watch: options.watch,
         };
-        run_real_time(application, &plugins, options, shown, &mut recorder, log)
+        run_real_time(application, &plugins, host_options, real_time, &mut recorder, log)
     };
     let wall = started.elapsed();
     // The link ends before the recording, which it was prepared after.
     let recorded = finish(&extensions);
     log.clear_clock();
-    let (outcome, handle) = ran?;
+    let (outcome, handle) = result?;
 
-    let (kept, digest) = recorder.finish();
-    let file = how
+    let (data, digest) = recorder.finish();
+    let file = options
         .decisions
         .as_deref()
         .unwrap_or_else(|| "the decisions".as_ref());
     let digest = digest.map_err(Failure::file(file))?;
-    let summary = RunSummary::new(&handle, &kept, &outcome, wall, digest, recorded);
-    if let (Some(file), Some(promised)) = (&how.picture, picture) {
-        drop(promised.into_truncated().map_err(Failure::file(file))?);
-        summary::draw(&handle, &kept, world.as_deref(), file)?;
+    let summary = RunSummary::new(&handle, &data, &outcome, wall, digest, recorded);
+    if let (Some(file), Some(pending)) = (&options.picture, picture) {
+        drop(pending.into_truncated().map_err(Failure::file(file))?);
+        summary::draw(&handle, &data, world.as_deref(), file)?;
     }
     Ok(Finished {
         summary,
-        output: kept.output,
+        output: data.output,
     })
 }
 
@@ -249,11 +257,11 @@ fn run_real_time(
     let _watch = watch
         .then(|| PluginWatcher::start(handle.clone(), Arc::clone(plugins)))
         .transpose()?;
-    let (outcome, told, shown) = thread::scope(|scope| {
+    let (outcome, collected, shown) = thread::scope(|scope| {
         // Stops the application on every way out of this scope, a panic included. The scope joins the other
         // threads, so the robot is at rest before a panic continues.
         let stop = StopRunOnDrop(&handle);
-        let keeper = scope.spawn(|| recorder.process_until_end(&handle, wait));
+        let collecting = scope.spawn(|| recorder.process_until_end(&handle, wait));
         let waiter = scope.spawn(move || running.wait());
         let mut shown = Ok(top::ExitReason::Ended);
         if view == RunView::Screen {
@@ -263,12 +271,12 @@ fn run_real_time(
             handle.stop();
         }
         let outcome = waiter.join();
-        let told = keeper.join();
+        let collected = collecting.join();
         drop(stop);
-        (outcome, told, shown)
+        (outcome, collected, shown)
     });
     let outcome = outcome.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-    told.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+    collected.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     shown?;
     Ok((outcome, handle))
 }
@@ -284,7 +292,7 @@ fn treat_loss_as_quit(shown: io::Result<top::ExitReason>) -> io::Result<top::Exi
 /// Returns the failure of a start, unwrapped if the link or the recording caused it.
 fn start_failure(error: StartError) -> Failure {
     match error {
-        StartError::HookFailed(hindrance) => match hindrance.downcast::<Failure>() {
+        StartError::HookFailed(error) => match error.downcast::<Failure>() {
             Ok(failure) => *failure,
             Err(other) => StartError::HookFailed(other).into(),
         },

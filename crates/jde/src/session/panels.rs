@@ -46,14 +46,14 @@ impl PanelOptions {
     /// # Errors
     /// A pattern matches no panel.
     pub(super) fn select(&self, application: &Application) -> Result<PanelSelection, Failure> {
-        let places = application.panels();
-        let names = places
+        let indices = application.panels();
+        let names = indices
             .iter()
-            .map(|place| application.instances[*place].name.clone());
+            .map(|index| application.instances[*index].name.clone());
         let names: Vec<String> = names.collect();
-        let chosen = self.select_names(&names)?.into_iter();
+        let selected = self.select_names(&names)?.into_iter();
         Ok(PanelSelection {
-            schemas: chosen.map(|chosen| places[chosen]).collect(),
+            schemas: selected.map(|selected| indices[selected]).collect(),
             rate: self.rate,
         })
     }
@@ -66,16 +66,16 @@ impl PanelOptions {
         if names.is_empty() {
             return Err(Failure::usage(
                 "no schema of this application has a panel",
-                "leave --panels out",
+                "omit --panels",
             ));
         }
         let selection = Selection::new(self.patterns.clone(), names).map_err(|unknown| {
             Failure::unknown("panel", &unknown.pattern, names.iter().map(String::as_str))
         })?;
-        let places = names.iter().enumerate();
-        Ok(places
+        let indices = names.iter().enumerate();
+        Ok(indices
             .filter(|(_, name)| selection.contains(name))
-            .map(|(place, _)| place)
+            .map(|(index, _)| index)
             .collect())
     }
 }
@@ -88,41 +88,41 @@ impl PanelRecording {
     pub(super) fn start(
         handle: &Handle,
         recorder: &Recorder,
-        chosen: &PanelSelection,
+        selected: &PanelSelection,
     ) -> Result<Self, Failure> {
         // One pending notification is enough for any number of drawings.
-        let (ring, rung) = sync_channel(1);
-        let mut looks = Vec::new();
-        let mut taken = Vec::new();
-        for &schema in &chosen.schemas {
-            let ring = ring.clone();
-            taken.push(PanelWriter {
+        let (sender, receiver) = sync_channel(1);
+        let mut viewers = Vec::new();
+        let mut writers = Vec::new();
+        for &schema in &selected.schemas {
+            let sender = sender.clone();
+            writers.push(PanelWriter {
                 schema,
                 topic: recorder.panel(&handle.application().instances[schema].name),
                 last_sequence: 0,
             });
-            let look = handle.view_panel(schema, chosen.rate, move || {
+            let viewer = handle.view_panel(schema, selected.rate, move || {
                 // A pending notification covers this drawing too.
-                let _ = ring.try_send(());
+                let _ = sender.try_send(());
             });
-            looks.push(look.map_err(|refusal| Failure::Broken(refusal.to_string()))?);
+            viewers.push(viewer.map_err(|refusal| Failure::Broken(refusal.to_string()))?);
         }
-        drop(ring);
+        drop(sender);
         let handle = handle.clone();
         let thread = std::thread::Builder::new()
             .name("recording-panels".to_owned())
-            .spawn(move || write_drawings(&handle, &rung, taken))
+            .spawn(move || write_drawings(&handle, &receiver, writers))
             .map_err(StartError::Thread)?;
         Ok(Self {
-            viewers: looks,
+            viewers,
             thread: Some(thread),
         })
     }
 }
 
-/// Writes new drawings until the last look is dropped.
-fn write_drawings(handle: &Handle, rung: &Receiver<()>, mut panels: Vec<PanelWriter>) {
-    for () in rung {
+/// Writes new drawings until the last viewer is dropped.
+fn write_drawings(handle: &Handle, receiver: &Receiver<()>, mut panels: Vec<PanelWriter>) {
+    for () in receiver {
         for panel in &mut panels {
             let newest = handle.panel(panel.schema);
             if let Some(drawn) = newest.filter(|drawn| drawn.sequence != panel.last_sequence) {
@@ -140,7 +140,7 @@ fn write_drawings(handle: &Handle, rung: &Receiver<()>, mut panels: Vec<PanelWri
 
 impl Drop for PanelRecording {
     fn drop(&mut self) {
-        // The last look drops the last sender, which ends the thread.
+        // The last viewer drops the last sender, which ends the thread.
         self.viewers.clear();
         if let Some(thread) = self.thread.take() {
             // The panic hook has already reported a panic of the thread.
@@ -154,24 +154,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn panels_are_chosen_among_those_there_are() {
+    fn panels_are_selected_among_the_existing_ones() {
         let names = ["example", "goon"].map(str::to_owned);
-        let chosen = |only: &[&str]| {
-            let only = only.iter().map(|name| (*name).to_owned()).collect();
-            let chosen = PanelOptions {
-                patterns: only,
-                rate: 5.0,
-            }
-            .select_names(&names);
-            chosen.map_err(|failure| match failure {
+        let selected = |patterns: &[&str]| {
+            let patterns = patterns.iter().map(|name| (*name).to_owned()).collect();
+            let selected = PanelOptions { patterns, rate: 5.0 }.select_names(&names);
+            selected.map_err(|failure| match failure {
                 Failure::Usage { message, help } => format!("{message}; {help}"),
                 other => other.to_string(),
             })
         };
-        assert_eq!(chosen(&["*"]), Ok(vec![0, 1]));
-        assert_eq!(chosen(&["go*"]), Ok(vec![1]));
+        assert_eq!(selected(&["*"]), Ok(vec![0, 1]));
+        assert_eq!(selected(&["go*"]), Ok(vec![1]));
         assert_eq!(
-            chosen(&["gon"]),
+            selected(&["gon"]),
             Err("there is no panel `gon`; did you mean `goon`?".to_owned())
         );
         let all = PanelOptions {

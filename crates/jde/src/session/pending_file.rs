@@ -74,20 +74,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_stays_as_it_was_until_it_is_written() {
+    fn a_file_is_unchanged_until_it_is_written() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("above/old.png");
         drop(PendingFile::prepare(&path).unwrap());
-        assert!(!path.exists(), "nothing came of it");
-        fs::write(&path, "a picture of before").unwrap();
+        assert!(!path.exists(), "an unused file is not left behind");
+        fs::write(&path, "the old picture").unwrap();
         drop(PendingFile::prepare(&path).unwrap());
-        assert_eq!(fs::read(&path).unwrap(), b"a picture of before");
+        assert_eq!(fs::read(&path).unwrap(), b"the old picture");
         let mut file = PendingFile::prepare(&path).unwrap().into_truncated().unwrap();
         file.write_all(b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert!(
             PendingFile::prepare(folder.path()).is_err(),
-            "a folder is no file"
+            "a folder is not a file"
         );
     }
 }

@@ -13,7 +13,7 @@ use crate::terminal::{BAD, FAINT, GOOD, TextWriter, WARN};
 /// What is printed during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ProgressMode {
-    /// Nothing: the run is shown elsewhere.
+    /// Nothing: a view shows the run.
     Nothing,
     /// Every takeover with its reason.
     Takeovers,
@@ -42,18 +42,18 @@ struct StatusLine {
 }
 
 impl ProgressPrinter {
-    /// Creates a printer of progress that writes to `words`.
-    pub(crate) fn new(application: &Application, words: TextWriter, telling: ProgressMode) -> Self {
+    /// Creates a printer of progress that writes to `output`.
+    pub(crate) fn new(application: &Application, output: TextWriter, mode: ProgressMode) -> Self {
         let mut status = StatusLine {
             winner_times: vec![0; application.instances.len()],
             ..StatusLine::default()
         };
-        if let ProgressMode::Status(every) = telling {
-            status.next = every;
+        if let ProgressMode::Status(interval) = mode {
+            status.next = interval;
         }
         Self {
-            output: words,
-            mode: telling,
+            output,
+            mode,
             schemas: application
                 .instances
                 .iter()
@@ -74,7 +74,7 @@ impl ProgressPrinter {
         self.output
     }
 
-    /// Prints an event, if it is one that is shown.
+    /// Prints an event if its kind is shown.
     pub(crate) fn print_event(&mut self, event: &Event) -> io::Result<()> {
         if self.mode == ProgressMode::Nothing {
             return Ok(());
@@ -99,17 +99,17 @@ impl ProgressPrinter {
                 ))
             }
             Event::Hung { time, schema, since } => {
-                let long = time.saturating_sub(*since) as f64 / 1e9;
+                let seconds = time.saturating_sub(*since) as f64 / 1e9;
                 (time, format!(
-                    "{BAD}{} hangs{BAD:#}: a call has not returned for {long:.1} s",
+                    "{BAD}{} hangs{BAD:#}: a call has not returned for {seconds:.1} s",
                     name(*schema)
                 ))
             }
             Event::CallAbandoned {
-                time, schema, abandoned: left, ..
+                time, schema, abandoned, ..
             } => {
                 (time, format!(
-                    "{WARN}the call of {} is left behind{WARN:#}, {left} in all; its next awakening makes a fresh instance",
+                    "{WARN}the call of {} is left behind{WARN:#}, {abandoned} in all; its next awakening makes a fresh instance",
                     name(*schema)
                 ))
             }
@@ -117,12 +117,12 @@ impl ProgressPrinter {
                 time,
                 schema,
                 since,
-                abandoned: left,
+                abandoned,
                 ..
             } => {
-                let long = time.saturating_sub(*since) as f64 / 1e9;
+                let seconds = time.saturating_sub(*since) as f64 / 1e9;
                 (time, format!(
-                    "a call of {} that was left behind returned after {long:.1} s; {left} have not",
+                    "a call of {} that was left behind returned after {seconds:.1} s; {abandoned} have not",
                     name(*schema)
                 ))
             }
@@ -132,9 +132,9 @@ impl ProgressPrinter {
                 between,
                 switches,
             } => {
-                let [one, other] = between.map(|schema| schema.map_or("nobody", |schema| name(schema).as_str()));
+                let [first, second] = between.map(|schema| schema.map_or("nobody", |schema| name(schema).as_str()));
                 (time, format!(
-                    "{WARN}{} chatters{WARN:#} between {one} and {other}: {switches} switches within a second",
+                    "{WARN}{} chatters{WARN:#} between {first} and {second}: {switches} switches within a second",
                     self.groups[*group]
                 ))
             }
@@ -232,14 +232,23 @@ impl ProgressPrinter {
     }
 
     /// Prints targets that were reached since the last call, and a status line when one is due.
-    pub(crate) fn update(&mut self, time: Nanos, seen: &Observation, tally: &Statistics) -> io::Result<()> {
+    pub(crate) fn update(
+        &mut self,
+        time: Nanos,
+        observation: &Observation,
+        statistics: &Statistics,
+    ) -> io::Result<()> {
         // Fails if earlier lines could not be written.
         self.output.flush()?;
         if self.mode == ProgressMode::Nothing {
             return Ok(());
         }
         // Only for places: other counts may rise by thousands.
-        if let Some(mission) = seen.mission.as_ref().filter(|mission| mission.counts_positions) {
+        if let Some(mission) = observation
+            .mission
+            .as_ref()
+            .filter(|mission| mission.counts_positions)
+        {
             while self.reached < mission.reached {
                 self.reached += 1;
                 let text = format!(
@@ -250,9 +259,9 @@ impl ProgressPrinter {
             }
         }
         match self.mode {
-            ProgressMode::Status(every) if time >= self.status.next => {
-                self.status.next = time - time % every + every;
-                let text = self.status_text(time, seen, tally);
+            ProgressMode::Status(interval) if time >= self.status.next => {
+                self.status.next = time - time % interval + interval;
+                let text = self.status_text(time, observation, statistics);
                 self.print_line(time, &text)
             }
             ProgressMode::Status(_) | ProgressMode::Takeovers | ProgressMode::Nothing => Ok(()),
@@ -267,12 +276,12 @@ impl ProgressPrinter {
         )
     }
 
-    fn status_text(&mut self, time: Nanos, seen: &Observation, tally: &Statistics) -> String {
+    fn status_text(&mut self, time: Nanos, observation: &Observation, statistics: &Statistics) -> String {
         let mut parts = Vec::new();
-        if let Some(pose) = seen.truth.or(seen.odometry) {
+        if let Some(pose) = observation.truth.or(observation.odometry) {
             parts.push(format!("at ({:.2}, {:.2})", pose.x, pose.y));
         }
-        match &seen.mission {
+        match &observation.mission {
             Some(mission) if mission.target.is_some() => {
                 parts.push(format!(
                     "to target {}",
@@ -289,15 +298,15 @@ impl ProgressPrinter {
             Some(_) | None => {}
         }
         let passed = time.saturating_sub(self.status.time).max(1);
-        for actor in tally.actors() {
-            let won = tally.winner_time(actor, time);
+        for actor in statistics.actors() {
+            let won = statistics.winner_time(actor, time);
             let share = won.saturating_sub(self.status.winner_times[actor]) as f64 / passed as f64;
             self.status.winner_times[actor] = won;
             if share >= 0.005 {
                 parts.push(format!("{} {:.0} %", self.schemas[actor], share * 100.0));
             }
         }
-        let takeovers = tally.total_takeovers();
+        let takeovers = statistics.total_takeovers();
         match takeovers - self.status.takeovers {
             0 => {}
             1 => parts.push("1 takeover".to_owned()),

@@ -66,13 +66,13 @@ impl RunRecording {
     ///
     /// # Errors
     /// The file cannot be written, a pattern matches no variable or no panel, or a condition cannot be read.
-    /// Unless it was the writing that failed, no file is created or overwritten.
+    /// Unless it was the writing that failed, no file is created or overfile.
     fn start(record: &RecordOptions, application: &Application, lockstep: bool) -> Result<Self, Failure> {
         let names = jde_log::variables(application);
         let selection = Selection::new(record.patterns.clone(), &names).map_err(|unknown| {
             Failure::usage(
                 unknown.to_string(),
-                "a pattern is a variable's full name, with `*` for any letters: `pioneer.*`, `*.laser`",
+                "a pattern is a variable's full name, with `*` for any text: `pioneer.*`, `*.laser`",
             )
         })?;
         let panels = record.panels.as_ref();
@@ -84,13 +84,13 @@ impl RunRecording {
             application: Some(application),
             overwrite: record.overwrite,
             lossless: lockstep,
-            on_error: Box::new(move |trouble| {
-                tracing::error!("the recording {named} ends here, and the run goes on: {trouble}");
+            on_error: Box::new(move |error| {
+                tracing::error!("the recording {named} ends early, and the run continues: {error}");
             }),
         };
         let recorder = match (&record.trigger, record.split) {
-            (Some(around), _) => {
-                Recorder::create_triggered(&file, options, parse_triggers(around, Names::of(application))?)
+            (Some(window), _) => {
+                Recorder::create_triggered(&file, options, parse_triggers(window, Names::of(application))?)
             }
             (None, Some(split)) => Recorder::create_split(&file, options, split),
             (None, None) => Recorder::create(&file, options),
@@ -113,8 +113,8 @@ impl RunRecording {
 }
 
 impl Extension for RecordOptions {
-    fn prepare(&self, coming: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure> {
-        let recording = RunRecording::start(self, coming.application, coming.lockstep)?;
+    fn prepare(&self, context: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure> {
+        let recording = RunRecording::start(self, context.application, context.lockstep)?;
         Ok(Some(Box::new(recording)))
     }
 }
@@ -133,7 +133,7 @@ impl PreparedExtension for RunRecording {
     /// that are not recorded can still be read by conditions.
     fn before_start(&self, _: &Arc<Plugins>) -> StartHook {
         let (recorder, selection) = (Arc::clone(&self.recorder), self.selection.clone());
-        let (panels, taking) = (self.panels.clone(), Arc::clone(&self.panel_recording));
+        let (panels, panel_recording) = (self.panels.clone(), Arc::clone(&self.panel_recording));
         Box::new(move |handle| {
             for variable in handle.board().list() {
                 let handle = handle.clone();
@@ -145,14 +145,14 @@ impl PreparedExtension for RunRecording {
                 }
             }
             if let Some(panels) = &panels {
-                let begun = PanelRecording::start(handle, &recorder, panels).map_err(Box::new)?;
-                *taking.lock().unwrap_or_else(PoisonError::into_inner) = Some(begun);
+                let started = PanelRecording::start(handle, &recorder, panels).map_err(Box::new)?;
+                *panel_recording.lock().unwrap_or_else(PoisonError::into_inner) = Some(started);
             }
             Ok(())
         })
     }
 
-    /// Writes the rest.
+    /// Completes the recording.
     fn finish(&self) -> Option<RecordingSummary> {
         drop(
             self.panel_recording
@@ -169,8 +169,8 @@ impl PreparedExtension for RunRecording {
 }
 
 impl RecordingSummary {
-    /// Returns the result of a finished recording; file by file if it `waited` for conditions.
-    pub(crate) fn of(file: &Path, waited: bool, status: Status) -> Self {
+    /// Returns the result of a finished recording; file by file if conditions trigger it.
+    pub(crate) fn of(file: &Path, is_triggered: bool, status: Status) -> Self {
         let Status {
             written: kept,
             lost,
@@ -190,7 +190,7 @@ impl RecordingSummary {
                 deleted: parts.deleted,
                 left: parts.undeleted.iter().map(|part| display_path(part)).collect(),
             }),
-            files: waited.then(|| files.into_iter().map(recorded_file).collect()),
+            files: is_triggered.then(|| files.into_iter().map(recorded_file).collect()),
             short,
             kept,
             lost,
@@ -201,11 +201,11 @@ impl RecordingSummary {
 }
 
 /// Reads the conditions, and logs the start and end of each file.
-pub(crate) fn parse_triggers(around: &TriggerWindow, names: Names) -> Result<TriggerOptions, Failure> {
-    let conditions = around.conditions.iter().map(|text| Condition::new(text, &names));
-    let conditions = conditions.collect::<Result<_, _>>().map_err(|bad| {
+pub(crate) fn parse_triggers(window: &TriggerWindow, names: Names) -> Result<TriggerOptions, Failure> {
+    let conditions = window.conditions.iter().map(|text| Condition::new(text, &names));
+    let conditions = conditions.collect::<Result<_, _>>().map_err(|error| {
         Failure::usage(
-            bad.to_string(),
+            error.to_string(),
             "conditions are collision, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \
              refused, operator, and expressions such as 'pioneer.odometry.twist.twist.linear.x > 0.4' or\n        \
              'pioneer.laser.ranges.exists(r, r < 0.3)'",
@@ -213,20 +213,20 @@ pub(crate) fn parse_triggers(around: &TriggerWindow, names: Names) -> Result<Tri
     })?;
     Ok(TriggerOptions {
         triggers: Triggers::new(names, conditions),
-        before: around.before,
-        after: around.after,
-        memory: around.memory,
-        on_file: Box::new(|happened, written| {
-            let (file, reason) = (display_path(&written.path), &written.reason);
-            let at = written.time as f64 / 1e9;
-            match happened {
-                FileEvent::Started => tracing::warn!("recording {file}: {reason} at {at:.3} s"),
-                FileEvent::Extended => tracing::info!("recording {file} for longer"),
-                FileEvent::Ended => tracing::info!("recorded {file}"),
+        before: window.before,
+        after: window.after,
+        memory: window.memory,
+        on_file: Box::new(|event, file| {
+            let (path, reason) = (display_path(&file.path), &file.reason);
+            let at = file.time as f64 / 1e9;
+            match event {
+                FileEvent::Started => tracing::warn!("recording {path}: {reason} at {at:.3} s"),
+                FileEvent::Extended => tracing::info!("recording {path} for longer"),
+                FileEvent::Ended => tracing::info!("recorded {path}"),
                 FileEvent::Failed => {
-                    let trouble = written.error.as_deref().unwrap_or_default();
+                    let error = file.error.as_deref().unwrap_or_default();
                     tracing::error!(
-                        "{file} ends here, and the run goes on; the next condition tries again: {trouble}"
+                        "{path} ends early, and the run continues; the next condition starts a new file: {error}"
                     );
                 }
             }
@@ -234,16 +234,16 @@ pub(crate) fn parse_triggers(around: &TriggerWindow, names: Names) -> Result<Tri
     })
 }
 
-fn recorded_file(written: TriggeredFile) -> RecordedFile {
+fn recorded_file(file: TriggeredFile) -> RecordedFile {
     RecordedFile {
-        file: display_path(&written.path),
-        reason: written.reason,
-        time_s: written.time as f64 / 1e9,
-        fired: written.fired,
-        kept: written.written,
-        lost: written.lost,
-        bytes: written.bytes,
-        trouble: written.error,
+        file: display_path(&file.path),
+        reason: file.reason,
+        time_s: file.time as f64 / 1e9,
+        fired: file.fired,
+        kept: file.written,
+        lost: file.lost,
+        bytes: file.bytes,
+        trouble: file.error,
     }
 }
 
@@ -256,7 +256,7 @@ pub(crate) fn recording_failure(error: Error, file: &Path) -> Failure {
         ),
         Error::Written(path) => Failure::usage(
             format!("{} is being written by another recording", display_path(&path)),
-            "give this one another name, or end the other",
+            "give this recording another name, or end the other",
         ),
         Error::Create { path, error } => Failure::File { path, error },
         Error::Thread(error) => Failure::Start(StartError::Thread(error)),

@@ -74,13 +74,13 @@ impl RecordingSummary {
     /// The disk failed or was full.
     pub(crate) fn check_complete(self) -> Result<(), Failure> {
         let file = self.file;
-        self.trouble.map_or(Ok(()), |trouble| {
-            Err(Failure::Broken(format!("{file} ends too soon: {trouble}")))
+        self.trouble.map_or(Ok(()), |error| {
+            Err(Failure::Broken(format!("{file} ends too soon: {error}")))
         })
     }
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde requires a reference")]
 fn is_zero(number: &u64) -> bool {
     *number == 0
 }

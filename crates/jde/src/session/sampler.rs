@@ -21,13 +21,13 @@ pub(crate) struct Sampler {
     mission: Option<Reader>,
     /// A modulation of the mission's schema that contains its targets.
     route: Option<Reader>,
-    /// Whether any target so far was a place.
+    /// Whether any target so far was a position.
     has_position_targets: bool,
 }
 
 /// One robot.
 struct RobotReaders {
-    /// The driver's place in the application.
+    /// The driver's index in the application.
     instance: usize,
     truth: Option<Reader>,
     odometry: Option<Reader>,
@@ -43,7 +43,7 @@ pub(crate) struct Observation {
     pub(crate) truth: Option<Pose2D>,
     /// The same robot's pose by its odometry.
     pub(crate) odometry: Option<Pose2D>,
-    /// The pose of each robot, by its driver's place in the application: in the world, or in the frame of its
+    /// The pose of each robot, by its driver's index in the application: in the world, or in the frame of its
     /// odometry where there is no ground truth.
     pub(crate) poses: Vec<(usize, Pose2D)>,
     /// Contacts of all robots so far; `None` without ground truth.
@@ -61,9 +61,9 @@ pub(crate) struct MissionProgress {
     pub(crate) reached: u32,
     /// Targets in total; 0 for a mission without end.
     pub(crate) total: u32,
-    /// The present target, in the frame of the odometry; `None` if there is none, or if it is not a place.
+    /// The present target, in the frame of the odometry; `None` if there is none, or if it is not a position.
     pub(crate) target: Option<(f64, f64)>,
-    /// Whether any target so far was a place; if not, the note names what is counted.
+    /// Whether any target so far was a position; if not, the note names what is counted.
     pub(crate) counts_positions: bool,
     /// The mission's own text.
     pub(crate) note: String,
@@ -101,12 +101,12 @@ impl Sampler {
             robots.truncate(1);
         }
         robots.dedup();
-        let alone = robots.len() == 1;
+        let single = robots.len() == 1;
         // The robot's own export. A single robot may use the export of any schema.
         let of = |robot: usize, readers: &mut Vec<(usize, Reader)>| {
             let own = readers.iter().position(|(number, _)| *number == robot);
-            let place = own.or((alone && !readers.is_empty()).then_some(0))?;
-            Some(readers.swap_remove(place).1)
+            let index = own.or((single && !readers.is_empty()).then_some(0))?;
+            Some(readers.swap_remove(index).1)
         };
         let robots = robots.into_iter().map(|instance| RobotReaders {
             instance,
@@ -116,26 +116,26 @@ impl Sampler {
             anchor: None,
         });
         let robots: Vec<RobotReaders> = robots.collect();
-        let led = application.mission.and_then(|(leader, _)| {
+        let mission_robot = application.mission.and_then(|(leader, _)| {
             let below = |schema: usize| {
                 let mut fathers = std::iter::successors(Some(schema), |at| application.instances[*at].father);
                 fathers.any(|father| father == leader)
             };
             let mut known = commands.iter().filter(|(schema, _)| below(**schema));
             let robot = known.find_map(|(_, of)| of.first())?;
-            robots.iter().position(|one| one.instance == *robot)
+            robots.iter().position(|readers| readers.instance == *robot)
         });
-        let of_mission = |wanted: &dyn Fn(usize, &Port) -> bool| {
+        let of_mission = |is_match: &dyn Fn(usize, &Port) -> bool| {
             let instance = &application.instances[application.mission?.0];
             let mut ports = instance.schema.ports.iter().enumerate();
-            let (_, port) = ports.find(|(number, port)| wanted(*number, port))?;
+            let (_, port) = ports.find(|(number, port)| is_match(*number, port))?;
             let name = format!("{}.{}", instance.name, port.name);
             Some(handle.board().find(&name)?.reader("jde"))
         };
         let route = Route::describe().name;
         Self {
             robots,
-            mission_robot: led.unwrap_or(0),
+            mission_robot: mission_robot.unwrap_or(0),
             commands,
             mission: of_mission(&|number, _| application.mission.is_some_and(|(_, port)| port == number)),
             route: of_mission(&|_, port| {
@@ -145,7 +145,7 @@ impl Sampler {
         }
     }
 
-    /// Returns the schema among `acting` that acts for a robot, given its driver's place in the application.
+    /// Returns the schema among `acting` that acts for a robot, given its driver's index in the application.
     pub(crate) fn find_actor(&self, robot: usize, acting: &[usize]) -> Option<usize> {
         let mut acting = acting.iter().copied();
         acting.find(|schema| self.robots_of(*schema).any(|of| of == robot))
@@ -153,20 +153,20 @@ impl Sampler {
 
     /// Returns the robots that a schema acts for. With a single robot, every schema acts for it.
     pub(crate) fn robots_of(&self, schema: usize) -> impl Iterator<Item = usize> + '_ {
-        let alone = self.robots.len() == 1;
+        let single = self.robots.len() == 1;
         let robots = self.robots.iter().map(|robot| robot.instance);
-        robots.filter(move |robot| alone || self.commands.get(&schema).is_some_and(|of| of.contains(robot)))
+        robots.filter(move |robot| single || self.commands.get(&schema).is_some_and(|of| of.contains(robot)))
     }
 
     /// Reads the newest values.
     pub(crate) fn sample(&mut self) -> Observation {
-        let mut seen = Observation::default();
+        let mut observation = Observation::default();
         for (number, robot) in self.robots.iter_mut().enumerate() {
             let truth = robot.truth.as_mut().and_then(|truth| {
                 read(truth, |read| {
                     let pose = read.pose("pose")?;
-                    *seen.collisions.get_or_insert(0) += read.number("collisions")? as u64;
-                    let least = seen.min_clearance.get_or_insert(f64::INFINITY);
+                    *observation.collisions.get_or_insert(0) += read.number("collisions")? as u64;
+                    let least = observation.min_clearance.get_or_insert(f64::INFINITY);
                     *least = least.min(read.number("min_clearance")?);
                     Some(pose)
                 })
@@ -177,24 +177,25 @@ impl Sampler {
                 robot.anchor = Some((truth, odometry));
             }
             if number == self.mission_robot {
-                (seen.truth, seen.odometry) = (truth, odometry);
+                (observation.truth, observation.odometry) = (truth, odometry);
             }
-            seen.poses
+            observation
+                .poses
                 .extend(truth.or(odometry).map(|pose| (robot.instance, pose)));
         }
-        seen.mission = self
+        observation.mission = self
             .mission
             .as_mut()
             .and_then(|mission| read(mission, MissionProgress::read));
-        if let Some(mission) = &mut seen.mission {
+        if let Some(mission) = &mut observation.mission {
             self.has_position_targets |= mission.counts_positions;
             mission.counts_positions = self.has_position_targets;
         }
-        seen
+        observation
     }
 
-    /// Converts a place from the frame of the odometry to that of the path, which is the world where there is
-    /// ground truth.
+    /// Converts a position from the frame of the odometry to that of the path, which is the world where there
+    /// is ground truth.
     pub(crate) fn to_path_frame(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let anchor = self
             .robots
@@ -203,8 +204,8 @@ impl Sampler {
         let Some((truth, odometry)) = anchor else {
             return (x, y);
         };
-        let place = truth.transform(&odometry.localize(&Pose2D::new(x, y, 0.0)));
-        (place.x, place.y)
+        let point = truth.transform(&odometry.localize(&Pose2D::new(x, y, 0.0)));
+        (point.x, point.y)
     }
 
     /// Returns the targets that the mission names in advance, in the frame of the path.
@@ -214,15 +215,15 @@ impl Sampler {
                 let Value::List(poses) = read.value("poses")? else {
                     return None;
                 };
-                let place = |number: usize| {
-                    let part = |name: &str| read.number(&format!("poses[{number}].{name}"));
-                    Some((part("x")?, part("y")?))
+                let point = |number: usize| {
+                    let field = |name: &str| read.number(&format!("poses[{number}].{name}"));
+                    Some((field("x")?, field("y")?))
                 };
-                (0..poses.len()).map(place).collect::<Option<Vec<_>>>()
+                (0..poses.len()).map(point).collect::<Option<Vec<_>>>()
             })
         });
         let poses = poses.unwrap_or_default().into_iter();
-        poses.map(|place| self.to_path_frame(place)).collect()
+        poses.map(|point| self.to_path_frame(point)).collect()
     }
 
     /// Returns the points that a robot's laser sees now, in the frame of the path. The laser is taken to be
@@ -230,8 +231,8 @@ impl Sampler {
     pub(crate) fn scan(&mut self, instance: usize, robot: Pose2D) -> Vec<(f64, f64)> {
         let mut robots = self.robots.iter_mut();
         let laser = robots
-            .find(|one| one.instance == instance)
-            .and_then(|one| one.laser.as_mut());
+            .find(|robot| robot.instance == instance)
+            .and_then(|robot| robot.laser.as_mut());
         let points = laser.and_then(|laser| {
             read(laser, |read| {
                 let (first, step) = (read.number("angle_min")?, read.number("angle_increment")?);
@@ -241,12 +242,12 @@ impl Sampler {
                 };
                 let ranges = ranges.iter().filter_map(number).enumerate();
                 let valid = ranges.filter(|(_, range)| valid.contains(range));
-                let place = |(beam, range): (usize, f64)| {
+                let point = |(beam, range): (usize, f64)| {
                     let (sin, cos) = (first + beam as f64 * step).sin_cos();
-                    let place = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
-                    (place.x, place.y)
+                    let point = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
+                    (point.x, point.y)
                 };
-                Some(valid.map(place).collect())
+                Some(valid.map(point).collect())
             })
         });
         points.unwrap_or_default()
@@ -292,24 +293,24 @@ impl ValueView<'_> {
 
     /// Returns the pose of a value of type `Odometry`.
     pub(crate) fn odometry(self) -> Option<Pose2D> {
-        let part = |name: &str| self.number(&format!("pose.pose.orientation.{name}"));
-        let turned = Quaternion {
-            x: part("x")?,
-            y: part("y")?,
-            z: part("z")?,
-            w: part("w")?,
+        let field = |name: &str| self.number(&format!("pose.pose.orientation.{name}"));
+        let orientation = Quaternion {
+            x: field("x")?,
+            y: field("y")?,
+            z: field("z")?,
+            w: field("w")?,
         };
-        let place = |name: &str| self.number(&format!("pose.pose.position.{name}"));
-        Some(Pose2D::new(place("x")?, place("y")?, turned.yaw()))
+        let position = |name: &str| self.number(&format!("pose.pose.position.{name}"));
+        Some(Pose2D::new(position("x")?, position("y")?, orientation.yaw()))
     }
 
     fn pose(self, path: &str) -> Option<Pose2D> {
-        let part = |name: &str| self.number(&format!("{path}.{name}"));
-        Some(Pose2D::new(part("x")?, part("y")?, part("theta")?))
+        let field = |name: &str| self.number(&format!("{path}.{name}"));
+        Some(Pose2D::new(field("x")?, field("y")?, field("theta")?))
     }
 }
 
-/// Returns the drivers that each schema commands, by their places in an application.
+/// Returns the drivers that each schema commands, by their indices in an application.
 fn commands(application: &Application) -> BTreeMap<usize, Vec<usize>> {
     let instances = application.instances.iter().enumerate();
     let targets = instances.map(|(number, instance)| {
@@ -323,10 +324,10 @@ fn commands(application: &Application) -> BTreeMap<usize, Vec<usize>> {
 }
 
 /// Reads the newest value of a variable, and releases it.
-fn read<T>(reader: &mut Reader, look: impl FnOnce(ValueView<'_>) -> Option<T>) -> Option<T> {
+fn read<T>(reader: &mut Reader, view: impl FnOnce(ValueView<'_>) -> Option<T>) -> Option<T> {
     let value_type = reader.variable().describe().value_type.clone();
     let result = reader.latch().and_then(|latched| {
-        look(ValueView {
+        view(ValueView {
             value_type: &value_type,
             bytes: latched.bytes,
         })

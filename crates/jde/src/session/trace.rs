@@ -16,7 +16,7 @@ const SAMPLES_PER_SCAN: usize = 10;
 /// A sampled drive.
 #[derive(Default)]
 pub(crate) struct DriveTrace {
-    /// The path of each robot, by its driver's place in the application.
+    /// The path of each robot, by its driver's index in the application.
     pub(crate) paths: BTreeMap<usize, Vec<PathSample>>,
     /// The time of each takeover, ns, the new winner, and the robots that it acts for.
     pub(crate) takeovers: Vec<(Nanos, usize, Vec<usize>)>,
@@ -50,34 +50,44 @@ impl DriveTrace {
     }
 
     /// Adds a sample. `acting` are the schemas that act now.
-    pub(crate) fn add(&mut self, time: Nanos, sight: &mut Sampler, seen: &Observation, acting: &[usize]) {
-        if let Some(progress) = seen.mission.as_ref().filter(|progress| progress.counts_positions) {
+    pub(crate) fn add(
+        &mut self,
+        time: Nanos,
+        sampler: &mut Sampler,
+        observation: &Observation,
+        acting: &[usize],
+    ) {
+        if let Some(progress) = observation
+            .mission
+            .as_ref()
+            .filter(|progress| progress.counts_positions)
+        {
             self.reached = progress.reached as usize;
             if self.targets.is_empty() {
-                self.targets = sight.route();
+                self.targets = sampler.route();
             }
             // Without a route the targets become known one by one.
             if let Some(target) = progress.target.filter(|_| self.reached == self.targets.len())
                 && self.reached < progress.total as usize
             {
-                self.targets.push(sight.to_path_frame(target));
+                self.targets.push(sampler.to_path_frame(target));
             }
         }
-        for (robot, pose) in seen.poses.iter().copied() {
-            let acting = sight.find_actor(robot, acting);
+        for (robot, pose) in observation.poses.iter().copied() {
+            let acting = sampler.find_actor(robot, acting);
             let path = self.paths.entry(robot).or_default();
             if let Some(scans) = &mut self.scans
                 && path.len().is_multiple_of(SAMPLES_PER_SCAN)
             {
-                scans.extend(sight.scan(robot, pose));
+                scans.extend(sampler.scan(robot, pose));
             }
             path.push(PathSample { time, pose, acting });
         }
     }
 
     /// Adds a takeover, unless it leaves no winner.
-    pub(crate) fn add_takeover(&mut self, takeover: &Takeover, sight: Option<&Sampler>) {
-        let robots = |to| sight.map_or_else(Vec::new, |sight| sight.robots_of(to).collect());
+    pub(crate) fn add_takeover(&mut self, takeover: &Takeover, sampler: Option<&Sampler>) {
+        let robots = |to| sampler.map_or_else(Vec::new, |sampler| sampler.robots_of(to).collect());
         self.takeovers
             .extend(takeover.to.map(|to| (takeover.time, to, robots(to))));
     }
@@ -95,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_place_of_a_takeover_is_the_next_sample_of_the_path() {
+    fn a_takeover_is_shown_at_the_next_sample_of_the_path() {
         let sample = |time, x| PathSample {
             time,
             pose: Pose2D::new(x, 0.0, 0.0),

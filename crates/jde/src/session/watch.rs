@@ -1,8 +1,8 @@
 //! `jde run --watch`: watches the files of an application's plugins, and reloads every complete new build.
 //!
-//! It compares times, sizes and inode numbers ten times a second instead of using notifications of the kernel.
-//! This works on every file system and needs no library, at ten calls of `stat` a second for each plugin.
-//! Files that a linker has not finished are left alone.
+//! It compares times, sizes and inode numbers ten times a second instead of using notifications of the
+//! kernel. This works on every file system and needs no library, at ten calls of `stat` a second for each
+//! plugin. Files that a linker has not finished are left alone.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt;
@@ -75,9 +75,9 @@ impl PluginWatcher {
         let watch = move || {
             while let Err(RecvTimeoutError::Timeout) = stopped.recv_timeout(POLL_INTERVAL) {
                 for watched in &mut files {
-                    let due = watched.check(Instant::now(), FileStamp::of(&watched.file));
-                    if due != ReloadAction::Nothing {
-                        reload(&reloader, watched, due);
+                    let action = watched.check(Instant::now(), FileStamp::of(&watched.file));
+                    if action != ReloadAction::Nothing {
+                        reload(&reloader, watched, action);
                     }
                 }
             }
@@ -123,11 +123,11 @@ impl WatchedFile {
             return ReloadAction::Nothing;
         }
         match self.pending {
-            Some((seen, since)) if seen == stamp => {
-                let still = now.saturating_duration_since(since);
-                if still >= INCOMPLETE_TIMEOUT {
+            Some((pending, since)) if pending == stamp => {
+                let unchanged_for = now.saturating_duration_since(since);
+                if unchanged_for >= INCOMPLETE_TIMEOUT {
                     ReloadAction::TryLast
-                } else if still >= SETTLE_TIME && !self.tried {
+                } else if unchanged_for >= SETTLE_TIME && !self.tried {
                     self.tried = true;
                     ReloadAction::Try
                 } else {
@@ -152,23 +152,23 @@ impl WatchedFile {
 
 impl FileStamp {
     fn of(file: &Path) -> Option<Self> {
-        let about = fs::metadata(file).ok()?;
+        let metadata = fs::metadata(file).ok()?;
         Some(Self {
-            modified: (about.mtime(), about.mtime_nsec()),
-            length: about.len(),
-            inode: about.ino(),
+            modified: (metadata.mtime(), metadata.mtime_nsec()),
+            length: metadata.len(),
+            inode: metadata.ino(),
         })
     }
 }
 
 /// Reloads a plugin, and logs refusals, delays and the notes of a takeover. Events report the rest.
-fn reload(reloader: &Reloader, watched: &mut WatchedFile, due: ReloadAction) {
+fn reload(reloader: &Reloader, watched: &mut WatchedFile, action: ReloadAction) {
     match reloader.reload("watch", &watched.plugin, ReloadOptions::default()) {
-        Err(refused) if refused.may_be_unfinished() && due == ReloadAction::Try => return,
-        Err(refused) => tracing::warn!("{refused}"),
-        Ok(reloaded) => {
-            for (schema, became) in &reloaded.schemas {
-                match became {
+        Err(error) if error.may_be_unfinished() && action == ReloadAction::Try => return,
+        Err(error) => tracing::warn!("{error}"),
+        Ok(result) => {
+            for (schema, outcome) in &result.schemas {
+                match outcome {
                     ReloadOutcome::Waiting => {
                         tracing::warn!("{schema} is inside a call and is reloaded when that returns");
                     }
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_stays_as_it_is_calls_for_nothing() {
+    fn an_unchanged_file_needs_no_reload() {
         let (mut watched, start) = (watched(), Instant::now());
         for ms in 0..10_000 {
             let now = start + Duration::from_millis(ms);
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_file_is_tried_once_it_is_still_and_only_once() {
+    fn a_new_file_is_loaded_once_when_it_stops_changing() {
         let (mut watched, start) = (watched(), Instant::now());
         let mut tried = Vec::new();
         for ms in 0..1900 {
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_away_for_a_moment_is_waited_for() {
+    fn a_file_that_is_missing_for_a_moment_is_waited_for() {
         let (mut watched, start) = (watched(), Instant::now());
         let at = |ms| start + Duration::from_millis(ms);
         assert_eq!(watched.check(at(0), stamp(200)), ReloadAction::Nothing);
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stays_half_written_is_told_in_the_end() {
+    fn a_file_that_stays_incomplete_is_reported() {
         let (mut watched, start) = (watched(), Instant::now());
         let at = |ms| start + Duration::from_millis(ms);
         assert_eq!(watched.check(at(0), stamp(50)), ReloadAction::Nothing);
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn one_state_of_a_file_differs_from_another() {
+    fn file_stamps_differ_when_the_file_changes() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("libx.so");
         assert_eq!(FileStamp::of(&file), None);

@@ -98,8 +98,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, traces: &Traces, title: &str, window: 
 
     let keys = match (status, traces.is_paused()) {
         (Some(status), _) => escape(status),
-        (None, true) => "paused   space go on   [ ] time   c clear   q leave".to_owned(),
-        (None, false) => "space pause   [ ] time   c clear   q leave".to_owned(),
+        (None, true) => "paused   space continue   [ ] time   c clear   q quit".to_owned(),
+        (None, false) => "space pause   [ ] time   c clear   q quit".to_owned(),
     };
     frame.render_widget(Paragraph::new(Span::styled(keys, faint)), foot);
 }
@@ -129,7 +129,7 @@ mod tests {
     use crate::strip_chart::Sample;
 
     #[test]
-    fn a_picture_has_names_newest_numbers_axes_and_keys() {
+    fn a_chart_has_names_newest_numbers_axes_and_keys() {
         let mut traces = Traces::new(vec!["goon.speed [m/s]".to_owned()]);
         for step in 0..100 {
             traces.add(Sample {

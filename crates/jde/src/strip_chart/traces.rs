@@ -125,14 +125,14 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_shows_the_last_seconds_and_the_line_up_to_its_edge() {
+    fn a_chart_shows_the_last_seconds_and_the_line_up_to_its_edge() {
         let traces = traces(&[(0.0, 1.0), (1.0, 2.0), (9.0, 3.0), (10.0, 4.0)]);
         assert_eq!(traces.pieces(0, 2.0), [[(-9.0, 2.0), (-1.0, 3.0), (0.0, 4.0)]]);
         assert_eq!(traces.newest(0), Some(4.0));
     }
 
     #[test]
-    fn a_number_that_is_none_breaks_the_line() {
+    fn a_missing_number_interrupts_the_line() {
         let traces = traces(&[(0.0, 1.0), (1.0, f64::INFINITY), (2.0, 3.0)]);
         assert_eq!(traces.pieces(0, 5.0), [[(-2.0, 1.0)], [(0.0, 3.0)]]);
         let (least, greatest) = traces.range(5.0);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_paused_picture_stands_while_numbers_come() {
+    fn a_paused_chart_does_not_move_when_numbers_arrive() {
         let mut traces = traces(&[(0.0, 1.0), (1.0, 2.0)]);
         traces.pause();
         traces.add(Sample {
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn time_that_goes_back_begins_anew() {
+    fn a_decreasing_time_starts_again() {
         let mut traces = traces(&[(100.0, 1.0), (101.0, 2.0)]);
         traces.add(Sample {
             trace: 0,
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_yet_has_a_range_all_the_same() {
+    fn an_empty_chart_has_a_range() {
         assert_eq!(traces(&[]).range(10.0), (0.0, 1.0));
         let (least, greatest) = traces(&[(0.0, 5.0)]).range(10.0);
         assert!(least < 5.0 && greatest > 5.0);

@@ -2,8 +2,8 @@
 //! this module, which `cargo xtask tidy` checks.
 //!
 //! Lines are queued for one thread per stream, so that a blocked terminal, pipe or disk delays no other
-//! thread. A terminal is one stream, also if it shows both standard output and standard error. How long threads
-//! wait for a reader is decided here for the whole process.
+//! thread. A terminal is one stream, also if it shows both standard output and standard error. This module
+//! determines for the whole process how long threads wait for a reader.
 
 mod hang_up;
 mod printer;
@@ -30,7 +30,7 @@ use crate::escape::EscapingWriter;
 
 /// For titles.
 pub(crate) const TITLE: Style = Style::new().bold();
-/// For what matters less.
+/// For less important text.
 pub(crate) const FAINT: Style = Style::new().dimmed();
 /// For success.
 pub(crate) const GOOD: Style = AnsiColor::Green.on_default().bold();
@@ -88,7 +88,7 @@ pub(crate) fn err() -> TextWriter {
 }
 
 /// Returns a writer of lines to a file or pipe that a program reads. Dropped lines are counted, and not
-/// mentioned among the lines.
+/// reported among the lines.
 pub(crate) fn lines_to(file: File) -> Printer {
     Printer::new(Stream::start("lines", file, &POLICY, false), false)
 }
@@ -103,7 +103,7 @@ pub(crate) fn out_is_terminal() -> bool {
     io::stdout().is_terminal()
 }
 
-/// Returns how many columns the terminal of standard output has; `None` if it is no terminal.
+/// Returns how many columns the terminal of standard output has; `None` if it is not a terminal.
 pub(crate) fn width() -> Option<usize> {
     let (columns, _) = out_is_terminal().then(ratatui::crossterm::terminal::size)?.ok()?;
     Some(columns.into())
@@ -152,8 +152,8 @@ pub(crate) fn drain() -> io::Result<()> {
     out
 }
 
-/// Returns how many lines of standard output and of standard error were not read in time; on one terminal, all
-/// are of standard output.
+/// Returns how many lines of standard output and of standard error were not read in time; on one terminal,
+/// all are of standard output.
 pub(crate) fn lost() -> [u64; 2] {
     let [out, err] = [&OUT, &ERR].map(OnceLock::get);
     let err = err.filter(|err| out.is_none_or(|out| !Arc::ptr_eq(out, err)));
@@ -166,13 +166,13 @@ pub(crate) fn install_panic_hook() {
     panic::set_hook(Box::new(|info| {
         let thread = thread::current();
         let name = thread.name().unwrap_or("?");
-        let mut words = err();
+        let mut output = err();
         let backtrace = Backtrace::capture();
         let _ = match backtrace.status() {
-            BacktraceStatus::Captured => writeln!(words, "thread '{name}' {info}\n{backtrace}"),
-            _ => writeln!(words, "thread '{name}' {info}"),
+            BacktraceStatus::Captured => writeln!(output, "thread '{name}' {info}\n{backtrace}"),
+            _ => writeln!(output, "thread '{name}' {info}"),
         };
-        drop(words);
+        drop(output);
         if name == "main" {
             // A panic of the main thread ends the process.
             POLICY.finish_soon();

@@ -1,7 +1,7 @@
 //! The terminal while a view uses it: in raw mode on its alternate screen, and restored on every way out.
 //!
-//! It refuses to draw, and to wait: a picture that the terminal has not taken yet is not drawn over, and a
-//! terminal that is gone is an error.
+//! It never waits: a picture is not drawn while the terminal has not taken the previous one. A terminal that
+//! is gone is an error.
 
 use std::io::{self, Write};
 use std::mem::ManuallyDrop;
@@ -35,7 +35,7 @@ static ACQUIRED: AtomicBool = AtomicBool::new(false);
 
 /// The terminal of a view.
 pub(crate) struct TerminalScreen {
-    /// Never dropped: its drop panics when the terminal is gone. [`release`] restores what it would.
+    /// Never dropped: its drop panics when the terminal is gone. [`release`] restores the terminal instead.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Printer>>>,
     out: Printer,
 }
@@ -57,9 +57,9 @@ impl TerminalScreen {
     /// # Errors
     /// The terminal is gone.
     pub(crate) fn read_key(&mut self, until: Instant) -> io::Result<Option<KeyEvent>> {
-        let mut most = Duration::ZERO;
+        let mut timeout = Duration::ZERO;
         loop {
-            wait_for_key(most)?;
+            wait_for_key(timeout)?;
             while event::poll(POLL_TIMEOUT)? {
                 if let Event::Key(key) = event::read()?
                     && key.kind != KeyEventKind::Release
@@ -67,8 +67,8 @@ impl TerminalScreen {
                     return Ok(Some(key));
                 }
             }
-            most = until.saturating_duration_since(Instant::now());
-            if most.is_zero() {
+            timeout = until.saturating_duration_since(Instant::now());
+            if timeout.is_zero() {
                 return Ok(None);
             }
         }
@@ -89,14 +89,14 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut TerminalScreen) -> io::Resul
     }
     let before = Arc::new(panic::take_hook());
     let kept = Arc::new(Mutex::new(Vec::new()));
-    let (view_thread, told, keep) = (thread::current().id(), Arc::clone(&before), Arc::clone(&kept));
+    let (view_thread, previous, messages) = (thread::current().id(), Arc::clone(&before), Arc::clone(&kept));
     panic::set_hook(Box::new(move |info| {
         if thread::current().id() == view_thread {
             release();
-            told(info);
+            previous(info);
             return;
         }
-        let mut kept = keep.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = messages.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() < MAX_PANICS {
             kept.push(format!(
                 "thread '{}' {info}",
@@ -111,8 +111,8 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut TerminalScreen) -> io::Resul
 
     release();
     panic::set_hook(Box::new(move |info| before(info)));
-    for told in kept.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-        let _ = writeln!(err(), "{told}");
+    for message in kept.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        let _ = writeln!(err(), "{message}");
     }
     result.unwrap_or_else(|panic| panic::resume_unwind(panic))
 }
@@ -123,7 +123,7 @@ fn acquire() -> io::Result<TerminalScreen> {
     ACQUIRED.store(true, Ordering::Relaxed);
     enable_raw_mode()?;
     let mut out = raw_out();
-    // `Terminal::clear` would query the cursor's position, which the console of a robot may never answer.
+    // `Terminal::clear` would query the cursor's position, which the console of a robot may never report.
     execute!(out, EnterAlternateScreen, Clear(ClearType::All))?;
     let terminal = Terminal::new(CrosstermBackend::new(raw_out()))?;
     Ok(TerminalScreen {

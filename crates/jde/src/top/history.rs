@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slice_before_the_first_look_is_empty() {
+    fn a_slice_before_the_first_snapshot_is_empty() {
         let history = history(&[(450, State::Checking)]);
         assert_eq!(
             history.slices(0, 100 * MS, 3),
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_win_shows_in_its_slice() {
+    fn a_short_win_is_shown_in_its_slice() {
         let history = history(&[
             (0, State::Checking),
             (130, State::Winner),
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn the_past_moves_by_whole_slices() {
+    fn the_strip_moves_by_whole_slices() {
         let history = history(&[(0, State::Winner), (1000, State::Slept), (1199, State::Slept)]);
         assert_eq!(
             history.slices(0, 100 * MS, 3),
@@ -162,13 +162,13 @@ mod tests {
     }
 
     #[test]
-    fn time_that_goes_back_begins_a_new_history() {
+    fn a_decreasing_time_starts_a_new_history() {
         let history = history(&[(5000, State::Winner), (100, State::Ready)]);
         assert_eq!(history.slices(0, 100 * MS, 2), [None, Some(StripState::Ready)]);
     }
 
     #[test]
-    fn a_schema_nobody_knows_has_no_past() {
+    fn an_unknown_schema_has_no_history() {
         assert_eq!(history(&[(0, State::Ready)]).slices(7, MS, 2), [None, None]);
     }
 }

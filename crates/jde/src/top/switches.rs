@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_stands_first_and_the_latency_follows_later() {
+    fn the_newest_takeover_is_first_and_its_latency_is_added_later() {
         let mut switches = Switches::default();
         let mut groups = vec![group("roots"), group("example/base")];
         groups[0].last = Some(switch(30));

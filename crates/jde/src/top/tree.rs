@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn children_stand_below_their_father_in_their_groups() {
+    fn children_are_listed_below_their_father_in_their_groups() {
         let expected = [
             "[roots]",
             "├ teleop",
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hierarchy_that_bites_its_tail_ends() {
+    fn a_hierarchy_with_a_loop_of_fathers_ends() {
         let mut snapshot = navigation();
         snapshot.groups[0].father = Some(4);
         let listed = rows(&snapshot)

@@ -45,15 +45,15 @@ impl Question {
         } else {
             self.find_takeover(decisions)
         };
-        let Some(place) = found else {
+        let Some(index) = found else {
             return Answer::NoMatch(self.no_match_reason(decisions));
         };
-        let decision = &decisions[place];
+        let decision = &decisions[index];
         let of_group = |other: &&Decision| other.changed && other.group == decision.group;
         Answer::Match {
             decision,
-            before: decisions[..place].iter().rev().find(of_group),
-            after: decisions[place + 1..].iter().find(of_group),
+            before: decisions[..index].iter().rev().find(of_group),
+            after: decisions[index + 1..].iter().find(of_group),
         }
     }
 
@@ -62,11 +62,11 @@ impl Question {
         let at = self.time_s?;
         if at > until + ROUNDING_S {
             Some(format!(
-                "{at} s lies beyond what is known, which ends at {until:.2} s"
+                "{at} s is after the known selections, which end at {until:.2} s"
             ))
         } else if at < from - ROUNDING_S {
             Some(format!(
-                "{at} s lies before what is known, which begins at {from:.2} s"
+                "{at} s is before the known selections, which begin at {from:.2} s"
             ))
         } else {
             None
@@ -80,29 +80,29 @@ impl Question {
             .enumerate()
             .filter(|(_, decision)| self.is_match(decision));
         let Some(at) = self.time_s else {
-            return matching.next_back().map(|(place, _)| place);
+            return matching.next_back().map(|(index, _)| index);
         };
         if self.winner.is_none() && self.loser.is_none() {
             // A question with a time alone asks for the takeover in force at that time.
             return matching
                 .take_while(|(_, decision)| decision.time_s <= at + ROUNDING_S / 2.0)
                 .last()
-                .map(|(place, _)| place);
+                .map(|(index, _)| index);
         }
-        let far = |decision: &Decision| (decision.time_s - at).abs();
+        let distance = |decision: &Decision| (decision.time_s - at).abs();
         matching
-            .min_by(|(_, one), (_, other)| far(one).total_cmp(&far(other)))
-            .map(|(place, _)| place)
+            .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))
+            .map(|(index, _)| index)
     }
 
     /// Returns the last selection without a winner; one that is still in force takes precedence.
     fn find_absence(&self, decisions: &[Decision]) -> Option<usize> {
-        let is_in_force = |place: usize| {
-            let mut later = decisions[place + 1..].iter();
-            later.all(|other| other.group != decisions[place].group)
+        let is_in_force = |index: usize| {
+            let mut later = decisions[index + 1..].iter();
+            later.all(|other| other.group != decisions[index].group)
         };
-        let places = (0..decisions.len()).filter(|place| self.is_match(&decisions[*place]));
-        places.max_by_key(|place| (is_in_force(*place), *place))
+        let indices = (0..decisions.len()).filter(|index| self.is_match(&decisions[*index]));
+        indices.max_by_key(|index| (is_in_force(*index), *index))
     }
 
     /// Returns the last selection of the schema's group up to the question's time in which the schema was not
@@ -122,14 +122,14 @@ impl Question {
     }
 
     fn is_match(&self, decision: &Decision) -> bool {
-        let is = |asked: &Option<String>, there: &Option<String>| {
-            let there = there.as_deref().unwrap_or(NOBODY);
-            asked.as_deref().is_none_or(|asked| asked == there)
+        let matches = |expected: &Option<String>, actual: &Option<String>| {
+            let actual = actual.as_deref().unwrap_or(NOBODY);
+            expected.as_deref().is_none_or(|expected| expected == actual)
         };
-        // Nobody takes nothing over: a selection without a winner answers whoever won before.
+        // A selection without a winner is no takeover. It matches a question about nobody.
         (decision.changed || self.winner.as_deref() == Some(NOBODY) && self.loser.is_none())
-            && is(&self.winner, &decision.choice)
-            && is(&self.loser, &decision.before)
+            && matches(&self.winner, &decision.choice)
+            && matches(&self.loser, &decision.before)
             && self.group.as_ref().is_none_or(|group| *group == decision.group)
     }
 
@@ -144,11 +144,11 @@ impl Question {
         let winner = self.winner.as_deref();
         let won = takeovers
             .clone()
-            .filter(|one| Some(one.choice.as_deref().unwrap_or(NOBODY)) == winner)
+            .filter(|decision| Some(decision.choice.as_deref().unwrap_or(NOBODY)) == winner)
             .count();
         match (winner, self.loser.as_deref()) {
             (Some(name), _) if self.negated => {
-                format!("{name} has been a candidate of no selection that somebody else won")
+                format!("{name} has been a candidate of no selection that another schema won")
             }
             (Some(NOBODY), loser) => format!(
                 "every selection{}{} from {:.2} s to {:.2} s has a winner",
@@ -165,8 +165,8 @@ impl Question {
             ),
             (Some(name), Some(loser)) => {
                 let mut others: Vec<_> = takeovers
-                    .filter(|one| Some(one.choice.as_deref().unwrap_or(NOBODY)) == winner)
-                    .map(|one| one.before.as_deref().unwrap_or(NOBODY))
+                    .filter(|decision| Some(decision.choice.as_deref().unwrap_or(NOBODY)) == winner)
+                    .map(|decision| decision.before.as_deref().unwrap_or(NOBODY))
                     .collect();
                 others.sort_unstable();
                 others.dedup();
@@ -176,7 +176,7 @@ impl Question {
                 )
             }
             _ => format!(
-                "no takeover like that was made from {:.2} s to {:.2} s",
+                "there was no such takeover from {:.2} s to {:.2} s",
                 first.time_s, last.time_s
             ),
         }

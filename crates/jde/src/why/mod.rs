@@ -1,5 +1,5 @@
-//! Why a schema won: a question, the selection that answers it, and the text of the answer. It knows neither
-//! recordings nor networks: callers supply the selections.
+//! Why a schema won: a question, the selection that answers it, and the text of the answer. It depends on
+//! neither recordings nor networks: callers supply the selections.
 
 mod answer;
 mod question;

@@ -32,25 +32,26 @@ const FILLERS: [&str; 26] = [
 const LOSER_PREPOSITIONS: [&str; 5] = ["from", "instead", "of", "after", "before"];
 
 /// Examples of questions, for error messages.
-const EXAMPLES: &str = "ask like this: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon, jde why nobody";
+const EXAMPLES: &str =
+    "examples: jde why vff, jde why did vff take over from goon at 12.4s, jde why not goon, jde why nobody";
 
 impl Question {
     /// Reads the words of a question, given the names of schemas and groups.
     pub(crate) fn parse(words: &[String], schemas: &[String], groups: &[String]) -> Result<Self, Failure> {
         let mut question = Self::default();
-        let mut from = false;
+        let mut is_loser = false;
         let mut number: Option<f64> = None;
-        let spaced = words.join(" ");
-        for word in spaced.split_whitespace() {
+        let sentence = words.join(" ");
+        for word in sentence.split_whitespace() {
             let word = word.trim_end_matches(['?', ',', ';']);
             let plain = word.to_lowercase();
             if word == NOBODY || schemas.iter().any(|name| name == word) {
-                question.set_schema(word, from)?;
-                from = false;
+                question.set_schema(word, is_loser)?;
+                is_loser = false;
             } else if groups.iter().any(|name| name == word) {
                 question.group = Some(word.to_owned());
             } else if LOSER_PREPOSITIONS.contains(&plain.as_str()) {
-                from = true;
+                is_loser = true;
             } else if ["not", "never", "didn't", "isn't", "wasn't", "doesn't"].contains(&plain.as_str()) {
                 question.negated = true;
             } else if let Some(time) = parse_time(&plain, number) {
@@ -63,24 +64,24 @@ impl Question {
         }
         if question.negated && question.winner.is_none() {
             return Err(Failure::usage(
-                "the question does not say who did not win",
+                "the question does not name the schema that did not win",
                 EXAMPLES,
             ));
         }
         Ok(question)
     }
 
-    fn set_schema(&mut self, name: &str, from: bool) -> Result<(), Failure> {
-        let place = match (from, &self.winner) {
+    fn set_schema(&mut self, name: &str, is_loser: bool) -> Result<(), Failure> {
+        let slot = match (is_loser, &self.winner) {
             (true, _) => &mut self.loser,
             (false, None) => &mut self.winner,
             (false, Some(_)) => &mut self.loser,
         };
-        if let Some(other) = place {
-            let message = format!("the question names `{other}` and `{name}` in the same place");
+        if let Some(other) = slot {
+            let message = format!("the question names `{other}` and `{name}` in the same position");
             return Err(Failure::usage(message, EXAMPLES));
         }
-        *place = Some(name.to_owned());
+        *slot = Some(name.to_owned());
         Ok(())
     }
 }
@@ -112,7 +113,7 @@ fn parse_time(word: &str, before: Option<f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn ask(words: &str) -> Result<Question, String> {
+    fn parse(words: &str) -> Result<Question, String> {
         let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
         let schemas = ["stop", "vff", "goon", "example"].map(str::to_owned);
         Question::parse(&words, &schemas, &["roots".to_owned(), "example/base".to_owned()]).map_err(
@@ -133,33 +134,36 @@ mod tests {
     }
 
     #[test]
-    fn a_sentence_and_its_bare_names_ask_the_same() {
-        let asked = of(Some("vff"), Some("goon"), Some(12.4));
-        assert_eq!(ask("did vff take over from goon at 12.4 s?"), Ok(asked.clone()));
-        assert_eq!(ask("vff goon 12.4s"), Ok(asked.clone()));
-        assert_eq!(ask("vff instead of goon at 12400 ms"), Ok(asked));
-        assert_eq!(ask("goon"), Ok(of(Some("goon"), None, None)));
-        assert_eq!(ask("at 2 min"), Ok(of(None, None, Some(120.0))));
-        assert_eq!(ask("from goon"), Ok(of(None, Some("goon"), None)));
-        assert_eq!(ask("why did nobody win"), Ok(of(Some("nobody"), None, None)));
+    fn a_sentence_and_its_names_alone_are_the_same_question() {
+        let expected = of(Some("vff"), Some("goon"), Some(12.4));
+        assert_eq!(
+            parse("did vff take over from goon at 12.4 s?"),
+            Ok(expected.clone())
+        );
+        assert_eq!(parse("vff goon 12.4s"), Ok(expected.clone()));
+        assert_eq!(parse("vff instead of goon at 12400 ms"), Ok(expected));
+        assert_eq!(parse("goon"), Ok(of(Some("goon"), None, None)));
+        assert_eq!(parse("at 2 min"), Ok(of(None, None, Some(120.0))));
+        assert_eq!(parse("from goon"), Ok(of(None, Some("goon"), None)));
+        assert_eq!(parse("why did nobody win"), Ok(of(Some("nobody"), None, None)));
     }
 
     #[test]
-    fn groups_and_what_did_not_win_can_be_asked_for() {
+    fn a_question_can_name_a_group_or_a_schema_that_did_not_win() {
         assert_eq!(
-            ask("example/base").unwrap().group.as_deref(),
+            parse("example/base").unwrap().group.as_deref(),
             Some("example/base")
         );
-        let not = ask("is goon not the winner").unwrap();
-        assert!(not.negated && not.winner.as_deref() == Some("goon"));
-        assert!(ask("not").unwrap_err().contains("who did not win"));
+        let negated = parse("is goon not the winner").unwrap();
+        assert!(negated.negated && negated.winner.as_deref() == Some("goon"));
+        assert!(parse("not").unwrap_err().contains("that did not win"));
     }
 
     #[test]
-    fn what_is_no_name_is_refused_with_the_nearest() {
-        let unclear = ask("did vf take over").unwrap_err();
-        assert_eq!(unclear, "there is no schema or group `vf`; did you mean `vff`?");
-        assert!(ask("-3s").is_err());
-        assert!(ask("vff goon stop").unwrap_err().contains("same place"));
+    fn unknown_names_are_refused_with_the_nearest() {
+        let error = parse("did vf take over").unwrap_err();
+        assert_eq!(error, "there is no schema or group `vf`; did you mean `vff`?");
+        assert!(parse("-3s").is_err());
+        assert!(parse("vff goon stop").unwrap_err().contains("same position"));
     }
 }

@@ -1,4 +1,4 @@
-//! Questions about a drive, and their answers in words.
+//! Tests of questions about a drive, and of the printed answers.
 
 use jde_records::{CandidateRecord, Decision};
 
@@ -53,27 +53,27 @@ fn names() -> Vec<String> {
     ["stop", "vff", "goon", "example"].map(str::to_owned).to_vec()
 }
 
-fn ask(words: &str) -> Question {
+fn question(words: &str) -> Question {
     let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
     Question::parse(&words, &names(), &["example/base".to_owned()]).unwrap()
 }
 
-fn found(words: &str) -> u64 {
-    match ask(words).answer(&drive(), KNOWN) {
+fn found(text: &str) -> u64 {
+    match question(text).answer(&drive(), KNOWN) {
         Answer::Match { decision, .. } => decision.number,
         Answer::NoMatch(reason) => panic!("{reason}"),
     }
 }
 
-fn refused(words: &str) -> String {
-    match ask(words).answer(&drive(), KNOWN) {
+fn error(text: &str) -> String {
+    match question(text).answer(&drive(), KNOWN) {
         Answer::Match { decision, .. } => panic!("found {}", decision.number),
         Answer::NoMatch(reason) => reason,
     }
 }
 
 #[test]
-fn the_nearest_takeover_of_the_right_ones_is_meant() {
+fn a_question_with_a_time_finds_the_nearest_matching_takeover() {
     assert_eq!(found("did vff take over from goon at 12.4 s?"), 3);
     assert_eq!(found("vff at 29s"), 5);
     assert_eq!(found("vff"), 5);
@@ -81,28 +81,28 @@ fn the_nearest_takeover_of_the_right_ones_is_meant() {
 }
 
 #[test]
-fn a_time_alone_asks_for_what_was_in_force() {
+fn a_time_alone_finds_the_takeover_in_force() {
     assert_eq!(found("at 6.5"), 1);
     assert_eq!(found("at 12.4"), 3);
     assert_eq!(found("at 100"), 6);
 }
 
 #[test]
-fn who_did_not_win_is_found_where_somebody_else_did() {
+fn a_negated_question_finds_a_selection_that_another_schema_won() {
     assert_eq!(found("not vff at 20s"), 4);
     assert_eq!(found("is goon not the winner"), 6);
 }
 
 #[test]
-fn nobody_is_found_where_no_schema_won() {
+fn a_question_about_nobody_finds_a_selection_without_a_winner() {
     assert_eq!(found("nobody"), 6);
     assert_eq!(found("why nobody instead of vff"), 6);
     assert_eq!(found("goon from nobody"), 1);
     let none = "every selection after stop from 0.00 s to 31.00 s has a winner";
-    assert_eq!(refused("nobody from stop"), none);
+    assert_eq!(error("nobody from stop"), none);
     let mut decisions = drive();
     decisions.push(decision(7, 31.5, None, None));
-    let number = |words: &str, decisions: &[Decision]| match ask(words).answer(decisions, KNOWN) {
+    let number = |words: &str, decisions: &[Decision]| match question(words).answer(decisions, KNOWN) {
         Answer::Match { decision, .. } => Ok(decision.number),
         Answer::NoMatch(reason) => Err(reason),
     };
@@ -121,66 +121,63 @@ fn nobody_is_found_where_no_schema_won() {
         .for_each(|decision| decision.group = "roots".to_owned());
     decisions.extend(other);
     assert_eq!(number("nobody", &decisions), Ok(7), "it is still in force");
-    let some = "every selection of example/base from 0.00 s to 30.00 s has a winner";
+    let expected = "every selection of example/base from 0.00 s to 30.00 s has a winner";
     assert_eq!(
         number("nobody in example/base", &drive()[..5]),
-        Err(some.to_owned())
+        Err(expected.to_owned())
     );
 }
 
 #[test]
-fn who_was_not_awake_did_not_win_for_that() {
+fn a_schema_that_was_not_awake_is_marked_as_such() {
     let mut decisions = drive();
     let mut last = decision(7, 32.0, None, Some("vff"));
     last.candidates.retain(|candidate| candidate.name != "goon");
     decisions.push(last);
-    let mut words = Vec::new();
+    let mut output = Vec::new();
     write(
-        &ask("not goon").answer(&decisions, KNOWN),
+        &question("not goon").answer(&decisions, KNOWN),
         Some("goon"),
-        &mut words,
+        &mut output,
     )
     .unwrap();
-    let words = anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string();
+    let text = anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string();
     assert!(
-        words.starts_with("example/base at 32.000 s: nobody -> vff"),
-        "{words}"
+        text.starts_with("example/base at 32.000 s: nobody -> vff"),
+        "{text}"
     );
-    assert!(words.contains("goon  was not awake"), "{words}");
+    assert!(text.contains("goon  was not awake"), "{text}");
 }
 
 #[test]
-fn what_never_happened_is_said_with_what_did() {
+fn a_question_without_a_match_is_answered_with_the_reason() {
+    assert_eq!(error("stop"), "stop took over at no time from 0.00 s to 31.00 s");
     assert_eq!(
-        refused("stop"),
-        "stop took over at no time from 0.00 s to 31.00 s"
-    );
-    assert_eq!(
-        refused("vff from stop"),
+        error("vff from stop"),
         "vff never took over from stop, only from goon"
     );
     assert_eq!(
-        ask("vff").answer(&[], KNOWN),
+        question("vff").answer(&[], KNOWN),
         Answer::NoMatch("no selection has been made yet".to_owned())
     );
 }
 
 #[test]
-fn an_answer_names_case_decider_cause_and_every_candidate() {
+fn an_answer_shows_case_decider_cause_and_every_candidate() {
     let decisions = drive();
-    let mut words = Vec::new();
+    let mut output = Vec::new();
     write(
-        &ask("vff goon 12.4s").answer(&decisions, KNOWN),
+        &question("vff goon 12.4s").answer(&decisions, KNOWN),
         Some("stop"),
-        &mut words,
+        &mut output,
     )
     .unwrap();
-    let words = anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string();
+    let text = anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string();
     let expected = "\
 example/base at 12.402 s: goon -> vff  (selection 3)
   because     only vff is ready
-  case        alone: exactly one was ready, and nobody is asked
-  decided by  nobody: there was nothing to decide
+  case        alone: exactly one was ready, so there is no choice
+  decided by  nobody: there was no choice
   set off by  the readiness of vff changed
   took        0.40 ms from the cause to its first iteration
   candidates  stop  checking not ready  <- its precondition did not hold
@@ -189,26 +186,26 @@ example/base at 12.402 s: goon -> vff  (selection 3)
   before        0.000 s  example/base: nobody -> goon  only goon is ready, took 0.40 ms
   after        14.000 s  example/base: vff -> goon  only goon is ready, took 0.40 ms
 ";
-    assert_eq!(words, expected);
+    assert_eq!(text, expected);
 }
 
 #[test]
-fn of_a_time_that_is_not_known_nothing_is_told() {
+fn a_time_outside_the_known_span_has_no_answer() {
     let known = KnownSpan {
         from: 10.0,
         until: 32.0,
     };
-    let asked = |words: &str| match ask(words).answer(&drive(), known) {
+    let answer = |words: &str| match question(words).answer(&drive(), known) {
         Answer::Match { decision, .. } => decision.number.to_string(),
         Answer::NoMatch(reason) => reason,
     };
-    let beyond = "99999 s lies beyond what is known, which ends at 32.00 s";
-    assert_eq!(asked("at 99999s"), beyond);
-    assert_eq!(asked("vff at 99999s"), beyond);
-    assert_eq!(asked("is goon not the winner at 99999s"), beyond);
+    let expected = "99999 s is after the known selections, which end at 32.00 s";
+    assert_eq!(answer("at 99999s"), expected);
+    assert_eq!(answer("vff at 99999s"), expected);
+    assert_eq!(answer("is goon not the winner at 99999s"), expected);
     assert_eq!(
-        asked("vff at 3s"),
-        "3 s lies before what is known, which begins at 10.00 s"
+        answer("vff at 3s"),
+        "3 s is before the known selections, which begin at 10.00 s"
     );
-    assert_eq!(asked("at 32.05s"), "6", "a time that was read off and rounded");
+    assert_eq!(answer("at 32.05s"), "6", "a rounded time");
 }

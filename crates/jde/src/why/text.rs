@@ -1,4 +1,4 @@
-//! A selection in words: the candidates, the choice, the decider and the reason.
+//! A selection as text: the candidates, the choice, the decider and the reason.
 
 use std::io::{self, Write};
 
@@ -7,24 +7,24 @@ use jde_records::{CandidateRecord, Decision};
 use super::answer::Answer;
 use crate::terminal::{FAINT, GOOD, TITLE, WARN};
 
-/// Prints an answer. `asked` is the schema of the question, which is marked among the candidates.
+/// Prints an answer. `marked` is the schema of the question, which is marked among the candidates.
 ///
 /// # Errors
 /// The stream cannot be written.
-pub(crate) fn write(answer: &Answer<'_>, asked: Option<&str>, words: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn Write) -> io::Result<()> {
     match answer {
-        Answer::NoMatch(reason) => writeln!(words, "{reason}"),
+        Answer::NoMatch(reason) => writeln!(output, "{reason}"),
         Answer::Match {
             decision,
             before,
             after,
         } => {
-            write_decision(decision, asked, words)?;
+            write_decision(decision, marked, output)?;
             if let Some(before) = before {
-                write_neighbour("before", before, words)?;
+                write_neighbour("before", before, output)?;
             }
             if let Some(after) = after {
-                write_neighbour("after", after, words)?;
+                write_neighbour("after", after, output)?;
             }
             Ok(())
         }
@@ -53,7 +53,7 @@ pub(crate) fn format_takeover(decision: &Decision) -> String {
     )
 }
 
-fn write_decision(decision: &Decision, asked: Option<&str>, words: &mut dyn Write) -> io::Result<()> {
+fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Write) -> io::Result<()> {
     let Decision {
         number,
         time_s,
@@ -75,16 +75,16 @@ fn write_decision(decision: &Decision, asked: Option<&str>, words: &mut dyn Writ
         format!("{GOOD}{}{GOOD:#} stays", name(choice))
     };
     writeln!(
-        words,
+        output,
         "{TITLE}{group}{TITLE:#} at {time_s:.3} s: {what}  {FAINT}(selection {number}){FAINT:#}"
     )?;
-    writeln!(words, "  because     {reason}")?;
-    writeln!(words, "  case        {case}: {}", describe_case(case))?;
-    writeln!(words, "  decided by  {}", describe_decider(decider))?;
-    writeln!(words, "  set off by  {cause}")?;
+    writeln!(output, "  because     {reason}")?;
+    writeln!(output, "  case        {case}: {}", describe_case(case))?;
+    writeln!(output, "  decided by  {}", describe_decider(decider))?;
+    writeln!(output, "  set off by  {cause}")?;
     if let Some(took) = takeover_us {
         writeln!(
-            words,
+            output,
             "  took        {} from the cause to its first iteration",
             format_millis(*took)
         )?;
@@ -94,10 +94,10 @@ fn write_decision(decision: &Decision, asked: Option<&str>, words: &mut dyn Writ
         .map(|candidate| candidate.name.len())
         .max()
         .unwrap_or(0);
-    for (place, candidate) in candidates.iter().enumerate() {
-        let title = if place == 0 { "candidates" } else { "" };
-        let mark = match asked {
-            Some(asked) if asked == candidate.name => {
+    for (index, candidate) in candidates.iter().enumerate() {
+        let title = if index == 0 { "candidates" } else { "" };
+        let mark = match marked {
+            Some(marked) if marked == candidate.name => {
                 format!("  {WARN}<- {}{WARN:#}", verdict(candidate, decision))
             }
             _ if choice.as_ref() == Some(&candidate.name) => format!("  {GOOD}<- chosen{GOOD:#}"),
@@ -107,28 +107,28 @@ fn write_decision(decision: &Decision, asked: Option<&str>, words: &mut dyn Writ
             Some(urgency) if urgency != 0.0 => format!("  urgency {urgency:.3}"),
             Some(_) | None => String::new(),
         };
-        let wants = if candidate.ready { "ready" } else { "not ready" };
+        let readiness = if candidate.ready { "ready" } else { "not ready" };
         writeln!(
-            words,
-            "  {title:<10}  {:<width$}  {:<8} {wants}{urgency}{mark}",
+            output,
+            "  {title:<10}  {:<width$}  {:<8} {readiness}{urgency}{mark}",
             candidate.name, candidate.state
         )?;
     }
-    if let Some(asked) = asked
-        && candidates.iter().all(|candidate| candidate.name != asked)
+    if let Some(marked) = marked
+        && candidates.iter().all(|candidate| candidate.name != marked)
     {
         writeln!(
-            words,
-            "  {:<10}  {asked:<width$}  {WARN}was not awake{WARN:#}",
+            output,
+            "  {:<10}  {marked:<width$}  {WARN}was not awake{WARN:#}",
             ""
         )?;
     }
     Ok(())
 }
 
-fn write_neighbour(title: &str, decision: &Decision, words: &mut dyn Write) -> io::Result<()> {
+fn write_neighbour(title: &str, decision: &Decision, output: &mut dyn Write) -> io::Result<()> {
     writeln!(
-        words,
+        output,
         "  {FAINT}{title:<10}{FAINT:#}{}",
         format_takeover(decision)
     )
@@ -139,7 +139,7 @@ fn verdict(candidate: &CandidateRecord, decision: &Decision) -> &'static str {
     if decision.choice.as_ref() == Some(&candidate.name) {
         "chosen"
     } else if candidate.ready {
-        "ready, and somebody else was chosen"
+        "ready, and another schema was chosen"
     } else {
         "its precondition did not hold"
     }
@@ -147,19 +147,19 @@ fn verdict(candidate: &CandidateRecord, decision: &Decision) -> &'static str {
 
 fn describe_case(case: &str) -> &'static str {
     match case {
-        "alone" => "exactly one was ready, and nobody is asked",
+        "alone" => "exactly one was ready, so there is no choice",
         "collision" => "two or more were ready",
-        "absence" => "nobody was ready",
-        "forced" => "an operator forces one",
+        "absence" => "none was ready",
+        "forced" => "an operator forced one",
         _ => "",
     }
 }
 
 fn describe_decider(decider: &str) -> String {
     match decider {
-        "nobody" => String::from("nobody: there was nothing to decide"),
+        "nobody" => String::from("nobody: there was no choice"),
         "father" => String::from("the father's own arbitration"),
-        "arbitration-failed" => String::from("the priority order, for the father's arbitration failed"),
+        "arbitration-failed" => String::from("the priority order, because the father's arbitration failed"),
         "absence-policy" => String::from("the absence policy of the group"),
         "operator" => String::from("an operator"),
         policy => format!("the policy of the group, {policy}"),

@@ -223,7 +223,7 @@ fn set_accepts_values_with_units_and_only_within_the_range() {
         (&["set", "goon.fast", "30 deg"][..], "deg"),
         (&["set", "goon.fast", "-1 m/s"], "-1"),
         (&["set", "goon.fast", "quick"], "goon"),
-        (&["set", "pioneer.laser", "1"], "no modulation"),
+        (&["set", "pioneer.laser", "1"], "not a modulation"),
         (&["set", "goon.fast"], "no value"),
     ] {
         let output = sandbox.run(args);
@@ -249,7 +249,7 @@ fn r14_actions_of_an_operator_are_shown_recorded_as_events_and_released() {
     sandbox.run_ok(&["release", "goon"]);
     sandbox.until(&["ps"], |now| schema(now, "goon")["state"] == "winner");
     let forced = sandbox.run_ok(&["force", "stop", "--for", "300ms"]);
-    assert!(forced.contains("is let go of"), "{forced}");
+    assert!(forced.contains("is released"), "{forced}");
     sandbox.until(&["ps"], |now| schema(now, "stop")["operator"].is_null());
     sandbox.run_ok(&["period", "vff", "50ms"]);
     sandbox.until(&["ps"], |now| schema(now, "vff")["period"] == 50_000_000);

@@ -1,5 +1,5 @@
-//! Libraries whose constructors end the process that loads them. The executable reports each of them and keeps
-//! running. The tests build the libraries with cc.
+//! Libraries whose constructors end the process that loads them. The executable reports each of them and
+//! keeps running. The tests build the libraries with cc.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! Recordings on disks that fail or fill up: `jde run` reports the error, counts the lost messages and sets the
-//! exit status. A preloaded library simulates the disk (`tests/c/disk.c`), so the tests need no root.
+//! Recordings on disks that fail or fill up: `jde run` reports the error, counts the lost messages and sets
+//! the exit status. A preloaded library simulates the disk (`tests/c/disk.c`), so the tests need no root.
 
 use std::path::Path;
 use std::process::Command;

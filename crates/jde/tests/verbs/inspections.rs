@@ -1,5 +1,5 @@
-//! Inspections before the start. Problems of modulations are reported with file and line. A failed inspection is
-//! reported with its plugin, and the other inspections still run. The tests build the plugins with cc.
+//! Inspections before the start. Problems of modulations are reported with file and line. A failed inspection
+//! is reported with its plugin, and the other inspections still run. The tests build the plugins with cc.
 
 use std::fs;
 use std::path::Path;

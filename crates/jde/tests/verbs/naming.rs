@@ -1,5 +1,5 @@
-//! Names of applications and of imports from other applications, the time range of selections, and recordings by
-//! another process.
+//! Names of applications and of imports from other applications, the time range of selections, and recordings
+//! by another process.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -107,7 +107,7 @@ fn why_refuses_a_time_after_the_end_of_the_data() {
         assert!(
             output
                 .err
-                .contains("99999 s lies beyond what is known, which ends at"),
+                .contains("99999 s is after the known selections, which end at"),
             "{output:?}"
         );
     }
@@ -116,7 +116,7 @@ fn why_refuses_a_time_after_the_end_of_the_data() {
     sandbox.run_ok(&["record", file, "goon.*", "--for", "200ms"]);
     let output = sandbox.run(&["why", "at", "99999s", "--in", file]);
     assert_eq!(output.status, Some(1), "{output:?}");
-    assert!(output.err.contains("lies beyond what is known"), "{output:?}");
+    assert!(output.err.contains("is after the known selections"), "{output:?}");
 }
 
 #[test]
@@ -162,8 +162,11 @@ fn the_time_range_of_a_recording_begins_at_its_first_message() {
     }));
     recorder.finish();
     for (time, error) in [
-        ("0.2s", "0.2 s lies before what is known, which begins at 1.00 s"),
-        ("3s", "no takeover like that was made"),
+        (
+            "0.2s",
+            "0.2 s is before the known selections, which begin at 1.00 s",
+        ),
+        ("3s", "there was no such takeover"),
     ] {
         let output = sandbox.run(&["why", "at", time, "--in", file.to_str().unwrap()]);
         assert_eq!(output.status, Some(1), "{output:?}");
@@ -252,7 +255,7 @@ fn r14_a_recording_by_another_process_starts_when_a_condition_becomes_true() {
     let mut errors = BufReader::new(recording.stderr.take().unwrap());
     let mut line = String::new();
     errors.read_line(&mut line).unwrap();
-    assert!(line.contains("when a condition comes true"), "{line}");
+    assert!(line.contains("when a condition becomes true"), "{line}");
     sandbox.run_ok(&["set", "goon.fast", "0.25"]);
     let first = sandbox.folder().join("drive-001.mcap");
     let is_complete = || first.exists() && info(first.to_str().unwrap())["damage"].is_null();

@@ -58,7 +58,7 @@ fn r14_a_panel_is_printed_as_text_and_its_widgets_are_operated() {
         (&["panel", "example", "--touch", "field"], "--click field X Y"),
         (
             &["panel", "example", "--click", "field", "1", "north"],
-            "`north` is no number",
+            "`north` is not a number",
         ),
     ] {
         let output = sandbox.run(args);

@@ -200,7 +200,7 @@ fn plot_draws_named_numbers_and_suggests_names_for_unknown_ones() {
     for (name, error) in [
         ("pioneer.odometri.x", "did you mean `pioneer.odometry`?"),
         ("pioneer.odometry.twist.twist.linear.w", "has no field `w`"),
-        ("pioneer.odometry", "is no number"),
+        ("pioneer.odometry", "is not a number"),
         ("pioneer", "is a schema, not a variable"),
     ] {
         let refused = run_on("plot", &file, &[name]);
@@ -272,8 +272,8 @@ fn r15_the_report_lists_every_switch_schema_and_group() {
     assert!(page.html.contains("2 of 2 reached"));
 }
 
-/// Scans trigger `stop`, `vff` and `goon`, and the WINNER of them commands once in each iteration. So the number
-/// of commands is the number of iterations, and the times between commands are the periods.
+/// Scans trigger `stop`, `vff` and `goon`, and the WINNER of them commands once in each iteration. So the
+/// number of commands is the number of iterations, and the times between commands are the periods.
 #[test]
 fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
     for options in [&["--lockstep"][..], &["--for", "2s"]] {

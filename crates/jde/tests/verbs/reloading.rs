@@ -1,4 +1,5 @@
-//! `jde reload`, `run --watch`, `unload` and `load`: the libraries of plugins are replaced while applications run.
+//! `jde reload`, `run --watch`, `unload` and `load`: the libraries of plugins are replaced while applications
+//! run.
 
 use std::fs;
 use std::path::{Path, PathBuf};

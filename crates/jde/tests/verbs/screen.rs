@@ -74,8 +74,8 @@ fn r14_ctrl_x_in_the_shell_stops_everything_while_a_line_is_typed() {
         .expect("script of util-linux is installed");
     let mut keys = child.stdin.take().unwrap();
     let mut screen = child.stdout.take().unwrap();
-    // Types half a line and Ctrl-X, and after the confirmation deletes the line and exits. Each waits for a query
-    // of the line editor: keys sent before it would reach the terminal instead of the editor.
+    // Types half a line and Ctrl-X, and after the confirmation deletes the line and exits. Each waits for a
+    // query of the line editor: keys sent before it would reach the terminal instead of the editor.
     let mut pending_keys = [
         ("", &b"get talk\x18"[..]),
         ("every command is neutral", b"\x15exit\r"),

@@ -114,8 +114,8 @@ fn a_server_that_ignores_sigint_prints_how_to_end_it() {
     let _watchdog = Watchdog::for_test();
     let sim = jde(&["sim", "worlds/office.toml", "--p2os", "127.0.0.1:0"]);
     let mut script = Command::new("sh");
-    // `trap` ignores SIGINT, as a shell does for a process started with `&`. That process would not be a child of
-    // this test.
+    // `trap` ignores SIGINT, as a shell does for a process started with `&`. That process would not be a
+    // child of this test.
     script
         .args(["-c", "trap '' INT; exec \"$0\" \"$@\""])
         .arg(sim.get_program());
@@ -270,11 +270,7 @@ fn a_server_warns_when_it_listens_on_the_network() {
         ])
         .current_dir(root()),
     );
-    assert!(
-        open.out.contains("the protocol knows no password"),
-        "{}",
-        open.out
-    );
+    assert!(open.out.contains("the protocol has no password"), "{}", open.out);
     let local = output_of(
         jde(&[
             "sim",
@@ -295,8 +291,8 @@ fn invalid_arguments_of_sim_have_exit_status_2_and_a_hint() {
     let port = taken.local_addr().expect("an address").port().to_string();
     let cases: [(&[&str], &str); 6] = [
         (&["offic", "--p2os"], "did you mean `office`?"),
-        (&["office", "--p2os", &port], "another program serves there"),
-        (&["office", "--p2os", "here"], "is no address"),
+        (&["office", "--p2os", &port], "another program uses this address"),
+        (&["office", "--p2os", "here"], "is not an address"),
         (&["office"], "--p2os"),
         (
             &["office", "--pty", "--model", "pionner=amigo"],

@@ -55,12 +55,12 @@ fn info_report_plot_and_replay_read_a_split_recording_as_one() {
     std::fs::remove_file(first).unwrap();
     let info = output_of(&mut jde(&["info", second]));
     assert!(
-        info.out.contains("the first part is not there any more"),
+        info.out.contains("the first part no longer exists"),
         "{}",
         info.out
     );
     let text = output_of(&mut jde(&["report", second, "-o", "-"])).out;
-    assert!(text.contains("the first part is not there any more"));
+    assert!(text.contains("the first part no longer exists"));
     let again = output_of(&mut jde_with_plugins(&["replay", "--decide", second]));
     assert_eq!(again.status, Some(2), "{}", again.err);
     assert!(

@@ -122,8 +122,8 @@ impl Terminal {
         terminal
     }
 
-    /// Starts a process on this terminal. Only a process with a session of its own gets SIGHUP when the terminal
-    /// vanishes.
+    /// Starts a process on this terminal. Only a process with a session of its own gets SIGHUP when the
+    /// terminal vanishes.
     fn start(&self, mut command: Command, session: bool) -> Process {
         let ends = [0; 3].map(|_| Stdio::from(self.open(OFlags::empty())));
         let [input, out, err] = ends;

@@ -13,8 +13,8 @@ use crate::support::{jde, output_of};
 /// `cargo xtask test` sets this variable where windows can be opened. A test that cannot open any then fails.
 const REQUIRED_BY: &str = "JDE_TEST_SCREEN";
 
-/// A virtual screen, closed when dropped. Only one exists at a time: drawing two makes the processor too slow for
-/// the simulated mouse.
+/// A virtual screen, closed when dropped. Only one exists at a time: drawing two makes the processor too slow
+/// for the simulated mouse.
 struct Screen {
     server: Child,
     name: String,
@@ -74,7 +74,8 @@ impl Screen {
             .spawn()
             .expect("the executable starts");
         let windows = Windows(view);
-        // The window gets its title when the application is open in it. Keys only drive in the focused window.
+        // The window gets its title when the application is open in it. Keys only drive in the focused
+        // window.
         let title = format!("{application} - jde");
         self.xdotool(&[
             "search",
@@ -210,8 +211,8 @@ fn a_window_stops_and_drives_a_robot_that_is_not_affected_when_the_window_stalls
 fn drive(screen: &Screen, sandbox: &Sandbox) {
     let driven = || state(sandbox, "teleop") == "winner";
     let released = || state(sandbox, "example") == "winner";
-    // The switch or the pad below it may not be drawn yet. Then the next click turns the switch off, and the one
-    // after that on.
+    // The switch or the pad below it may not be drawn yet. Then the next click turns the switch off, and the
+    // one after that on.
     let taken = (0..20).any(|_| {
         screen.click(1137, 88);
         screen.xdotool(&["mousemove", "1200", "208", "mousedown", "1"]);
@@ -296,7 +297,7 @@ fn view_refuses_two_sources() {
         (
             &["view", "drive.mcap", "--at", "tcp/robot2:7447"],
             2,
-            "--at looks elsewhere",
+            "--at is for another machine",
         ),
         (&["view", "./nowhere"], 1, "nowhere: No such file"),
         (&["view", "nowhere.mcap"], 1, "nowhere.mcap: No such file"),

@@ -1,7 +1,7 @@
 //! The recent past in memory: the messages of all channels in the order of their arrival, limited in time and
 //! in bytes, and the values that were in force before the first of them.
 //!
-//! The ring knows no files. A file's writer reads the messages by their numbers.
+//! The buffer is independent of files. The writer of a file reads the messages by their numbers.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -80,14 +80,14 @@ impl<Data: Default> InForce<Data> {
 }
 
 impl PreTriggerBuffer {
-    /// Creates a ring that keeps messages for `before` ns, and at most `most` bytes of them.
-    pub(crate) fn new(before: Nanos, most: usize) -> Self {
+    /// Creates a buffer that keeps messages for `duration` ns, and at most `max_bytes` bytes of them.
+    pub(crate) fn new(duration: Nanos, max_bytes: usize) -> Self {
         Self {
             entries: VecDeque::new(),
             first: 0,
             bytes: 0,
-            max_bytes: most,
-            duration: before,
+            max_bytes,
+            duration,
             base: InForce::default(),
             evicted: 0,
         }
@@ -96,15 +96,15 @@ impl PreTriggerBuffer {
     /// Adds a message. If there is no room, the oldest messages are removed. Returns their numbers and
     /// channels.
     pub(crate) fn push(&mut self, entry: Entry) -> Vec<(u64, usize)> {
-        let mut gone = Vec::new();
+        let mut removed = Vec::new();
         self.bytes += entry.cost();
         self.entries.push_back(entry);
         while self.bytes > self.max_bytes && self.entries.len() > 1 {
-            gone.extend(self.entries.front().map(|oldest| (self.first, oldest.channel)));
+            removed.extend(self.entries.front().map(|oldest| (self.first, oldest.channel)));
             self.pop();
         }
-        self.evicted += gone.len() as u64;
-        gone
+        self.evicted += removed.len() as u64;
+        removed
     }
 
     /// Removes messages that are older than the time limit, but none from number `keep` on, which are still
@@ -133,8 +133,8 @@ impl PreTriggerBuffer {
 
     /// Returns a message by its number. `None` if it was removed or has not arrived yet.
     pub(crate) fn get(&self, number: u64) -> Option<&Entry> {
-        let place = usize::try_from(number.checked_sub(self.first)?).ok()?;
-        self.entries.get(place)
+        let index = usize::try_from(number.checked_sub(self.first)?).ok()?;
+        self.entries.get(index)
     }
 
     /// Returns the messages that were in force before the oldest one: channel, times, data.

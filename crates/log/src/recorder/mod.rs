@@ -68,7 +68,7 @@ pub struct Status {
     pub lost: u64,
     /// The size of the file in bytes.
     pub bytes: u64,
-    /// Why writing has stopped, or why the most recent failed file failed.
+    /// Why writing stopped, or why the last failed file failed.
     pub error: Option<String>,
     /// The number of lost values of each topic that lost any.
     pub lost_by_topic: BTreeMap<String, u64>,
@@ -90,7 +90,7 @@ impl Recorder {
         Self::create_with(output, disk, options).map_err(|error| error.of(path))
     }
 
-    /// Starts a recording in parts, which may continue for ever: one file after the other, with numbers that
+    /// Starts a recording in parts, which may continue forever: one file after the other, with numbers that
     /// follow those of existing files of this name. If `options.overwrite` is set, existing parts of that
     /// name are deleted first. Every file except the first starts with the values in force at its beginning,
     /// stamped with that time.
@@ -98,17 +98,18 @@ impl Recorder {
     /// # Errors
     /// [`Error`], also if the disk is full already.
     pub fn create_split(path: &Path, options: Options<'_>, split: SplitOptions) -> Result<Self, Error> {
-        let (shared, told) = new_shared(options.lossless);
+        let (shared, notices) = new_shared(options.lossless);
         let (overwrite, lossless) = (options.overwrite, options.lossless);
         let (split, file) = sink::PartSequence::begin(path, split, options.origin, overwrite, lossless)?;
         let sink = ContinuousSink::new(&shared, file, Some(split), options.on_error);
-        Self::start(shared, told, Box::new(sink), None, options.application).map_err(|error| error.of(path))
+        Self::start(shared, notices, Box::new(sink), None, options.application)
+            .map_err(|error| error.of(path))
     }
 
     /// Keeps the recent past in memory. When a condition becomes true, it writes a file of the time before
     /// and after that moment. For `drive.mcap`, the file has the first free name of `drive-001.mcap`,
     /// `drive-002.mcap` and so on. Each file starts with the values in force at its beginning, stamped with
-    /// that time. `options.on_trouble` is not called.
+    /// that time. `options.on_error` is not called.
     ///
     /// # Errors
     /// [`Error`], also if no file can be created in the folder.
@@ -120,12 +121,12 @@ impl Recorder {
             after: when.after,
             memory: when.memory,
         };
-        let (shared, told) = new_shared(options.lossless);
+        let (shared, notices) = new_shared(options.lossless);
         let origin = options.origin;
         let sink = TriggeredSink::new(&shared, origin, plan, when.on_file)?;
         Self::start(
             shared,
-            told,
+            notices,
             Box::new(sink),
             Some(when.triggers),
             options.application,
@@ -139,25 +140,25 @@ impl Recorder {
         options: Options<'_>,
     ) -> Result<Self, StartFailure> {
         let file = OpenFile::new(output, disk, &options.origin, None).map_err(StartFailure::Write)?;
-        let (shared, told) = new_shared(options.lossless);
+        let (shared, notices) = new_shared(options.lossless);
         let sink = ContinuousSink::new(&shared, file, None, options.on_error);
-        Self::start(shared, told, Box::new(sink), None, options.application)
+        Self::start(shared, notices, Box::new(sink), None, options.application)
     }
 
     fn start(
         shared: Arc<Shared>,
-        told: Receiver<(u64, Notice)>,
+        notices: Receiver<(u64, Notice)>,
         sink: Box<dyn Sink>,
         triggers: Option<Triggers>,
         application: Option<&Application>,
     ) -> Result<Self, StartFailure> {
-        let story = application.map(RecordBuilder::with_all_drags);
-        let named = triggers.as_ref().map(Triggers::variables).unwrap_or_default();
-        let named = named.into_iter().map(str::to_owned).collect();
-        let scribe = WriterThread::new(&shared, sink, triggers, story, told);
+        let records = application.map(RecordBuilder::with_all_drags);
+        let variables = triggers.as_ref().map(Triggers::variables).unwrap_or_default();
+        let variables = variables.into_iter().map(str::to_owned).collect();
+        let writer_thread = WriterThread::new(&shared, sink, triggers, records, notices);
         let thread = Builder::new()
             .name("recording".to_owned())
-            .spawn(move || scribe.run())
+            .spawn(move || writer_thread.run())
             .map_err(StartFailure::Thread)?;
         // This is the only place that sets it.
         let _ = shared.writer_thread.set(thread.thread().clone());
@@ -165,7 +166,7 @@ impl Recorder {
             shared,
             thread: Mutex::new(Some(thread)),
             watches: Mutex::default(),
-            condition_variables: named,
+            condition_variables: variables,
         })
     }
 
@@ -185,33 +186,33 @@ impl Recorder {
         }
     }
 
-    fn subscribe(&self, variable: &Arc<Variable>, clock: Clock, kept: bool) {
+    fn subscribe(&self, variable: &Arc<Variable>, clock: Clock, is_recorded: bool) {
         self.shared.clock.get_or_init(|| Arc::clone(&clock));
-        let (topic, watch) = subscriber::watch(variable, &self.shared, clock, kept);
+        let (topic, watch) = subscriber::watch(variable, &self.shared, clock, is_recorded);
         lock(&self.watches).push(watch);
         lock(&self.shared.topics).push(topic.queue);
     }
 
-    /// Adds a topic whose values come from elsewhere. `about` is the metadata of its channel. The entry
-    /// `variable` in it is the name by which conditions refer to the topic.
-    pub fn topic(&self, name: &str, value_type: Arc<Type>, about: BTreeMap<String, String>) -> Topic {
-        self.add_topic(name, TopicContent::Values(value_type), about, true)
+    /// Adds a topic for values of another process. `metadata` is that of its channel. Conditions refer to the
+    /// topic by the entry `variable` in it.
+    pub fn topic(&self, name: &str, value_type: Arc<Type>, metadata: BTreeMap<String, String>) -> Topic {
+        self.add_topic(name, TopicContent::Values(value_type), metadata, true)
     }
 
     /// Adds the topic of a schema's panel, `/panels/<schema>`. [`Topic::put_panel`] fills it.
     pub fn panel(&self, schema: &str) -> Topic {
-        let about = BTreeMap::from([(panel::SCHEMA.to_owned(), schema.to_owned())]);
-        self.add_topic(&panel::topic(schema), TopicContent::Panel, about, true)
+        let metadata = BTreeMap::from([(panel::SCHEMA.to_owned(), schema.to_owned())]);
+        self.add_topic(&panel::topic(schema), TopicContent::Panel, metadata, true)
     }
 
     /// Adds a topic that conditions read and no file contains. `None` if no condition names the variable.
     pub fn condition_topic(&self, variable: &str, value_type: Arc<Type>) -> Option<Topic> {
-        let about = BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
+        let metadata = BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
         self.condition_variables.contains(variable).then(|| {
             self.add_topic(
                 &subscriber::topic_name(variable),
                 TopicContent::Values(value_type),
-                about,
+                metadata,
                 false,
             )
         })
@@ -220,14 +221,20 @@ impl Recorder {
     fn add_topic(
         &self,
         name: &str,
-        holds: TopicContent,
-        about: BTreeMap<String, String>,
-        kept: bool,
+        content: TopicContent,
+        metadata: BTreeMap<String, String>,
+        is_recorded: bool,
     ) -> Topic {
-        let lane = Arc::new(TopicQueue::new(name.to_owned(), holds, about, None, kept));
-        lock(&self.shared.topics).push(Arc::clone(&lane));
+        let queue = Arc::new(TopicQueue::new(
+            name.to_owned(),
+            content,
+            metadata,
+            None,
+            is_recorded,
+        ));
+        lock(&self.shared.topics).push(Arc::clone(&queue));
         Topic {
-            queue: lane,
+            queue,
             shared: Arc::clone(&self.shared),
         }
     }
@@ -239,30 +246,30 @@ impl Recorder {
         Box::new(move |event: &Event| shared.push_notice(Notice::Event(event.clone())))
     }
 
-    /// Records a message of the story of an application elsewhere.
-    pub fn push_record(&self, line: RunRecord) {
-        self.shared.push_notice(Notice::Record(line));
+    /// Records a record of an application in another process.
+    pub fn push_record(&self, record: RunRecord) {
+        self.shared.push_notice(Notice::Record(record));
     }
 
-    /// Records a message about something that occurred elsewhere before the recording began, at `beginning`
-    /// of the application's clock. Its log time is `beginning` and its publish time is the time of the
-    /// occurrence. No condition becomes true by it.
-    pub fn push_earlier_record(&self, line: RunRecord, beginning: Nanos) {
-        self.shared.push_notice(Notice::EarlierRecord(line, beginning));
+    /// Records a record of another process from before the recording, which began at `beginning` of the
+    /// application's clock. Its log time is `beginning`, and its publish time is its own time. It does not
+    /// fire conditions.
+    pub fn push_earlier_record(&self, record: RunRecord, beginning: Nanos) {
+        self.shared.push_notice(Notice::EarlierRecord(record, beginning));
     }
 
     /// Returns the progress of the recording.
     #[must_use]
     pub fn status(&self) -> Status {
         let shared = &*self.shared;
-        let lost_of = shared.lost_by_topic();
+        let lost_by_topic = shared.lost_by_topic();
         let others = shared.lost_events.load(Ordering::Relaxed) + shared.dropped.load(Ordering::Relaxed);
         Status {
             written: shared.written.load(Ordering::Acquire),
-            lost: others + lost_of.values().sum::<u64>(),
+            lost: others + lost_by_topic.values().sum::<u64>(),
             bytes: shared.bytes.load(Ordering::Relaxed),
             error: lock(&shared.error).clone(),
-            lost_by_topic: lost_of,
+            lost_by_topic,
             files: lock(&shared.files).clone(),
             parts: Some(lock(&shared.parts).clone()).filter(|parts| parts.count > 0),
             evicted: shared.evicted.load(Ordering::Relaxed),
@@ -308,8 +315,8 @@ impl StartFailure {
 }
 
 fn new_shared(lossless: bool) -> (Arc<Shared>, Receiver<(u64, Notice)>) {
-    let (tell, told) = sync_channel(EVENTS);
-    (Arc::new(Shared::new(tell, lossless)), told)
+    let (sender, receiver) = sync_channel(EVENTS);
+    (Arc::new(Shared::new(sender, lossless)), receiver)
 }
 
 #[cfg(test)]

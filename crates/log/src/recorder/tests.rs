@@ -103,8 +103,8 @@ fn a_recording_in_a_folder_of_another_user_is_private() {
     let ordinary = fixture.folder.path().join("ordinary");
     drop(File::create(&ordinary).unwrap());
     assert_eq!(record(&fixture.file()), mode(&ordinary));
-    // Only root can change the owner of a folder. Without root, the folder for temporary files belongs to another
-    // user.
+    // Only root can change the owner of a folder. Without root, the folder for temporary files belongs to
+    // another user.
     let other = fixture.folder.path().join("other");
     std::fs::create_dir(&other).unwrap();
     let changed = std::os::unix::fs::chown(&other, Some(65534), None).is_ok();

@@ -86,8 +86,8 @@ impl Messages {
             return Err(damaged("it was cut off".to_owned()));
         };
         let mut messages = Vec::new();
-        let mut stray = None;
-        let take = |record: Record<'_>| {
+        let mut undefined_channel = None;
+        let collect = |record: Record<'_>| {
             if let Record::Message { header, data } = record
                 && header.log_time >= self.from
             {
@@ -99,20 +99,24 @@ impl Messages {
                         sequence: header.sequence,
                         data: data.into_owned(),
                     }),
-                    None => stray = Some(header.channel_id),
+                    None => undefined_channel = Some(header.channel_id),
                 }
             }
             Ok(())
         };
-        let unpacked = match opcode {
-            op::CHUNK => scan::for_each_record(&body, take),
-            op::MESSAGE => mcap::parse_record(opcode, &body).and_then(take),
-            _ => return Err(damaged("here is no chunk, though the index says so".to_owned())),
+        let result = match opcode {
+            op::CHUNK => scan::for_each_record(&body, collect),
+            op::MESSAGE => mcap::parse_record(opcode, &body).and_then(collect),
+            _ => {
+                return Err(damaged(
+                    "there is no chunk here, although the index refers to one".to_owned(),
+                ));
+            }
         };
-        unpacked.map_err(|error| damaged(scan::error_text(&error)))?;
-        if let Some(channel) = stray {
+        result.map_err(|error| damaged(scan::error_text(&error)))?;
+        if let Some(channel) = undefined_channel {
             return Err(damaged(format!(
-                "a message is on channel {channel}, which is nowhere defined"
+                "a message is on channel {channel}, which is not defined"
             )));
         }
         self.queued_bytes += messages.iter().map(size).sum::<usize>();
@@ -131,9 +135,9 @@ impl Messages {
     }
 }
 
-fn open(place: usize, part: &Part) -> Result<(usize, File), ReadError> {
+fn open(index: usize, part: &Part) -> Result<(usize, File), ReadError> {
     let file = File::open(&part.path).map_err(failed(&part.path))?;
-    Ok((place, file))
+    Ok((index, file))
 }
 
 impl Iterator for Messages {

@@ -234,7 +234,7 @@ impl Recording {
         let numbers = || self.parts.iter().filter_map(|part| part.number);
         let between = numbers().zip(numbers().skip(1));
         between
-            .map(|(one, next)| one.saturating_add(1)..=next.saturating_sub(1))
+            .map(|(number, next)| number.saturating_add(1)..=next.saturating_sub(1))
             .filter(|gap| !gap.is_empty())
     }
 
@@ -324,8 +324,8 @@ impl Recording {
             }
         }
         for index in &summary.attachment_indexes {
-            let place = (part, index.offset);
-            self.attached.entry(index.name.clone()).or_insert(place);
+            let position = (part, index.offset);
+            self.attached.entry(index.name.clone()).or_insert(position);
         }
         if let Some(Damage { offset, reason }) = damage.filter(|_| self.damage.is_none()) {
             let reason = match path.file_name() {
@@ -382,7 +382,7 @@ fn read_index(file: &mut File) -> io::Result<Option<FileContents>> {
             return Ok(None);
         };
         match mcap::parse_record(opcode, &body) {
-            Ok(Record::Metadata(one)) => metadata.insert(one.name, one.metadata),
+            Ok(Record::Metadata(entry)) => metadata.insert(entry.name, entry.metadata),
             Ok(_) | Err(_) => return Ok(None),
         };
     }

@@ -19,10 +19,10 @@ pub(crate) const HEAD: u64 = 9;
 /// stated length is corrupt.
 const MAX_EXPANSION: usize = 256;
 /// Zstandard can exceed that factor, so a size up to this many bytes is accepted in any case.
-const HARMLESS: usize = 64 << 20;
+const ALWAYS_ACCEPTED: usize = 64 << 20;
 /// The largest size of a decompressed chunk in bytes, whatever its compressed size. The whole chunk is in
 /// memory at once, and recorders fill chunks of a few megabytes.
-const MAX_UNPACKED: usize = 256 << 20;
+const MAX_DECOMPRESSED: usize = 256 << 20;
 
 /// The contents of a file.
 pub(super) struct FileContents {
@@ -44,7 +44,7 @@ struct ChannelIndex {
 /// # Errors
 /// The error of the disk.
 pub(super) fn scan(file: &mut File) -> io::Result<FileContents> {
-    let mut names = ChannelIndex::default();
+    let mut channels = ChannelIndex::default();
     let mut summary = Summary::default();
     let mut metadata = BTreeMap::new();
     let mut offset = mcap::MAGIC.len() as u64;
@@ -63,7 +63,7 @@ pub(super) fn scan(file: &mut File) -> io::Result<FileContents> {
             None => break Some("it was cut off within a record".to_owned()),
         };
         let length = HEAD + body.len() as u64;
-        let taken = match opcode {
+        let result = match opcode {
             op::CHUNK | op::SCHEMA | op::CHANNEL | op::METADATA | op::ATTACHMENT | op::MESSAGE => {
                 mcap::parse_record(opcode, &body)
             }
@@ -75,13 +75,13 @@ pub(super) fn scan(file: &mut File) -> io::Result<FileContents> {
         }
         .and_then(|record| match record {
             Record::Chunk { header, .. } => {
-                for_each_record(&body, |record| names.add(record))?;
+                for_each_record(&body, |record| channels.add(record))?;
                 summary.chunk_indexes.push(index(header, offset, length));
                 Ok(())
             }
             Record::Message { header, .. } => {
                 let time = header.log_time;
-                let alone = ChunkHeader {
+                let header = ChunkHeader {
                     message_start_time: time,
                     message_end_time: time,
                     uncompressed_size: length,
@@ -89,7 +89,7 @@ pub(super) fn scan(file: &mut File) -> io::Result<FileContents> {
                     compression: String::new(),
                     compressed_size: length,
                 };
-                summary.chunk_indexes.push(index(alone, offset, length));
+                summary.chunk_indexes.push(index(header, offset, length));
                 Ok(())
             }
             Record::Attachment { header, data, .. } => {
@@ -98,18 +98,18 @@ pub(super) fn scan(file: &mut File) -> io::Result<FileContents> {
                     .push(attached(&header, offset, length, &data));
                 Ok(())
             }
-            Record::Metadata(one) => {
-                metadata.insert(one.name, one.metadata);
+            Record::Metadata(entry) => {
+                metadata.insert(entry.name, entry.metadata);
                 Ok(())
             }
-            other => names.add(other),
+            other => channels.add(other),
         });
-        if let Err(error) = taken {
+        if let Err(error) = result {
             break Some(error_text(&error));
         }
         offset += length;
     };
-    summary.channels = names.channels();
+    summary.channels = channels.channels();
     Ok(FileContents {
         summary,
         metadata,
@@ -166,14 +166,14 @@ pub(crate) fn record(file: &mut File, offset: u64) -> io::Result<Option<(u8, Vec
     }
 }
 
-/// Passes the records of a chunk to `take`, after the whole chunk has been compared with its checksum. `body`
-/// is the body of the chunk's record.
+/// Passes the records of a chunk to `action`, after the whole chunk has been compared with its checksum.
+/// `body` is the body of the chunk's record.
 ///
 /// # Errors
-/// The error of the chunk, or the one that `take` returns.
+/// The error of the chunk, or the one that `action` returns.
 pub(super) fn for_each_record(
     body: &[u8],
-    mut take: impl FnMut(Record<'_>) -> McapResult<()>,
+    mut action: impl FnMut(Record<'_>) -> McapResult<()>,
 ) -> McapResult<()> {
     let options = LinearReaderOptions::default()
         .with_skip_start_magic(true)
@@ -182,7 +182,7 @@ pub(super) fn for_each_record(
         .with_record_length_limit(
             body.len()
                 .saturating_mul(MAX_EXPANSION)
-                .clamp(HARMLESS, body.len().max(MAX_UNPACKED)),
+                .clamp(ALWAYS_ACCEPTED, body.len().max(MAX_DECOMPRESSED)),
         );
     let mut reader = LinearReader::new_with_options(options);
     let mut head = vec![op::CHUNK];
@@ -194,7 +194,7 @@ pub(super) fn for_each_record(
                 let read = rest.read(reader.insert(need))?;
                 reader.notify_read(read);
             }
-            LinearReadEvent::Record { data, opcode } => take(mcap::parse_record(opcode, data)?)?,
+            LinearReadEvent::Record { data, opcode } => action(mcap::parse_record(opcode, data)?)?,
         }
     }
     Ok(())
@@ -204,9 +204,9 @@ pub(super) fn for_each_record(
 pub(super) fn error_text(error: &McapError) -> String {
     match error {
         McapError::ChunkTooLarge(bytes) | McapError::RecordTooLarge { len: bytes, .. } => format!(
-            "a chunk would be {} MB when it is unpacked, which is too much: at most {} MB, and {MAX_EXPANSION} times its packed size",
+            "a chunk would have {} MB after decompression; the limits are {} MB, and {MAX_EXPANSION} times its compressed size",
             bytes >> 20,
-            MAX_UNPACKED >> 20
+            MAX_DECOMPRESSED >> 20
         ),
         error => error.to_string(),
     }

@@ -60,10 +60,10 @@ struct Group {
 }
 
 impl DecisionMatcher {
-    pub(super) fn new(span: Span, apart: Nanos) -> Self {
+    pub(super) fn new(span: Span, time_tolerance: Nanos) -> Self {
         Self {
             span,
-            time_tolerance: apart,
+            time_tolerance,
             groups: BTreeMap::new(),
             comparison: Comparison::default(),
         }
@@ -75,9 +75,9 @@ impl DecisionMatcher {
         }
     }
 
-    pub(super) fn push_replayed(&mut self, decision: Decision, saw: Vec<(String, Vec<PortReading>)>) {
+    pub(super) fn push_replayed(&mut self, decision: Decision, inputs: Vec<(String, Vec<PortReading>)>) {
         if self.is_in_span(&decision) {
-            self.group(&decision.group).replayed.push_back((decision, saw));
+            self.group(&decision.group).replayed.push_back((decision, inputs));
         }
     }
 
@@ -129,17 +129,23 @@ impl DecisionMatcher {
 
 impl Group {
     /// Returns the next selection, with its counterpart if it has one.
-    fn next(&mut self, apart: Nanos, late: Nanos) -> Option<(Option<Decision>, Option<ReplayedDecision>)> {
+    fn next(
+        &mut self,
+        time_tolerance: Nanos,
+        late: Nanos,
+    ) -> Option<(Option<Decision>, Option<ReplayedDecision>)> {
         let recorded = self.recorded.front().map(ns);
         let replayed = self.replayed.front().map(|(decision, _)| ns(decision));
         match (recorded, replayed) {
-            (Some(then), Some(now)) if then.abs_diff(now) <= apart => {
+            (Some(recorded), Some(replayed)) if recorded.abs_diff(replayed) <= time_tolerance => {
                 Some((self.recorded.pop_front(), self.replayed.pop_front()))
             }
-            (Some(then), Some(now)) if then < now => Some((self.recorded.pop_front(), None)),
+            (Some(recorded), Some(replayed)) if recorded < replayed => {
+                Some((self.recorded.pop_front(), None))
+            }
             (Some(_), Some(_)) => Some((None, self.replayed.pop_front())),
-            (Some(then), None) if then < late => Some((self.recorded.pop_front(), None)),
-            (None, Some(now)) if now < late => Some((None, self.replayed.pop_front())),
+            (Some(recorded), None) if recorded < late => Some((self.recorded.pop_front(), None)),
+            (None, Some(replayed)) if replayed < late => Some((None, self.replayed.pop_front())),
             (Some(_), None) | (None, Some(_)) | (None, None) => None,
         }
     }
@@ -147,14 +153,14 @@ impl Group {
 
 impl Difference {
     fn of(recorded: Option<Decision>, replayed: Option<ReplayedDecision>) -> Self {
-        let (replayed, saw) = replayed.unzip();
+        let (replayed, inputs) = replayed.unzip();
         let either = recorded.as_ref().or(replayed.as_ref());
         Self {
             time_s: either.map_or(0.0, |decision| decision.time_s),
             group: either.map_or(String::new(), |decision| decision.group.clone()),
             recorded,
             replayed,
-            inputs: saw.unwrap_or_default(),
+            inputs: inputs.unwrap_or_default(),
         }
     }
 }

@@ -8,7 +8,7 @@ pub(super) fn diff_hierarchies(then: &RecordedHierarchy, now: &RecordedHierarchy
     for member in &then.schemas {
         match now.schemas.iter().find(|other| other.name == member.name) {
             None => differences.push(format!(
-                "`{}` ({}) is not in the application any more",
+                "`{}` ({}) is no longer in the application",
                 member.name, member.type_name
             )),
             Some(other) if other.type_name != member.type_name => differences.push(format!(
@@ -32,9 +32,9 @@ pub(super) fn diff_hierarchies(then: &RecordedHierarchy, now: &RecordedHierarchy
     }
     for group in &then.groups {
         match now.groups.iter().find(|other| other.name == group.name) {
-            None => differences.push(format!("there is no group {} any more", group.name)),
+            None => differences.push(format!("the group {} no longer exists", group.name)),
             Some(other) if other.members != group.members => differences.push(format!(
-                "in {} compete {}, and did {}",
+                "the candidates of {} are {}, and were {}",
                 group.name,
                 other.members.join(", "),
                 group.members.join(", ")
@@ -51,15 +51,15 @@ pub(super) fn diff_hierarchies(then: &RecordedHierarchy, now: &RecordedHierarchy
 }
 
 fn ports(then: &[String], now: &[String]) -> String {
-    let without = |these: &[String], those: &[String], words: &str| {
-        let names: Vec<_> = these
+    let missing = |names: &[String], others: &[String], word: &str| {
+        let names: Vec<_> = names
             .iter()
-            .filter(|port| !those.contains(port))
+            .filter(|port| !others.contains(port))
             .cloned()
             .collect();
-        (!names.is_empty()).then(|| format!("{words} {}", names.join(", ")))
+        (!names.is_empty()).then(|| format!("{word} {}", names.join(", ")))
     };
-    let parts = [without(now, then, "with"), without(then, now, "without")];
+    let parts = [missing(now, then, "with"), missing(then, now, "without")];
     let parts: Vec<_> = parts.into_iter().flatten().collect();
     if parts.is_empty() {
         "in another order".to_owned()

@@ -34,7 +34,7 @@ pub struct AttachedApplication {
     pub name: String,
     /// The text of the file.
     pub text: String,
-    /// The folder of the file, if it exists here.
+    /// The folder of the file, if it exists on this machine.
     pub folder: Option<PathBuf>,
 }
 
@@ -46,32 +46,32 @@ impl Drive {
     /// schemas.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
         let recording = Recording::open(path)?;
-        let lacks = |what: &str| ReplayError::Incomplete {
+        let incomplete = |what: &str| ReplayError::Incomplete {
             path: path.display().to_string(),
             what: what.to_owned(),
         };
         let start = recording
             .metadata("jde")
-            .and_then(|known| known.get("start_ns")?.parse().ok())
+            .and_then(|metadata| metadata.get("start_ns")?.parse().ok())
             .ok_or_else(|| {
-                lacks("it does not say when its application started; record it with `jde run --record`")
+                incomplete("the start of its application is not recorded; record it with `jde run --record`")
             })?;
         let turns = recording.channels().find(|channel| channel.topic == TOPIC);
-        let cast = turns
+        let hierarchy = turns
             .and_then(|channel| RecordedHierarchy::read(&channel.metadata))
             .ok_or_else(|| {
-                lacks(
+                incomplete(
                     "it has no turns of schemas (`/jde/turns`); record the whole run with `jde run --record`",
                 )
             })?;
         let mut drive = Self {
             recording,
-            hierarchy: cast,
+            hierarchy,
             start,
             initial_values: BTreeMap::new(),
         };
         drive.initial_values = drive.read_initial_values()?.ok_or_else(|| {
-            lacks("it does not begin with the start of its application, and schemas remember what was before")
+            incomplete("it does not begin with the start of its application, so the memory of the schemas is unknown")
         })?;
         Ok(drive)
     }
@@ -111,13 +111,18 @@ impl Drive {
     /// # Errors
     /// [`ReplayError::Read`]; [`ReplayError::Incomplete`] if the recording does not contain it.
     pub fn application(&self) -> Result<AttachedApplication, ReplayError> {
-        let lacks = || ReplayError::Incomplete {
+        let incomplete = || ReplayError::Incomplete {
             path: self.recording.path().display().to_string(),
             what: "the file of its application is not in it; name one with --app".to_owned(),
         };
-        let name = self.recording.attachments().next().ok_or_else(lacks)?.to_owned();
-        let text = self.recording.attachment(&name)?.ok_or_else(lacks)?;
-        let text = String::from_utf8(text).map_err(|_| lacks())?;
+        let name = self
+            .recording
+            .attachments()
+            .next()
+            .ok_or_else(incomplete)?
+            .to_owned();
+        let text = self.recording.attachment(&name)?.ok_or_else(incomplete)?;
+        let text = String::from_utf8(text).map_err(|_| incomplete())?;
         let folder = self.metadata_value("folder").map(PathBuf::from);
         let folder = folder.filter(|folder| folder.is_dir());
         Ok(AttachedApplication { name, text, folder })
@@ -172,7 +177,7 @@ impl Drive {
                         format_value(&port.value_type, initial),
                         format_value(&port.value_type, &then),
                     );
-                    differences.push(format!("{name} starts with {now}, and did with {then}"));
+                    differences.push(format!("{name} starts with {now} instead of {then}"));
                 }
             }
             let period = self.initial_values.get(&format!("{}.period", instance.name));
@@ -180,7 +185,7 @@ impl Drive {
                 && then != instance.period_ns
             {
                 differences.push(format!(
-                    "{}.period starts with {} s, and did with {} s",
+                    "{}.period starts with {} s instead of {} s",
                     instance.name,
                     instance.period_ns as f64 / 1e9,
                     then as f64 / 1e9
@@ -190,8 +195,8 @@ impl Drive {
         differences
     }
 
-    fn metadata_value(&self, what: &str) -> Option<&str> {
-        self.recording.metadata("jde")?.get(what).map(String::as_str)
+    fn metadata_value(&self, key: &str) -> Option<&str> {
+        self.recording.metadata("jde")?.get(key).map(String::as_str)
     }
 
     /// Reads the values from before the start, which have the sequence number 0. `None` if the recording does

@@ -53,7 +53,7 @@ pub enum ReplayError {
         what: String,
     },
     /// A tolerance names a type that no value of the application has.
-    #[error("nothing in the application is a {name}{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
+    #[error("no value in the application is a {name}{}", .nearest.as_ref().map_or(String::new(), |near| format!("; did you mean `{near}`?")))]
     Tolerance {
         /// The type.
         name: String,
@@ -116,7 +116,7 @@ impl ReplayReport {
     }
 }
 
-/// Replays a drive and compares it. `progress` is called now and then with the time, and returns whether to
+/// Replays a drive and compares it. `progress` is called repeatedly with the time, and returns whether to
 /// continue.
 ///
 /// # Errors
@@ -129,82 +129,83 @@ pub fn replay_and_compare(
     tolerance: &Tolerance,
     mut progress: impl FnMut(Nanos) -> bool,
 ) -> Result<ReplayReport, ReplayError> {
-    let tape = ReplayReader::new(drive, &application, &sources(&application))?;
+    let reader = ReplayReader::new(drive, &application, &sources(&application))?;
     let slack = if drive.hierarchy().lockstep { 0 } else { SLACK };
-    let apart = if drive.hierarchy().lockstep {
+    let time_tolerance = if drive.hierarchy().lockstep {
         0
     } else {
         TIME_TOLERANCE
     };
-    let heard = Arc::new(Mutex::new(Vec::new()));
-    let ear = Arc::clone(&heard);
+    let events = Arc::new(Mutex::new(Vec::new()));
+    let observed = Arc::clone(&events);
     let observer = Box::new(move |event: &Event| {
         if matches!(event, Event::Decided(_) | Event::TookOver { .. }) {
-            ear.lock()
+            observed
+                .lock()
                 .unwrap_or_else(PoisonError::into_inner)
                 .push(event.clone());
         }
     });
-    let mut decided = DecisionTracker::new(&application);
-    let mut held = ValueComparer::new(span, tolerance, &application);
-    let past = Box::new(tape.clone());
-    let mut replay = Replay::start(application, plugins, vec![observer], past, slack)?;
+    let mut tracker = DecisionTracker::new(&application);
+    let mut values = ValueComparer::new(span, tolerance, &application);
+    let recorded_run = Box::new(reader.clone());
+    let mut replay = Replay::start(application, plugins, vec![observer], recorded_run, slack)?;
     let handle = replay.handle();
-    let mut compared = DecisionMatcher::new(span, apart);
-    let mut saw = BTreeMap::new();
-    let mut told = 0;
+    let mut decisions = DecisionMatcher::new(span, time_tolerance);
+    let mut inputs = BTreeMap::new();
+    let mut progress_time = 0;
     loop {
-        let goes_on = replay.step();
-        let events = std::mem::take(&mut *heard.lock().unwrap_or_else(PoisonError::into_inner));
-        for event in events {
+        let continues = replay.step();
+        let new_events = std::mem::take(&mut *events.lock().unwrap_or_else(PoisonError::into_inner));
+        for event in new_events {
             if let Event::Decided(record) = &event {
                 let candidates = record.candidates.iter().map(|candidate| candidate.id.index());
-                saw.insert(record.number, candidate_inputs(&handle, &replay, candidates));
+                inputs.insert(record.number, candidate_inputs(&handle, &replay, candidates));
             }
-            for decision in decided.process(&event) {
-                let saw = saw.remove(&decision.number).unwrap_or_default();
-                compared.push_replayed(decision, saw);
+            for decision in tracker.process(&event) {
+                let inputs = inputs.remove(&decision.number).unwrap_or_default();
+                decisions.push_replayed(decision, inputs);
             }
         }
-        for deed in replay.take_writes() {
-            held.add(&deed);
+        for write in replay.take_writes() {
+            values.add(&write);
         }
-        let now = tape.time();
-        for decision in tape.decisions() {
-            compared.push_recorded(decision);
+        let now = reader.time();
+        for decision in reader.decisions() {
+            decisions.push_recorded(decision);
         }
-        compared.compare_until(now);
-        if !goes_on || now > span.to {
+        decisions.compare_until(now);
+        if !continues || now > span.to {
             break;
         }
-        if now >= told + PROGRESS_INTERVAL {
-            told = now;
+        if now >= progress_time + PROGRESS_INTERVAL {
+            progress_time = now;
             if !progress(now) {
                 break;
             }
         }
     }
-    for decision in decided.drain() {
-        let saw = saw.remove(&decision.number).unwrap_or_default();
-        compared.push_replayed(decision, saw);
+    for decision in tracker.drain() {
+        let inputs = inputs.remove(&decision.number).unwrap_or_default();
+        decisions.push_replayed(decision, inputs);
     }
-    let until = tape.time();
-    for decision in tape.remaining_decisions() {
-        compared.push_recorded(decision);
+    let until = reader.time();
+    for decision in reader.remaining_decisions() {
+        decisions.push_recorded(decision);
     }
     let name = |(schema, time): (u32, Nanos)| {
         let instance = handle.application().instances.get(schema as usize)?;
         Some((instance.name.clone(), time))
     };
     Ok(ReplayReport {
-        reloads: tape.reloads().into_iter().filter_map(name).collect(),
-        comparison: compared.finish(until),
-        values: drive.hierarchy().writes.then(|| held.finish()),
+        reloads: reader.reloads().into_iter().filter_map(name).collect(),
+        comparison: decisions.finish(until),
+        values: drive.hierarchy().writes.then(|| values.finish()),
         until,
-        lost_steps: tape.lost_steps(),
+        lost_steps: reader.lost_steps(),
         missed: replay.missed_values(),
         unknown: replay.unknown_writes(),
-        damage: tape.damage(),
+        damage: reader.damage(),
     })
 }
 

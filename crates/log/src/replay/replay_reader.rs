@@ -88,7 +88,7 @@ impl ReplayReader {
         sources: &[RecordedSource],
     ) -> Result<Self, ReplayError> {
         let recording = drive.recording();
-        let lacks = |what: String| ReplayError::Incomplete {
+        let incomplete = |what: String| ReplayError::Incomplete {
             path: recording.path().display().to_string(),
             what,
         };
@@ -97,14 +97,14 @@ impl ReplayReader {
                 .channels()
                 .find(|channel| channel.metadata.get("variable") == Some(&source.name))
                 .ok_or_else(|| {
-                    lacks(format!(
+                    incomplete(format!(
                         "`{}` is not in it, and schemas import it; record it too",
                         source.name
                     ))
                 })?;
             if channel.definition != definition::definition(&source.value_type).as_bytes() {
-                return Err(lacks(format!(
-                    "`{}` is a {} of another definition in it than that of {}, which the application has",
+                return Err(incomplete(format!(
+                    "the definition of `{}` (a {}) in it differs from that of {} in the application",
                     source.name, channel.type_name, source.value_type.name
                 )));
             }
@@ -121,7 +121,7 @@ impl ReplayReader {
                 })
                 .chain([period])
         });
-        let named = sources.iter().enumerate();
+        let numbered = sources.iter().enumerate();
         Ok(Self {
             inner: Arc::new(Mutex::new(Inner {
                 messages: recording.messages()?,
@@ -138,8 +138,8 @@ impl ReplayReader {
                 steps: Steps::new(),
                 translation: Translation::new(drive, application),
                 turn_type: Turn::describe(),
-                source_of: named
-                    .map(|(place, source)| (source.name.clone(), place))
+                source_of: numbered
+                    .map(|(index, source)| (source.name.clone(), index))
                     .collect(),
                 written: modulations
                     .map(|(name, value_type)| {
@@ -231,8 +231,8 @@ impl RecordedRun for ReplayReader {
         let mut inner = self.lock();
         let limit = inner.time.saturating_add(LATE);
         loop {
-            if let Some(touch) = inner.gestures.remove(&number) {
-                return Some(touch);
+            if let Some(gesture) = inner.gestures.remove(&number) {
+                return Some(gesture);
             }
             if inner.read > limit || !inner.read_one() {
                 return None;
@@ -326,9 +326,9 @@ impl Inner {
         };
         if turn.kind == Turn::MORE_PORTS {
             // A series that starts again belongs to another turn.
-            let row = self.extra_ports.entry(turn.schema).or_default();
-            row.truncate((turn.detail as usize).saturating_sub(INPUTS));
-            row.extend_from_slice(&turn.inputs);
+            let ports = self.extra_ports.entry(turn.schema).or_default();
+            ports.truncate((turn.detail as usize).saturating_sub(INPUTS));
+            ports.extend_from_slice(&turn.inputs);
             return;
         }
         let mut ports = turn.inputs.to_vec();
@@ -343,35 +343,35 @@ impl Inner {
     }
 
     fn process_event(&mut self, data: &[u8]) {
-        let Ok(RunRecord::Event(happening)) = RunRecord::parse(RecordKind::Event, data) else {
+        let Ok(RunRecord::Event(event)) = RunRecord::parse(RecordKind::Event, data) else {
             return;
         };
-        if let (Some(GestureRecord { number, gesture }), by) = (&happening.touched, &happening.by) {
+        if let (Some(GestureRecord { number, gesture }), by) = (&event.touched, &event.by) {
             let by = by.clone().unwrap_or_default();
             self.gestures.insert(*number, (by, gesture.clone()));
             return;
         }
-        let variable = RunRecord::Event(happening.clone());
-        let Some(name) = variable.retracted_variable() else {
+        let record = RunRecord::Event(event.clone());
+        let Some(name) = record.retracted_variable() else {
             return;
         };
-        if let Some(place) = self.source_of.get(name) {
-            let lane = &mut self.sources[*place];
-            lane.queue.push_back(RecordedValue {
-                published: variable.time(),
-                measured: variable.time(),
-                number: lane.last,
+        if let Some(index) = self.source_of.get(name) {
+            let source = &mut self.sources[*index];
+            source.queue.push_back(RecordedValue {
+                published: record.time(),
+                measured: record.time(),
+                number: source.last,
                 bytes: None,
             });
         }
     }
 
     fn process_value(&mut self, variable: &str, message: &Message) {
-        if let Some(place) = self.source_of.get(variable) {
-            let lane = &mut self.sources[*place];
-            if let Ok(bytes) = cdr::decode(&lane.value_type, &message.data) {
-                lane.last = message.sequence;
-                lane.queue.push_back(RecordedValue {
+        if let Some(index) = self.source_of.get(variable) {
+            let source = &mut self.sources[*index];
+            if let Ok(bytes) = cdr::decode(&source.value_type, &message.data) {
+                source.last = message.sequence;
+                source.queue.push_back(RecordedValue {
                     published: message.log_time.saturating_sub(self.start),
                     measured: message.publish_time.saturating_sub(self.start),
                     number: message.sequence,

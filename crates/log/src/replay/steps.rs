@@ -131,13 +131,13 @@ mod tests {
 
     use super::*;
 
-    fn told(turn: Turn) -> Arc<RecordedTurn> {
+    fn recorded(turn: Turn) -> Arc<RecordedTurn> {
         let ports = Vec::new();
         Arc::new(RecordedTurn { turn, ports })
     }
 
     fn tick(order: u64, time: Nanos) -> Arc<RecordedTurn> {
-        told(Turn {
+        recorded(Turn {
             kind: Turn::TICKED,
             checked: Moment { order, time },
             ..Turn::default()
@@ -146,7 +146,7 @@ mod tests {
 
     /// Returns a turn that reads after transaction `after` and reports to the rules in transaction `checked`.
     fn check(after: u64, checked: u64, time: Nanos) -> Arc<RecordedTurn> {
-        told(Turn {
+        recorded(Turn {
             kind: Turn::CYCLED,
             looked: Call {
                 after,
@@ -170,13 +170,17 @@ mod tests {
     }
 
     #[test]
-    fn steps_come_in_the_order_of_then_however_turns_were_written() {
+    fn steps_are_in_the_recorded_order_of_transactions() {
         let mut steps = Steps::new();
         let more = RecordingEnd::More(None);
         // The check was delayed between reading and reporting, and two other transactions occurred between.
         steps.put(&tick(1, 10));
         steps.put(&tick(3, 12));
-        assert_eq!(orders(&mut steps, more), [(1, true)], "the second may still come");
+        assert_eq!(
+            orders(&mut steps, more),
+            [(1, true)],
+            "the second may still arrive"
+        );
         steps.put(&tick(2, 11));
         assert_eq!(orders(&mut steps, more), [(2, true), (3, true)]);
         steps.put(&check(2, 4, 11));
@@ -184,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_comes_is_counted_and_passed_over() {
+    fn missing_transactions_are_counted_and_skipped() {
         let mut steps = Steps::new();
         steps.put(&tick(1, 10));
         steps.put(&tick(4, 100));
@@ -192,7 +196,11 @@ mod tests {
         assert_eq!(orders(&mut steps, RecordingEnd::More(Some(101))), [(4, true)]);
         assert_eq!(steps.lost(), 2);
         steps.put(&tick(7, 200));
-        assert_eq!(orders(&mut steps, RecordingEnd::CutOff), [], "it was under way");
+        assert_eq!(
+            orders(&mut steps, RecordingEnd::CutOff),
+            [],
+            "the turn was not recorded yet"
+        );
         assert_eq!(steps.lost(), 2);
         assert_eq!(orders(&mut steps, RecordingEnd::Complete), [(7, true)]);
         assert_eq!(steps.lost(), 4);

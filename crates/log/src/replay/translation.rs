@@ -1,5 +1,6 @@
 //! Translates the numbers of schemas, groups and ports in a recording to those of the application that
-//! repeats it. It matches them by name. What the application no longer has is assigned to no schema.
+//! repeats it. It matches them by name. Steps of schemas that the application no longer has belong to no
+//! schema.
 
 use jde_app::Application;
 use jde_records::turn::{RecordedTurn, Turn};
@@ -23,31 +24,35 @@ struct SchemaMapping {
 impl Translation {
     /// Builds the translation from a drive to an application.
     pub(super) fn new(drive: &Drive, application: &Application) -> Self {
-        let cast = drive.hierarchy();
-        let schemas = cast.schemas.iter().map(|then| {
-            let number = application.instance(&then.name)?;
+        let hierarchy = drive.hierarchy();
+        let schemas = hierarchy.schemas.iter().map(|recorded| {
+            let number = application.instance(&recorded.name)?;
             let ports = application.instances[number].schema.ports.iter();
-            let ports = ports.map(|port| then.ports.iter().position(|name| *name == port.name));
+            let ports = ports.map(|port| recorded.ports.iter().position(|name| *name == port.name));
             Some(SchemaMapping {
                 number: number as u32,
                 ports: ports.collect(),
             })
         });
-        let groups = cast.groups.iter().map(|then| {
+        let groups = hierarchy.groups.iter().map(|recorded| {
             let mut groups = application.groups.iter();
-            let place = groups.position(|group| group.name == then.name);
-            place.map_or(u64::MAX, |place| place as u64)
+            let index = groups.position(|group| group.name == recorded.name);
+            index.map_or(u64::MAX, |index| index as u64)
         });
         Self {
             schemas: schemas.collect(),
             groups: groups.collect(),
-            counts: cast.schemas.iter().map(|then| then.ports.len()).collect(),
+            counts: hierarchy
+                .schemas
+                .iter()
+                .map(|recorded| recorded.ports.len())
+                .collect(),
         }
     }
 
     /// Translates a turn.
-    pub(super) fn of(&self, told: RecordedTurn) -> RecordedTurn {
-        let RecordedTurn { mut turn, ports } = told;
+    pub(super) fn of(&self, recorded: RecordedTurn) -> RecordedTurn {
+        let RecordedTurn { mut turn, ports } = recorded;
         match turn.kind {
             Turn::STARTED | Turn::TICKED | Turn::ENDED => return RecordedTurn { turn, ports },
             Turn::ARBITRATED => {
@@ -74,22 +79,27 @@ impl Translation {
         }
         if turn.kind == Turn::OPERATED {
             if turn.way == Turn::WROTE && turn.detail != Turn::PERIOD {
-                let now = member
+                let port = member
                     .ports
                     .iter()
-                    .position(|then| *then == Some(turn.detail as usize));
-                turn.detail = now.map_or(u64::MAX, |port| port as u64);
+                    .position(|recorded| *recorded == Some(turn.detail as usize));
+                turn.detail = port.map_or(u64::MAX, |port| port as u64);
             }
             return RecordedTurn { turn, ports };
         }
-        let told = |port: &Option<usize>| port.and_then(|port| ports.get(port).copied());
-        let ports = member.ports.iter().map(|port| told(port).unwrap_or(Turn::UNUSED));
+        let reading = |port: &Option<usize>| port.and_then(|port| ports.get(port).copied());
+        let ports = member
+            .ports
+            .iter()
+            .map(|port| reading(port).unwrap_or(Turn::UNUSED));
         let ports = ports.collect();
         RecordedTurn { turn, ports }
     }
 
-    fn group(&self, then: u64) -> u64 {
-        let group = usize::try_from(then).ok().and_then(|then| self.groups.get(then));
+    fn group(&self, recorded: u64) -> u64 {
+        let group = usize::try_from(recorded)
+            .ok()
+            .and_then(|recorded| self.groups.get(recorded));
         group.copied().unwrap_or(u64::MAX)
     }
 

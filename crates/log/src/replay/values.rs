@@ -82,16 +82,13 @@ impl std::str::FromStr for ToleranceEntry {
             Some((name, number)) => (Some(name.trim().to_owned()), number),
             None => (None, text),
         };
-        let apart: f64 = number.trim().parse().map_err(|_| {
+        let tolerance: f64 = number.trim().parse().map_err(|_| {
             format!("`{number}` is no number; write 1e-9, or for one type: geometry_msgs/msg/Twist=1e-9")
         })?;
-        if !apart.is_finite() || apart < 0.0 {
-            return Err(format!("a tolerance is 0 or more and finite, not {apart}"));
+        if !tolerance.is_finite() || tolerance < 0.0 {
+            return Err(format!("a tolerance is 0 or more and finite, not {tolerance}"));
         }
-        Ok(Self {
-            type_name,
-            tolerance: apart,
-        })
+        Ok(Self { type_name, tolerance })
     }
 }
 
@@ -104,11 +101,11 @@ impl Tolerance {
         let mut tolerance = Self::default();
         for ToleranceEntry {
             type_name,
-            tolerance: apart,
+            tolerance: limit,
         } in parts
         {
             let Some(name) = type_name else {
-                tolerance.all = *apart;
+                tolerance.all = *limit;
                 continue;
             };
             let ports = application
@@ -122,7 +119,7 @@ impl Tolerance {
                     nearest: jde_board::nearest(name, types).map(str::to_owned),
                 });
             }
-            tolerance.types.insert(name.clone(), *apart);
+            tolerance.types.insert(name.clone(), *limit);
         }
         Ok(tolerance)
     }
@@ -145,24 +142,24 @@ impl<'a> ValueComparer<'a> {
         }
     }
 
-    pub(super) fn add(&mut self, deed: &PairedWrite) {
-        if !(self.span.from..=self.span.to).contains(&deed.time) {
+    pub(super) fn add(&mut self, write: &PairedWrite) {
+        if !(self.span.from..=self.span.to).contains(&write.time) {
             return;
         }
-        if deed.recorded == WriteOutcome::Unknown && matches!(deed.replayed, WriteOutcome::Wrote(_)) {
-            *self.unknown.entry(deed.variable.clone()).or_default() += 1;
+        if write.recorded == WriteOutcome::Unknown && matches!(write.replayed, WriteOutcome::Wrote(_)) {
+            *self.unknown.entry(write.variable.clone()).or_default() += 1;
             return;
         }
-        let Some((field, then, now)) = difference(deed, self.tolerance.of(&deed.value_type)) else {
+        let Some((field, then, now)) = difference(write, self.tolerance.of(&write.value_type)) else {
             self.same += 1;
             return;
         };
-        let first = self.first.entry((deed.schema, deed.port.clone()));
+        let first = self.first.entry((write.schema, write.port.clone()));
         let deviation = first.or_insert_with(|| Deviation {
-            time_s: deed.time as f64 / 1e9,
-            schema: self.names[deed.schema].clone(),
-            port: deed.port.clone(),
-            variable: deed.variable.clone(),
+            time_s: write.time as f64 / 1e9,
+            schema: self.names[write.schema].clone(),
+            port: write.port.clone(),
+            variable: write.variable.clone(),
             field,
             recorded: then,
             replayed: now,
@@ -185,21 +182,21 @@ impl<'a> ValueComparer<'a> {
 
 /// Returns the field in which two actions differ, with its recorded and its present value. `None` if they are
 /// equal.
-fn difference(deed: &PairedWrite, apart: f64) -> Option<(String, String, String)> {
-    let (WriteOutcome::Wrote(then), WriteOutcome::Wrote(now)) = (&deed.recorded, &deed.replayed) else {
-        let told = |done: &WriteOutcome| describe(done, &deed.value_type);
-        return (deed.recorded != deed.replayed)
-            .then(|| (String::new(), told(&deed.recorded), told(&deed.replayed)));
+fn difference(write: &PairedWrite, tolerance: f64) -> Option<(String, String, String)> {
+    let (WriteOutcome::Wrote(then), WriteOutcome::Wrote(now)) = (&write.recorded, &write.replayed) else {
+        let text = |outcome: &WriteOutcome| describe(outcome, &write.value_type);
+        return (write.recorded != write.replayed)
+            .then(|| (String::new(), text(&write.recorded), text(&write.replayed)));
     };
     if then == now {
         return None;
     }
     // The bytes between fields have no meaning.
     let (then, now) = (
-        value::decode(&deed.value_type, then),
-        value::decode(&deed.value_type, now),
+        value::decode(&write.value_type, then),
+        value::decode(&write.value_type, now),
     );
-    let (field, then, now) = first_difference(&then, &now, apart, &mut String::new())?;
+    let (field, then, now) = first_difference(&then, &now, tolerance, &mut String::new())?;
     Some((field, then.to_string(), now.to_string()))
 }
 
@@ -207,21 +204,21 @@ fn difference(deed: &PairedWrite, apart: f64) -> Option<(String, String, String)
 fn first_difference(
     then: &Value,
     now: &Value,
-    apart: f64,
+    tolerance: f64,
     path: &mut String,
 ) -> Option<(String, Value, Value)> {
-    let here = |path: &String| Some((path.clone(), then.clone(), now.clone()));
+    let whole_value = |path: &String| Some((path.clone(), then.clone(), now.clone()));
     let length = path.len();
     let mut within = |name: &str, then: &Value, now: &Value| {
         path.push_str(name);
-        let found = first_difference(then, now, apart, path);
+        let found = first_difference(then, now, tolerance, path);
         path.truncate(length);
         found
     };
     match (then, now) {
         (Value::Float(a), Value::Float(b)) => {
-            let is_one = a.to_bits() == b.to_bits() || apart > 0.0 && (a - b).abs() <= apart;
-            if is_one { None } else { here(path) }
+            let is_equal = a.to_bits() == b.to_bits() || tolerance > 0.0 && (a - b).abs() <= tolerance;
+            if is_equal { None } else { whole_value(path) }
         }
         (Value::Map(fields), Value::Map(others)) => {
             let mut pairs = fields.iter().zip(others);
@@ -232,21 +229,21 @@ fn first_difference(
         }
         (Value::List(elements), Value::List(others)) if elements.len() == others.len() => {
             let mut pairs = elements.iter().zip(others).enumerate();
-            pairs.find_map(|(place, (then, now))| within(&format!("[{place}]"), then, now))
+            pairs.find_map(|(index, (then, now))| within(&format!("[{index}]"), then, now))
         }
         (Value::List(elements), Value::List(others)) => {
             let length = |list: &[Value]| Value::UInt(list.len() as u64);
             Some((format!("the length of {path}"), length(elements), length(others)))
         }
         _ if then == now => None,
-        _ => here(path),
+        _ => whole_value(path),
     }
 }
 
-fn describe(done: &WriteOutcome, value_type: &Type) -> String {
-    match done {
+fn describe(outcome: &WriteOutcome, value_type: &Type) -> String {
+    match outcome {
         WriteOutcome::Nothing => "nothing".to_owned(),
-        WriteOutcome::Retracted => "took its value back".to_owned(),
+        WriteOutcome::Retracted => "retracted its value".to_owned(),
         WriteOutcome::Unknown => "a value that is not in the recording".to_owned(),
         WriteOutcome::Wrote(bytes) if bytes.len() <= SHORT => format_value(value_type, bytes),
         WriteOutcome::Wrote(_) => format!("a {}", value_type.name),
@@ -261,7 +258,7 @@ mod tests {
 
     use super::*;
 
-    fn deed(then: WriteOutcome, now: WriteOutcome) -> PairedWrite {
+    fn paired(then: WriteOutcome, now: WriteOutcome) -> PairedWrite {
         PairedWrite {
             time: 7,
             schema: 0,
@@ -280,24 +277,24 @@ mod tests {
     }
 
     #[test]
-    fn values_are_one_to_the_bit_unless_a_tolerance_is_stated() {
-        let rounded = deed(speed(0.3), speed(0.1 + 0.2));
-        assert_eq!(difference(&deed(speed(0.3), speed(0.3)), 0.0), None);
+    fn values_must_be_equal_to_the_bit_without_a_tolerance() {
+        let rounded = paired(speed(0.3), speed(0.1 + 0.2));
+        assert_eq!(difference(&paired(speed(0.3), speed(0.3)), 0.0), None);
         let (field, then, now) = difference(&rounded, 0.0).unwrap();
         assert_eq!(
             (field.as_str(), then.as_str(), now.as_str()),
             ("linear.x", "0.3", "0.30000000000000004")
         );
         assert_eq!(difference(&rounded, 1e-9), None);
-        let turned = deed(speed(0.3), speed(-0.3));
-        assert!(difference(&turned, 1e-9).is_some());
-        let nan = deed(speed(f64::NAN), speed(f64::NAN));
+        let opposite = paired(speed(0.3), speed(-0.3));
+        assert!(difference(&opposite, 1e-9).is_some());
+        let nan = paired(speed(f64::NAN), speed(f64::NAN));
         assert_eq!(difference(&nan, 0.0), None);
-        assert!(difference(&deed(speed(f64::NAN), speed(0.0)), 1e9).is_some());
+        assert!(difference(&paired(speed(f64::NAN), speed(0.0)), 1e9).is_some());
     }
 
     #[test]
-    fn what_was_not_written_is_another_thing_than_any_value() {
+    fn a_missing_or_retracted_value_differs_from_every_value() {
         for (then, now) in [
             (WriteOutcome::Nothing, speed(0.0)),
             (speed(0.0), WriteOutcome::Nothing),
@@ -306,35 +303,35 @@ mod tests {
             (WriteOutcome::Unknown, WriteOutcome::Nothing),
         ] {
             assert!(
-                difference(&deed(then.clone(), now.clone()), 1e9).is_some(),
+                difference(&paired(then.clone(), now.clone()), 1e9).is_some(),
                 "{then:?} {now:?}"
             );
         }
         assert_eq!(
-            difference(&deed(WriteOutcome::Retracted, WriteOutcome::Retracted), 0.0),
+            difference(&paired(WriteOutcome::Retracted, WriteOutcome::Retracted), 0.0),
             None
         );
     }
 
     #[test]
-    fn a_tolerance_is_read_or_refused_in_words() {
-        let read = |text: &str| text.parse::<ToleranceEntry>();
+    fn a_tolerance_is_parsed_or_refused() {
+        let parse = |text: &str| text.parse::<ToleranceEntry>();
         assert_eq!(
-            read("geometry_msgs/msg/Twist=1e-6"),
+            parse("geometry_msgs/msg/Twist=1e-6"),
             Ok(ToleranceEntry {
                 type_name: Some("geometry_msgs/msg/Twist".to_owned()),
                 tolerance: 1e-6
             })
         );
         assert_eq!(
-            read("0.5"),
+            parse("0.5"),
             Ok(ToleranceEntry {
                 type_name: None,
                 tolerance: 0.5
             })
         );
         for wrong in ["", "x", "-1", "nan", "inf", "geometry_msgs/msg/Twist", "a=b"] {
-            assert!(read(wrong).is_err(), "{wrong}");
+            assert!(parse(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -20,7 +20,7 @@ pub(crate) struct ContinuousSink {
     /// `None` once the disk accepts no more.
     file: Option<OpenFile>,
     channels: Vec<SinkChannel>,
-    on_trouble: OnError,
+    on_error: OnError,
     split: Option<PartSequence>,
     /// Ended parts that the disk has not confirmed yet.
     ending: Vec<ClosedFile>,
@@ -34,38 +34,38 @@ impl ContinuousSink {
         shared: &Arc<Shared>,
         file: OpenFile,
         split: Option<PartSequence>,
-        on_trouble: OnError,
+        on_error: OnError,
     ) -> Self {
-        let whole = Self {
+        let sink = Self {
             shared: Arc::clone(shared),
             file: Some(file),
             channels: Vec::new(),
-            on_trouble,
+            on_error,
             split,
             ending: Vec::new(),
             confirmed: (0, 0),
             is_error_reported: false,
         };
-        whole.update_status();
-        whole
+        sink.update_status();
+        sink
     }
 
     /// Performs an operation on the file. After the first error there are no further operations.
-    fn write(&mut self, act: impl FnOnce(&mut OpenFile) -> io::Result<()>) {
+    fn write(&mut self, operation: impl FnOnce(&mut OpenFile) -> io::Result<()>) {
         let Some(file) = &mut self.file else {
             return;
         };
-        let done = act(file);
+        let result = operation(file);
         self.update_status();
-        self.handle_result(done);
+        self.handle_result(result);
     }
 
     /// Ends the recording if the operation failed.
-    fn handle_result(&mut self, done: io::Result<()>) {
-        let Err(error) = done else {
+    fn handle_result(&mut self, result: io::Result<()>) {
+        let Err(error) = result else {
             return;
         };
-        // What is in no chunk yet is lost, and so is what the disk had not stored when it failed.
+        // Messages that are in no chunk, or that the disk has not stored, are lost.
         self.ending.extend(self.file.take().map(OpenFile::into_closed));
         let mut lost = 0;
         for mut ended in self.ending.drain(..) {
@@ -77,9 +77,9 @@ impl ContinuousSink {
         self.shared.dropped.fetch_add(lost, Ordering::Relaxed);
         self.update_status();
         if !std::mem::replace(&mut self.is_error_reported, true) {
-            let words = error.to_string();
-            *lock(&self.shared.error) = Some(words.clone());
-            (self.on_trouble)(&words);
+            let message = error.to_string();
+            *lock(&self.shared.error) = Some(message.clone());
+            (self.on_error)(&message);
         }
     }
 
@@ -92,14 +92,14 @@ impl ContinuousSink {
         let ended = file.into_closed();
         let next = closed.and_then(|()| split.next(&ended, &self.channels, time));
         self.ending.push(ended);
-        let done = next.map(|next| self.file = Some(next));
+        let result = next.map(|next| self.file = Some(next));
         self.update_status();
-        self.handle_result(done);
+        self.handle_result(result);
     }
 
     /// Collects the results of the disk for ended parts, and deletes parts beyond the limit.
     fn poll_parts(&mut self) -> io::Result<()> {
-        let mut said = Ok(());
+        let mut result = Ok(());
         for mut ended in std::mem::take(&mut self.ending) {
             match ended.poll() {
                 Some(Ok(())) => {
@@ -108,13 +108,17 @@ impl ContinuousSink {
                 }
                 None => self.ending.push(ended),
                 Some(Err(error)) => {
-                    said = Err(error);
+                    result = Err(error);
                     self.ending.push(ended);
                 }
             }
         }
-        let under_way = self.file.as_ref().map_or(0, OpenFile::bytes);
-        said.and_then(|()| self.split.as_mut().map_or(Ok(()), |split| split.prune(under_way)))
+        let current_bytes = self.file.as_ref().map_or(0, OpenFile::bytes);
+        result.and_then(|()| {
+            self.split
+                .as_mut()
+                .map_or(Ok(()), |split| split.prune(current_bytes))
+        })
     }
 
     /// Updates the status.
@@ -145,7 +149,7 @@ impl Sink for ContinuousSink {
         self.channels.push(channel);
     }
 
-    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], says: Effect) {
+    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], effect: Effect) {
         if let (Some(split), Some(file)) = (&mut self.split, &self.file)
             && split.is_over(times.log, file.bytes())
         {
@@ -155,7 +159,7 @@ impl Sink for ContinuousSink {
             return self.channels[channel].add_lost(1, &self.shared);
         }
         if let Some(split) = &mut self.split {
-            split.update_in_force(channel, times, data, says);
+            split.update_in_force(channel, times, data, effect);
         }
         self.write(|file| file.write_message(channel, times, data));
     }
@@ -165,8 +169,8 @@ impl Sink for ContinuousSink {
     fn poll(&mut self, _: Nanos) -> bool {
         self.write(OpenFile::flush_if_due);
         if self.split.is_some() && self.file.is_some() {
-            let tended = self.poll_parts();
-            self.handle_result(tended);
+            let result = self.poll_parts();
+            self.handle_result(result);
             self.update_parts();
         }
         false
@@ -182,8 +186,8 @@ impl Sink for ContinuousSink {
         let ended: Vec<_> = self.ending.iter_mut().map(ClosedFile::wait).collect();
         self.handle_result(ended.into_iter().collect());
         if self.file.is_some() {
-            let tended = self.poll_parts();
-            self.handle_result(tended);
+            let result = self.poll_parts();
+            self.handle_result(result);
         }
         self.update_parts();
         self.file = None;

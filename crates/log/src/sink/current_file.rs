@@ -1,5 +1,5 @@
-//! One file around a firing: which messages of the ring it contains, its metadata, and what it lacks. After a
-//! failure of the disk there is no file, and messages are only counted.
+//! One file around a firing: which messages of the buffer it contains, its metadata, and its lost messages.
+//! After a failure of the disk there is no file, and messages are only counted.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -37,13 +37,13 @@ pub(super) struct CurrentFile {
 }
 
 impl CurrentFile {
-    pub(super) fn new(next: u64, start: Nanos, until: Nanos, place: usize) -> Self {
+    pub(super) fn new(next: u64, start: Nanos, until: Nanos, index: usize) -> Self {
         Self {
             file: None,
             next,
             start,
             until,
-            index: place,
+            index,
             lost: BTreeMap::new(),
             failed_counts: (0, 0, 0),
             fired: 0,
@@ -58,7 +58,7 @@ impl CurrentFile {
         firing: &Firing,
         condition: &str,
         channels: &[SinkChannel],
-        ring: &PreTriggerBuffer,
+        buffer: &PreTriggerBuffer,
     ) -> io::Result<()> {
         self.file = Some(file);
         self.record_firing(origin, firing, condition)?;
@@ -66,7 +66,7 @@ impl CurrentFile {
         let Some(file) = &mut self.file else {
             return Ok(());
         };
-        for (channel, times, data) in ring.base() {
+        for (channel, times, data) in buffer.base() {
             let log = self.start;
             file.write_message(channel, Times { log, ..times }, data)?;
         }
@@ -87,7 +87,7 @@ impl CurrentFile {
         };
         let seconds = |time: Nanos| format!("{}.{:09}", time / 1_000_000_000, time % 1_000_000_000);
         let wall = origin.start().saturating_add(firing.time);
-        let why = BTreeMap::from([
+        let metadata = BTreeMap::from([
             ("condition".to_owned(), condition.to_owned()),
             ("reason".to_owned(), firing.text.clone()),
             ("time_s".to_owned(), seconds(firing.time)),
@@ -95,7 +95,7 @@ impl CurrentFile {
             ("from_s".to_owned(), seconds(self.start)),
         ]);
         match &mut self.file {
-            Some(file) if self.fired <= MAX_FIRINGS => file.metadata(&name, why),
+            Some(file) if self.fired <= MAX_FIRINGS => file.metadata(&name, metadata),
             Some(_) | None => Ok(()),
         }
     }

@@ -1,5 +1,5 @@
 //! The destination of messages: one file for the whole recording, one file after the other, or the files that
-//! conditions cause. No sink blocks the writing thread for ever: it counts what it cannot write.
+//! conditions cause. No sink blocks the writing thread forever: it counts what it cannot write.
 
 mod continuous;
 mod current_file;
@@ -35,7 +35,7 @@ pub(crate) trait Sink: Send {
     fn open(&mut self, channel: SinkChannel);
 
     /// Writes a message.
-    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], says: Effect);
+    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], effect: Effect);
 
     /// Reports that a condition became true by the last message.
     fn fired(&mut self, firing: &Firing, condition: &str);
@@ -60,7 +60,7 @@ pub(crate) enum Effect {
 /// The contents of a channel.
 #[derive(Clone)]
 pub(crate) enum SinkChannel {
-    /// Messages of the story.
+    /// Records of selections, states and events.
     Records(RecordKind),
     /// Values of a variable, or the drawings of a panel.
     Topic(Arc<TopicQueue>),
@@ -73,9 +73,9 @@ impl SinkChannel {
                 let (name, schema) = kind.schema();
                 writer.json(kind.topic(), name, schema)
             }
-            Self::Topic(lane) => match &lane.content {
-                TopicContent::Values(value_type) => writer.variable(&lane.name, value_type, &lane.metadata),
-                TopicContent::Panel => writer.panel(&lane.name, &lane.metadata),
+            Self::Topic(queue) => match &queue.content {
+                TopicContent::Values(value_type) => writer.variable(&queue.name, value_type, &queue.metadata),
+                TopicContent::Panel => writer.panel(&queue.name, &queue.metadata),
             },
         }
     }
@@ -83,7 +83,7 @@ impl SinkChannel {
     fn name(&self) -> &str {
         match self {
             Self::Records(kind) => kind.topic(),
-            Self::Topic(lane) => &lane.name,
+            Self::Topic(queue) => &queue.name,
         }
     }
 
@@ -91,7 +91,7 @@ impl SinkChannel {
     fn add_lost(&self, count: u64, shared: &Shared) {
         match self {
             Self::Records(_) => shared.lost_events.fetch_add(count, Ordering::Relaxed),
-            Self::Topic(lane) => lane.lost.fetch_add(count, Ordering::Relaxed),
+            Self::Topic(queue) => queue.lost.fetch_add(count, Ordering::Relaxed),
         };
     }
 }

@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_numbered_before_their_ending() {
+    fn numbers_of_files_precede_the_extension() {
         for (path, third) in [
             ("runs/drive.mcap", "runs/drive-003.mcap"),
             ("drive", "drive-003"),

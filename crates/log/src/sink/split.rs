@@ -74,17 +74,17 @@ impl PartSequence {
         let mut before = part::find_parts(path).map_err(failed)?;
         let mut parts = Parts::default();
         if overwrite {
-            let mut left = Vec::new();
+            let mut remaining = Vec::new();
             for (number, path) in before {
                 if !remove(&path).map_err(failed)? {
                     parts.undeleted.insert(path.clone());
-                    left.push((number, path));
+                    remaining.push((number, path));
                 }
             }
-            before = left;
+            before = remaining;
         }
         let number = before.last().map_or(Some(1), |(number, _)| number.checked_add(1));
-        let bytes = |path: &Path| fs::metadata(path).map_or(0, |about| about.len());
+        let bytes = |path: &Path| fs::metadata(path).map_or(0, |metadata| metadata.len());
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let mut split = Self {
             path: path.to_owned(),
@@ -125,20 +125,20 @@ impl PartSequence {
     pub(super) fn is_over(&mut self, time: Nanos, bytes: u64) -> bool {
         let began = *self.began.get_or_insert(time);
         match self.plan.part_size {
-            PartSize::Bytes(most) => bytes - self.head >= most,
-            PartSize::Time(most) => time >= began.saturating_add(most),
+            PartSize::Bytes(limit) => bytes - self.head >= limit,
+            PartSize::Time(limit) => time >= began.saturating_add(limit),
         }
     }
 
     /// Updates the values in force with a message.
-    pub(super) fn update_in_force(&mut self, channel: usize, times: Times, data: &[u8], says: Effect) {
-        match says {
+    pub(super) fn update_in_force(&mut self, channel: usize, times: Times, data: &[u8], effect: Effect) {
+        match effect {
             Effect::State(StateKey::Stateless) => {}
             Effect::State(about) => {
-                let (when, what) = self.in_force.of(channel, about);
-                *when = times;
-                what.clear();
-                what.extend_from_slice(data);
+                let (stored_times, stored_data) = self.in_force.of(channel, about);
+                *stored_times = times;
+                stored_data.clear();
+                stored_data.extend_from_slice(data);
             }
             Effect::Retracts(of) => self.in_force.retract(of),
         }
@@ -173,29 +173,29 @@ impl PartSequence {
         Ok(file)
     }
 
-    /// Deletes the oldest parts while all parts together, including the `under_way` bytes of the present one,
+    /// Deletes the oldest parts while all parts together, including the `current_bytes` of the present one,
     /// exceed the limit. Parts that another recording is writing are kept.
-    pub(super) fn prune(&mut self, under_way: u64) -> io::Result<()> {
+    pub(super) fn prune(&mut self, current_bytes: u64) -> io::Result<()> {
         let Some(keep) = self.plan.max_total_bytes else {
             return Ok(());
         };
-        let mut all = self.existing.iter().map(|(_, bytes)| bytes).sum::<u64>() + under_way;
-        let mut place = 0;
-        while all > keep
-            && let Some((oldest, bytes)) = self.existing.get(place)
+        let mut total = self.existing.iter().map(|(_, bytes)| bytes).sum::<u64>() + current_bytes;
+        let mut index = 0;
+        while total > keep
+            && let Some((oldest, bytes)) = self.existing.get(index)
         {
-            let gone = remove(oldest).map_err(|error| {
-                let why = format!("cannot delete {}: {error}", oldest.display());
-                io::Error::new(error.kind(), why)
+            let is_deleted = remove(oldest).map_err(|error| {
+                let message = format!("cannot delete {}: {error}", oldest.display());
+                io::Error::new(error.kind(), message)
             })?;
-            if gone {
-                all -= bytes;
+            if is_deleted {
+                total -= bytes;
                 self.parts.undeleted.remove(oldest);
                 self.parts.deleted += 1;
-                self.existing.remove(place);
+                self.existing.remove(index);
             } else {
                 self.parts.undeleted.insert(oldest.clone());
-                place += 1;
+                index += 1;
             }
         }
         Ok(())
@@ -212,14 +212,16 @@ impl PartSequence {
             let Some(number) = self.number else {
                 return Err(Error::Create {
                     path: self.path.clone(),
-                    error: io::Error::other("a part of it has the last number that there is; move it away"),
+                    error: io::Error::other(
+                        "the last number of a part is in use; move that part to another folder",
+                    ),
                 });
             };
             let path = numbered(&self.path, number);
             self.number = number.checked_add(1);
             let file = match writer::create(&path, self.overwrite) {
                 Err(Error::Exists(_) | Error::Written(_)) => continue,
-                made => made?,
+                result => result?,
             };
             self.lock = file.try_clone().ok();
             self.parts.last = path;
@@ -260,12 +262,12 @@ impl PartSequence {
 fn remove(path: &Path) -> io::Result<bool> {
     let opened = File::open(path).and_then(|file| match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => Ok(None),
-        // While this lock is held, no recording writes the file. Without locks there is no sign that one
-        // does.
+        // While this lock is held, no recording writes the file. Without locks this cannot
+        // be checked.
         Ok(()) | Err(TryLockError::Error(_)) => fs::remove_file(path).map(|()| Some(file)),
     });
     match opened {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(true),
-        removed => removed.map(|gone| gone.is_some()),
+        removed => removed.map(|file| file.is_some()),
     }
 }

@@ -30,33 +30,33 @@ struct SyncState {
 
 impl Syncer {
     pub(super) fn start(mut disk: Disk) -> io::Result<Self> {
-        let (ask, asked) = sync_channel(1);
+        let (sender, requests) = sync_channel(1);
         let state = Arc::new(SyncState::default());
-        let told = Arc::clone(&state);
+        let shared = Arc::clone(&state);
         let thread = Builder::new().name("recording-sync".to_owned()).spawn(move || {
-            while asked.recv().is_ok() {
-                let given = told.submitted.load(Ordering::Acquire);
+            while requests.recv().is_ok() {
+                let submitted = shared.submitted.load(Ordering::Acquire);
                 if let Err(error) = disk() {
-                    // A second call might succeed, although what was lost remains lost. So there is none.
-                    *lock(&told.failed) = Some(error);
+                    // There is no second call: it might succeed although the data are lost.
+                    *lock(&shared.failed) = Some(error);
                     return;
                 }
-                told.synced.store(given, Ordering::Release);
+                shared.synced.store(submitted, Ordering::Release);
             }
         })?;
         Ok(Self {
-            requests: Some(ask),
+            requests: Some(sender),
             thread: Some(thread),
             state,
         })
     }
 
-    /// Requests a synchronisation, now that the file has `given` messages. A request that has not been
+    /// Requests a synchronisation, now that the file has `submitted` messages. A request that has not been
     /// started yet is not repeated.
-    pub(super) fn request(&self, given: u64) {
-        self.state.submitted.store(given, Ordering::Release);
-        if let Some(ask) = &self.requests {
-            let _ = ask.try_send(());
+    pub(super) fn request(&self, submitted: u64) {
+        self.state.submitted.store(submitted, Ordering::Release);
+        if let Some(requests) = &self.requests {
+            let _ = requests.try_send(());
         }
     }
 
@@ -111,6 +111,6 @@ pub(crate) fn disk(file: &File) -> io::Result<Option<Disk>> {
     Ok(Some(Box::new(move || match file.sync_data() {
         // A file system without synchronisation has not failed.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => Ok(()),
-        answer => answer,
+        result => result,
     })))
 }

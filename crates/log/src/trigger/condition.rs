@@ -91,7 +91,7 @@ pub enum Reason {
     #[error("{0}")]
     Kinds(String),
     /// The result is not a boolean.
-    #[error("it is {0}, not a yes or no: compare it with something, as in `> 0.5`")]
+    #[error("the result is {0}, not a bool: compare it with something, as in `> 0.5`")]
     NotBoolean(String),
 }
 
@@ -101,14 +101,14 @@ impl Condition {
     /// # Errors
     /// [`BadCondition`] with the first mistake and its column.
     pub fn new(text: &str, names: &Names) -> Result<Self, BadCondition> {
-        let what = read(text, names).map_err(|(column, reason)| BadCondition {
+        let kind = read(text, names).map_err(|(column, reason)| BadCondition {
             condition: text.to_owned(),
             column,
             reason,
         })?;
         Ok(Self {
             text: text.trim().to_owned(),
-            kind: what,
+            kind,
         })
     }
 
@@ -151,13 +151,13 @@ fn read(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
             Err(_) => Err((
                 column(number),
                 Reason::Syntax(
-                    "how many switches in a second is a whole number, as in `chatter>5`".to_owned(),
+                    "the number of switches in a second must be a whole number, as in `chatter>5`".to_owned(),
                 ),
             )),
         },
         ("chatter", None) => Err((
             column(head) + word.len(),
-            Reason::Syntax("say how many switches in a second are too many, as in `chatter>5`".to_owned()),
+            Reason::Syntax("write how many switches in a second are allowed, as in `chatter>5`".to_owned()),
         )),
         (_, Some(number)) => Err((
             column(number) - 1,
@@ -168,10 +168,7 @@ fn read(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
         ("overrun", None) => Ok(ConditionKind::Overrun(schema()?)),
         ("fault", None) => Ok(ConditionKind::Fault(schema()?)),
         (word, None) => match of {
-            Some(of) => Err((
-                column(of),
-                Reason::Syntax(format!("`{word}` is of nobody in particular")),
-            )),
+            Some(of) => Err((column(of), Reason::Syntax(format!("`{word}` takes no name")))),
             None if word == "refused" => Ok(ConditionKind::Refused),
             None => Ok(ConditionKind::Operator),
         },

@@ -18,7 +18,7 @@ const MAX_LENGTH: usize = 1000;
 /// stack.
 const MAX_DEPTH: usize = 50;
 /// Replacements for characters that are allowed in names of an application and not in an expression.
-const STAND_INS: [char; 4] = ['_', 'x', 'y', 'z'];
+const REPLACEMENTS: [char; 4] = ['_', 'x', 'y', 'z'];
 
 /// The functions of CEL and of its extension `math`.
 static LANGUAGE: LazyLock<Arc<Env>> = LazyLock::new(|| {
@@ -56,7 +56,7 @@ impl Expression {
                 .into_iter()
                 .min_by_key(|error| (error.msg.starts_with("Incomplete"), error.pos));
             error.map_or_else(
-                || (1, Reason::Syntax("it cannot be read".to_owned())),
+                || (1, Reason::Syntax("it cannot be parsed".to_owned())),
                 |error| {
                     (
                         column(&source, error.pos),
@@ -107,18 +107,18 @@ impl Expression {
 
     /// Returns the full names of the variables that it reads.
     pub(super) fn variables(&self) -> impl Iterator<Item = &str> {
-        self.variables.iter().map(|held| held.name.as_str())
+        self.variables.iter().map(|variable| variable.name.as_str())
     }
 
     /// Sets or removes the value of a variable. Returns whether the expression reads that variable.
     pub(super) fn set_value(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
-        let Some(held) = self.variables.iter_mut().find(|held| held.name == variable) else {
+        let Some(bound) = self.variables.iter_mut().find(|bound| bound.name == variable) else {
             return false;
         };
-        held.has_value = value.is_some();
+        bound.has_value = value.is_some();
         if let Some(value) = value {
-            held.value.clear();
-            held.value.extend_from_slice(value);
+            bound.value.clear();
+            bound.value.extend_from_slice(value);
         }
         true
     }
@@ -127,8 +127,8 @@ impl Expression {
     /// the evaluation fails.
     pub(super) fn is_true(&self) -> bool {
         let mut context = Context::with_env(Arc::clone(&LANGUAGE));
-        for held in self.variables.iter().filter(|held| held.has_value) {
-            context.add_variable_as_val(held.alias.as_str(), view::of(&held.value_type, &held.value));
+        for bound in self.variables.iter().filter(|bound| bound.has_value) {
+            context.add_variable_as_val(bound.alias.as_str(), view::of(&bound.value_type, &bound.value));
         }
         self.program.execute(&context) == Ok(Value::Bool(true))
     }
@@ -143,24 +143,18 @@ impl fmt::Debug for Expression {
 /// Refuses expressions that would overload the parser.
 fn check_limits(text: &str) -> Result<(), Mistake> {
     if text.len() > MAX_LENGTH {
-        let much = format!(
-            "{} letters are too many; at most {MAX_LENGTH} can be read",
-            text.len()
-        );
-        return Err((1, Reason::Syntax(much)));
+        let message = format!("it has {} letters; at most {MAX_LENGTH} are possible", text.len());
+        return Err((1, Reason::Syntax(message)));
     }
-    let mut deep = 0_usize;
-    for (place, letter) in text.chars().enumerate() {
+    let mut depth = 0_usize;
+    for (index, letter) in text.chars().enumerate() {
         match letter {
-            '(' | '[' | '{' => deep += 1,
-            ')' | ']' | '}' => deep = deep.saturating_sub(1),
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
             _ => {}
         }
-        if deep > MAX_DEPTH {
-            return Err((
-                place + 1,
-                Reason::Syntax("brackets within too many brackets".to_owned()),
-            ));
+        if depth > MAX_DEPTH {
+            return Err((index + 1, Reason::Syntax("too many nested brackets".to_owned())));
         }
     }
     Ok(())
@@ -169,19 +163,19 @@ fn check_limits(text: &str) -> Result<(), Mistake> {
 /// Replaces names that CEL cannot parse, such as `left-eye.image`, by others of the same length, so that
 /// columns do not change. Returns the expression, and each name with its replacement.
 fn rename_variables(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
-    let odd = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_' || letter == '.');
+    let is_special = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_' || letter == '.');
     let mut known: Vec<_> = names
         .variables
         .keys()
-        .filter(|name| name.contains(odd) && text.contains(name.as_str()))
+        .filter(|name| name.contains(is_special) && text.contains(name.as_str()))
         .collect();
     // A name that is a prefix of another must not be replaced inside it.
     known.sort_by_key(|name| std::cmp::Reverse(name.len()));
     let mut source = text.to_owned();
     let mut renamed = Vec::new();
     for name in known {
-        let with = |letter: char| name.replace(odd, &letter.to_string());
-        let free = STAND_INS
+        let with = |letter: char| name.replace(is_special, &letter.to_string());
+        let free = REPLACEMENTS
             .into_iter()
             .map(with)
             .find(|safe| !names.variables.contains_key(safe) && !source.contains(safe.as_str()));

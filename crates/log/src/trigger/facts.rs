@@ -1,4 +1,4 @@
-//! The part of an event that conditions use, from an event of this process or from a message of the story.
+//! The part of an event that conditions use, from an event of this process or from a record.
 
 use jde_board::Nanos;
 use jde_core::{Case, Health};
@@ -75,11 +75,11 @@ pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos,
         Event::Refused {
             time,
             schema,
-            description: what,
+            description,
         } => {
             let fact = Fact::Refused {
                 schema: name(*schema)?,
-                text: what,
+                text: description,
             };
             (*time, fact)
         }
@@ -91,9 +91,9 @@ pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos,
     })
 }
 
-/// Returns the fact of a message.
-pub(super) fn of_record(line: &RunRecord) -> Option<Fact<'_>> {
-    match line {
+/// Returns the fact of a record.
+pub(super) fn of_record(record: &RunRecord) -> Option<Fact<'_>> {
+    match record {
         RunRecord::Decision(decision) => Some(Fact::Selected {
             group: &decision.group,
             collision: decision.case == "collision",
@@ -101,9 +101,9 @@ pub(super) fn of_record(line: &RunRecord) -> Option<Fact<'_>> {
             switched: decision.changed,
         }),
         RunRecord::State(_) => None,
-        RunRecord::Event(happening) => {
-            let schema = happening.schema.as_deref();
-            match happening.kind.as_str() {
+        RunRecord::Event(event) => {
+            let schema = event.schema.as_deref();
+            match event.kind.as_str() {
                 "ok" | "arbitration-failed" => Some(Fact::Health {
                     schema: schema?,
                     overrun: false,
@@ -116,16 +116,16 @@ pub(super) fn of_record(line: &RunRecord) -> Option<Fact<'_>> {
                 }),
                 "faulted" | "hung" => Some(Fact::Health {
                     schema: schema?,
-                    overrun: happening.kind == "hung",
-                    fault: Some(&happening.text),
+                    overrun: event.kind == "hung",
+                    fault: Some(&event.text),
                 }),
                 "refused" => Some(Fact::Refused {
                     schema: schema?,
-                    text: &happening.text,
+                    text: &event.text,
                 }),
                 "operator" => Some(Fact::Operator(format!(
                     "{} acted on {}",
-                    happening.by.as_deref().unwrap_or("somebody"),
+                    event.by.as_deref().unwrap_or("somebody"),
                     schema?
                 ))),
                 _ => None,

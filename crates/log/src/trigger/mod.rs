@@ -3,7 +3,7 @@
 //! A [`Condition`] is checked against the names of an application before it starts. [`Triggers`] process
 //! events and values, and report a [`Firing`] whenever a condition changes from false to true. They depend
 //! only on what they receive, in its order, so a run in virtual time always fires in the same way. They have
-//! no thread, no clock and no file. The caller decides what follows a firing.
+//! no thread, no clock and no file. The caller acts on a firing.
 
 mod check;
 mod condition;
@@ -66,9 +66,9 @@ impl Triggers {
 
     /// Returns the text of a condition.
     #[must_use]
-    pub fn condition(&self, place: usize) -> Option<&str> {
+    pub fn condition(&self, index: usize) -> Option<&str> {
         self.list
-            .get(place)
+            .get(index)
             .map(|trigger| trigger.condition.text.as_str())
     }
 
@@ -79,23 +79,23 @@ impl Triggers {
         }
     }
 
-    /// Processes a message of the story of an application elsewhere.
-    pub fn process_record(&mut self, line: &RunRecord, fired: &mut Vec<Firing>) {
-        if let Some(fact) = facts::of_record(line) {
-            apply_fact(&mut self.list, line.time(), &fact, fired);
+    /// Processes a record of an application in another process.
+    pub fn process_record(&mut self, record: &RunRecord, fired: &mut Vec<Firing>) {
+        if let Some(fact) = facts::of_record(record) {
+            apply_fact(&mut self.list, record.time(), &fact, fired);
         }
     }
 
     /// Processes a new value of a variable: all bytes of its type.
     pub fn process_value(&mut self, time: Nanos, variable: &str, bytes: &[u8], fired: &mut Vec<Firing>) {
-        self.update_expressions(time, fired, |looked| {
-            looked.expression.set_value(variable, Some(bytes))
+        self.update_expressions(time, fired, |state| {
+            state.expression.set_value(variable, Some(bytes))
         });
     }
 
     /// Processes the retraction of a variable's value.
     pub fn process_retraction(&mut self, time: Nanos, variable: &str, fired: &mut Vec<Firing>) {
-        self.update_expressions(time, fired, |looked| looked.expression.set_value(variable, None));
+        self.update_expressions(time, fired, |state| state.expression.set_value(variable, None));
     }
 
     /// Advances the time, and evaluates expressions that were deferred because values arrived too soon after
@@ -108,16 +108,16 @@ impl Triggers {
         &mut self,
         time: Nanos,
         fired: &mut Vec<Firing>,
-        take: impl Fn(&mut ExpressionState) -> bool,
+        set_value: impl Fn(&mut ExpressionState) -> bool,
     ) {
         for (condition, trigger) in self.list.iter_mut().enumerate() {
-            let TriggerState::Expression(looked) = &mut trigger.state else {
+            let TriggerState::Expression(state) = &mut trigger.state else {
                 continue;
             };
             // A deferred expression is first evaluated without this value.
-            let before = looked.is_due(time) && looked.evaluate(time);
-            looked.is_pending |= take(looked);
-            let now = looked.is_due(time) && looked.evaluate(time);
+            let before = state.is_due(time) && state.evaluate(time);
+            state.is_pending |= set_value(state);
+            let now = state.is_due(time) && state.evaluate(time);
             if before || now {
                 fired.push(Firing {
                     time,

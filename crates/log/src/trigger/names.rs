@@ -7,7 +7,8 @@ use jde_abi::describe::{Role, Type};
 use jde_app::Application;
 use jde_types::Value;
 
-/// The names of an application. For an application elsewhere, the client that queried it fills them in.
+/// The names of an application. For an application in another process, the client that queries it fills them
+/// in.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Names {
     /// The schemas, in their order.

@@ -38,8 +38,8 @@ pub(super) struct ExpressionState {
 }
 
 impl TriggerState {
-    fn of(what: &ConditionKind) -> Self {
-        match what {
+    fn of(kind: &ConditionKind) -> Self {
+        match kind {
             ConditionKind::Expression(expression) => Self::Expression(Box::new(ExpressionState {
                 expression: expression.clone(),
                 was_true: false,
@@ -71,17 +71,17 @@ impl Trigger {
         match (&self.condition.kind, &mut self.state, fact) {
             (
                 ConditionKind::Collision(only),
-                TriggerState::Active(of),
+                TriggerState::Active(active),
                 Fact::Selected { group, collision, .. },
             ) if fits(only, group) => {
-                update_active(of, group, *collision).then(|| format!("collision in {group}"))
+                update_active(active, group, *collision).then(|| format!("collision in {group}"))
             }
             (
                 ConditionKind::Absence(only),
-                TriggerState::Active(of),
+                TriggerState::Active(active),
                 Fact::Selected { group, absence, .. },
             ) if fits(only, group) => {
-                update_active(of, group, *absence).then(|| format!("nobody wins in {group}"))
+                update_active(active, group, *absence).then(|| format!("nobody wins in {group}"))
             }
             (
                 ConditionKind::Chatter {
@@ -104,17 +104,17 @@ impl Trigger {
             }
             (
                 ConditionKind::Overrun(only),
-                TriggerState::Active(of),
+                TriggerState::Active(active),
                 Fact::Health { schema, overrun, .. },
             ) if fits(only, schema) => {
-                update_active(of, schema, *overrun).then(|| format!("overrun of {schema}"))
+                update_active(active, schema, *overrun).then(|| format!("overrun of {schema}"))
             }
-            (ConditionKind::Fault(only), TriggerState::Active(of), Fact::Health { schema, fault, .. })
-                if fits(only, schema) =>
-            {
-                update_active(of, schema, fault.is_some())
-                    .then(|| format!("fault of {schema}: {}", fault.unwrap_or_default()))
-            }
+            (
+                ConditionKind::Fault(only),
+                TriggerState::Active(active),
+                Fact::Health { schema, fault, .. },
+            ) if fits(only, schema) => update_active(active, schema, fault.is_some())
+                .then(|| format!("fault of {schema}: {}", fault.unwrap_or_default())),
             (ConditionKind::Refused, _, Fact::Refused { schema, text }) => {
                 Some(format!("refused to {schema}: {text}"))
             }
@@ -125,11 +125,11 @@ impl Trigger {
 }
 
 /// Returns whether a condition becomes true for a schema or group for which it was false.
-fn update_active(of: &mut BTreeSet<String>, whom: &str, now: bool) -> bool {
-    if now {
-        of.insert(whom.to_owned())
+fn update_active(active: &mut BTreeSet<String>, name: &str, is_true: bool) -> bool {
+    if is_true {
+        active.insert(name.to_owned())
     } else {
-        of.remove(whom);
+        active.remove(name);
         false
     }
 }

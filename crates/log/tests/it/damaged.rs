@@ -1,5 +1,5 @@
-//! Recordings that are truncated or corrupted at any byte: the reader returns the intact messages and reports the
-//! offset of the damage.
+//! Recordings that are truncated or corrupted at any byte: the reader returns the intact messages and reports
+//! the offset of the damage.
 
 use std::collections::BTreeMap;
 use std::path::Path;

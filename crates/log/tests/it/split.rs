@@ -1,5 +1,5 @@
-//! Split recordings: whichever part is opened, the recording contains every message once. A single part contains
-//! the values in force. The total size can be limited.
+//! Split recordings: whichever part is opened, the recording contains every message once. A single part
+//! contains the values in force. The total size can be limited.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -34,7 +34,8 @@ fn stamps(number: u64, published: u64) -> Stamps {
     }
 }
 
-/// Records a modulation that is written once, a value that is retracted, and ten incompressible values a second.
+/// Records a modulation that is written once, a value that is retracted, and ten incompressible values a
+/// second.
 struct Drive {
     recorder: Recorder,
     noise: Topic,
@@ -341,12 +342,12 @@ fn a_recording_fails_after_the_last_number_of_a_part() {
     let status = last_parts.recorder.finish();
     assert_eq!(status.parts.unwrap().last, named(last));
     assert_eq!(errors.lock().unwrap().len(), 1);
-    assert!(status.error.unwrap().contains("the last number"));
+    assert!(status.error.unwrap().contains("last number"));
     let kept = sequences(&read(&named(last)).1, "/pioneer/noise").len();
     assert!((99..=100).contains(&kept), "the last part is complete: {kept}");
 
     let refused = Recorder::create_split(&path, support::options("endless", true), ten_seconds).err();
-    assert!(refused.unwrap().to_string().contains("the last number"));
+    assert!(refused.unwrap().to_string().contains("last number"));
 }
 
 #[test]

@@ -102,7 +102,8 @@ impl Scanner<'_> {
     }
 
     fn raw(&mut self, count: usize, deepest: u32) -> Result<Vec<f32>, PgmError> {
-        // Exactly one white space ends the header: the next byte may be a pixel with the value of white space.
+        // Exactly one white space ends the header: the next byte may be a pixel with the value of white
+        // space.
         if !self.next().is_some_and(|byte| byte.is_ascii_whitespace()) {
             return Err((
                 self.line,

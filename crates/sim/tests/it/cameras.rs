@@ -19,8 +19,8 @@ fn world_with(things: &str) -> (World, RobotId) {
     (world, robot)
 }
 
-/// Returns a camera on the body, 0.4 m above the floor, with a field of view of 90 degrees: the focal length is
-/// half the width.
+/// Returns a camera on the body, 0.4 m above the floor, with a field of view of 90 degrees: the focal length
+/// is half the width.
 fn camera() -> CameraConfig {
     CameraConfig {
         field_of_view: 90f64.to_radians(),
@@ -93,8 +93,8 @@ fn turn_head(world: &mut World, robot: RobotId, pan: f64, tilt: f64) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// The formula is independent of the renderer: it uses sines and cosines to rotate the point into the frame of
-    /// the head.
+    /// The formula is independent of the renderer: it uses sines and cosines to rotate the point into the
+    /// frame of the head.
     #[test]
     fn a_ball_is_at_the_pixel_of_the_pinhole_formula(
         x in 2.0..5.0f64, y in -1.0..1.0f64, heading in -0.3..0.3f64, pan in -0.2..0.2f64, tilt in -0.15..0.3f64,

@@ -1,4 +1,5 @@
-//! Faults of world files: each is reported with its file, its line and what is expected, all of them together.
+//! Faults of world files: each is reported with its file, its line and what is expected, all of them
+//! together.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +12,8 @@ fn faults(text: &str) -> Vec<String> {
     }
 }
 
-/// Checks that there is one fault, on the line that ends with `# fault`, and that its message contains `parts`.
+/// Checks that there is one fault, on the line that ends with `# fault`, and that its message contains
+/// `parts`.
 fn check(text: &str, parts: &[&str]) {
     let line = 1 + text
         .lines()

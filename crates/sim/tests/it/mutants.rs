@@ -1,5 +1,5 @@
-//! Corrupted world files: each is either refused with an error, or gives the same result in two runs. The files
-//! are mutants of the worlds of the project, the same ones in every run.
+//! Corrupted world files: each is either refused with an error, or gives the same result in two runs. The
+//! files are mutants of the worlds of the project, the same ones in every run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -106,7 +106,8 @@ fn mutant(text: &str, random: &mut Random) -> String {
     text
 }
 
-/// Runs a world with up to three robots. Returns the bits of all measurements, or `None` if the world is refused.
+/// Runs a world with up to three robots. Returns the bits of all measurements, or `None` if the world is
+/// refused.
 fn run(text: &str, path: &Path) -> Option<Vec<u64>> {
     let mut world = match World::parse(text, path, 7) {
         Ok(world) => world,

@@ -131,8 +131,8 @@ fn to_outline(o: [f64; 2], d: [f64; 2], outline: &Outline) -> Option<f64> {
     }
 }
 
-/// Returns points of an outline. One of them is the nearest point in a cone, unless that point is on an edge of
-/// the cone.
+/// Returns points of an outline. One of them is the nearest point in a cone, unless that point is on an edge
+/// of the cone.
 fn candidates(o: [f64; 2], outline: &Outline) -> Vec<[f64; 2]> {
     let segment = |a: [f64; 2], b: [f64; 2]| {
         let (ex, ey) = (b[0] - a[0], b[1] - a[1]);

@@ -76,8 +76,8 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
             pluralize(parts.files.len() as u64, "file"),
             format_files(&parts.files)
         )?;
-        if let Some(lacks) = parts.describe_missing() {
-            writeln!(out, "{WARN}{lacks}{WARN:#}")?;
+        if let Some(missing) = parts.describe_missing() {
+            writeln!(out, "{WARN}{missing}{WARN:#}")?;
         }
     }
     for cause in &survey.triggers {
@@ -86,7 +86,7 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     if let Some(damage) = &survey.damage {
         let until = match seconds_since_start(survey, survey.last_ns) {
             Some(seconds) => format!("up to {seconds:.3} s"),
-            None => "up to there, which is nothing".to_owned(),
+            None => "up to there, which contains no messages".to_owned(),
         };
         write!(out, "{BAD}damaged at byte {}", damage.offset)?;
         if survey.parts.is_none() {
@@ -116,7 +116,7 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out)?;
     }
     for schema in &survey.troubled {
-        write_trouble(schema, out)?;
+        write_problems(schema, out)?;
     }
     for (topic, lost) in &survey.lost {
         writeln!(out, "{WARN}{lost} lost{WARN:#} of {topic}")?;
@@ -197,7 +197,7 @@ fn topic_table(survey: &Survey) -> Table {
     table
 }
 
-fn write_trouble(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()> {
+fn write_problems(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()> {
     let SchemaProblems {
         schema,
         faults,
@@ -238,7 +238,7 @@ mod tests {
     use super::format_size;
 
     #[test]
-    fn sizes_have_the_unit_that_suits_them() {
+    fn sizes_have_suitable_units() {
         let sizes = [999, 1_000, 4_310_000, 12_000_000_000].map(format_size);
         assert_eq!(sizes, ["999 B", "1.0 kB", "4.3 MB", "12.0 GB"]);
     }

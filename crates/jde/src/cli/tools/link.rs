@@ -10,7 +10,7 @@ pub(crate) struct Link {
     /// The name under which tools and other robots find it, instead of the application's.
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Let no tool connect, whatever the application's file says.
+    /// Let no tool connect, regardless of the application's file.
     #[arg(long, conflicts_with_all = ["name", "link"])]
     no_link: bool,
     /// Let tools connect also in lockstep, which usually ends before a tool can connect.

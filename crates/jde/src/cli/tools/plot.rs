@@ -49,23 +49,23 @@ impl Plot {
     pub(super) fn run(self) -> Result<(), Failure> {
         let recording = Recording::open(&self.file)?;
         let output = Output::resolve(self.output, &recording, "png", "picture")?;
-        let wanted = Wanted {
+        let options = Wanted {
             columns: self.size.columns(),
             series: analysis::series(&recording, &self.variables)?,
             ..Wanted::default()
         };
-        let stretch = TimeRange {
+        let time_range = TimeRange {
             from: self.from,
             to: self.to,
         };
-        let analysis = analysis::read(&recording, stretch, wanted)?;
+        let analysis = analysis::read(&recording, time_range, options)?;
         if analysis.is_empty() {
             return Err(Failure::usage(
                 format!(
-                    "{} holds nothing that can be drawn: no path, no states, no such values",
+                    "{} contains nothing that can be drawn: no path, no states, no numbers",
                     display_path(&self.file)
                 ),
-                "`jde info` shows what it holds; name numbers of it, such as odom.pose.pose.position.x",
+                "`jde info` shows its contents; name numbers of it, such as odom.pose.pose.position.x",
             ));
         }
         let png = Picture::of_recording(&analysis, self.size).png();

@@ -28,7 +28,7 @@ pub(super) fn time(text: &str) -> Result<Nanos, String> {
 
 /// Parses a time in ns since the application's start, in the same form. "0s" is valid.
 pub(super) fn time_offset(text: &str) -> Result<Nanos, String> {
-    let wrong = || format!("`{text}` is no time; write a number with ms, s, min or h, such as 60s");
+    let wrong = || format!("`{text}` is not a time; write a number with ms, s, min or h, such as 60s");
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);
     let number: f64 = number.trim().parse().map_err(|_| wrong())?;
@@ -58,14 +58,14 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
     match number.parse::<f64>() {
         Ok(hz) if hz > 0.0 && hz.is_finite() => Ok(hz),
         Ok(_) | Err(_) => Err(format!(
-            "`{text}` is no rate; write how many a second, such as 2 or 0.5"
+            "`{text}` is not a rate; write a number per second, such as 2 or 0.5"
         )),
     }
 }
 
 /// Parses a size in bytes: "256MB", "1GB" or "64 kB".
 pub(super) fn size(text: &str) -> Result<usize, String> {
-    let wrong = || format!("`{text}` is no size; write a number with kB, MB or GB, such as 256MB");
+    let wrong = || format!("`{text}` is not a size; write a number with kB, MB or GB, such as 256MB");
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);
     let number: f64 = number.trim().parse().map_err(|_| wrong())?;
@@ -100,7 +100,7 @@ pub(super) fn pixels(text: &str) -> Result<Size, String> {
     let (least, most) = (SIDES.start(), SIDES.end());
     let wrong = || {
         format!(
-            "`{text}` is no size; write width and height, such as 1200x800, from {least} to {most} pixels each"
+            "`{text}` is not a size; write width and height, such as 1200x800, from {least} to {most} pixels each"
         )
     };
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
@@ -116,7 +116,7 @@ mod tests {
     use super::{PartSize, Size, part_limit, pixels, rate, size, time, time_offset};
 
     #[test]
-    fn pixels_are_wide_and_high() {
+    fn the_size_of_a_picture_has_width_and_height() {
         let picture = |width, height| Ok(Size { width, height });
         assert_eq!(pixels("1200x800"), picture(1200, 800));
         assert_eq!(pixels("8000 × 200"), picture(8000, 200));
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_split_by_size_or_by_time() {
+    fn the_limit_of_a_part_is_a_size_or_a_time() {
         assert_eq!(part_limit("1GB"), Ok(PartSize::Bytes(1_000_000_000)));
         assert_eq!(part_limit("10min"), Ok(PartSize::Time(600_000_000_000)));
         for text in [
@@ -175,14 +175,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_refused() {
+    fn invalid_times_are_refused() {
         for text in ["", "s", "ten", "5 parsecs", "0s", "-3s", "nan", "inf", "1e300h"] {
             assert!(time(text).is_err(), "{text}");
         }
     }
 
     #[test]
-    fn a_place_in_time_may_be_the_start() {
+    fn a_time_offset_may_be_0() {
         assert_eq!(time_offset("0"), Ok(0));
         assert_eq!(time_offset("0s"), Ok(0));
         assert_eq!(time_offset("1.5s"), time("1.5s"));
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_are_so_many_a_second() {
+    fn rates_are_positive_numbers_per_second() {
         assert_eq!(rate("5Hz"), Ok(5.0));
         assert_eq!(rate("0.5"), Ok(0.5));
         for text in ["", "Hz", "0", "-1", "nan", "inf"] {

@@ -17,7 +17,7 @@ pub(super) struct RecordingArgs {
     /// PlotJuggler.
     #[arg(long = "record", value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: Option<PathBuf>,
-    /// Record only the variables that match: full names with * for any letters, as in `pioneer.*` and
+    /// Record only the variables that match: full names with * for any text, as in `pioneer.*` and
     /// `*.laser`.
     #[arg(long = "record-only", value_name = "PATTERN", num_args = 1.., requires = "file")]
     only: Vec<String>,

@@ -129,7 +129,7 @@ impl Replay {
                 "give --from the earlier time of the two",
             ));
         }
-        let how = DecideOptions {
+        let options = DecideOptions {
             file: self.file,
             application: self.application,
             trust: if self.trust {
@@ -142,6 +142,6 @@ impl Replay {
             tolerance: self.tolerance,
             json: self.json,
         };
-        decide::run(how, |loaded| start_log(filter, loaded))
+        decide::run(options, |loaded| start_log(filter, loaded))
     }
 }

@@ -83,7 +83,7 @@ impl Run {
             extensions.push(Box::new(record));
         }
         extensions.push(Box::new(LinkOptions::from(self.link)));
-        let how = RunOptions {
+        let options = RunOptions {
             lockstep: self.time.lockstep,
             limit: self.limit,
             speed: self.time.speed,
@@ -102,7 +102,7 @@ impl Run {
             extensions,
             watch: self.watch,
         };
-        let finished = session::run(loaded, how, &log)?;
+        let finished = session::run(loaded, options, &log)?;
         conclude(finished, "", self.json, RunSummary::is_fulfilled)
     }
 }

@@ -53,7 +53,7 @@ pub(crate) struct Shell {
     disable_version_flag = true,
     arg_required_else_help = true,
     subcommand_required = true,
-    help_template = "{subcommands}\n\nTab completes, the up arrow goes back, Ctrl-R searches, Ctrl-X stops everything, Ctrl-D leaves; `help VERB` says more.\n"
+    help_template = "{subcommands}\n\nTab completes, the up arrow goes back, Ctrl-R searches, Ctrl-X stops everything, Ctrl-D exits; `help VERB` prints details.\n"
 )]
 struct ShellCommand {
     #[command(subcommand)]
@@ -104,7 +104,7 @@ fn run_piped(context: &Context) -> Result<(), Failure> {
         }
         if signals.last_signal.load(Ordering::SeqCst) == SIGINT {
             return Err(Failure::Broken(format!(
-                "interrupted at `{line}`; what follows was not done"
+                "interrupted at `{line}`; the lines after it were not run"
             )));
         }
     }
@@ -122,14 +122,15 @@ struct ShellSignals {
 
 impl ShellSignals {
     fn install() -> Result<Self, Failure> {
-        let (busy, heard) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicI32::new(0)));
-        let (works, hears) = (Arc::clone(&busy), Arc::clone(&heard));
+        let busy = Arc::new(AtomicBool::new(false));
+        let last_signal = Arc::new(AtomicI32::new(0));
+        let (is_busy, signal_before) = (Arc::clone(&busy), Arc::clone(&last_signal));
         let interrupts = SignalListener::on_each(move |signal, alone| {
-            if signal != SIGINT || hears.load(Ordering::SeqCst) == 0 {
-                hears.store(signal, Ordering::SeqCst);
+            if signal != SIGINT || signal_before.load(Ordering::SeqCst) == 0 {
+                signal_before.store(signal, Ordering::SeqCst);
             }
             // No verb runs, or the running verb has no listener and would not end.
-            if !works.load(Ordering::SeqCst) || alone && signal != SIGINT {
+            if !is_busy.load(Ordering::SeqCst) || alone && signal != SIGINT {
                 // The line editor has the terminal in raw mode. The shell ends even if it cannot be restored.
                 let _ = disable_raw_mode();
                 exit_by_signal(signal);
@@ -137,17 +138,17 @@ impl ShellSignals {
         })?;
         Ok(Self {
             busy,
-            last_signal: heard,
+            last_signal,
             _interrupts: interrupts,
         })
     }
 
-    /// Ends the shell when its terminal closes: the line editor would wait for keys for ever. A running verb
+    /// Ends the shell when its terminal closes: the line editor would wait for keys forever. A running verb
     /// ends by itself first.
     fn watch_terminal(&self) -> Result<(), Failure> {
-        let (busy, heard) = (Arc::clone(&self.busy), Arc::clone(&self.last_signal));
+        let (busy, last_signal) = (Arc::clone(&self.busy), Arc::clone(&self.last_signal));
         terminal::on_hang_up(move || {
-            heard.store(SIGHUP, Ordering::SeqCst);
+            last_signal.store(SIGHUP, Ordering::SeqCst);
             terminal::finish_soon();
             if !busy.load(Ordering::SeqCst) {
                 exit_by_signal(SIGHUP);
@@ -159,15 +160,15 @@ impl ShellSignals {
     fn run_verb<T>(&self, verb: impl FnOnce() -> T) -> T {
         self.busy.store(true, Ordering::SeqCst);
         terminal::resume_blocking();
-        let done = verb();
+        let result = verb();
         // Flush before the line editor takes the terminal again.
         let _ = terminal::drain();
         self.busy.store(false, Ordering::SeqCst);
-        let heard = self.last_signal.load(Ordering::SeqCst);
-        if ![0, SIGINT].contains(&heard) {
-            exit_by_signal(heard);
+        let signal = self.last_signal.load(Ordering::SeqCst);
+        if ![0, SIGINT].contains(&signal) {
+            exit_by_signal(signal);
         }
-        done
+        result
     }
 }
 
@@ -206,7 +207,7 @@ fn run_interactive(context: &Context) -> Result<(), Failure> {
     }
     writeln!(
         terminal::out(),
-        "{TITLE}jde{TITLE:#} {FAINT}Tab completes, `help` lists what there is, Ctrl-X stops everything, Ctrl-D leaves{FAINT:#}"
+        "{TITLE}jde{TITLE:#} {FAINT}Tab completes, `help` lists the verbs, Ctrl-X stops everything, Ctrl-D exits{FAINT:#}"
     )?;
     terminal::drain()?;
     loop {
@@ -238,11 +239,11 @@ fn execute(line: &str, context: &Context) -> Result<Flow, Failure> {
     if line.is_empty() || line.starts_with('#') {
         return Ok(Flow::Continue);
     }
-    let words = split_words(line)?;
-    let typed = command()
-        .try_get_matches_from(words)
+    let arguments = split_words(line)?;
+    let parsed = command()
+        .try_get_matches_from(arguments)
         .and_then(|matches| ShellCommand::from_arg_matches(&matches));
-    match typed {
+    match parsed {
         Ok(ShellCommand {
             verb: ShellVerb::Exit,
         }) => Ok(Flow::Exit),
@@ -263,7 +264,7 @@ fn execute(line: &str, context: &Context) -> Result<Flow, Failure> {
         }) => verb.run(context).map(|()| Flow::Continue),
         Err(error) if error.use_stderr() => Err(Failure::usage(
             error_text(&error),
-            "`help` lists what there is, `help VERB` says more",
+            "`help` lists the verbs, `help VERB` prints details",
         )),
         Err(error) => {
             print_help(&error);
@@ -283,11 +284,11 @@ fn error_text(error: &clap::Error) -> String {
 }
 
 fn split_words(line: &str) -> Result<Vec<String>, Failure> {
-    shlex::split(line).ok_or_else(|| Failure::usage(format!("a quote is open in `{line}`"), "close it"))
+    shlex::split(line).ok_or_else(|| Failure::usage(format!("`{line}` has an open quote"), "close it"))
 }
 
 fn command() -> Command {
-    // The shell read the environment at its start. Ignore it here: a later `use` has precedence.
+    // The shell read the environment at its start. Ignore it now: a later `use` has precedence.
     ShellCommand::command().mut_subcommands(|verb| verb.mut_args(|argument| argument.env(Resettable::Reset)))
 }
 
@@ -336,9 +337,9 @@ impl Completer for ShellCompleter {
     fn complete(&mut self, line: &str, at: usize) -> CompletionResult {
         let before = &line[..at];
         let start = before.rfind(char::is_whitespace).map_or(0, |space| space + 1);
-        let done = shlex::split(&before[..start]).unwrap_or_default();
+        let before_word = shlex::split(&before[..start]).unwrap_or_default();
         let words: Vec<_> = std::iter::once("jde".to_owned())
-            .chain(done)
+            .chain(before_word)
             .chain([before[start..].to_owned()])
             .map(Into::into)
             .collect();
@@ -365,12 +366,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_line_is_a_sound_command() {
+    fn the_commands_of_the_shell_are_valid() {
         command().debug_assert();
     }
 
     #[test]
-    fn verbs_and_options_are_completed_where_the_cursor_is() {
+    fn verbs_and_options_are_completed_at_the_cursor() {
         let values = |line: &str| -> Vec<String> {
             let result = ShellCompleter.complete(line, line.len());
             result
@@ -385,12 +386,12 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_is_told_in_one_line_and_a_comment_is_none() {
+    fn an_unknown_verb_is_reported_in_one_line_and_comments_are_ignored() {
         let context = Context::default();
         assert!(matches!(execute("  # nothing", &context), Ok(Flow::Continue)));
         assert!(matches!(execute("quit", &context), Ok(Flow::Exit)));
         let Err(Failure::Usage { message, .. }) = execute("plya goon", &context) else {
-            panic!("it was understood");
+            panic!("the verb is unknown");
         };
         assert!(message.contains("unrecognized subcommand 'plya'"), "{message}");
         assert!(!message.contains('\n'));

@@ -1,4 +1,4 @@
-//! `jde sim`: a simulated world whose robots speak the Pioneer protocol to any client.
+//! `jde sim`: a simulated world whose robots use the Pioneer protocol with any client.
 
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -26,7 +26,7 @@ use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 /// The default TCP port of the protocol.
 const PORT: u16 = 8101;
 
-/// Serve a simulated world: each of its robots speaks the Pioneer protocol to one client at a time.
+/// Serve a simulated world: each of its robots serves one client at a time over the Pioneer protocol.
 ///
 /// Any program for Pioneer robots can drive them: ARIA, Player, Soar, and applications with the driver
 /// p2os/pioneer. Runs until Ctrl-C and prints every connection and disconnection. A robot that receives
@@ -36,7 +36,7 @@ const PORT: u16 = 8101;
   jde sim office --p2os                      on 127.0.0.1:8101, for this machine alone
   jde sim worlds/two-robots.toml --p2os 8101 its robots on 8101 and 8102
   jde sim office --pty                       on a pseudo-terminal, for clients that want a serial line
-  jde sim office --p2os 0.0.0.0:8101         for the whole network: the protocol knows no password
+  jde sim office --p2os 0.0.0.0:8101         for the whole network: the protocol has no password
   jde sim hall --p2os --model second=amigo --speed 2x --for 10min",
     group = ArgGroup::new("lines").args(["p2os", "pty"]).required(true).multiple(true))]
 pub(crate) struct Sim {
@@ -90,7 +90,7 @@ impl Sim {
     pub(super) fn run(self) -> Result<(), Failure> {
         let file = paths::find_world(&self.world)?;
         let world = World::load(file, self.seed)
-            .map_err(|error| Failure::usage(error.to_string(), "mend the world's file"))?;
+            .map_err(|error| Failure::usage(error.to_string(), "correct the world's file"))?;
         let options = Options {
             tcp: self.p2os,
             terminal: self.pty,
@@ -101,7 +101,7 @@ impl Sim {
                 .collect::<Result<_, _>>()?,
             speed: self.speed,
         };
-        let mut words = if self.json {
+        let mut output = if self.json {
             terminal::err()
         } else {
             terminal::out()
@@ -109,86 +109,86 @@ impl Sim {
         let warnings: Vec<String> = world.warnings().iter().map(ToString::to_string).collect();
         let mut server = Server::open(world, &options).map_err(server_failure)?;
         for warning in warnings {
-            writeln!(words, "{WARN}warning{WARN:#}: {warning}")?;
+            writeln!(output, "{WARN}warning{WARN:#}: {warning}")?;
         }
-        self.announce(&server, &mut words)?;
+        self.announce(&server, &mut output)?;
 
         let stop = Arc::new(AtomicBool::new(false));
-        let called = Arc::clone(&stop);
-        let _interrupts = SignalListener::on_first(move || called.store(true, Ordering::Relaxed))?;
+        let stop_requested = Arc::clone(&stop);
+        let _interrupts = SignalListener::on_first(move || stop_requested.store(true, Ordering::Relaxed))?;
         let limit = self.limit.map(Duration::from_nanos);
         // The world must not wait for a reader of the output.
         let no_waiting = terminal::never_block();
-        let mut told = Ok(());
+        let mut printed = Ok(());
         server
             .run(&stop, limit, |event| {
-                let (time, robot, what) = (event.time.as_secs_f64(), &event.robot, &event.kind);
-                let line = writeln!(words, "{FAINT}{time:8.1} s{FAINT:#}  {robot}: {what}");
-                if let Err(error) = line.and_then(|()| words.flush()) {
+                let (time, robot, kind) = (event.time.as_secs_f64(), &event.robot, &event.kind);
+                let line = writeln!(output, "{FAINT}{time:8.1} s{FAINT:#}  {robot}: {kind}");
+                if let Err(error) = line.and_then(|()| output.flush()) {
                     // The output is closed: stop serving and return the error.
-                    told = Err(error);
+                    printed = Err(error);
                     stop.store(true, Ordering::Relaxed);
                 }
             })
             .map_err(server_failure)?;
         drop(no_waiting);
-        told?;
-        let tally = server.stats();
-        writeln!(words)?;
-        for robot in &tally {
-            write_robot(robot, &mut words)?;
+        printed?;
+        let stats = server.stats();
+        writeln!(output)?;
+        for robot in &stats {
+            write_robot(robot, &mut output)?;
         }
-        words.flush()?;
+        output.flush()?;
         if self.json {
             print_json(&SimSummary {
                 world: server.world().name(),
                 seed: self.seed,
                 sim_seconds: server.world().now() as f64 / 1e9,
-                robots: tally.into_iter().map(RobotSummary::from).collect(),
+                robots: stats.into_iter().map(RobotSummary::from).collect(),
             })?;
         }
         Ok(())
     }
 
-    fn announce(&self, server: &Server, words: &mut TextWriter) -> Result<(), Failure> {
+    fn announce(&self, server: &Server, output: &mut TextWriter) -> Result<(), Failure> {
         let name = server.world().name();
         writeln!(
-            words,
+            output,
             "{TITLE}{name}{TITLE:#} {FAINT}(seed {}){FAINT:#}: its robots wait for clients of the Pioneer protocol, {}",
             self.seed,
             interrupt::how_to_end()
         )?;
-        for (robot, place) in server.addresses() {
-            writeln!(words, "  {robot:<12} {GOOD}{place}{GOOD:#}")?;
+        for (robot, address) in server.addresses() {
+            writeln!(output, "  {robot:<12} {GOOD}{address}{GOOD:#}")?;
         }
-        let open = |place: &EndpointAddress| matches!(place, EndpointAddress::Tcp(address) if !address.ip().is_loopback());
-        if server.addresses().any(|(_, place)| open(&place)) {
+        let is_open = |address: &EndpointAddress| matches!(address, EndpointAddress::Tcp(address) if !address.ip().is_loopback());
+        if server.addresses().any(|(_, address)| is_open(&address)) {
             writeln!(
-                words,
-                "{WARN}note{WARN:#}: whoever reaches this machine can drive them, for the protocol knows no password"
+                output,
+                "{WARN}note{WARN:#}: everyone who can reach this machine can drive the robots: the protocol has no password"
             )?;
         }
-        words.flush()?;
+        output.flush()?;
         Ok(())
     }
 }
 
 impl From<RobotStats> for RobotSummary {
-    fn from(tally: RobotStats) -> Self {
+    fn from(stats: RobotStats) -> Self {
         Self {
-            robot: tally.robot,
-            travelled_m: tally.travelled,
-            collisions: tally.collisions,
-            min_clearance_m: tally.min_clearance.is_finite().then_some(tally.min_clearance),
-            sessions: tally.sessions,
+            robot: stats.robot,
+            travelled_m: stats.travelled,
+            collisions: stats.collisions,
+            min_clearance_m: stats.min_clearance.is_finite().then_some(stats.min_clearance),
+            sessions: stats.sessions,
         }
     }
 }
 
-fn write_robot(robot: &RobotStats, words: &mut TextWriter) -> std::io::Result<()> {
+fn write_robot(robot: &RobotStats, output: &mut TextWriter) -> std::io::Result<()> {
     let style = if robot.collisions == 0 { GOOD } else { BAD };
     writeln!(
-        words,
+        output,
         "{TITLE}{}{TITLE:#}: {:.1} m driven, {style}{}{style:#}, never nearer than {:.2} m to anything, {}",
         robot.robot,
         robot.travelled,
@@ -201,7 +201,7 @@ fn write_robot(robot: &RobotStats, words: &mut TextWriter) -> std::io::Result<()
 fn server_failure(error: ServerError) -> Failure {
     let help = match &error {
         ServerError::Endpoint { error, .. } if error.kind() == std::io::ErrorKind::AddrInUse => {
-            "another program serves there; end it, or give another port: --p2os 8111"
+            "another program uses this address; end it, or give another port: --p2os 8111"
         }
         ServerError::Endpoint { error, .. } if error.kind() == std::io::ErrorKind::PermissionDenied => {
             "ports below 1024 belong to the system; the protocol's own is 8101"
@@ -211,7 +211,7 @@ fn server_failure(error: ServerError) -> Failure {
         | ServerError::NoSuchRobot { .. }
         | ServerError::Names { .. }
         | ServerError::World(_)
-        | ServerError::Model(_) => "mend the world's file or the options",
+        | ServerError::Model(_) => "correct the world's file or the options",
         ServerError::NoEndpoints | ServerError::NoPort(_) | ServerError::Wait(_) => "see jde sim --help",
     };
     match error {
@@ -220,16 +220,17 @@ fn server_failure(error: ServerError) -> Failure {
     }
 }
 
-/// Parses "127.0.0.1:8101", "8101" or an address without a port. A port alone means this machine.
+/// Parses "127.0.0.1:8101", "8101" or an address without a port. A port without an address is on this
+/// machine.
 fn address(text: &str) -> Result<SocketAddr, String> {
     let port = text.strip_prefix(':').unwrap_or(text).parse();
     if let Ok(port) = port {
         return Ok((Ipv4Addr::LOCALHOST, port).into());
     }
     let text = text.replace("localhost", "127.0.0.1");
-    let alone = text.parse().map(|address| SocketAddr::new(address, PORT));
-    text.parse().or(alone).map_err(|_| {
-        format!("`{text}` is no address; write 8101, or one with a port, such as 127.0.0.1:8101; a world stands before --p2os")
+    let with_default_port = text.parse().map(|address| SocketAddr::new(address, PORT));
+    text.parse().or(with_default_port).map_err(|_| {
+        format!("`{text}` is not an address; write 8101, or one with a port, such as 127.0.0.1:8101; the world precedes --p2os")
     })
 }
 
@@ -237,7 +238,7 @@ fn model(text: &str) -> Result<(String, Model), Failure> {
     let wrong = |message: String| Failure::usage(message, "write ROBOT=MODEL, such as second=amigo");
     let (robot, model) = text
         .split_once('=')
-        .ok_or_else(|| wrong(format!("`{text}` names no robot and model")))?;
+        .ok_or_else(|| wrong(format!("`{text}` is not ROBOT=MODEL")))?;
     let model = if model.contains('/') || model.ends_with(".toml") {
         let text = std::fs::read_to_string(model).map_err(Failure::file(model.as_ref()))?;
         Model::parse(&text, model)
@@ -253,7 +254,7 @@ mod tests {
     use super::address;
 
     #[test]
-    fn a_port_alone_is_of_this_machine() {
+    fn a_port_without_an_address_is_on_this_machine() {
         for text in ["8101", ":8101", "127.0.0.1", "localhost:8101", "127.0.0.1:8101"] {
             assert_eq!(address(text).expect(text).to_string(), "127.0.0.1:8101");
         }
@@ -262,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_address_is_refused() {
+    fn invalid_addresses_are_refused() {
         for text in ["", "here", "99999", "1.2.3.4:x", "host.example:8101"] {
             assert!(address(text).is_err(), "{text}");
         }

@@ -11,7 +11,7 @@ use super::client::{Context, Target};
 use crate::failure::Failure;
 use crate::log::{Filter, Log};
 
-/// Open windows on a running application, here or across a network, or on a recording.
+/// Open windows on a running application, on this machine or across a network, or on a recording.
 ///
 /// The oscilloscope shows the state of each schema and its reason. Other windows show sensors and motors with
 /// teleoperation, a 3D view, variables, and the schemas' own panels. Without a name it opens the only running
@@ -37,7 +37,7 @@ impl View {
         let (recording, application) = self.resolve_source()?;
         let reach = context.reach(&self.target)?;
         let program = env::current_exe()
-            .map_err(|error| Failure::Broken(format!("this program does not find itself: {error}")))?;
+            .map_err(|error| Failure::Broken(format!("the path of this program cannot be found: {error}")))?;
         let opening = Opening {
             reach,
             application,
@@ -64,12 +64,12 @@ impl View {
     /// Returns the recording or the application to open. Neither selects the only running application, or the
     /// start page.
     fn resolve_source(&self) -> Result<(Option<PathBuf>, Option<String>), Failure> {
-        let Some(what) = &self.source else {
+        let Some(source) = &self.source else {
             return Ok((None, self.target.app.clone()));
         };
-        let bytes = what.as_encoded_bytes();
+        let bytes = source.as_encoded_bytes();
         if bytes.ends_with(b".mcap") || bytes.contains(&b'/') {
-            let file = PathBuf::from(what);
+            let file = PathBuf::from(source);
             let shown = file.display();
             if let Some(app) = self.target.typed_app() {
                 return Err(Failure::usage(
@@ -79,18 +79,18 @@ impl View {
             }
             if self.target.has_typed_endpoint() {
                 return Err(Failure::usage(
-                    format!("{shown} is a recording on this machine, and --at looks elsewhere"),
-                    "leave --at out, or name an application that runs there",
+                    format!("{shown} is a recording on this machine, and --at is for another machine"),
+                    "omit --at, or name an application that runs there",
                 ));
             }
             // Open the file here to report an unreadable one on the command line.
             fs::File::open(&file).map_err(Failure::file(&file))?;
             return Ok((Some(file), None));
         }
-        let name = what.to_str().ok_or_else(|| {
+        let name = source.to_str().ok_or_else(|| {
             Failure::usage(
-                format!("no application is called {}", what.display()),
-                "jde apps says which run",
+                format!("no application is called {}", source.display()),
+                "jde apps lists the running ones",
             )
         })?;
         match self.target.typed_app() {

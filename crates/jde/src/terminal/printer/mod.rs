@@ -2,7 +2,7 @@
 //! print queue their lines, and wait no longer than the patience of the process. Lines that find no room in
 //! time are dropped, counted and reported.
 //!
-//! It refuses to know what is printed, and never holds a lock while it writes.
+//! It does not depend on the printed text, and never holds a lock while it writes.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -57,7 +57,7 @@ impl BlockingPolicy {
         *self.lock() = BlockingMode::Brief(Instant::now());
     }
 
-    /// As [`Self::hurry`], unless the process does not wait at all or is ending already.
+    /// As [`Self::block_briefly`], unless the process does not wait at all or is ending already.
     pub(super) fn finish_soon(&self) {
         let mut patience = self.lock();
         if *patience == BlockingMode::UntilRead {
@@ -102,11 +102,11 @@ impl Stream {
         name: &str,
         file: File,
         policy: &'static BlockingPolicy,
-        tells_gaps: bool,
+        reports_gaps: bool,
     ) -> Arc<Self> {
         let stream = Arc::new(Self {
             policy,
-            reports_gaps: tells_gaps,
+            reports_gaps,
             state: Mutex::new(StreamState {
                 writer: None,
                 queued: 0,
@@ -127,7 +127,7 @@ impl Stream {
             .buffered_lines_limit(MAX_PIECES + NOTICE_ROOM)
             .thread_name(name)
             .finish(writer);
-        // Dropping the guard would wait for a second and print, even without a reader. `settle` ends in time
+        // Dropping the guard would wait for a second and print, even without a reader. `drain` ends in time
         // instead, and the thread ends with the process.
         std::mem::forget(guard);
         stream.lock().writer = Some(writer);
@@ -145,7 +145,7 @@ impl Stream {
         }
         if !room {
             if state.gap == 0 && self.reports_gaps {
-                state.enqueue(b"[lines are dropped from here on: nobody reads them]\n");
+                state.enqueue(b"[further lines are dropped: the output is not read]\n");
             }
             state.count_lost(piece);
             return Ok(());
@@ -180,32 +180,32 @@ impl Stream {
         let gap = std::mem::take(&mut state.gap);
         if gap > 0 && self.reports_gaps {
             let lines = if gap == 1 { "line was" } else { "lines were" };
-            state.enqueue(format!("[{gap} {lines} dropped here: nobody read them in time]\n").as_bytes());
+            state.enqueue(format!("[{gap} {lines} dropped here: they were not read in time]\n").as_bytes());
         }
     }
 
-    /// Waits until `so` holds or the writer has failed. Returns false if the patience ended before.
+    /// Waits until `condition` is true or the writer has failed. Returns false if the patience ended before.
     fn wait<'s>(
         &'s self,
         mut state: MutexGuard<'s, StreamState>,
-        so: impl Fn(&StreamState) -> bool,
+        condition: impl Fn(&StreamState) -> bool,
     ) -> (MutexGuard<'s, StreamState>, bool) {
         loop {
-            if state.error.is_some() || so(&state) {
+            if state.error.is_some() || condition(&state) {
                 return (state, true);
             }
             let patience = *self.policy.lock();
-            let left = match patience {
+            let remaining = match patience {
                 BlockingMode::UntilRead => POLL_INTERVAL,
                 BlockingMode::Never => Duration::ZERO,
                 BlockingMode::Brief(since) => {
                     GRACE_PERIOD.saturating_sub(state.last_read.max(since).elapsed())
                 }
             };
-            if left.is_zero() {
+            if remaining.is_zero() {
                 return (state, false);
             }
-            let waited = self.changed.wait_timeout(state, left.min(POLL_INTERVAL));
+            let waited = self.changed.wait_timeout(state, remaining.min(POLL_INTERVAL));
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
@@ -217,8 +217,8 @@ impl Stream {
 
 impl StreamState {
     fn has_room(&self, bytes: usize) -> bool {
-        let most = if self.gap > 0 { MAX_PIECES / 2 } else { MAX_PIECES };
-        self.queued == 0 || (self.queued < most && self.queued_bytes + bytes <= MAX_BYTES)
+        let limit = if self.gap > 0 { MAX_PIECES / 2 } else { MAX_PIECES };
+        self.queued == 0 || (self.queued < limit && self.queued_bytes + bytes <= MAX_BYTES)
     }
 
     fn enqueue(&mut self, piece: &[u8]) {
@@ -360,7 +360,7 @@ impl Write for Printer {
 
 impl Drop for Printer {
     fn drop(&mut self) {
-        // An unfinished line is printed. There is no caller left to take an error.
+        // An unfinished line is printed. An error cannot be returned.
         let _ = self.flush();
     }
 }

@@ -26,31 +26,31 @@ fn print(stream: &Arc<Stream>, lines: impl Iterator<Item = u64>) {
 }
 
 #[test]
-fn r7_nobody_waits_while_a_robot_moves_and_what_is_lost_is_told_where_it_is_missing() {
+fn r7_printing_never_waits_while_a_robot_moves_and_gaps_are_reported_in_place() {
     let (stream, policy, reader) = stream();
     policy.never_block();
-    // It returns although the pipe is not read.
+    // This returns although the pipe is not read.
     print(&stream, 0..MANY);
     let lost = stream.lost();
     assert!(lost > 0);
     policy.block();
     let late = Arc::clone(&stream);
     let printing = thread::spawn(move || print(&late, MANY..=MANY));
-    let (mut next, mut told, mut begun) = (0, 0, false);
+    let (mut next, mut reported, mut gap_began) = (0, 0, false);
     for line in BufReader::new(reader).lines() {
         let line = line.unwrap();
         let first = line.split(' ').next().unwrap();
         if let Ok(number) = first.parse::<u64>() {
-            assert_eq!(number, next + told, "what is missing was told before");
-            (next, told) = (number + 1, 0);
+            assert_eq!(number, next + reported, "the gap was reported before");
+            (next, reported) = (number + 1, 0);
             if number == MANY {
                 break;
             }
-        } else if line.contains("from here on") {
-            begun = true;
+        } else if line.contains("further lines") {
+            gap_began = true;
         } else {
-            assert!(begun && line.contains("dropped here"), "{line}");
-            told = first.trim_start_matches('[').parse().unwrap();
+            assert!(gap_began && line.contains("dropped here"), "{line}");
+            reported = first.trim_start_matches('[').parse().unwrap();
         }
     }
     printing.join().unwrap();
@@ -58,7 +58,7 @@ fn r7_nobody_waits_while_a_robot_moves_and_what_is_lost_is_told_where_it_is_miss
 }
 
 #[test]
-fn whoever_may_wait_loses_nothing() {
+fn printing_that_may_wait_loses_nothing() {
     let (stream, _, reader) = stream();
     let late = Arc::clone(&stream);
     let printing = thread::spawn(move || print(&late, 0..MANY));
@@ -72,7 +72,7 @@ fn whoever_may_wait_loses_nothing() {
 }
 
 #[test]
-fn who_is_asked_to_end_goes_without_a_reader_that_takes_nothing() {
+fn a_process_that_ends_does_not_wait_for_a_reader_that_reads_nothing() {
     let (stream, policy, _reader) = stream();
     let waiting = Arc::clone(&stream);
     let printing = thread::spawn(move || {
@@ -89,7 +89,7 @@ fn who_is_asked_to_end_goes_without_a_reader_that_takes_nothing() {
 }
 
 #[test]
-fn a_reader_that_went_away_is_told_to_whoever_prints() {
+fn a_closed_reader_is_reported_to_the_caller() {
     let (stream, _, reader) = stream();
     drop(reader);
     let mut printer = Printer::new(Arc::clone(&stream), false);

@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wider_list_has_more_columns_and_never_a_strip_too_short() {
+    fn a_wider_list_has_more_columns_and_a_long_enough_strip() {
         let mut before = 0;
         for width in 20..300 {
             let (columns, strip) = plan(width, 14);
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_narrower_than_a_name_has_nothing_else() {
+    fn a_list_narrower_than_a_name_shows_only_names() {
         assert_eq!(plan(10, 14), (vec![], 0));
     }
 }

@@ -22,7 +22,7 @@ fn keys_become_actions_on_the_selected_schema() {
 }
 
 #[test]
-fn r14_space_stops_everything_and_never_lets_it_go_on() {
+fn r14_space_stops_everything_and_never_releases_it() {
     let app = Fixed::new();
     let mut screen = app.screen();
     press(&mut screen, &app, &typed("  g"));
@@ -33,7 +33,7 @@ fn r14_space_stops_everything_and_never_lets_it_go_on() {
 }
 
 #[test]
-fn r14_what_is_stopped_with_everything_is_shown_with_the_key_that_lets_it_go_on() {
+fn r14_schemas_stopped_by_stop_all_are_shown_with_the_key_that_releases_them() {
     let app = Fixed::new();
     let mut screen = app.screen();
     let edges = |screen: &mut ViewState| {
@@ -55,7 +55,7 @@ fn r14_what_is_stopped_with_everything_is_shown_with_the_key_that_lets_it_go_on(
 }
 
 #[test]
-fn play_wakes_what_sleeps_or_is_stopped_and_force_lets_go_again() {
+fn play_wakes_a_sleeping_or_stopped_schema_and_force_toggles() {
     let app = Fixed::new();
     let mut screen = app.screen();
     press(&mut screen, &app, &typed("jjjfjjp"));
@@ -137,7 +137,7 @@ fn control_c_leaves_from_everywhere() {
 }
 
 #[test]
-fn an_ended_application_stays_in_sight_until_it_is_left() {
+fn an_ended_application_is_shown_until_the_user_leaves() {
     let app = Fixed::new();
     let mut screen = app.screen();
     assert_eq!(press(&mut screen, &app, &[KeyCode::Enter]), None);

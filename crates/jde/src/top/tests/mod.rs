@@ -228,7 +228,7 @@ fn typed(text: &str) -> Vec<KeyCode> {
 }
 
 #[test]
-fn letters_that_would_act_are_shown_by_their_numbers() {
+fn control_characters_are_shown_as_code_points() {
     let app = Fixed::new();
     app.snapshot.borrow_mut().schemas[3].name = "vff\u{202e}x".to_owned();
     let lines = lines(&mut app.screen(), 80, 24).join("\n");
@@ -271,7 +271,7 @@ fn the_classic_terminal_shows_the_whole_example() {
 }
 
 #[test]
-fn a_fault_is_told_with_its_reason() {
+fn a_fault_is_shown_with_its_reason() {
     let app = Fixed::new();
     let mut screen = app.screen();
     press(&mut screen, &app, &typed("jjjj"));
@@ -357,7 +357,7 @@ fn states_have_their_colours_unless_no_color_asks_for_none() {
 }
 
 #[test]
-fn the_strip_shows_the_past() {
+fn the_strip_shows_the_history() {
     let app = Fixed::new();
     let mut screen = app.screen();
     app.snapshot.borrow_mut().time += 1000 * MS;

@@ -1,6 +1,7 @@
-//! Files of the time before and after a condition became true. All messages pass through a ring. A file
-//! contains the messages of the ring from the oldest one until the time after the last firing ends. So no new
-//! message waits while old ones are being written, and the memory in use is limited whatever the disk does.
+//! Files of the time before and after a condition became true. All messages pass through a buffer. A file
+//! contains the messages of the buffer from the oldest one until the time after the last firing ends. So no
+//! new message waits while old ones are being written, and the memory in use is limited whatever the disk
+//! does.
 
 use std::fs;
 use std::io;
@@ -36,7 +37,7 @@ pub(crate) struct Plan {
     pub(crate) overwrite: bool,
     pub(crate) before: Nanos,
     pub(crate) after: Nanos,
-    /// The limit of the ring, in bytes.
+    /// The limit of the buffer, in bytes.
     pub(crate) memory: usize,
 }
 
@@ -47,7 +48,7 @@ pub(crate) struct TriggeredSink {
     plan: Plan,
     buffer: PreTriggerBuffer,
     channels: Vec<SinkChannel>,
-    /// The losses of each channel that the ring has recorded.
+    /// The losses of each channel that the buffer has recorded.
     lost: Vec<u64>,
     /// The number of the next file.
     number: u32,
@@ -105,9 +106,9 @@ impl TriggeredSink {
             .time
             .saturating_sub(self.plan.before)
             .max(oldest.unwrap_or(0));
-        let made = self.create();
+        let created = self.create();
         let path = numbered(&self.plan.path, self.number);
-        let place = {
+        let index = {
             let mut files = lock(&self.shared.files);
             files.push(TriggeredFile {
                 path,
@@ -122,31 +123,31 @@ impl TriggeredSink {
             self.buffer.first(),
             start,
             firing.time.saturating_add(self.plan.after),
-            place,
+            index,
         );
-        let is_ours = made.is_ok();
-        let begun = made
+        let is_created = created.is_ok();
+        let result = created
             .map_err(|error| error.to_string())
             .and_then(|(output, disk)| {
                 OpenFile::new(output, disk, &self.origin, None)
                     .and_then(|file| {
-                        let (channels, ring) = (&self.channels, &self.buffer);
-                        current.begin(file, &self.origin, firing, condition, channels, ring)
+                        let (channels, buffer) = (&self.channels, &self.buffer);
+                        current.begin(file, &self.origin, firing, condition, channels, buffer)
                     })
                     .map_err(|error: io::Error| error.to_string())
             });
         self.current = Some(current);
-        match begun {
+        match result {
             Ok(()) => {
                 self.number += 1;
-                self.report(place, FileEvent::Started);
+                self.report(index, FileEvent::Started);
             }
             Err(trouble) => {
                 self.handle_failure(&trouble);
                 // A file whose beginning could not be written is useless, so the next one takes its name. A
                 // file that could not be opened is not ours.
-                let path = lock(&self.shared.files)[place].path.clone();
-                if is_ours && fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
+                let path = lock(&self.shared.files)[index].path.clone();
+                if is_created && fs::symlink_metadata(&path).is_ok_and(|there| there.is_file()) {
                     let _ = fs::remove_file(&path);
                 }
             }
@@ -156,17 +157,17 @@ impl TriggeredSink {
     /// Creates the next file whose name is free.
     fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
-            let made = (self.create_file)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
-            if !matches!(made, Err(Error::Exists(_) | Error::Written(_))) {
-                return made;
+            let result = (self.create_file)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
+            if !matches!(result, Err(Error::Exists(_) | Error::Written(_))) {
+                return result;
             }
             self.number += 1;
         }
     }
 
-    /// Writes the messages of the present file that the ring has, at most `most` bytes. Returns whether there
-    /// are more.
-    fn write_pending(&mut self, most: usize) -> bool {
+    /// Writes the messages of the present file that the buffer has, at most `max_bytes` bytes. Returns
+    /// whether there are more.
+    fn write_pending(&mut self, max_bytes: usize) -> bool {
         let mut written = 0;
         loop {
             let Some(current) = &mut self.current else {
@@ -179,7 +180,7 @@ impl TriggeredSink {
                 self.end_file();
                 return false;
             }
-            if written >= most {
+            if written >= max_bytes {
                 return true;
             }
             written += entry.cost();
@@ -191,21 +192,21 @@ impl TriggeredSink {
         }
     }
 
-    /// Abandons the present file after an error. The ring continues, and the next firing starts a new
+    /// Abandons the present file after an error. The buffer continues, and the next firing starts a new
     /// attempt.
-    fn handle_failure(&mut self, trouble: &str) {
+    fn handle_failure(&mut self, error: &str) {
         let Some(current) = &mut self.current else {
             return;
         };
         self.shared
             .dropped
             .fetch_add(current.abandon(), Ordering::Relaxed);
-        let place = current.index;
-        lock(&self.shared.files)[place].error = Some(trouble.to_owned());
-        *lock(&self.shared.error) = Some(trouble.to_owned());
+        let index = current.index;
+        lock(&self.shared.files)[index].error = Some(error.to_owned());
+        *lock(&self.shared.error) = Some(error.to_owned());
         self.update_status();
         if !std::mem::replace(&mut self.failing, true) {
-            self.report(place, FileEvent::Failed);
+            self.report(index, FileEvent::Failed);
         }
     }
 
@@ -214,13 +215,13 @@ impl TriggeredSink {
         let Some(current) = &mut self.current else {
             return;
         };
-        let place = current.index;
+        let index = current.index;
         if current.file.is_some() {
             match current.finish() {
                 Ok(()) => {
                     self.failing = false;
                     self.update_status();
-                    self.report(place, FileEvent::Ended);
+                    self.report(index, FileEvent::Ended);
                 }
                 Err(error) => self.handle_failure(&error.to_string()),
             }
@@ -241,19 +242,20 @@ impl TriggeredSink {
         self.shared.written.store(kept, Ordering::Release);
     }
 
-    fn report(&mut self, place: usize, happened: FileEvent) {
+    fn report(&mut self, index: usize, event: FileEvent) {
         // The lock is released first, because the callback may read the status.
-        let written = lock(&self.shared.files)[place].clone();
-        (self.on_file)(happened, &written);
+        let file = lock(&self.shared.files)[index].clone();
+        (self.on_file)(event, &file);
     }
 
-    /// Records in the ring what was lost before it arrived here, so that the file of that time reports it.
+    /// Records in the buffer the messages that were lost before they arrived, so that the file of that time
+    /// reports it.
     fn record_losses(&mut self, now: Nanos) {
         for channel in 0..self.channels.len() {
-            let SinkChannel::Topic(lane) = &self.channels[channel] else {
+            let SinkChannel::Topic(queue) = &self.channels[channel] else {
                 continue;
             };
-            let lost = lane.lost.load(Ordering::Relaxed);
+            let lost = queue.lost.load(Ordering::Relaxed);
             let before = std::mem::replace(&mut self.lost[channel], lost);
             if lost > before {
                 let times = Times {
@@ -282,9 +284,9 @@ impl Sink for TriggeredSink {
         self.lost.push(0);
     }
 
-    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], says: Effect) {
+    fn write_message(&mut self, channel: usize, times: Times, data: &[u8], effect: Effect) {
         let data = Arc::from(data);
-        let content = match says {
+        let content = match effect {
             Effect::State(about) => Content::Message { about, data },
             Effect::Retracts(of) => Content::Retracted { of, data },
         };
@@ -294,7 +296,7 @@ impl Sink for TriggeredSink {
             content,
         });
         if self.shared.lossless {
-            // Virtual time waits for the disk, so no message is removed from the ring before it is written.
+            // Virtual time waits for the disk, so no message is removed from the buffer before it is written.
             self.write_pending(usize::MAX);
         }
     }
@@ -315,13 +317,13 @@ impl Sink for TriggeredSink {
             });
             return;
         };
-        let place = current.index;
+        let index = current.index;
         current.until = current.until.max(firing.time.saturating_add(self.plan.after));
-        lock(&self.shared.files)[place].fired += 1;
+        lock(&self.shared.files)[index].fired += 1;
         if let Err(error) = current.record_firing(&self.origin, firing, condition) {
             self.handle_failure(&error.to_string());
         } else {
-            self.report(place, FileEvent::Extended);
+            self.report(index, FileEvent::Extended);
         }
     }
 

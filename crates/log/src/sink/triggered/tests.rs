@@ -121,7 +121,8 @@ fn a_full_disk_is_reported_once_and_the_next_firing_starts_a_new_file() {
     );
     sink.open(SinkChannel::Topic(Arc::new(queue)));
 
-    // Ten values a second for 200 s, and a firing every 40 s. The values are incompressible, to fill the disk.
+    // Ten values a second for 200 s, and a firing every 40 s. The values are incompressible, to fill the
+    // disk.
     let mut noise = 1_u64;
     for number in 0..2000 {
         let mut data = vec![0, 1, 0, 0];

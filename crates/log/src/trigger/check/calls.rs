@@ -36,7 +36,7 @@ const FUNCTIONS: [&str; 20] = [
 /// # Errors
 /// It does not accept these kinds, or it does not exist.
 pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
-    let unfit = |what: &str| {
+    let mismatch = |what: &str| {
         let kinds: Vec<_> = kinds.iter().map(Kind::to_string).collect();
         Reason::Kinds(format!("{what}, not {}", kinds.join(" and ")))
     };
@@ -47,17 +47,17 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
             let sign = name.trim_matches('_');
             all(&|kind| *kind == Kind::Bool)
                 .then_some(Kind::Bool)
-                .ok_or_else(|| unfit(&format!("`{sign}` takes yes or no")))
+                .ok_or_else(|| mismatch(&format!("`{sign}` takes bools")))
         }
         operators::NOT_STRICTLY_FALSE => Ok(Kind::Bool),
         operators::CONDITIONAL => match kinds {
             [Kind::Bool | Kind::Any, yes, no] if yes == no => Ok(yes.clone()),
-            [Kind::Bool | Kind::Any, Kind::List(one), Kind::List(other)] => {
-                let known = if **one == Kind::Any { other } else { one };
+            [Kind::Bool | Kind::Any, Kind::List(first), Kind::List(second)] => {
+                let known = if **first == Kind::Any { second } else { first };
                 Ok(Kind::List(known.clone()))
             }
             [Kind::Bool | Kind::Any, _, _] => Ok(Kind::Any),
-            _ => Err(unfit("what is before `?` is a yes or no")),
+            _ => Err(mismatch("`?` takes a bool")),
         },
         operators::LESS
         | operators::LESS_EQUALS
@@ -65,12 +65,12 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
         | operators::GREATER_EQUALS
         | operators::EQUALS
         | operators::NOT_EQUALS => {
-            let alike = all(&Kind::is_number) || all(&|kind| *kind == first);
+            let same_kind = all(&Kind::is_number) || all(&|kind| *kind == first);
             let sign = name.trim_matches('_');
             let comparable = all(&|kind| !matches!(kind, Kind::Struct(_)));
-            (alike && comparable)
+            (same_kind && comparable)
                 .then_some(Kind::Bool)
-                .ok_or_else(|| unfit(&format!("`{sign}` compares numbers, or texts")))
+                .ok_or_else(|| mismatch(&format!("`{sign}` compares numbers, or texts")))
         }
         operators::ADD if matches!(kinds, [Kind::List(_), Kind::List(_)]) => {
             let known = kinds
@@ -90,26 +90,26 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
             all(&|kind| kind.is_number() && *kind == known)
                 .then(|| known.clone())
                 .ok_or_else(|| {
-                    unfit(&format!(
+                    mismatch(&format!(
                         "`{sign}` takes two numbers of one kind (write 2.0 for a double, 2u for a uint)"
                     ))
                 })
         }
         operators::NEGATE => all(&|kind| matches!(kind, Kind::Int | Kind::Double))
             .then_some(first)
-            .ok_or_else(|| unfit("`-` takes an int or a double")),
+            .ok_or_else(|| mismatch("`-` takes an int or a double")),
         operators::INDEX => match kinds {
             [Kind::List(element), Kind::Int | Kind::UInt | Kind::Any] => Ok((**element).clone()),
             [Kind::Any, _] => Ok(Kind::Any),
-            _ => Err(unfit("`[]` takes a list and a whole number")),
+            _ => Err(mismatch("`[]` takes a list and a whole number")),
         },
         operators::IN => match kinds {
             [_, Kind::List(_) | Kind::Any] => Ok(Kind::Bool),
-            _ => Err(unfit("`in` takes a value and a list")),
+            _ => Err(mismatch("`in` takes a value and a list")),
         },
         "size" => match kinds {
             [Kind::List(_) | Kind::Text | Kind::Any] => Ok(Kind::Int),
-            _ => Err(unfit("`size` takes a list or a text")),
+            _ => Err(mismatch("`size` takes a list or a text")),
         },
         "int" | "uint" | "double" => match kinds {
             [Kind::Int | Kind::UInt | Kind::Double | Kind::Text | Kind::Any] => Ok(match name {
@@ -117,34 +117,34 @@ pub(super) fn kind(name: &str, kinds: &[Kind]) -> Result<Kind, Reason> {
                 "uint" => Kind::UInt,
                 _ => Kind::Double,
             }),
-            _ => Err(unfit(&format!("`{name}` takes a number"))),
+            _ => Err(mismatch(&format!("`{name}` takes a number"))),
         },
         "string" => Ok(Kind::Text),
         "contains" | "startsWith" | "endsWith" => (kinds.len() == 2 && all(&|kind| *kind == Kind::Text))
             .then_some(Kind::Bool)
-            .ok_or_else(|| unfit(&format!("`{name}` takes two texts"))),
+            .ok_or_else(|| mismatch(&format!("`{name}` takes two texts"))),
         "math.abs" | "math.sign" => (kinds.len() == 1 && all(&Kind::is_number))
             .then_some(first)
-            .ok_or_else(|| unfit(&format!("`{name}` takes a number"))),
+            .ok_or_else(|| mismatch(&format!("`{name}` takes a number"))),
         "math.sqrt" => (kinds.len() == 1 && all(&Kind::is_number))
             .then_some(Kind::Double)
-            .ok_or_else(|| unfit("`math.sqrt` takes a number")),
+            .ok_or_else(|| mismatch("`math.sqrt` takes a number")),
         "math.ceil" | "math.floor" | "math.round" | "math.trunc" => (kinds.len() == 1
             && all(&|kind| *kind == Kind::Double))
         .then_some(Kind::Double)
-        .ok_or_else(|| unfit(&format!("`{name}` takes a double"))),
+        .ok_or_else(|| mismatch(&format!("`{name}` takes a double"))),
         "math.isNaN" | "math.isInf" | "math.isFinite" => (kinds.len() == 1
             && all(&|kind| *kind == Kind::Double))
         .then_some(Kind::Bool)
-        .ok_or_else(|| unfit(&format!("`{name}` takes a double"))),
+        .ok_or_else(|| mismatch(&format!("`{name}` takes a double"))),
         "math.@max" | "math.@min" => match kinds {
             [Kind::List(element)] if element.is_number() || **element == Kind::Any => Ok((**element).clone()),
             [_] | [] => all(&Kind::is_number)
                 .then_some(first)
-                .ok_or_else(|| unfit("`math.greatest` and `math.least` take numbers, or a list of them")),
+                .ok_or_else(|| mismatch("`math.greatest` and `math.least` take numbers, or a list of them")),
             _ if all(&|kind| kind.is_number() && *kind == first) => Ok(first),
             _ if all(&Kind::is_number) => Ok(Kind::Double),
-            _ => Err(unfit(
+            _ => Err(mismatch(
                 "`math.greatest` and `math.least` take numbers, or a list of them",
             )),
         },

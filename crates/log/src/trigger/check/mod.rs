@@ -89,7 +89,7 @@ impl Checker<'_, '_> {
             }
             Expr::Map(_) | Expr::Struct(_) | Expr::Unspecified => Err(self.mistake(
                 expression.id,
-                Reason::Syntax("maps and structures cannot be made in a condition".to_owned()),
+                Reason::Syntax("a condition cannot contain maps and structures".to_owned()),
             )),
         }
     }
@@ -119,7 +119,7 @@ impl Checker<'_, '_> {
                 Kind::List(_) => Err(self.mistake(
                     id,
                     Reason::Kinds(format!(
-                        "a list has no field `{}`; say which element, as in `[0]`, or ask them all with `exists`",
+                        "a list has no field `{}`; choose an element, as in `[0]`, or test all of them with `exists`",
                         select.field
                     )),
                 )),
@@ -156,7 +156,7 @@ impl Checker<'_, '_> {
             other => {
                 return Err(self.mistake(
                     comprehension.iter_range.id,
-                    Reason::Kinds(format!("{other} is no list whose elements could be asked")),
+                    Reason::Kinds(format!("{other} is not a list")),
                 ));
             }
         };
@@ -187,7 +187,7 @@ impl Checker<'_, '_> {
     }
 
     fn mistake(&self, id: u64, reason: Reason) -> Mistake {
-        let place = self.program.source_info().offset_for(id);
-        (place.map_or(1, |(start, _)| start as usize + 1), reason)
+        let offset = self.program.source_info().offset_for(id);
+        (offset.map_or(1, |(start, _)| start as usize + 1), reason)
     }
 }

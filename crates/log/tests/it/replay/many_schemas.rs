@@ -1,6 +1,6 @@
-//! Replays of an application that is hard to replay: unpredictable sensors, derived values, a schema that fails
-//! sometimes, one with many inputs, and a father that arbitrates, wakes its children at different times, modulates
-//! them by the clock and changes its policy.
+//! Replays of an application that is hard to replay: unpredictable sensors, derived values, a schema that
+//! fails sometimes, one with many inputs, and a father that arbitrates, wakes its children at different
+//! times, modulates them by the clock and changes its policy.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -255,8 +255,8 @@ fn application(plugins: &Plugins, text: &str) -> Application {
     jde_app::parse(text, Path::new("many.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// Records until the driver has exported `levels` levels. Returns the text of the application and the number of
-/// recorded selections.
+/// Records until the driver has exported `levels` levels. Returns the text of the application and the number
+/// of recorded selections.
 fn record(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
     let plugins = plugins();
     let text = format!("{head}{TEXT}");

@@ -1,4 +1,4 @@
-//! Stops everything in one application or in all of them at once, and releases it again (R14). Asks for no
+//! Stops everything in one application or in all of them at once, and releases it again (R14). It requires no
 //! confirmation.
 
 use std::io::{self, Write};
@@ -16,7 +16,7 @@ pub(super) fn stop(context: &Context, target: &Target) -> Result<(), Failure> {
         target,
         Action::StopAll,
         "stopped, every command is neutral",
-        "`jde release --all` lets it go on",
+        "`jde release --all` lets it continue",
     )
 }
 
@@ -31,14 +31,14 @@ pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure>
     )
 }
 
-/// Sends the action to all applications at the same time and prints each answer as it arrives. One that does
-/// not answer does not delay the others.
+/// Sends the action to all applications at the same time and prints each reply as it arrives. One that does
+/// not reply does not delay the others.
 fn send_to_all(
     context: &Context,
     target: &Target,
     action: Action,
-    done: &str,
-    then: &str,
+    effect: &str,
+    hint: &str,
 ) -> Result<(), Failure> {
     let request = Request {
         by: jde_link::operator(),
@@ -47,32 +47,32 @@ fn send_to_all(
     };
     let mut out = terminal::out();
     let mut failed = Vec::new();
-    let mut told: io::Result<()> = Ok(());
-    let (reach, named) = (context.reach(target)?, context.application_name(target));
-    jde_link::broadcast(&reach, named.as_deref(), &request, &mut |heard| {
-        let who = display_path(heard.target.as_ref());
-        let said = match &heard.outcome {
+    let mut printed: io::Result<()> = Ok(());
+    let (reach, name) = (context.reach(target)?, context.application_name(target));
+    jde_link::broadcast(&reach, name.as_deref(), &request, &mut |reply| {
+        let application = display_path(reply.target.as_ref());
+        let result = match &reply.outcome {
             Ok(roots) => {
                 let roots: Vec<_> = roots.iter().map(|root| display_path(root.as_ref())).collect();
-                writeln!(out, "{who}: {GOOD}{} {done}{GOOD:#}", roots.join(", "))
+                writeln!(out, "{application}: {GOOD}{} {effect}{GOOD:#}", roots.join(", "))
             }
             Err(error) => {
-                let said = writeln!(
+                let result = writeln!(
                     out,
-                    "{who}: {BAD}{}{BAD:#}",
+                    "{application}: {BAD}{}{BAD:#}",
                     display_path(error.to_string().as_ref())
                 );
-                failed.push(who);
-                said
+                failed.push(application);
+                result
             }
         };
-        // Wait for all answers even if the output is closed.
-        let said = said.and_then(|()| out.flush());
-        told = std::mem::replace(&mut told, Ok(())).and(said);
+        // Wait for all replies even if the output is closed.
+        let result = result.and_then(|()| out.flush());
+        printed = std::mem::replace(&mut printed, Ok(())).and(result);
     })?;
     if failed.is_empty() {
-        told?;
-        writeln!(out, "{FAINT}{then}{FAINT:#}")?;
+        printed?;
+        writeln!(out, "{FAINT}{hint}{FAINT:#}")?;
         return Ok(());
     }
     Err(Failure::Broken(format!(

@@ -32,7 +32,7 @@ pub(crate) struct Apps {
 struct ApplicationEntry {
     #[serde(flatten)]
     about: About,
-    /// The winners, from the roots down; `None` if the application does not answer.
+    /// The winners, from the roots down; `None` if the application does not reply.
     acting: Option<Vec<String>>,
 }
 
@@ -40,9 +40,9 @@ impl Apps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let client = context.client(&self.target)?;
         let abouts = client.applications()?;
-        // Ask in parallel: an application that is suspended must not delay the others.
+        // Query in parallel: a suspended application must not delay the others.
         let listed: Vec<ApplicationEntry> = thread::scope(|scope| {
-            let asked: Vec<_> = abouts
+            let threads: Vec<_> = abouts
                 .into_iter()
                 .map(|about| {
                     let client = &client;
@@ -57,7 +57,7 @@ impl Apps {
                     })
                 })
                 .collect();
-            let joined = asked.into_iter().map(|thread| {
+            let joined = threads.into_iter().map(|thread| {
                 thread
                     .join()
                     .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
@@ -90,17 +90,17 @@ fn table(listed: &[ApplicationEntry]) -> Table {
     ]);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     for ApplicationEntry { about, acting } in listed {
-        let twins = listed
+        let same_name = listed
             .iter()
             .filter(|other| other.about.name == about.name)
             .count();
-        let name = match twins {
+        let name = match same_name {
             1 => about.name.clone(),
             _ => format!("{}@{:.6}", about.name, about.id),
         };
         let up = now.saturating_sub(Duration::from_nanos(about.started_ns));
         let acting = match acting.as_deref() {
-            None => Cell::from("does not answer").styled(WARN),
+            None => Cell::from("does not reply").styled(WARN),
             Some([]) => Cell::from("nobody").styled(FAINT),
             Some(names) => Cell::from(names.join(" > ")).styled(GOOD),
         };
@@ -158,7 +158,7 @@ mod tests {
     use crate::top::tests::navigation;
 
     #[test]
-    fn those_who_act_are_named_from_the_roots_down() {
+    fn winners_are_listed_from_the_roots_down() {
         assert_eq!(winners(&navigation()), ["example", "vff"]);
     }
 

@@ -20,8 +20,8 @@ use crate::why;
 
 /// Number of lines of each kind that an application keeps.
 const MAX_HISTORY: usize = 1000;
-/// The most lines that may wait to be shown: all kept ones, and some that arrive meanwhile. Beyond that, the
-/// oldest are dropped, counted and reported.
+/// The most lines that may wait to be shown: all kept ones, and some that arrive at the same time. Beyond
+/// that, the oldest are dropped, counted and reported.
 const MAX_QUEUED: usize = 8192;
 
 /// Show events: takeovers with their reasons, faults, overruns and operators' actions; first the last ones,
@@ -59,18 +59,18 @@ impl Events {
         } else {
             &[RecordKind::Decision, RecordKind::Event]
         };
-        let told = Queue::new(MAX_QUEUED);
+        let queue = Queue::new(MAX_QUEUED);
         let interrupted = Arc::new(AtomicBool::new(false));
         let _interrupts = {
-            let (told, interrupted) = (Arc::clone(&told), Arc::clone(&interrupted));
+            let (queue, interrupted) = (Arc::clone(&queue), Arc::clone(&interrupted));
             SignalListener::on_first(move || {
                 interrupted.store(true, Ordering::Relaxed);
-                told.close();
+                queue.close();
             })?
         };
         {
-            let told = Arc::clone(&told);
-            remote.on_gone(move || told.close());
+            let queue = Arc::clone(&queue);
+            remote.on_gone(move || queue.close());
         }
         // Most selections change nothing and are not shown, so the last takeovers may be anywhere among the
         // kept lines.
@@ -79,27 +79,28 @@ impl Events {
         } else {
             MAX_HISTORY
         };
-        let tell = Arc::clone(&told);
-        let _watching = remote.events(kinds, last, move |happened| tell.push(happened))?;
+        let sender = Arc::clone(&queue);
+        let _watching = remote.events(kinds, last, move |event| sender.push(event))?;
         let mut earlier = Vec::new();
-        while let Popped::Next { item: what, .. } = told.try_pop() {
-            earlier.push(what);
+        while let Popped::Next { item, .. } = queue.try_pop() {
+            earlier.push(item);
         }
         self.show_earlier(&earlier)?;
         if self.once {
             return Ok(());
         }
-        let ended = |happened: &ReceivedEvent| matches!(&happened.record, RunRecord::Event(line) if line.kind == "ended");
+        let is_end =
+            |event: &ReceivedEvent| matches!(&event.record, RunRecord::Event(line) if line.kind == "ended");
         let mut unread = 0;
-        while let Some((happened, missed)) = told.pop() {
+        while let Some((event, missed)) = queue.pop() {
             if interrupted.load(Ordering::Relaxed) {
                 return Ok(());
             }
             unread += missed;
-            if self.is_selected(&happened.record) {
-                self.show(&happened, std::mem::take(&mut unread))?;
+            if self.is_selected(&event.record) {
+                self.show(&event, std::mem::take(&mut unread))?;
             }
-            if ended(&happened) {
+            if is_end(&event) {
                 return Ok(());
             }
         }
@@ -110,22 +111,20 @@ impl Events {
     }
 
     /// Shows the last earlier lines of each kind.
-    fn show_earlier(&self, happened: &[ReceivedEvent]) -> Result<(), Failure> {
-        let happened = happened.iter();
-        let wanted: Vec<_> = happened
-            .filter(|happened| self.is_selected(&happened.record))
-            .collect();
+    fn show_earlier(&self, event: &[ReceivedEvent]) -> Result<(), Failure> {
+        let event = event.iter();
+        let selected: Vec<_> = event.filter(|event| self.is_selected(&event.record)).collect();
         let mut skip = RecordKind::ALL.map(|kind| {
-            let count = wanted
+            let count = selected
                 .iter()
-                .filter(|happened| happened.record.kind() == kind)
+                .filter(|event| event.record.kind() == kind)
                 .count();
             count.saturating_sub(self.last)
         });
-        for happened in &wanted {
-            let skip = &mut skip[happened.record.kind() as usize];
+        for event in &selected {
+            let skip = &mut skip[event.record.kind() as usize];
             if *skip == 0 {
-                self.show(happened, 0)?;
+                self.show(event, 0)?;
             } else {
                 *skip -= 1;
             }
@@ -141,10 +140,10 @@ impl Events {
     }
 
     /// Shows a line, and how many lines of all kinds were dropped before it.
-    fn show(&self, happened: &ReceivedEvent, unread: u64) -> Result<(), Failure> {
+    fn show(&self, event: &ReceivedEvent, unread: u64) -> Result<(), Failure> {
         if self.json {
-            let (number, missed) = (happened.number, happened.missed + unread);
-            return print_json(&match &happened.record {
+            let (number, missed) = (event.number, event.missed + unread);
+            return print_json(&match &event.record {
                 RunRecord::Decision(decision) => {
                     json!({ "stream": "decisions", "number": number, "missed": missed, "line": decision })
                 }
@@ -163,10 +162,10 @@ impl Events {
                 "{WARN}{unread} lines were missed{WARN:#}: nobody read them in time"
             )?;
         }
-        if happened.missed > 0 && self.all {
-            writeln!(out, "{WARN}{} lines were missed{WARN:#}", happened.missed)?;
+        if event.missed > 0 && self.all {
+            writeln!(out, "{WARN}{} lines were missed{WARN:#}", event.missed)?;
         }
-        match &happened.record {
+        match &event.record {
             RunRecord::Decision(decision) => writeln!(out, "{}", why::format_takeover(decision))?,
             RunRecord::State(change) => writeln!(
                 out,

@@ -33,18 +33,18 @@ pub(crate) struct Get {
 impl Get {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let mut out = terminal::out();
-        for asked in &self.variables {
-            let (remote, asked) = context.resolve(&self.target, asked)?;
+        for requested in &self.variables {
+            let (remote, requested) = context.resolve(&self.target, requested)?;
             let known = remote.variables(false)?;
             let (variable, path) =
-                name::split_variable(asked, known.iter().map(|known| known.name.as_str()))?;
+                name::split_variable(requested, known.iter().map(|known| known.name.as_str()))?;
             let info = remote.variable(variable)?;
-            let part = VariableField::resolve(&info, path)?;
+            let field = VariableField::resolve(&info, path)?;
             let sample = remote.get(variable)?;
             let value = sample
                 .bytes
                 .as_deref()
-                .map(|bytes| part.decode(bytes))
+                .map(|bytes| field.decode(bytes))
                 .transpose()?;
             if self.json {
                 out.flush()?;
@@ -52,7 +52,7 @@ impl Get {
                     "application": remote.about().name,
                     "variable": variable,
                     "field": path,
-                    "unit": part.unit,
+                    "unit": field.unit,
                     "time_s": sample.time as f64 / 1e9,
                     "age_s": sample.age as f64 / 1e9,
                     "sequence": sample.sequence,
@@ -62,11 +62,11 @@ impl Get {
                 continue;
             }
             if self.variables.len() > 1 {
-                write!(out, "{FAINT}{asked}{FAINT:#}  ")?;
+                write!(out, "{FAINT}{requested}{FAINT:#}  ")?;
             }
             match value {
-                Some(value) => writeln!(out, "{}", part.format_value(value))?,
-                None => writeln!(out, "no value yet, or it was taken back")?,
+                Some(value) => writeln!(out, "{}", field.format_value(value))?,
+                None => writeln!(out, "no value yet, or it was retracted")?,
             }
         }
         out.flush()?;

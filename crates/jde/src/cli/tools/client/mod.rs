@@ -1,6 +1,6 @@
 //! The verbs that inspect and control a running application: clients of the link.
 //!
-//! A verb parses its options, sends requests and prints the answers. `attached` formats what the application
+//! A verb parses its options, sends requests and prints the replies. `remote` formats what the application
 //! sends.
 
 mod all;

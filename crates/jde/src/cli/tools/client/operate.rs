@@ -154,11 +154,11 @@ impl SchemaArg {
     ) -> Result<(), Failure> {
         let (named, schema) = split_application(&self.schema);
         let remote = context.remote(&self.target, named)?;
-        let saying = ActionMessages {
+        let messages = ActionMessages {
             done: format!("{schema} {done}"),
-            ended: format!("{schema} is let go of"),
+            ended: format!("{schema} is released"),
         };
-        perform_action(&remote, action(schema.to_owned()), lasting, &saying)
+        perform_action(&remote, action(schema.to_owned()), lasting, &messages)
     }
 }
 
@@ -167,7 +167,7 @@ pub(super) fn perform_action(
     remote: &Remote,
     action: Action,
     lasting: &DurationArg,
-    saying: &ActionMessages,
+    messages: &ActionMessages,
 ) -> Result<(), Failure> {
     let request = Request {
         by: jde_link::operator(),
@@ -177,13 +177,13 @@ pub(super) fn perform_action(
     let mut out = terminal::out();
     if lasting.time.is_some() && remote.about().executor == "replay" {
         return Err(Failure::usage(
-            "a recording stays as it is set, and is not let go of",
-            "leave --for out",
+            "changes of a recording do not end by themselves",
+            "omit --for",
         ));
     }
     let Some(time) = lasting.time.map(Duration::from_nanos) else {
         remote.operate(&request)?;
-        writeln!(out, "{GOOD}{}{GOOD:#}", saying.done)?;
+        writeln!(out, "{GOOD}{}{GOOD:#}", messages.done)?;
         return Ok(());
     };
     let (interrupt, interrupted) = channel();
@@ -195,13 +195,15 @@ pub(super) fn perform_action(
     writeln!(
         out,
         "{GOOD}{}{GOOD:#} {FAINT}for {:.1} s, or until Ctrl-C{FAINT:#}",
-        saying.done,
+        messages.done,
         time.as_secs_f64()
     )?;
     out.flush()?;
     let end = Instant::now() + time;
-    while let left @ 1.. = end.saturating_duration_since(Instant::now()).as_millis() {
-        let wait = CHECK_INTERVAL.min(Duration::from_millis(u64::try_from(left).unwrap_or(u64::MAX)));
+    while let remaining @ 1.. = end.saturating_duration_since(Instant::now()).as_millis() {
+        let wait = CHECK_INTERVAL.min(Duration::from_millis(
+            u64::try_from(remaining).unwrap_or(u64::MAX),
+        ));
         match interrupted.recv_timeout(wait) {
             Err(RecvTimeoutError::Timeout) => {}
             Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
@@ -213,6 +215,6 @@ pub(super) fn perform_action(
         }
     }
     drop(hold);
-    writeln!(out, "{}", saying.ended)?;
+    writeln!(out, "{}", messages.ended)?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `jde panel`: prints a schema's own panel as text, and touches its widgets from the command line.
+//! `jde panel`: prints a schema's own panel as text, and operates its widgets from the command line.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -23,7 +23,8 @@ const DRAW_TIMEOUT: Duration = Duration::from_secs(5);
 /// Show a schema's own panel as text, or touch its widgets. Without a name, list the schemas that have a
 /// panel.
 ///
-/// Each widget is a line with its label, value, range, and the name to touch it by. Pictures are described; `jde view` draws them.
+/// Each widget is a line with its label, value, range, and the name to touch it by. Pictures are described;
+/// `jde view` draws them.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde panel
@@ -71,8 +72,8 @@ impl Panel {
                 "reason": sample.list.as_ref().err(),
             }));
         }
-        let nothing = |reason| Failure::Broken(format!("the panel of {schema} shows nothing: {reason}"));
-        let list = sample.list.map_err(nothing)?;
+        let failure = |reason| Failure::Broken(format!("the panel of {schema} shows nothing: {reason}"));
+        let list = sample.list.map_err(failure)?;
         let gesture = match (&self.touch, self.click.as_slice()) {
             (Some(touched), _) => Some(parse_touch(&list, touched)?),
             (None, [widget, place @ ..]) => Some(parse_click(&list, widget, place)?),
@@ -115,18 +116,18 @@ impl Panel {
 /// Checks that the schema has a panel.
 fn check_has_panel(remote: &Remote, schema: &str) -> Result<(), Failure> {
     let schemas = remote.schemas()?.schemas;
-    let with = || {
-        let with = schemas.iter().filter(|schema| schema.panel);
-        with.map(|schema| schema.name.as_str())
+    let with_panel = || {
+        let with_panel = schemas.iter().filter(|schema| schema.panel);
+        with_panel.map(|schema| schema.name.as_str())
     };
     match schemas.iter().find(|known| known.name == schema) {
         Some(known) if known.panel => Ok(()),
-        None if with().next().is_some() => Err(Failure::unknown("panel", schema, with())),
+        None if with_panel().next().is_some() => Err(Failure::unknown("panel", schema, with_panel())),
         Some(_) | None => Err(Failure::usage(
             format!("`{schema}` has no panel of its own"),
-            match with().collect::<Vec<_>>().as_slice() {
+            match with_panel().collect::<Vec<_>>().as_slice() {
                 [] => "no schema of this application has one".to_owned(),
-                with => format!("these have one: {}", with.join(", ")),
+                names => format!("these have one: {}", names.join(", ")),
             },
         )),
     }
@@ -134,14 +135,14 @@ fn check_has_panel(remote: &Remote, schema: &str) -> Result<(), Failure> {
 
 /// Returns the newest drawing of a panel. Waits for it for at most [`DRAW_TIMEOUT`].
 fn wait_for_drawing(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
-    let (tell, told) = channel();
-    let gone = tell.clone();
+    let (sender, receiver) = channel();
+    let gone = sender.clone();
     remote.on_gone(move || drop(gone.send(None)));
     let _watching = remote.watch_panel(schema, Rate::Full, move |sample| {
-        // The receiver is gone after the first drawing.
-        let _ = tell.send(Some(sample));
+        // The receiver is dropped after the first drawing.
+        let _ = sender.send(Some(sample));
     })?;
-    match told.recv_timeout(DRAW_TIMEOUT) {
+    match receiver.recv_timeout(DRAW_TIMEOUT) {
         Ok(Some(sample)) => Ok(sample),
         Ok(None) | Err(RecvTimeoutError::Disconnected) => {
             Err(jde_link::Error::Disconnected(remote.about().name.clone()).into())
@@ -172,7 +173,7 @@ fn parse_touch(list: &List, text: &str) -> Result<Gesture, Failure> {
         (Item::Button { enabled: false, .. }, _) => {
             return wrong(
                 format!("`{id}` cannot be pressed now"),
-                "the panel says when it can be".to_owned(),
+                "the panel shows when it can be".to_owned(),
             );
         }
         (Item::Button { .. }, None) => Touch::Pressed,
@@ -212,9 +213,9 @@ fn parse_touch(list: &List, text: &str) -> Result<Gesture, Failure> {
             }
         }
         (Item::Choice { options, .. }, value) => {
-            let place = options.iter().position(|option| Some(option.as_str()) == value);
-            match place {
-                Some(place) => Touch::Chose(place as u32),
+            let index = options.iter().position(|option| Some(option.as_str()) == value);
+            match index {
+                Some(index) => Touch::Chose(index as u32),
                 None => {
                     return Err(Failure::unknown(
                         &format!("choice of `{id}` called"),
@@ -243,7 +244,7 @@ fn parse_click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failu
         Item::Canvas { wants, .. } | Item::Scene { wants, .. } | Item::Image { wants, .. } => wants,
         _ => {
             return Err(Failure::usage(
-                format!("`{id}` is no picture"),
+                format!("`{id}` is not a picture"),
                 format!("--touch {id} presses, switches or moves it"),
             ));
         }
@@ -262,7 +263,7 @@ fn parse_click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failu
             .filter(|number: &f64| number.is_finite())
             .ok_or_else(|| {
                 Failure::usage(
-                    format!("`{text}` is no number"),
+                    format!("`{text}` is not a number"),
                     format!("--click {id} X Y, in metres or pixels"),
                 )
             })?;
@@ -331,10 +332,10 @@ mod tests {
     }
 
     #[test]
-    fn each_widget_is_touched_in_its_own_way() {
+    fn a_touch_is_parsed_for_each_kind_of_widget() {
         let touched = |text: &str| parse_touch(&list(), text).map(|gesture| gesture.touch).unwrap();
         assert_eq!(touched("clear"), Touch::Pressed);
-        assert_eq!(touched("hold"), Touch::Toggled(false), "to the other");
+        assert_eq!(touched("hold"), Touch::Toggled(false), "to the other state");
         assert_eq!(touched("hold=on"), Touch::Toggled(true));
         assert_eq!(touched("ahead=2.5"), Touch::Moved(2.5));
         assert_eq!(touched("ahead = 2.5 m"), Touch::Moved(2.5));
@@ -347,19 +348,19 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_done_is_said_before_it_is_sent() {
-        let refused = |text: &str| match parse_touch(&list(), text).unwrap_err() {
+    fn an_invalid_touch_is_reported_before_it_is_sent() {
+        let error = |text: &str| match parse_touch(&list(), text).unwrap_err() {
             Failure::Usage { message, help } => format!("{message}; {help}"),
             other => other.to_string(),
         };
-        assert!(refused("claer").contains("did you mean `clear`?"));
-        assert!(refused("later").contains("cannot be pressed now"));
-        assert!(refused("clear=1").contains("takes no value"));
-        assert!(refused("hold=maybe").contains("on or off"));
-        assert!(refused("ahead=4").contains("from 0 to 3 m"));
-        assert!(refused("ahead").contains("from 0 to 3 m"));
-        assert!(refused("gait=rum").contains("did you mean `run`?"));
-        assert!(refused("field").contains("--click"));
+        assert!(error("claer").contains("did you mean `clear`?"));
+        assert!(error("later").contains("cannot be pressed now"));
+        assert!(error("clear=1").contains("takes no value"));
+        assert!(error("hold=maybe").contains("on or off"));
+        assert!(error("ahead=4").contains("from 0 to 3 m"));
+        assert!(error("ahead").contains("from 0 to 3 m"));
+        assert!(error("gait=rum").contains("did you mean `run`?"));
+        assert!(error("field").contains("--click"));
         let places = ["x", "2"].map(str::to_owned);
         assert!(parse_click(&list(), "field", &places).is_err());
         assert!(parse_click(&list(), "clear", &places).is_err());

@@ -1,4 +1,4 @@
-//! Reduces the values that arrive at a rate of the link to the requested rate. Waits for nothing.
+//! Reduces the values that arrive at a rate of the link to the requested rate. It never waits.
 
 use jde_core::Nanos;
 use jde_link::Rate;
@@ -45,29 +45,32 @@ mod tests {
     use super::*;
 
     /// The selected ones of values that arrive at these times, in ms.
-    fn kept(hz: f64, times: impl IntoIterator<Item = u64>) -> Vec<u64> {
-        let mut pace = RateLimiter::new(hz, Rate::at_least(hz));
+    fn selected(hz: f64, times: impl IntoIterator<Item = u64>) -> Vec<u64> {
+        let mut limiter = RateLimiter::new(hz, Rate::at_least(hz));
         let times = times.into_iter();
-        times.filter(|time| pace.accept(time * 1_000_000)).collect()
+        times.filter(|time| limiter.accept(time * 1_000_000)).collect()
     }
 
     #[test]
-    fn a_rate_that_is_not_on_offer_is_kept_all_the_same() {
+    fn a_rate_that_the_link_does_not_offer_is_kept() {
         assert_eq!(
-            kept(0.5, [7010, 8000, 9000, 10_030, 10_990]),
+            selected(0.5, [7010, 8000, 9000, 10_030, 10_990]),
             [7010, 9000, 10_990]
         );
-        assert_eq!(kept(3.0, (0..50).map(|step| step * 200)).len(), 30);
+        assert_eq!(selected(3.0, (0..50).map(|step| step * 200)).len(), 30);
     }
 
     #[test]
-    fn a_rate_on_offer_loses_nothing_by_being_uneven() {
+    fn uneven_values_at_an_offered_rate_are_all_selected() {
         let uneven = [3000, 3210, 3390, 3600, 3810, 3990];
-        assert_eq!(kept(5.0, uneven), uneven);
+        assert_eq!(selected(5.0, uneven), uneven);
     }
 
     #[test]
-    fn nothing_is_made_up_for_after_a_pause() {
-        assert_eq!(kept(0.5, [0, 9000, 10_000, 11_000, 12_000]), [0, 9000, 11_000]);
+    fn values_missed_in_a_pause_are_not_made_up_for() {
+        assert_eq!(
+            selected(0.5, [0, 9000, 10_000, 11_000, 12_000]),
+            [0, 9000, 11_000]
+        );
     }
 }

@@ -32,7 +32,7 @@ const MAX_EARLIER: usize = 1000;
 /// The interval of progress messages on a terminal.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Record a running application from here: variables, selections and events, like `jde run --record`.
+/// Record a running application from this process: variables, selections and events, like `jde run --record`.
 ///
 /// Ends at Ctrl-C, after --for, or with the application. Data that arrives faster than the network or this
 /// machine can take is lost; the losses are counted and reported. A recording made by `jde run --record` on
@@ -49,7 +49,7 @@ pub(crate) struct Record {
     /// The recording to write.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// Record only the variables that match: full names with * for any letters.
+    /// Record only the variables that match: full names with * for any text.
     #[arg(value_name = "PATTERN", add = ArgValueCompleter::new(complete::variables))]
     only: Vec<String>,
     #[command(flatten)]
@@ -83,24 +83,24 @@ impl Record {
             .map(|panels| resolve_panels(&remote, panels));
         let panels = panels.transpose()?;
         let options = options(&remote, self.overwrite);
-        let around = self.trigger.into_trigger();
-        let waits = around.is_some();
-        let recorder = match (around, split) {
-            (Some(around), _) => Recorder::create_triggered(
+        let trigger = self.trigger.into_trigger();
+        let is_triggered = trigger.is_some();
+        let recorder = match (trigger, split) {
+            (Some(trigger), _) => Recorder::create_triggered(
                 &self.file,
                 options,
-                session::parse_triggers(&around, condition_names(&remote, &variables)?)?,
+                session::parse_triggers(&trigger, condition_names(&remote, &variables)?)?,
             ),
             (None, Some(split)) => Recorder::create_split(&self.file, options, split),
             (None, None) => Recorder::create(&self.file, options),
         };
         let recorder = recorder.map_err(|error| session::recording_failure(error, &self.file))?;
         let recorder = Arc::new(recorder);
-        let mut watching = Vec::with_capacity(variables.len() + 1);
-        let mut kept = 0;
+        let mut subscriptions = Vec::with_capacity(variables.len() + 1);
+        let mut recorded_variables = 0;
         for variable in &variables {
             let topic = if selection.contains(&variable.name) {
-                kept += 1;
+                recorded_variables += 1;
                 Some(recorder.topic(
                     &jde_log::topic_name(&variable.name),
                     value_type(variable)?,
@@ -110,28 +110,28 @@ impl Record {
                 recorder.condition_topic(&variable.name, value_type(variable)?)
             };
             if let Some(topic) = topic {
-                watching.push(watch(&remote, variable, topic)?);
+                subscriptions.push(watch(&remote, variable, topic)?);
             }
         }
         if let Some((names, rate)) = panels {
             for name in names {
-                watching.push(watch_panel(&remote, &recorder, &name, rate)?);
+                subscriptions.push(watch_panel(&remote, &recorder, &name, rate)?);
             }
         }
-        let story = Arc::clone(&recorder);
+        let recorder_of_events = Arc::clone(&recorder);
         // The application's clock starts with the application, but the recording starts now.
         let beginning = remote.hierarchy()?.time;
-        watching.push(remote.events(&RecordKind::ALL, MAX_EARLIER, move |happened| {
-            if happened.record.time() < beginning {
-                story.push_earlier_record(happened.record, beginning);
+        subscriptions.push(remote.events(&RecordKind::ALL, MAX_EARLIER, move |event| {
+            if event.record.time() < beginning {
+                recorder_of_events.push_earlier_record(event.record, beginning);
             } else {
-                story.push_record(happened.record);
+                recorder_of_events.push_record(event.record);
             }
         })?);
         let end = self.time.map(|time| Instant::now() + Duration::from_nanos(time));
-        wait_for_end(&remote, &recorder, kept, end, waits)?;
-        drop(watching);
-        let recorded = RecordingSummary::of(&self.file, waits, recorder.finish());
+        wait_for_end(&remote, &recorder, recorded_variables, end, is_triggered)?;
+        drop(subscriptions);
+        let recorded = RecordingSummary::of(&self.file, is_triggered, recorder.finish());
         let mut out = terminal::out();
         summary::print_recording(&recorded, &mut out)?;
         for (topic, lost) in recorder.status().lost_by_topic {
@@ -157,7 +157,7 @@ fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
         application: None,
         overwrite,
         lossless: false,
-        on_error: Box::new(|trouble| tracing::error!("the recording ends here: {trouble}")),
+        on_error: Box::new(|error| tracing::error!("the recording ends early: {error}")),
     }
 }
 
@@ -180,17 +180,17 @@ fn wait_for_end(
     recorder: &Recorder,
     variables: usize,
     end: Option<Instant>,
-    waits: bool,
+    is_triggered: bool,
 ) -> Result<(), Failure> {
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     let _interrupts = {
-        let tell = tell.clone();
+        let sender = sender.clone();
         SignalListener::on_first(move || {
-            let _ = tell.send(());
+            let _ = sender.send(());
         })?
     };
     remote.on_gone(move || {
-        let _ = tell.send(());
+        let _ = sender.send(());
     });
     // The recording must not wait for a reader of the progress messages.
     let _no_waiting = terminal::never_block();
@@ -200,16 +200,20 @@ fn wait_for_end(
     writeln!(
         out,
         "{FAINT}recording {variables} variables of {name}{}, until Ctrl-C{FAINT:#}",
-        if waits { " when a condition comes true" } else { "" }
+        if is_triggered {
+            " when a condition becomes true"
+        } else {
+            ""
+        }
     )?;
     let start = Instant::now();
     loop {
-        let left = end.map_or(PROGRESS_INTERVAL, |end| {
+        let wait = end.map_or(PROGRESS_INTERVAL, |end| {
             end.saturating_duration_since(Instant::now())
                 .min(PROGRESS_INTERVAL)
         });
         let status = recorder.status();
-        if left.is_zero() || (!waits && status.error.is_some()) {
+        if wait.is_zero() || (!is_triggered && status.error.is_some()) {
             break;
         }
         if live {
@@ -223,7 +227,7 @@ fn wait_for_end(
             )?;
             out.flush()?;
         }
-        match told.recv_timeout(left) {
+        match receiver.recv_timeout(wait) {
             Err(RecvTimeoutError::Timeout) => {}
             Ok(()) | Err(RecvTimeoutError::Disconnected) => break,
         }
@@ -270,8 +274,8 @@ fn resolve_panels(remote: &Remote, panels: PanelOptions) -> Result<(Vec<String>,
         .filter(|schema| schema.panel)
         .map(|schema| schema.name)
         .collect();
-    let places = panels.select_names(&names)?.into_iter();
-    Ok((places.map(|place| names[place].clone()).collect(), panels.rate))
+    let indices = panels.select_names(&names)?.into_iter();
+    Ok((indices.map(|index| names[index].clone()).collect(), panels.rate))
 }
 
 /// Records a panel in a topic.
@@ -283,9 +287,9 @@ fn watch_panel(
 ) -> Result<Subscription, Failure> {
     let topic = recorder.panel(schema);
     let offered = Rate::at_least(rate);
-    let mut pace = RateLimiter::new(rate, offered);
+    let mut limiter = RateLimiter::new(rate, offered);
     let watching = remote.watch_panel(schema, offered, move |sample| {
-        if pace.accept(sample.time) {
+        if limiter.accept(sample.time) {
             let stamps = Stamps {
                 published: sample.time.saturating_add(sample.age),
                 measured: sample.time,

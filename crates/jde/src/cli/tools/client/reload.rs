@@ -77,7 +77,7 @@ impl Reload {
         let undone: Vec<_> = reloaded
             .schemas
             .iter()
-            .filter(|(_, became)| matches!(became, ReloadOutcome::Undone(_) | ReloadOutcome::Waiting))
+            .filter(|(_, outcome)| matches!(outcome, ReloadOutcome::Undone(_) | ReloadOutcome::Waiting))
             .map(|(schema, _)| schema.as_str())
             .collect();
         if reloaded.is_done() {
@@ -92,35 +92,36 @@ impl Reload {
 }
 
 /// Prints one line for the plugin, and a line for each schema that needs attention.
-fn write_results(reloaded: &ReloadReport, words: &mut TextWriter) -> io::Result<()> {
+fn write_results(reloaded: &ReloadReport, output: &mut TextWriter) -> io::Result<()> {
     let file = display_path(&reloaded.file);
     let age = reloaded.age.map_or_else(String::new, |age| {
         format!(", built {} ago", format_span(Duration::from_nanos(age)))
     });
-    let of = |is: fn(&ReloadOutcome) -> bool| {
+    let names_of = |is: fn(&ReloadOutcome) -> bool| {
         let schemas = reloaded.schemas.iter().filter(|(_, outcome)| is(outcome));
         let names: Vec<_> = schemas.map(|(schema, _)| schema.as_str()).collect();
         (!names.is_empty()).then(|| names.join(", "))
     };
     let results = [
-        of(|outcome| matches!(outcome, ReloadOutcome::Reloaded(_)))
+        names_of(|outcome| matches!(outcome, ReloadOutcome::Reloaded(_)))
             .map(|names| format!("{GOOD}reloaded {names}{GOOD:#} {}", describe_takeovers(reloaded))),
-        of(|outcome| matches!(outcome, ReloadOutcome::Unchanged)).map(|names| format!("{names} unchanged")),
-        of(|outcome| matches!(outcome, ReloadOutcome::Restarted))
+        names_of(|outcome| matches!(outcome, ReloadOutcome::Unchanged))
+            .map(|names| format!("{names} unchanged")),
+        names_of(|outcome| matches!(outcome, ReloadOutcome::Restarted))
             .map(|names| format!("{names} unchanged, restarted after a fault")),
-        of(|outcome| matches!(outcome, ReloadOutcome::Undone(_)))
+        names_of(|outcome| matches!(outcome, ReloadOutcome::Undone(_)))
             .map(|names| format!("{BAD}{names} not reloaded{BAD:#}")),
-        of(|outcome| matches!(outcome, ReloadOutcome::Waiting))
+        names_of(|outcome| matches!(outcome, ReloadOutcome::Waiting))
             .map(|names| format!("{WARN}{names} inside a call{WARN:#}, to be reloaded when it returns")),
     ];
     let results: Vec<_> = results.into_iter().flatten().collect();
-    writeln!(words, "{file}{age}: {}", results.join("; "))?;
+    writeln!(output, "{file}{age}: {}", results.join("; "))?;
     for (schema, outcome) in &reloaded.schemas {
         match outcome {
-            ReloadOutcome::Undone(reason) => writeln!(words, "  {BAD}{schema}{BAD:#}: {reason}")?,
+            ReloadOutcome::Undone(reason) => writeln!(output, "  {BAD}{schema}{BAD:#}: {reason}")?,
             ReloadOutcome::Reloaded(takeover) => {
                 for note in &takeover.notes {
-                    writeln!(words, "  {WARN}{schema}{WARN:#}: {note}")?;
+                    writeln!(output, "  {WARN}{schema}{WARN:#}: {note}")?;
                 }
             }
             ReloadOutcome::Unchanged | ReloadOutcome::Restarted | ReloadOutcome::Waiting => {}

@@ -9,45 +9,49 @@ use crate::failure::Failure;
 use crate::remote::name::{self, split_application};
 
 /// The advice for names of several applications.
-const ONE_BY_ONE: &str = "ask one after the other";
+const ONE_BY_ONE: &str = "use the verb once for each application";
 
 impl Context {
-    /// Returns the application of a variable, a field or a pattern, with its name there.
-    pub(super) fn resolve<'n>(&self, target: &Target, asked: &'n str) -> Result<(Remote, &'n str), Failure> {
-        let (Some(named), rest) = split_application(asked) else {
-            return Ok((self.remote(target, None)?, asked));
+    /// Returns the application of a variable, a field or a pattern, with its name in that application.
+    pub(super) fn resolve<'n>(
+        &self,
+        target: &Target,
+        requested: &'n str,
+    ) -> Result<(Remote, &'n str), Failure> {
+        let (Some(named), rest) = split_application(requested) else {
+            return Ok((self.remote(target, None)?, requested));
         };
         // If several applications run and none is chosen, the prefix can only be an application's name.
-        let usual = self.remote(target, None).ok();
-        let known = usual.as_ref().and_then(|usual| usual.variables(false).ok());
+        let default = self.remote(target, None).ok();
+        let known = default.as_ref().and_then(|default| default.variables(false).ok());
         let known = known.unwrap_or_default();
         let names = || known.iter().map(|variable| variable.name.as_str());
-        if let Some(usual) = &usual
-            && is_known(asked, names())
+        if let Some(default) = &default
+            && is_known(requested, names())
         {
-            return Ok((usual.clone(), asked));
+            return Ok((default.clone(), requested));
         }
         let imports = format!("{named}:");
-        match (self.remote(target, Some(named)), usual) {
+        match (self.remote(target, Some(named)), default) {
             // The variable's name is misspelt: the later look-up in this application suggests the nearest
             // one.
-            (Err(Failure::Link(Error::UnknownApplication { .. })), Some(usual))
+            (Err(Failure::Link(Error::UnknownApplication { .. })), Some(default))
                 if names().any(|name| name.starts_with(&imports)) =>
             {
-                Ok((usual, asked))
+                Ok((default, requested))
             }
             (remote, _) => Ok((remote?, rest)),
         }
     }
 
-    /// As [`Self::of`] for several names, which must all be of one application. Without names, the chosen
-    /// application.
+    /// As [`Self::resolve`] for several names, which must all belong to one application. Without names, the
+    /// chosen application.
     pub(super) fn resolve_all(
         &self,
         target: &Target,
-        asked: &[String],
+        requested: &[String],
     ) -> Result<(Remote, Vec<String>), Failure> {
-        let Some((first, others)) = asked.split_first() else {
+        let Some((first, others)) = requested.split_first() else {
             return Ok((self.remote(target, None)?, Vec::new()));
         };
         let (remote, name) = self.resolve(target, first)?;
@@ -57,7 +61,7 @@ impl Context {
             if another.about().id != remote.about().id {
                 return Err(Failure::usage(
                     format!(
-                        "`{first}` is of {}, `{other}` of {}, and this is for one application",
+                        "`{first}` belongs to {}, and `{other}` to {}; this verb is for one application",
                         remote.about().name,
                         another.about().name
                     ),
@@ -83,17 +87,17 @@ impl Context {
     }
 }
 
-/// Returns the application that the words name, if any, and the words without it.
+/// Returns the application that the words of a question name, if any, and the words without it.
 pub(super) fn split_one_application(words: &[String]) -> Result<(Option<&str>, Vec<String>), Failure> {
     let mut named = None;
     let mut rest = Vec::with_capacity(words.len());
     for word in words {
         let (application, word) = split_application(word);
-        if let (Some(one), Some(other)) = (named, application)
-            && one != other
+        if let (Some(first), Some(second)) = (named, application)
+            && first != second
         {
             return Err(Failure::usage(
-                format!("`{one}` and `{other}` are two applications, and this is for one"),
+                format!("`{first}` and `{second}` are two applications; this verb is for one"),
                 ONE_BY_ONE,
             ));
         }
@@ -104,9 +108,9 @@ pub(super) fn split_one_application(words: &[String]) -> Result<(Option<&str>, V
 }
 
 /// Whether a name, a field or a pattern matches an existing variable.
-fn is_known<'v>(asked: &str, names: impl Iterator<Item = &'v str> + Clone) -> bool {
+fn is_known<'v>(requested: &str, names: impl Iterator<Item = &'v str> + Clone) -> bool {
     let all: Vec<_> = names.clone().map(str::to_owned).collect();
-    name::split_variable(asked, names).is_ok() || Selection::new(vec![asked.to_owned()], &all).is_ok()
+    name::split_variable(requested, names).is_ok() || Selection::new(vec![requested.to_owned()], &all).is_ok()
 }
 
 #[cfg(test)]
@@ -114,24 +118,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_variable_that_is_imported_is_there_by_its_whole_name() {
+    fn an_imported_variable_is_known_by_its_full_name() {
         let names = ["goon.fast", "robot2:pioneer.odometry"];
-        let there = |asked| is_known(asked, names.into_iter());
-        assert!(there("robot2:pioneer.odometry"));
-        assert!(there("robot2:pioneer.odometry.pose.pose.position.x"));
-        assert!(there("robot2:*") && there("*.odometry"));
-        assert!(!there("robot2:goon.fast") && !there("robot2:pioneer.laser") && !there("robot3:*"));
+        let is_known = |requested| super::is_known(requested, names.into_iter());
+        assert!(is_known("robot2:pioneer.odometry"));
+        assert!(is_known("robot2:pioneer.odometry.pose.pose.position.x"));
+        assert!(is_known("robot2:*") && is_known("*.odometry"));
+        assert!(!is_known("robot2:goon.fast") && !is_known("robot2:pioneer.laser") && !is_known("robot3:*"));
     }
 
     #[test]
-    fn words_are_of_one_application() {
+    fn a_question_is_about_one_application() {
         let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-        let asked = words("why did robot2:vff win");
-        let (named, rest) = split_one_application(&asked).unwrap();
+        let requested = words("why did robot2:vff win");
+        let (named, rest) = split_one_application(&requested).unwrap();
         assert_eq!((named, rest), (Some("robot2"), words("why did vff win")));
         let message = split_one_application(&words("a:vff b:goon"))
             .unwrap_err()
             .to_string();
-        assert_eq!(message, "`a` and `b` are two applications, and this is for one");
+        assert_eq!(message, "`a` and `b` are two applications; this verb is for one");
     }
 }

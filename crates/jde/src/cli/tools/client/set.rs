@@ -58,38 +58,40 @@ impl Set {
             }
         };
         let (remote, name) = context.resolve(&self.target, name)?;
-        let known = remote.variables(false)?;
-        let settable = known.iter().filter(|variable| variable.access == "modulation");
-        let Some(info) = known.iter().find(|variable| variable.name == name) else {
+        let variables = remote.variables(false)?;
+        let settable = variables
+            .iter()
+            .filter(|variable| variable.access == "modulation");
+        let Some(info) = variables.iter().find(|variable| variable.name == name) else {
             let names = settable.map(|variable| variable.name.as_str());
             return Err(Failure::unknown("modulation", name, names));
         };
         if info.access != "modulation" {
             return Err(Failure::usage(
                 format!(
-                    "`{name}` is no modulation but {} {}",
+                    "`{name}` is not a modulation but {} {}",
                     article(&info.access),
                     info.access
                 ),
-                "modulations are set; `jde vars` says which variables are",
+                "only modulations can be set; `jde vars` lists the variables",
             ));
         }
         let schema = info.owner.clone();
-        let saying = ActionMessages {
+        let messages = ActionMessages {
             done: format!("{name} is now {value}"),
-            ended: format!("{name} is let go of"),
+            ended: format!("{name} is released"),
         };
         if info.variable == "period" {
             // As in an application's file, a number without a unit is in seconds.
-            let bare = value.parse::<f64>().map(|_| format!("{value}s"));
-            let period = top::text::period(bare.as_deref().unwrap_or(value)).map_err(|error| {
+            let with_unit = value.parse::<f64>().map(|_| format!("{value}s"));
+            let period = top::text::period(with_unit.as_deref().unwrap_or(value)).map_err(|error| {
                 Failure::usage(error, format!("a period is a time {RANGE}, or a frequency"))
             })?;
             let action = Action::Period {
                 schema,
                 period_s: period as f64 / 1e9,
             };
-            return perform_action(&remote, action, &self.lasting, &saying);
+            return perform_action(&remote, action, &self.lasting, &messages);
         }
         let value_type = info
             .value_type()
@@ -114,7 +116,7 @@ impl Set {
             variable: info.variable.clone(),
             value: to_json(&unwrap_single_field(read)),
         };
-        perform_action(&remote, action, &self.lasting, &saying)
+        perform_action(&remote, action, &self.lasting, &messages)
     }
 }
 

@@ -69,8 +69,8 @@ impl Stop {
                 "is stopped",
             ),
             Err(_) if self.lasting.time.is_some() => Err(Failure::usage(
-                "to stop everything must not end by itself",
-                "leave --for out, and let it go on with `jde release --all`",
+                "a stop of everything cannot end by itself",
+                "omit --for, and let it continue with `jde release --all`",
             )),
             Err(target) => all::stop(context, &target),
         }
@@ -93,7 +93,7 @@ impl Release {
 }
 
 impl ScopeArgs {
-    /// Returns the one schema, or the target whose applications are all meant.
+    /// Returns the one schema, or the target whose applications are all included.
     fn into_schema(self) -> Result<SchemaArg, Target> {
         let Self { which, target } = self;
         match which.schema {

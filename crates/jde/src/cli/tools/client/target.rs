@@ -30,15 +30,15 @@ pub(crate) struct Target {
 impl Target {
     /// The application, if it was typed and is not only set in the environment.
     pub(crate) fn typed_app(&self) -> Option<&str> {
-        let usual = std::env::var("JDE_APP").ok();
-        self.app.as_deref().filter(|app| Some(*app) != usual.as_deref())
+        let default = std::env::var("JDE_APP").ok();
+        self.app.as_deref().filter(|app| Some(*app) != default.as_deref())
     }
 
     /// Whether an endpoint was typed, and is not only set in the environment.
     #[cfg(feature = "view")]
     pub(crate) fn has_typed_endpoint(&self) -> bool {
-        let usual = std::env::var("JDE_AT").unwrap_or_default();
-        !self.at.is_empty() && !self.at.iter().map(String::as_str).eq(usual.split(','))
+        let default = std::env::var("JDE_AT").unwrap_or_default();
+        !self.at.is_empty() && !self.at.iter().map(String::as_str).eq(default.split(','))
     }
 }
 
@@ -91,24 +91,24 @@ impl Context {
 
     /// Connects to the chosen application. `named` is the part of a name before its colon.
     pub(crate) fn remote(&self, target: &Target, named: Option<&str>) -> Result<Remote, Failure> {
-        let asked = self.selector(target, named);
-        if let Some((before, remote)) = &*self.cached.borrow()
-            && *before == asked
+        let selector = self.selector(target, named);
+        if let Some((previous, remote)) = &*self.cached.borrow()
+            && *previous == selector
             && remote.is_alive()
         {
             return Ok(remote.clone());
         }
-        let (app, at, key) = &asked;
+        let (app, at, key) = &selector;
         let client = Client::connect(&reach(at, key.as_deref())?)?;
         let remote = client.application(app.as_deref())?;
-        *self.cached.borrow_mut() = Some((asked, remote.clone()));
+        *self.cached.borrow_mut() = Some((selector, remote.clone()));
         Ok(remote)
     }
 
     fn selector(&self, target: &Target, named: Option<&str>) -> Selector {
-        let usual = self.target.borrow();
+        let defaults = self.target.borrow();
         let at = if target.at.iter().all(String::is_empty) {
-            &usual.at
+            &defaults.at
         } else {
             &target.at
         };
@@ -116,7 +116,7 @@ impl Context {
             named
                 .map(str::to_owned)
                 .or_else(|| target.app.clone())
-                .or_else(|| usual.app.clone()),
+                .or_else(|| defaults.app.clone()),
             // An empty environment variable counts as unset.
             at.iter()
                 .filter(|endpoint| !endpoint.is_empty())
@@ -125,7 +125,7 @@ impl Context {
             target
                 .key
                 .clone()
-                .or_else(|| usual.key.clone())
+                .or_else(|| defaults.key.clone())
                 .filter(|key| !key.as_os_str().is_empty()),
         )
     }
@@ -135,8 +135,11 @@ fn reach(at: &[String], key: Option<&Path>) -> Result<Reach, Failure> {
     if at.is_empty() {
         if let Some(key) = key {
             return Err(Failure::usage(
-                format!("{} opens a way on the network, and none is named", key.display()),
-                "name one: --at tls/robot2:7447; on this machine nothing is needed",
+                format!(
+                    "{} is for a connection over the network, and no endpoint is given",
+                    key.display()
+                ),
+                "give one: --at tls/robot2:7447; on this machine no key is needed",
             ));
         }
         return Ok(Reach::Local(Folders::of_user()));
@@ -167,7 +170,7 @@ fn read_key(file: &Path) -> Result<(Option<Login>, Option<Tls>), Failure> {
     let key: Key = toml::from_str(&text).map_err(|error| {
         Failure::usage(
             format!("{}: {}", file.display(), error.message()),
-            "it holds user and password-file, or tls = { authority = \"ca.pem\", certificate = \"me.pem\", key = \"me.key\" }",
+            "it contains user and password-file, or tls = { authority = \"ca.pem\", certificate = \"me.pem\", key = \"me.key\" }",
         )
     })?;
     let folder = file.parent().unwrap_or(Path::new("."));
@@ -178,7 +181,7 @@ fn read_key(file: &Path) -> Result<(Option<Login>, Option<Tls>), Failure> {
         (Some(_), None) | (None, Some(_)) => {
             return Err(Failure::usage(
                 format!("{}: user and password-file belong together", file.display()),
-                "state both, or neither",
+                "give both, or neither",
             ));
         }
     };
@@ -195,7 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_endpoint_may_be_written_short() {
+    fn short_forms_of_endpoints_are_completed() {
         assert_eq!(normalize_endpoint("tls/robot2:7447"), "tls/robot2:7447");
         assert_eq!(normalize_endpoint("tcp:robot2:7447"), "tcp/robot2:7447");
         assert_eq!(normalize_endpoint("robot2:7448"), "tcp/robot2:7448");
@@ -203,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_names_files_beside_it_and_nothing_else() {
+    fn a_key_file_refers_to_files_in_its_folder_and_has_no_other_keys() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("key.toml");
         fs::write(folder.path().join("password"), "secret\r\nfor the lab\n").unwrap();

@@ -14,7 +14,7 @@ use crate::remote::application::RemoteApplication;
 use crate::terminal;
 use crate::top::{self, ExitReason, ObservedApplication as _};
 
-/// Watch a running application in the oscilloscope; `q` leaves without ending it, `?` shows the keys.
+/// Watch a running application in the oscilloscope; `q` quits without ending it, `?` shows the keys.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde top
@@ -33,23 +33,23 @@ impl Top {
         if !terminal::is_interactive() {
             return Err(Failure::usage(
                 "the oscilloscope needs a terminal",
-                "`jde ps` shows the hierarchy once, `jde events` what happens, in a pipe too; over ssh give -t",
+                "`jde ps` prints the hierarchy and `jde events` the events, also to a pipe; over ssh give -t",
             ));
         }
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         let title = remote.about().name.clone();
         let live = RemoteApplication::new(remote)?;
-        let asked = Arc::new(AtomicBool::new(false));
+        let interrupted = Arc::new(AtomicBool::new(false));
         let _interrupts = {
-            let (asked, leave) = (Arc::clone(&asked), live.stop_callback());
+            let (interrupted, stop) = (Arc::clone(&interrupted), live.stop_callback());
             SignalListener::on_first(move || {
-                asked.store(true, Ordering::Relaxed);
-                leave();
+                interrupted.store(true, Ordering::Relaxed);
+                stop();
             })?
         };
-        let left = top::run(&live, &title)?;
-        if left == ExitReason::Ended
-            && !asked.load(Ordering::Relaxed)
+        let exit_reason = top::run(&live, &title)?;
+        if exit_reason == ExitReason::Ended
+            && !interrupted.load(Ordering::Relaxed)
             && let Some(outcome) = live.outcome()
         {
             writeln!(terminal::out(), "{title} ended: {}", outcome.message())?;

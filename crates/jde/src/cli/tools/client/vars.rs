@@ -33,7 +33,7 @@ const MAX_VALUE: usize = 40;
   jde vars 'pioneer.*' '*.speed' --docs
   jde vars robot2:pioneer.laser --json")]
 pub(crate) struct Vars {
-    /// List only the variables that match: full names with * for any letters.
+    /// List only the variables that match: full names with * for any text.
     #[arg(value_name = "PATTERN", add = ArgValueCompleter::new(complete::variables))]
     patterns: Vec<String>,
     #[command(flatten)]
@@ -54,7 +54,7 @@ impl Vars {
         let selection = Selection::new(patterns, &names).map_err(|unknown| {
             Failure::usage(
                 unknown.to_string(),
-                "a pattern is a variable's full name, with `*` for any letters: `pioneer.*`",
+                "a pattern is a variable's full name, with `*` for any text: `pioneer.*`",
             )
         })?;
         variables.retain(|variable| selection.contains(&variable.name));
@@ -114,7 +114,7 @@ fn short_value(remote: &Remote, variable: &VariableInfo) -> Result<String, Failu
 
 /// Returns the columns of the table.
 fn columns(docs: bool) -> impl Iterator<Item = (&'static str, Alignment)> {
-    let more: &[_] = if docs {
+    let extra: &[_] = if docs {
         &["unit", "range", "doc"]
     } else {
         &["value"]
@@ -129,7 +129,7 @@ fn columns(docs: bool) -> impl Iterator<Item = (&'static str, Alignment)> {
     ];
     status
         .into_iter()
-        .chain(more.iter().map(|title| (*title, Alignment::Left)))
+        .chain(extra.iter().map(|title| (*title, Alignment::Left)))
 }
 
 /// Returns the cells that describe a variable and its newest write.
@@ -137,7 +137,7 @@ fn status_cells(variable: &VariableInfo) -> Vec<Cell> {
     let status = variable.status.as_ref();
     let rate = status.map(|status| status.rate_hz).filter(|rate| *rate > 0.0);
     let age = match status {
-        Some(status) if status.retracted => Cell::from("taken back").styled(WARN),
+        Some(status) if status.retracted => Cell::from("retracted").styled(WARN),
         Some(status) => match status.age_s {
             Some(age) => age_of(age).into(),
             None => Cell::from("-").styled(FAINT),

@@ -75,10 +75,10 @@ impl Watch {
         if self.plot && !terminal::is_interactive() {
             return Err(Failure::usage(
                 "--plot needs a terminal",
-                "leave it out, or give --json, to watch in a pipe",
+                "omit it, or give --json, to watch in a pipe",
             ));
         }
-        let told = WatchInput {
+        let input = WatchInput {
             samples: Queue::new(MAX_QUEUED),
             gone: Arc::default(),
             interrupted: Arc::default(),
@@ -89,55 +89,56 @@ impl Watch {
             (None, false) => Rate::Full,
         };
         let mut watched = Vec::new();
-        let mut watching = Vec::new();
-        for asked in &self.variables {
-            let (remote, asked) = context.resolve(&self.target, asked)?;
-            let (one, watch) = self.subscribe(&remote, asked, watched.len(), rate, &told)?;
-            watched.push(one);
-            watching.push(watch);
+        let mut subscriptions = Vec::new();
+        for requested in &self.variables {
+            let (remote, requested) = context.resolve(&self.target, requested)?;
+            let (variable, subscription) = self.subscribe(&remote, requested, watched.len(), rate, &input)?;
+            watched.push(variable);
+            subscriptions.push(subscription);
         }
         let _interrupts = {
-            let (interrupted, samples) = (Arc::clone(&told.interrupted), Arc::clone(&told.samples));
+            let (interrupted, samples) = (Arc::clone(&input.interrupted), Arc::clone(&input.samples));
             SignalListener::on_first(move || {
                 interrupted.store(true, Ordering::Relaxed);
                 samples.close();
             })?
         };
         if self.plot {
-            return self.draw(&watched, told);
+            return self.draw(&watched, input);
         }
-        self.print_values(&watched, &told)
+        self.print_values(&watched, &input)
     }
 
     fn subscribe(
         &self,
         remote: &Remote,
-        asked: &str,
+        requested: &str,
         number: usize,
         rate: Rate,
-        told: &WatchInput,
+        input: &WatchInput,
     ) -> Result<(WatchedVariable, Subscription), Failure> {
         let known = remote.variables(false)?;
-        let (variable, path) = name::split_variable(asked, known.iter().map(|known| known.name.as_str()))?;
+        let (variable, path) =
+            name::split_variable(requested, known.iter().map(|known| known.name.as_str()))?;
         let info = remote.variable(variable)?;
         let part = VariableField::resolve(&info, path)?;
         if self.plot && !part.is_number() {
             return Err(Failure::usage(
-                format!("`{asked}` is no number, and only numbers are drawn"),
-                format!("name a field, such as {asked}.FIELD; `jde get {variable}` shows them"),
+                format!("`{requested}` is not a number, and only numbers are drawn"),
+                format!("name a field, such as {requested}.FIELD; `jde get {variable}` shows them"),
             ));
         }
         let application = remote.about().name.clone();
         remote.on_gone({
-            let (application, gone) = (application.clone(), Arc::clone(&told.gone));
-            let samples = Arc::clone(&told.samples);
+            let (application, gone) = (application.clone(), Arc::clone(&input.gone));
+            let samples = Arc::clone(&input.samples);
             move || {
                 // Only the first one is reported.
                 let _ = gone.set(application);
                 samples.close();
             }
         });
-        let samples = Arc::clone(&told.samples);
+        let samples = Arc::clone(&input.samples);
         let watch = remote.watch(variable, rate, move |sample| samples.push((number, sample)))?;
         let watched = WatchedVariable {
             application,
@@ -147,21 +148,21 @@ impl Watch {
         Ok((watched, watch))
     }
 
-    fn print_values(&self, watched: &[WatchedVariable], told: &WatchInput) -> Result<(), Failure> {
-        let mut left = self.count;
-        while left != Some(0) {
-            let next = told.samples.pop();
-            if told.interrupted.load(Ordering::Relaxed) {
+    fn print_values(&self, watched: &[WatchedVariable], input: &WatchInput) -> Result<(), Failure> {
+        let mut remaining = self.count;
+        while remaining != Some(0) {
+            let next = input.samples.pop();
+            if input.interrupted.load(Ordering::Relaxed) {
                 return Ok(());
             }
             let Some(((number, sample), missed)) = next else {
                 break;
             };
             self.print_value(&watched[number], watched.len() > 1, &sample, missed)?;
-            left = left.map(|left| left - 1);
+            remaining = remaining.map(|remaining| remaining - 1);
         }
-        match told.gone.get() {
-            Some(name) if left != Some(0) => Err(jde_link::Error::Disconnected(name.clone()).into()),
+        match input.gone.get() {
+            Some(name) if remaining != Some(0) => Err(jde_link::Error::Disconnected(name.clone()).into()),
             Some(_) | None => Ok(()),
         }
     }
@@ -208,7 +209,7 @@ impl Watch {
         Ok(())
     }
 
-    fn draw(&self, watched: &[WatchedVariable], told: WatchInput) -> Result<(), Failure> {
+    fn draw(&self, watched: &[WatchedVariable], input: WatchInput) -> Result<(), Failure> {
         let names = watched.iter().map(|watched| match watched.part.unit.as_str() {
             "" => watched.part.name().to_owned(),
             unit => format!("{} [{unit}]", watched.part.name()),
@@ -219,7 +220,7 @@ impl Watch {
             .collect();
         applications.dedup();
         let mut source = PlotSource {
-            input: told,
+            input,
             watched,
             several: applications.len() > 1,
             start: Instant::now(),
@@ -273,7 +274,7 @@ impl strip_chart::Source for PlotSource<'_> {
 
     fn status(&self) -> Option<String> {
         let name = self.input.gone.get()?;
-        Some(format!("{name} is gone   q leave"))
+        Some(format!("{name} is gone   q quit"))
     }
 
     fn is_over(&self) -> bool {

@@ -92,7 +92,7 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
     if let Some(damage) = recording.damage() {
         writeln!(
             terminal::err(),
-            "{} ends too soon, at byte {}: {}; what is before is read",
+            "{} ends too soon, at byte {}: {}; the part before it is read",
             display_path(file),
             damage.offset,
             damage.reason
@@ -114,7 +114,7 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
     }
     if decisions.is_empty() {
         return Err(Failure::usage(
-            format!("{} holds no selections", display_path(file)),
+            format!("{} contains no selections", display_path(file)),
             "`jde run APP --record FILE` records them",
         ));
     }
@@ -129,16 +129,16 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
 
 /// Returns the last selections of a running application.
 fn request_selections(remote: &Remote) -> Result<Selections, Failure> {
-    let (tell, told) = channel();
-    let watching = remote.events(&[RecordKind::Decision], MAX_SELECTIONS, move |happened| {
-        if let RunRecord::Decision(decision) = happened.record {
-            // The receiver is gone after the answer.
-            let _ = tell.send(decision);
+    let (sender, receiver) = channel();
+    let watching = remote.events(&[RecordKind::Decision], MAX_SELECTIONS, move |event| {
+        if let RunRecord::Decision(decision) = event.record {
+            // The receiver is dropped after the reply.
+            let _ = sender.send(decision);
         }
     })?;
     // All earlier selections have arrived when this returns.
     drop(watching);
-    let decisions: Vec<Decision> = told.try_iter().collect();
+    let decisions: Vec<Decision> = receiver.try_iter().collect();
     let known = KnownSpan {
         from: match decisions.first() {
             Some(first) if decisions.len() >= MAX_SELECTIONS => first.time_s,
@@ -168,9 +168,9 @@ fn print_answer(
             after: *after,
         }),
         Answer::Match { .. } => {
-            let asked = question.winner.as_deref().filter(|_| question.negated);
+            let marked = question.winner.as_deref().filter(|_| question.negated);
             let mut out = terminal::out();
-            why::write(&answer, asked, &mut out)?;
+            why::write(&answer, marked, &mut out)?;
             out.flush()?;
             Ok(())
         }

@@ -17,11 +17,11 @@ const MAX_SHOWN: usize = 5;
 
 /// Prints which recording is replayed, and how the application differs from the recorded one.
 pub(super) fn print_header(
-    words: &mut TextWriter,
+    output: &mut TextWriter,
     file: &str,
     drive: &Drive,
     application: &str,
-    differs: &[String],
+    differences: &[String],
 ) -> io::Result<()> {
     let clock = if drive.hierarchy().lockstep {
         "lockstep"
@@ -29,51 +29,51 @@ pub(super) fn print_header(
         "real time"
     };
     writeln!(
-        words,
+        output,
         "{TITLE}{file}{TITLE:#}: {}, recorded in {clock}",
         drive.name()
     )?;
     if drive.name() != application {
         writeln!(
-            words,
+            output,
             "{WARN}differs{WARN:#}: the application is called {application}"
         )?;
     }
-    for difference in differs {
-        writeln!(words, "{WARN}differs{WARN:#}: {difference}")?;
+    for difference in differences {
+        writeln!(output, "{WARN}differs{WARN:#}: {difference}")?;
     }
     Ok(())
 }
 
 /// Prints where plugins are loaded from, as far as the recording determines that.
 pub(super) fn print_plugins(
-    words: &mut TextWriter,
+    output: &mut TextWriter,
     loaded: &LoadedApplication,
     trust: Trust,
 ) -> io::Result<()> {
-    let here: Vec<_> = loaded
+    let relevant: Vec<_> = loaded
         .skipped_folders
         .iter()
         .filter(|folder| {
-            let mut there = SearchPath::default();
-            there.push(*folder, "");
+            let mut path = SearchPath::default();
+            path.push(*folder, "");
             let mut plugins = loaded.application.plugins.iter();
-            plugins.any(|plugin| there.find(&plugin.name).is_some())
+            plugins.any(|plugin| path.find(&plugin.name).is_some())
         })
         .cloned()
         .collect();
-    if !here.is_empty() {
+    if !relevant.is_empty() {
         writeln!(
-            words,
+            output,
             "{WARN}not trusted{WARN:#}: {}",
-            describe_skipped_folders(&here)
+            describe_skipped_folders(&relevant)
         )?;
     }
     if trust == Trust::Trusted {
         for plugin in &loaded.application.plugins {
             if let Some(file) = loaded.plugins.file_of(plugin) {
                 writeln!(
-                    words,
+                    output,
                     "{FAINT}{} from {}{FAINT:#}",
                     plugin.name,
                     display_path(&file)
@@ -85,60 +85,64 @@ pub(super) fn print_plugins(
 }
 
 /// Prints the result of the comparison.
-pub(super) fn print_verdict(words: &mut TextWriter, verdict: &ReplayReport, stopped: bool) -> io::Result<()> {
+pub(super) fn print_verdict(
+    output: &mut TextWriter,
+    verdict: &ReplayReport,
+    stopped: bool,
+) -> io::Result<()> {
     let comparison = &verdict.comparison;
     // Shows the first difference, and then those with a takeover on either side: the others follow from
     // these.
     let first = comparison.first.iter().enumerate();
-    let telling = first.filter(|(place, difference)| *place == 0 || has_takeover(difference));
-    for (_, difference) in telling.take(MAX_SHOWN) {
-        print_difference(words, difference)?;
+    let shown = first.filter(|(index, difference)| *index == 0 || has_takeover(difference));
+    for (_, difference) in shown.take(MAX_SHOWN) {
+        print_difference(output, difference)?;
     }
     let values = verdict.values.as_ref();
     for deviation in values.iter().flat_map(|values| &values.first).take(MAX_SHOWN) {
-        print_deviation(words, deviation)?;
+        print_deviation(output, deviation)?;
     }
     if let Some(damage) = &verdict.damage {
         writeln!(
-            words,
+            output,
             "{WARN}damaged{WARN:#}: {damage}; it was replayed up to there"
         )?;
     }
     if verdict.lost_steps > 0 {
         writeln!(
-            words,
+            output,
             "{WARN}lost{WARN:#}: {} steps of schemas are not in the recording, so the replay may differ by itself",
             verdict.lost_steps
         )?;
     }
     for (variable, missed) in &verdict.missed {
         writeln!(
-            words,
-            "{WARN}lost{WARN:#}: {missed} values of {variable} that were seen then are not there; the newest were shown instead"
+            output,
+            "{WARN}lost{WARN:#}: {missed} values of {variable} that schemas read in the recorded run are missing; the newest values were used instead"
         )?;
     }
     for (variable, unknown) in values.iter().flat_map(|values| &values.unknown) {
         writeln!(
-            words,
-            "{WARN}lost{WARN:#}: {unknown} values of {variable} that were written then are not in the recording, and not compared"
+            output,
+            "{WARN}lost{WARN:#}: {unknown} values of {variable} that schemas wrote are not in the recording, and not compared"
         )?;
     }
     if values.is_none() {
         writeln!(
-            words,
-            "{WARN}not compared{WARN:#}: what schemas wrote; the recording, of an older version, does not tell"
+            output,
+            "{WARN}not compared{WARN:#}: the values that schemas wrote; a recording of an older version does not contain them"
         )?;
     }
     for variable in &verdict.unknown {
         writeln!(
-            words,
-            "{WARN}lost{WARN:#}: operators wrote {variable}, and the recording does not have what"
+            output,
+            "{WARN}lost{WARN:#}: operators wrote {variable}, and the values are not in the recording"
         )?;
     }
     for (schema, time) in &verdict.reloads {
         writeln!(
-            words,
-            "{WARN}reloaded{WARN:#}: the build of {schema} changed at {:.3} s, so it decided by two builds then and by one now",
+            output,
+            "{WARN}reloaded{WARN:#}: the build of {schema} changed at {:.3} s, so two builds decided in the recorded run and one in the replay",
             *time as f64 / 1e9
         )?;
     }
@@ -150,18 +154,18 @@ pub(super) fn print_verdict(words: &mut TextWriter, verdict: &ReplayReport, stop
     let all = all.join(" and ");
     if verdict.is_same() {
         writeln!(
-            words,
+            output,
             "{GOOD}same{GOOD:#}: {all} are as they were, until {until:.1} s{stopped}"
         )
     } else {
-        let perhaps = if verdict.reloads.is_empty() {
+        let note = if verdict.reloads.is_empty() {
             ""
         } else {
-            "; the builds that changed may be why"
+            "; the changed builds may be the reason"
         };
         writeln!(
-            words,
-            "{BAD}different{BAD:#}: {all} are not as they were, until {until:.1} s{stopped}{perhaps}"
+            output,
+            "{BAD}different{BAD:#}: {all} are not as they were, until {until:.1} s{stopped}{note}"
         )
     }
 }
@@ -177,15 +181,15 @@ fn format_share(different: u64, same: u64, what: &str) -> String {
     }
 }
 
-fn print_deviation(words: &mut TextWriter, deviation: &Deviation) -> io::Result<()> {
+fn print_deviation(output: &mut TextWriter, deviation: &Deviation) -> io::Result<()> {
     let Deviation {
         time_s,
         schema,
         port,
         variable,
         field,
-        recorded: then,
-        replayed: now,
+        recorded,
+        replayed,
         count,
     } = deviation;
     let name = if *variable == format!("{schema}.{port}") {
@@ -203,37 +207,37 @@ fn print_deviation(words: &mut TextWriter, deviation: &Deviation) -> io::Result<
         format!("{field} = ")
     };
     writeln!(
-        words,
+        output,
         "{TITLE}{time_s:9.3} s  {schema}.{port}{TITLE:#}{name}{more}"
     )?;
-    writeln!(words, "      then  {field}{then}")?;
-    writeln!(words, "      now   {field}{now}")
+    writeln!(output, "      then  {field}{recorded}")?;
+    writeln!(output, "      now   {field}{replayed}")
 }
 
-fn print_difference(words: &mut TextWriter, difference: &Difference) -> io::Result<()> {
+fn print_difference(output: &mut TextWriter, difference: &Difference) -> io::Result<()> {
     writeln!(
-        words,
+        output,
         "{TITLE}{:9.3} s  {}{TITLE:#}",
         difference.time_s, difference.group
     )?;
-    print_decision(words, "then", difference.recorded.as_ref())?;
-    print_decision(words, "now", difference.replayed.as_ref())?;
-    for (name, saw) in &difference.inputs {
-        if is_explained_by(difference, name) && !saw.is_empty() {
-            let saw: Vec<_> = saw.iter().map(format_input).collect();
-            writeln!(words, "      {name} saw {}", saw.join(", "))?;
+    print_decision(output, "then", difference.recorded.as_ref())?;
+    print_decision(output, "now", difference.replayed.as_ref())?;
+    for (name, inputs) in &difference.inputs {
+        if is_explained_by(difference, name) && !inputs.is_empty() {
+            let inputs: Vec<_> = inputs.iter().map(format_input).collect();
+            writeln!(output, "      {name} saw {}", inputs.join(", "))?;
         }
     }
     Ok(())
 }
 
-fn print_decision(words: &mut TextWriter, when: &str, decision: Option<&Decision>) -> io::Result<()> {
+fn print_decision(output: &mut TextWriter, when: &str, decision: Option<&Decision>) -> io::Result<()> {
     let Some(decision) = decision else {
-        return writeln!(words, "      {when:<5} no selection");
+        return writeln!(output, "      {when:<5} no selection");
     };
     let choice = decision.choice.as_deref().unwrap_or("nobody");
     writeln!(
-        words,
+        output,
         "      {when:<5} {choice} by {}: {} {FAINT}({}; {}){FAINT:#}",
         decision.decider, decision.reason, decision.case, decision.cause
     )?;
@@ -244,7 +248,7 @@ fn print_decision(words: &mut TextWriter, when: &str, decision: Option<&Decision
         format!("{} {}{ready}{urgency}", candidate.name, candidate.state)
     });
     writeln!(
-        words,
+        output,
         "            {FAINT}{}{FAINT:#}",
         candidates.collect::<Vec<_>>().join("; ")
     )
@@ -266,42 +270,46 @@ fn is_explained_by(difference: &Difference, name: &str) -> bool {
     if then.candidates == now.candidates {
         return chosen(then) || chosen(now);
     }
-    let of = |decision: &Decision| {
+    let entry = |decision: &Decision| {
         let mut candidates = decision.candidates.iter();
         candidates.find(|candidate| candidate.name == name).cloned()
     };
-    of(then) != of(now)
+    entry(then) != entry(now)
 }
 
-fn format_input(sight: &PortReading) -> String {
-    match &sight.value {
-        None => format!("no {}", sight.port),
-        Some((0, _, Some(value))) => format!("{} = {value}", sight.port),
+fn format_input(reading: &PortReading) -> String {
+    match &reading.value {
+        None => format!("no {}", reading.port),
+        Some((0, _, Some(value))) => format!("{} = {value}", reading.port),
         Some((number, time, Some(value))) => {
             format!(
                 "{} = {value} (value {number}, of {:.3} s)",
-                sight.port,
+                reading.port,
                 *time as f64 / 1e9
             )
         }
         Some((number, time, None)) => {
-            format!("{} (value {number}, of {:.3} s)", sight.port, *time as f64 / 1e9)
+            format!(
+                "{} (value {number}, of {:.3} s)",
+                reading.port,
+                *time as f64 / 1e9
+            )
         }
     }
 }
 
 /// Returns the complete result as JSON.
-pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &ReplayReport) -> Value {
+pub(super) fn json(file: &str, drive: &Drive, differences: &[String], verdict: &ReplayReport) -> Value {
     let first = verdict.comparison.first.iter().map(|difference| {
-        let saw = difference.inputs.iter().map(|(schema, saw)| {
-            let inputs = saw.iter().map(|sight| {
-                let (number, time, value) = sight
+        let inputs = difference.inputs.iter().map(|(schema, readings)| {
+            let inputs = readings.iter().map(|reading| {
+                let (number, time, value) = reading
                     .value
                     .clone()
                     .map_or((None, None, None), |(number, time, value)| {
                         (Some(number), Some(time as f64 / 1e9), value)
                     });
-                json!({ "port": sight.port, "number": number, "measured_s": time, "value": value })
+                json!({ "port": reading.port, "number": number, "measured_s": time, "value": value })
             });
             json!({ "schema": schema, "inputs": inputs.collect::<Vec<_>>() })
         });
@@ -310,7 +318,7 @@ pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Repl
             "group": difference.group,
             "recorded": difference.recorded,
             "replayed": difference.replayed,
-            "saw": saw.collect::<Vec<_>>(),
+            "saw": inputs.collect::<Vec<_>>(),
         })
     });
     let missed: Vec<_> = verdict
@@ -346,7 +354,7 @@ pub(super) fn json(file: &str, drive: &Drive, differs: &[String], verdict: &Repl
         "file": file,
         "application": drive.name(),
         "lockstep": drive.hierarchy().lockstep,
-        "differs": differs,
+        "differs": differences,
         "same": verdict.comparison.same,
         "different": verdict.comparison.different,
         "values": values,
