@@ -80,7 +80,11 @@ pub(crate) const ROWS: &[Row] = &[
     row("startup", "starting, reloading, loading", startup::run),
     Row {
         long: true,
-        ..row("build", "from a fresh clone to a moving robot", build::run)
+        ..row(
+            "build",
+            "both commands of the README, from a fresh clone",
+            build::run,
+        )
     },
 ];
 
