@@ -44,8 +44,8 @@ pub(crate) fn watch_mission(engine: &Arc<Engine>) {
             .and_then(|latched| Mission::from_bytes(latched.bytes));
         let Some(mission) = mission else { return };
         match mission.state {
-            Mission::DONE => engine.conclude(Outcome::Done),
-            Mission::FAILED => engine.conclude(Outcome::Failed),
+            Mission::DONE => engine.outcome.conclude(Outcome::Done),
+            Mission::FAILED => engine.outcome.conclude(Outcome::Failed),
             _ => {}
         }
         let Some(patience) = engine.application.mission_stalls_ns else {

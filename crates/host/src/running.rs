@@ -200,7 +200,7 @@ impl Running {
 
     /// Blocks until the application ends, brings it to rest, and returns its outcome.
     pub fn wait(mut self) -> Outcome {
-        let outcome = self.engine.wait_for_outcome();
+        let outcome = self.engine.outcome.wait();
         self.shut_down(&outcome);
         outcome
     }
@@ -222,8 +222,8 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        self.engine.conclude(Outcome::Stopped);
-        let outcome = self.engine.wait_for_outcome();
+        self.engine.outcome.conclude(Outcome::Stopped);
+        let outcome = self.engine.outcome.wait();
         self.shut_down(&outcome);
     }
 }
@@ -270,9 +270,9 @@ impl Lockstep {
             return Some(outcome);
         }
         if self.limit.is_some_and(|limit| limit <= then) {
-            self.engine.conclude(Outcome::TimeUp);
+            self.engine.outcome.conclude(Outcome::TimeUp);
         }
-        self.engine.outcome()
+        self.engine.outcome.get()
     }
 
     /// Runs until the application ends, brings it to rest, and returns its outcome. Without a limit and
@@ -286,9 +286,9 @@ impl Lockstep {
     /// Brings the application to rest. Afterwards only its [`Handle`]s are usable.
     fn shut_down(&mut self) {
         if !std::mem::replace(&mut self.is_shut_down, true) {
-            self.engine.conclude(Outcome::Stopped);
+            self.engine.outcome.conclude(Outcome::Stopped);
             self.executor.shut_down();
-            let outcome = self.engine.wait_for_outcome();
+            let outcome = self.engine.outcome.wait();
             self.engine.report(&Event::Ended {
                 time: self.engine.clock.now(),
                 outcome,
@@ -379,12 +379,12 @@ impl Handle {
     /// The outcome; `None` while the application runs.
     #[must_use]
     pub fn outcome(&self) -> Option<Outcome> {
-        self.engine.outcome()
+        self.engine.outcome.get()
     }
 
     /// Requests the end of the application.
     pub fn stop(&self) {
-        self.engine.conclude(Outcome::Stopped);
+        self.engine.outcome.conclude(Outcome::Stopped);
     }
 
     /// The places of the schemas that have a panel.

@@ -55,7 +55,7 @@ impl Engine {
         self.transact_end(None, instance);
         if self.builds.is_pending(instance) {
             // The call may have taken the signal from the inbox and hung before the exchange.
-            self.send_signal(instance, Signal::BuildPending);
+            self.signals.send(instance, Signal::BuildPending);
         }
         let process = ResourceUsage::now();
         tracing::warn!(

@@ -10,7 +10,7 @@ impl Engine {
     /// Gives up an instance whose process died or whose call hangs. The level selects again, and the next
     /// awakening creates a new instance of the build in force.
     pub(crate) fn report_death(&self, instance: usize, reason: String) {
-        self.send_signal(instance, Signal::Replaced);
+        self.signals.send(instance, Signal::Replaced);
         let moment = self.report_fault(instance, reason.clone());
         self.record_turn(Turn::GIVEN_UP, instance, 0, moment);
         self.roll_back_build(instance, &reason);

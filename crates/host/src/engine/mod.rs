@@ -12,9 +12,11 @@ mod halt;
 mod isolation;
 mod observe;
 mod operate;
+mod outcome;
 mod panels;
 mod reload;
 mod services;
+mod signals;
 mod transact;
 mod unload;
 mod wiring;
@@ -46,60 +48,12 @@ use crate::turn_order::staggers;
 use authority::Commands;
 use observe::{DeferredEvents, GroupStatistics};
 use operate::OperatorHolds;
+pub(crate) use outcome::RunOutcome;
 pub(crate) use services::FatherAction;
+use signals::{PendingNotifications, Signals};
+pub(crate) use signals::{Notifier, Signal};
 pub(crate) use transact::IterationPermission;
 pub(crate) use wiring::Variables;
-
-/// Delivers signals to the runners of instances and sets the rules' timer.
-///
-/// [`Notifier::leave`] and [`Notifier::set_timer`] take effect at once, in the order of the transactions that cause
-/// them. They also run under the engine's lock, so they must not call the engine. The threads that wait are
-/// notified once the lock is free: a notified thread may run before the notifier continues, and would
-/// otherwise block on the rules' lock.
-pub(crate) trait Notifier: Send + Sync {
-    /// Leaves a signal for an instance. Returns whether a thread must be notified.
-    fn post(&self, instance: usize, signal: Signal) -> bool;
-    /// Notifies the thread that takes the instance's turns.
-    fn notify(&self, instance: usize);
-    /// Sets the next time at which the rules need [`Engine::tick`]. Returns whether a thread must be
-    /// notified.
-    fn set_timer(&self, next: Option<Nanos>) -> bool;
-    /// Notifies the thread that waits for that time.
-    fn notify_timer(&self);
-}
-
-/// A signal to an instance.
-#[derive(Debug)]
-pub(crate) enum Signal {
-    /// The instance is awake since that time.
-    Awake(Nanos),
-    /// The instance is asleep.
-    Asleep,
-    /// A call of the instance hung, or its process died. The instance ends once no call of it runs; the next
-    /// awakening creates a new one.
-    Replaced,
-    /// The instance was unloaded: it ends as soon as it sleeps.
-    Unloaded,
-    /// The instance became WINNER: iterate at once.
-    Promoted,
-    /// A value that triggers the instance was published (R12), or a driver received a command that cannot
-    /// wait.
-    Triggered,
-    /// The instance must arbitrate (R4).
-    ArbitrationRequested {
-        group: GroupId,
-        ticket: u64,
-        level: Level,
-    },
-    /// The period was written.
-    PeriodChanged,
-    /// A viewer opened the instance's panel.
-    PanelOpened,
-    /// A gesture on the panel is waiting.
-    GestureQueued,
-    /// Another build is waiting to take over at the instance's next turn.
-    BuildPending,
-}
 
 /// The shared part of a running application.
 pub(crate) struct Engine {
@@ -120,11 +74,8 @@ pub(crate) struct Engine {
     /// the original requests.
     deferred_actions: Mutex<Option<Vec<FatherAction>>>,
     rules: Mutex<RulesState>,
-    notifier: OnceLock<Weak<dyn Notifier>>,
-    outcome: Mutex<Option<Outcome>>,
-    /// Whether there is an outcome. Checked far more often than it changes.
-    concluded: AtomicBool,
-    ended: Condvar,
+    signals: Signals,
+    pub(crate) outcome: RunOutcome,
     /// What operators have changed and not released. This lock is taken after the rules' lock, or alone.
     holds: Mutex<OperatorHolds>,
     deferred_events: DeferredEvents,
@@ -150,13 +101,6 @@ pub(crate) struct RulesState {
     /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
     /// signalled.
     shutdown_order: Option<Vec<usize>>,
-}
-
-/// What to notify.
-#[derive(Default)]
-struct PendingNotifications {
-    instances: Vec<usize>,
-    alarm: bool,
 }
 
 impl Engine {
@@ -219,10 +163,8 @@ impl Engine {
             deferred_actions: Mutex::default(),
             journal: on_turn.map(|tell| Arc::new(Journal::new(tell))),
             rules: Mutex::new(rules),
-            notifier: OnceLock::new(),
-            outcome: Mutex::new(None),
-            concluded: AtomicBool::new(false),
-            ended: Condvar::new(),
+            signals: Signals::default(),
+            outcome: RunOutcome::default(),
             holds: Mutex::default(),
             deferred_events: DeferredEvents::default(),
             watches: Mutex::default(),
@@ -237,12 +179,9 @@ impl Engine {
 
     /// Connects the executor, and lets publications signal its instances. Called once, before
     /// [`Self::start`].
-    pub(crate) fn attach(&self, bells: &Arc<dyn Notifier>) {
-        self.retain_watches(wiring::watch_triggers(self, bells));
-        assert!(
-            self.notifier.set(Arc::downgrade(bells)).is_ok(),
-            "an engine has one executor"
-        );
+    pub(crate) fn attach(&self, notifier: &Arc<dyn Notifier>) {
+        self.retain_watches(wiring::watch_triggers(self, notifier));
+        self.signals.attach(notifier);
     }
 
     /// Keeps watches for as long as the engine lives.
@@ -337,7 +276,7 @@ impl Engine {
         let kind = self.application.instances[instance].schema.kind;
         if kind == Kind::Driver && !meter.started.load(Ordering::Relaxed) {
             let name = self.name(instance);
-            self.conclude(Outcome::Broken(format!(
+            self.outcome.conclude(Outcome::Broken(format!(
                 "driver `{name}` could not start: {reason}"
             )));
         }
@@ -355,7 +294,7 @@ impl Engine {
     /// The host itself panicked: brakes all actuators and ends the application.
     pub(crate) fn report_panic(&self) {
         self.brake_all();
-        self.conclude(Outcome::Broken(String::from(
+        self.outcome.conclude(Outcome::Broken(String::from(
             "the host itself panicked; this is a fault of jde, please report it",
         )));
     }
@@ -379,35 +318,6 @@ impl Engine {
         });
     }
 
-    /// Ends the application. Only the first outcome counts.
-    pub(crate) fn conclude(&self, outcome: Outcome) {
-        let mut slot = self.outcome.lock().unwrap_or_else(PoisonError::into_inner);
-        slot.get_or_insert(outcome);
-        self.concluded.store(true, Ordering::Release);
-        drop(slot);
-        self.ended.notify_all();
-    }
-
-    pub(crate) fn outcome(&self) -> Option<Outcome> {
-        if !self.concluded.load(Ordering::Acquire) {
-            return None;
-        }
-        self.outcome
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
-    }
-
-    /// Blocks until the application concludes.
-    pub(crate) fn wait_for_outcome(&self) -> Outcome {
-        let slot = self.outcome.lock().unwrap_or_else(PoisonError::into_inner);
-        let slot = self
-            .ended
-            .wait_while(slot, |slot| slot.is_none())
-            .unwrap_or_else(PoisonError::into_inner);
-        slot.clone().expect("waited for it")
-    }
-
     pub(crate) fn name(&self, instance: usize) -> &str {
         &self.application.instances[instance].name
     }
@@ -421,51 +331,13 @@ impl Engine {
             .collect()
     }
 
-    /// Signals an instance outside of the lock.
-    fn send_signal(&self, instance: usize, signal: Signal) {
-        if self.post_signal(instance, signal) {
-            self.notify_instance(instance);
-        }
-    }
-
-    /// Leaves a signal for an instance. Returns whether to notify its thread, outside of the lock.
-    fn post_signal(&self, instance: usize, signal: Signal) -> bool {
-        self.notifier().is_some_and(|bells| bells.post(instance, signal))
-    }
-
-    fn notify_instance(&self, instance: usize) {
-        if let Some(bells) = self.notifier() {
-            bells.notify(instance);
-        }
-    }
-
-    /// Signals an instance within a transaction; [`Self::unlock`] notifies its thread.
-    fn post_within(&self, rules: &mut RulesState, instance: usize, signal: Signal) {
-        if self.post_signal(instance, signal) {
-            rules.notifications.instances.push(instance);
-        }
-    }
-
     /// Ends a transaction: releases the lock, then notifies the threads that its effects concern.
     fn unlock(&self, mut rules: MutexGuard<'_, RulesState>) {
-        let none = rules.notifications.instances.is_empty() && !rules.notifications.alarm;
-        let calls = (!none).then(|| std::mem::take(&mut rules.notifications));
+        let pending = rules.notifications.take();
         drop(rules);
-        if let Some(calls) = calls
-            && let Some(bells) = self.notifier()
-        {
-            calls
-                .instances
-                .iter()
-                .for_each(|instance| bells.notify(*instance));
-            if calls.alarm {
-                bells.notify_timer();
-            }
+        if let Some(pending) = pending {
+            self.signals.notify_all(&pending);
         }
-    }
-
-    fn notifier(&self) -> Option<Arc<dyn Notifier>> {
-        self.notifier.get().and_then(Weak::upgrade)
     }
 
     fn notify_observers(&self, rules: &mut RulesState, event: &Event) {

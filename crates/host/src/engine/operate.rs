@@ -379,7 +379,7 @@ impl Engine {
         rules.shutdown_order.get_or_insert_default();
         let drivers = rules.commands.brake_all(self.clock.now());
         for driver in &drivers {
-            self.post_within(&mut rules, *driver, Signal::Triggered);
+            self.signals.post_within(&mut rules.notifications, *driver, Signal::Triggered);
         }
         self.unlock(rules);
         drivers
@@ -387,7 +387,7 @@ impl Engine {
 
     /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.
     pub(crate) fn send_to_sleep(&self, instance: usize) {
-        self.send_signal(instance, Signal::Asleep);
+        self.signals.send(instance, Signal::Asleep);
     }
 
     /// Puts everything to sleep. Returns the order in which it must happen, children before fathers.

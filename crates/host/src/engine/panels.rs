@@ -36,7 +36,7 @@ impl Engine {
             // No runner will report that.
             self.panels.publish_absence(schema, self.clock.now());
         }
-        self.send_signal(schema, Signal::PanelOpened);
+        self.signals.send(schema, Signal::PanelOpened);
         Ok(look)
     }
 
@@ -56,7 +56,7 @@ impl Engine {
             list.takes(&gesture).map_err(PanelError::InvalidGesture)?;
         }
         match self.panels.push_gesture(schema, by, gesture) {
-            GestureOutcome::Queued => self.send_signal(schema, Signal::GestureQueued),
+            GestureOutcome::Queued => self.signals.send(schema, Signal::GestureQueued),
             GestureOutcome::NoInstance => return Err(PanelError::NoInstance(name())),
             GestureOutcome::Full => return Err(PanelError::QueueFull(name())),
         }
@@ -85,7 +85,7 @@ impl Engine {
     pub(crate) fn take_gesture(&self, schema: usize) -> Option<(String, Gesture)> {
         let (first, more) = self.panels.pop_gesture(schema)?;
         if more {
-            self.send_signal(schema, Signal::GestureQueued);
+            self.signals.send(schema, Signal::GestureQueued);
         }
         Some(first)
     }

@@ -39,7 +39,7 @@ impl Engine {
             .enqueue(instance, swap)
             .map_err(|reason| vec![reason])?;
         self.report_operation(by, action);
-        self.send_signal(instance, Signal::BuildPending);
+        self.signals.send(instance, Signal::BuildPending);
         Ok(PendingReload::new(&order))
     }
 

@@ -22,7 +22,7 @@ impl Engine {
         let way = if done.is_ok() { Turn::UNLOADED } else { 0 };
         self.record_turn(Turn::OPERATED, instance, way, moment);
         if done? {
-            self.notify_instance(instance);
+            self.signals.notify(instance);
         }
         self.report_operation(by, OperatorAction::Unload { schema: instance });
         Ok(())
@@ -33,7 +33,7 @@ impl Engine {
         let done = self.transact(|hierarchy, now, out| self.unload_within(hierarchy, now, out, "", instance));
         debug_assert!(done.is_ok(), "it was done then: {done:?}");
         if done == Ok(true) {
-            self.notify_instance(instance);
+            self.signals.notify(instance);
         }
     }
 
@@ -78,7 +78,7 @@ impl Engine {
         self.apply_operation(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
         self.holds().unloaded.insert(instance);
         // The instance may be asleep already; it ends as soon as it is.
-        Ok(self.post_signal(instance, Signal::Unloaded))
+        Ok(self.signals.post(instance, Signal::Unloaded))
     }
 
     fn load_within(

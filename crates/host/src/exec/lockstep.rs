@@ -121,7 +121,7 @@ impl LockstepExecutor {
     pub(crate) fn run_until(&mut self, end: Nanos) -> Option<Outcome> {
         self.process_signals();
         loop {
-            if let Some(outcome) = self.engine.outcome() {
+            if let Some(outcome) = self.engine.outcome.get() {
                 return Some(outcome);
             }
             let timer = self.queue.next_timer();

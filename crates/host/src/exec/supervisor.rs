@@ -83,7 +83,7 @@ pub(crate) fn supervise(
     loop {
         let now = engine.clock.now();
         if limit.is_some_and(|limit| now >= limit) {
-            engine.conclude(Outcome::TimeUp);
+            engine.outcome.conclude(Outcome::TimeUp);
         }
         if engine.next_timer().is_some_and(|timer| timer <= now) {
             engine.clock.mark_busy();
