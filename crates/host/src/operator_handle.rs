@@ -71,7 +71,7 @@ impl OperatorHandle {
     /// that. If the takeover fails, the previous build stays.
     ///
     /// # Errors
-    /// Every reason why the build cannot take over; nothing has changed then.
+    /// Every reason why the build cannot take over; the schema is then unchanged.
     pub fn replace(
         &self,
         schema: usize,

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 use jde_panel::{Gesture, List, MAX_RATE, PanelFrame, Touch};
 
-/// The least number of drawings per second.
+/// The least number of drawings per second. A viewer that needs fewer registers for each drawing.
 const MIN_PANEL_RATE: f64 = 0.01;
 /// The share of a schema's time that drawing may take, as a divisor.
 pub(crate) const DRAWING_SHARE: u32 = 20;
@@ -107,7 +107,7 @@ struct DrawingState {
 }
 
 impl Panels {
-    /// Returns the panels of so many schemas, none of which has a panel yet.
+    /// Returns the state of the panels of `schemas` schemas, none of which has a panel yet.
     pub(crate) fn new(schemas: usize) -> Self {
         Self {
             panels: (0..schemas).map(|_| PanelState::default()).collect(),

@@ -15,8 +15,8 @@
 //!   Process: a thread that starts the child, waits for its end and reports it to the rules
 //! ```
 //! A schema has one child process, or two while a build of it is on trial: the other sleeps until the end of
-//! the trial. `limits` restricts what a child may use. The restart policy
-//! decides what follows a death.
+//! the trial. `limits` restricts the resources of a child. After a death the
+//! restart policy applies.
 
 mod inspect;
 pub mod launch;

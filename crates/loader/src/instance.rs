@@ -87,7 +87,7 @@ pub fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, String> {
 }
 
 /// The context that a plugin passes back to the host's table. It is borrowed for the call, and nothing else
-/// uses it meanwhile.
+/// uses it during the call.
 pub struct PluginContext<'c> {
     context: *mut Context,
     call: PhantomData<&'c mut ()>,

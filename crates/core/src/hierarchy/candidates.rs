@@ -1,8 +1,8 @@
 //! The candidate list of each group for its next selection. It is cached between selections, because most
 //! members do not change. A selection re-reads only the members that changed.
 //!
-//! It decides nothing. All of it is a cache: it can be rebuilt from the schemas' facts, and is no part of the
-//! state of a hierarchy.
+//! It decides nothing. The lists are a cache: they can be rebuilt from the schemas' facts, and are no part of
+//! the state of a hierarchy.
 
 use std::sync::Arc;
 

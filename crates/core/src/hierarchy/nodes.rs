@@ -37,7 +37,7 @@ pub(super) struct Node {
     pub(super) woken: Vec<SchemaId>,
     /// An operator stopped this schema alone.
     pub(super) stopped: bool,
-    /// An operator stopped everything, including this schema.
+    /// An operator stopped all schemas, including this one.
     pub(super) stopped_with_all: bool,
     /// The times of its restarts, in order: those that still count under its restart policy, and possibly
     /// older ones.
@@ -60,7 +60,7 @@ pub(super) enum TakeoverPhase {
 pub(super) enum RunState {
     Between,
     Iterating,
-    /// It still iterates, but was replaced or put to sleep meanwhile.
+    /// It still iterates, but was replaced or put to sleep during the iteration.
     Abandoned,
 }
 

@@ -71,13 +71,13 @@ impl Hierarchy {
         self.is_awake(id) && self.nodes.get(id.index()).is_some_and(is_possible)
     }
 
-    /// Returns whether an operator stopped this schema, alone or with everything.
+    /// Returns whether an operator stopped this schema, alone or with all others.
     #[must_use]
     pub fn is_stopped(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(Node::is_stopped)
     }
 
-    /// Returns whether an operator stopped all schemas, including this schema, and has not released this
+    /// Returns whether an operator stopped all schemas, including this one, and has not released this
     /// schema since.
     #[must_use]
     pub fn is_stopped_with_all(&self, id: SchemaId) -> bool {

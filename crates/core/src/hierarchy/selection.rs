@@ -35,7 +35,7 @@ pub(super) struct Decision {
     pub(super) decider: Decider,
     pub(super) reason: Cow<'static, str>,
     /// Whether the decision is carried out. False while no member can be chosen because not all have checked
-    /// yet, so the absence policy waits. False, too, when an operator stopped everything.
+    /// yet, so the absence policy waits. Also false when an operator stopped all schemas.
     pub(super) known: bool,
 }
 

@@ -74,7 +74,7 @@ struct Schedule {
 #[derive(Clone, Copy, Default)]
 struct TurnDurations {
     began: Nanos,
-    /// Whether the present turn was expected to be short.
+    /// Whether the current turn was expected to be short.
     is_short: bool,
     /// The longest recent turn. Falls by a quarter from turn to turn; `None` before the first.
     longest: Option<Nanos>,
@@ -272,7 +272,7 @@ impl Pool {
         schedule.capacity.end_turn(is_short);
         schedule.turns[number].end(now);
         // A schema with long turns gets no leeway: a schema due after it, to read what it writes, would need
-        // another worker meanwhile.
+        // another worker.
         let leeway = if schedule.turns[number].has_short_turns() {
             leeway(period)
         } else {

@@ -4,9 +4,9 @@
 //! Results are statuses of the ABI. Requests arrive through [`super::host_table`] or
 //! [`super::isolated`].
 //!
-//! A call that was given up can neither read values nor change anything: these requests are refused. Its
-//! name, its seed and the time remain available: it may wait for a time, and plugins do not expect the others
-//! to be missing.
+//! A call that was given up can neither read values nor change state: these requests are refused. Its name,
+//! its seed and the time remain available: it may wait for a time, and plugins do not expect the other two to
+//! be missing.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -62,7 +62,7 @@ impl CallContext<'_> {
     /// Shows the memory for the next value of an output.
     pub(crate) fn loan<R>(&mut self, port: u32, show: impl FnOnce(&mut [u8]) -> R) -> Result<R, i32> {
         if let Some(PortMapping::Bound(port)) = self.build.mapping(port) {
-            // A missing authority is reported at the publication, as always.
+            // A missing authority is reported at the publication.
             if self.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
                 return Err(raw::REFUSED);
             }
@@ -191,7 +191,7 @@ impl CallContext<'_> {
         }
     }
 
-    /// The variable behind a port, if there is one; and whether the port writes it.
+    /// Returns the variable behind a port, if there is one; and whether the port writes it.
     pub(crate) fn variable(&self, port: u32) -> Option<(Arc<Variable>, bool)> {
         let Some(PortMapping::Bound(port)) = self.build.mapping(port) else {
             return None;
@@ -203,7 +203,7 @@ impl CallContext<'_> {
         variable.flatten()
     }
 
-    /// The number of releases of its ports. A value read before a release is not shown after it.
+    /// Returns the number of releases of its ports. A value read before a release is not shown after it.
     pub(crate) fn releases(&self) -> u64 {
         self.port_access
             .with_ports(|ports| ports.releases())
@@ -251,7 +251,7 @@ impl CallContext<'_> {
         ports.get(port).map_or("a port", |port| &port.name)
     }
 
-    /// The role of the application that corresponds to a role of the build.
+    /// Returns the role of the application that corresponds to a role of the build.
     fn role(&self, role: u32) -> Result<usize, i32> {
         self.build
             .role(role)
@@ -259,13 +259,13 @@ impl CallContext<'_> {
             .ok_or(raw::UNBOUND)
     }
 
-    /// The result of writing an export that the application does not have.
+    /// Returns the status of a write to an export that the application does not have.
     fn discarded_status(&self) -> i32 {
         self.port_access.with_ports(|_| raw::OK).unwrap_or(raw::REFUSED)
     }
 
     /// Requests a change of a child from the rules; refused if the call was given up. It cannot be given up
-    /// until this returns.
+    /// until this function returns.
     fn request_change(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
         let result = self.port_access.with_ports(|_| match self.role(child) {
             Ok(role) => body(role),
@@ -275,7 +275,7 @@ impl CallContext<'_> {
     }
 }
 
-/// What a port shows. Few ports need the time, and in real time a query of it reads the system's clock.
+/// Returns what a port shows. Calls `now` only if it is needed, because it may read the system's clock.
 fn view<'a>(
     build: &'a Build,
     ports: &'a mut Ports,

@@ -42,10 +42,10 @@ pub(super) static HOST: Host = Host {
 /// Runs `body` with the call behind `context`.
 ///
 /// # Safety
-/// `context` is the one given to the present call of an instance, on this thread.
+/// `context` is the one given to the current call of an instance, on this thread.
 unsafe fn in_call<R>(context: *mut Context, on_panic: R, body: impl FnOnce(&mut CallContext<'_>) -> R) -> R {
     // SAFETY: by the contract of `Host`, the context is the one that `Instance::call_optional` made, and
-    // nothing else uses it meanwhile.
+    // nothing else uses it during the call.
     let call = unsafe { &mut *context.cast::<CallContext<'_>>() };
     catch_unwind(AssertUnwindSafe(|| body(call))).unwrap_or_else(|_| {
         call.engine.report_panic();

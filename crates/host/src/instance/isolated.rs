@@ -179,7 +179,8 @@ impl IsolatedInstance {
             describe_ports(call).map_err(|error| failed("its memory cannot be shared", &error))?;
         let weak = Arc::downgrade(engine);
         let died = move |process: &Arc<Process>, why| {
-            // A process that sleeps until the end of a trial may die unnoticed until it is called.
+            // The death of a previous build, which sleeps until the end of the trial, matters only at its next
+            // call.
             if let Some(engine) = weak.upgrade()
                 && engine.processes.is_current(number, process)
                 && process.claim_death_report()

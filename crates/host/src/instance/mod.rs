@@ -2,7 +2,7 @@
 //! results.
 //!
 //! The owner of an [`Instance`] runs it. Calls never overlap, because each takes it by `&mut`. Only [`Body`]
-//! knows whether its functions run in this process or in one of their own.
+//! distinguishes whether its functions run in this process or in one of their own.
 
 mod abandoned;
 mod body;
@@ -136,7 +136,7 @@ impl Instance {
         self.call_checked("iterate", Body::iterate)
     }
 
-    /// Draws the panel from the values read since the last release. `None` if there is no panel.
+    /// Draws the panel from the values read since the last release. Returns `None` if there is no panel.
     pub(crate) fn draw(&mut self) -> Option<Result<List, String>> {
         self.panel?;
         let ((status, list), failure, permissions) = self.call_with(Permissions::ReadOnly(None), Body::draw);
@@ -208,7 +208,7 @@ impl Instance {
         self.body.as_ref().is_none_or(Body::claim_failure_report)
     }
 
-    /// Returns the last call. Copies what it read and wrote to `turn`, and what does not fit there to
+    /// Returns the last call. Copies its reads and writes to `turn`, and those that do not fit to
     /// `overflow`. All are empty unless turns are recorded.
     pub(crate) fn copy_last_call(&self, turn: &mut Turn, overflow: &mut TurnOverflow) -> turn::Call {
         let inputs = turn.inputs.resize(self.inputs.len().min(INPUTS));
@@ -223,7 +223,7 @@ impl Instance {
         self.last_call
     }
 
-    /// Releases the values read. Called after the turn, so that the panel shows what the iteration saw.
+    /// Releases the values read. Called after the turn, so that the panel shows the values of the iteration.
     pub(crate) fn release_values(&mut self) {
         self.release();
     }

@@ -1,4 +1,5 @@
-//! The ports of one instance: what they are bound to on the board, and what they show during a call.
+//! The ports of one instance: their bindings to variables of the board, and the values that they show during
+//! a call.
 
 use std::ffi::c_void;
 use std::sync::Arc;
@@ -39,7 +40,7 @@ pub(crate) struct ReadLog {
     pub(crate) last: Option<(u64, Nanos)>,
 }
 
-/// What a port is bound to.
+/// The binding of a port.
 pub(crate) enum BoundPort {
     /// Nothing.
     Unbound,
@@ -53,8 +54,8 @@ pub(crate) enum BoundPort {
     Command {
         reader: Reader,
         neutral: AlignedBytes,
-        /// Whether the latched command was in force when it was first read: this holds until the release
-        /// (R8).
+        /// Whether the latched command was in force when it was first read. This does not change until
+        /// the release (R8).
         in_force: Option<bool>,
     },
     /// An export.
@@ -72,7 +73,7 @@ pub(crate) struct RecordedInput {
     pub(super) history: Arc<History>,
     /// The number of the value, as turns encode it.
     pub(super) number: u32,
-    /// Its result since the last release.
+    /// The value that it found since the last release.
     pub(super) resolved: Option<Option<Arc<HistoricValue>>>,
 }
 
@@ -219,7 +220,7 @@ impl Ports {
         }
     }
 
-    /// Makes the inputs show what they showed in that turn; the newest values without a turn.
+    /// Makes the inputs show the values that they showed in that turn; the newest values without a turn.
     pub(crate) fn show_recorded(&mut self, turn: Option<&RecordedTurn>) {
         for (number, port) in self.ports.iter_mut().enumerate() {
             if let BoundPort::Recorded(input) = port {

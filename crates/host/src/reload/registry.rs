@@ -69,8 +69,8 @@ impl BuildRegistry {
         current.expect("an instance has a build before it has a runner")
     }
 
-    /// Stores a build until its turn to take over. If a call hangs before that turn, the next runner takes it
-    /// from here.
+    /// Stores a build until its turn to take over. If a call hangs before that turn, the next runner takes
+    /// it.
     ///
     /// # Errors
     /// Another build waits already, or the application has ended.

@@ -94,7 +94,7 @@ impl Reloader {
     /// most 3 s. In lockstep, call it on another thread than the one that runs the application.
     ///
     /// # Errors
-    /// [`ReloadError`]: nothing has changed then. A later failure concerns one schema, which continues with
+    /// [`ReloadError`]: no schema has changed then. A later failure concerns one schema, which continues with
     /// the previous build: see [`ReloadOutcome`].
     pub fn reload(&self, by: &str, name: &str, options: ReloadOptions) -> Result<ReloadReport, ReloadError> {
         let _turn = self.reload_lock.lock().unwrap_or_else(PoisonError::into_inner);

@@ -26,7 +26,7 @@ pub(super) struct ReplaySlot {
     pub(super) arbitrations: Vec<PendingArbitration>,
     /// When its next turn is due by its own period.
     pub(super) due: Option<Nanos>,
-    /// The result of the check of its present turn.
+    /// The result of the check of its current turn.
     pub(super) check_result: Option<Result<instance::CheckResult, String>>,
     /// The turn whose iteration is permitted and not taken yet.
     pub(super) permitted_turn: Option<Arc<RecordedTurn>>,
@@ -100,8 +100,8 @@ impl ReplaySlot {
         }
     }
 
-    /// Takes the pending arbitration that a recorded turn answered, or a newer one of the same group, since
-    /// the request may have been repeated before that turn. Older ones of the group are void.
+    /// Takes the pending arbitration to which a recorded turn replied, or a newer one of the same group,
+    /// since the request may have been repeated before that turn. Older ones of the group are void.
     pub(super) fn take_arbitration(&mut self, turn: &Turn) -> Option<PendingArbitration> {
         let same_group = |request: &PendingArbitration| u64::from(request.group.0) == turn.detail;
         let same_ticket = |request: &PendingArbitration| same_group(request) && request.ticket == turn.ticket;
@@ -133,7 +133,7 @@ impl ReplaySlot {
         }
     }
 
-    /// Ends the present turn.
+    /// Ends the current turn.
     pub(super) fn end_turn(&mut self) {
         (self.check_result, self.iteration_result, self.permitted_turn) = (None, None, None);
         self.runner.end_recorded_turn();

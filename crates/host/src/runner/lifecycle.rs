@@ -1,5 +1,5 @@
-//! Transitions of an instance between its turns: it awakes and falls asleep, is unloaded, fails and is given
-//! up.
+//! Transitions of an instance between its turns: awakening, falling asleep, unloading, failing and being
+//! given up.
 
 use jde_core::Nanos;
 use jde_records::turn::Turn;
@@ -88,7 +88,7 @@ impl Runner {
     }
 
     /// Handles a failed call. The instance is not trusted any more, and the next awakening creates a new one.
-    /// A build on trial is replaced by the one before instead, which continues as if nothing had happened.
+    /// A build on trial is replaced by the previous one instead, which continues without a fault.
     pub(super) fn fault(&mut self, reason: String) {
         if self.roll_back(&reason) {
             return;

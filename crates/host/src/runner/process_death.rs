@@ -15,7 +15,8 @@ impl Runner {
         }
     }
 
-    /// Whether the rules must still be informed of a failure. False once they know that the process died.
+    /// Whether the rules must still be informed of a failure. False after they were informed of the death of
+    /// the process.
     pub(super) fn claim_failure_report(&self) -> bool {
         match &self.state {
             InstanceState::Slept(instance) | InstanceState::Awake { instance, .. } => {

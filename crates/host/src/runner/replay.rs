@@ -19,7 +19,7 @@ impl Runner {
             .with_ports(|ports| ports.read_from_history(history));
     }
 
-    /// Makes its inputs show what they showed in that turn; the newest values without a turn.
+    /// Makes its inputs show the values that they showed in that turn; the newest values without a turn.
     pub(crate) fn show_recorded(&mut self, turn: Option<&RecordedTurn>) {
         self.port_access.with_ports(|ports| ports.show_recorded(turn));
     }

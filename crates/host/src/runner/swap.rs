@@ -304,7 +304,7 @@ impl Runner {
         false
     }
 
-    /// Records for replays that another build takes the turns from here on.
+    /// Records for replays that another build takes the turns from now on.
     fn record_swap(&self, way: u8) {
         if let Some(journal) = &self.journal {
             let now = self.engine.clock.now();

@@ -1,7 +1,7 @@
 //! Builds of schema types, and the mapping of their port and role numbers to those of the application.
 //!
 //! An application never changes; builds do. The third port of a build may be the application's first, or
-//! unknown to it. So everything outside the instance, including recordings, keeps the application's numbers.
+//! unknown to it. So all code outside the instance, including recordings, uses the application's numbers.
 //! It calls no schema.
 
 mod compatibility;
@@ -51,8 +51,8 @@ pub enum PortMapping {
 }
 
 impl Build {
-    /// Returns the build against which the application was checked; `schema` is the type as the application
-    /// has it.
+    /// Returns the build against which the application was checked; `schema` is the type in the
+    /// application.
     pub fn original(plugin: LoadedPlugin, number: usize, schema: &describe::Schema) -> Self {
         let mapping = BuildMapping {
             ports: (0..schema.ports.len()).map(PortMapping::Bound).collect(),
