@@ -194,9 +194,7 @@ impl Running {
     /// Returns a handle for tools.
     #[must_use]
     pub fn handle(&self) -> Handle {
-        Handle {
-            engine: Arc::clone(&self.engine),
-        }
+        Handle::new(&self.engine)
     }
 
     /// Blocks until the application ends, brings it to rest, and returns its outcome.
@@ -259,9 +257,7 @@ impl Lockstep {
     /// Returns a handle for tools.
     #[must_use]
     pub fn handle(&self) -> Handle {
-        Handle {
-            engine: Arc::clone(&self.engine),
-        }
+        Handle::new(&self.engine)
     }
 
     /// Runs until virtual time reaches `time`. Returns the outcome if the application ended.
@@ -448,10 +444,7 @@ fn run_start_hook(engine: &Arc<Engine>, before_start: Option<StartHook>) -> Resu
     let Some(before_start) = before_start else {
         return Ok(());
     };
-    let handle = Handle {
-        engine: Arc::clone(engine),
-    };
-    before_start(&handle).map_err(StartError::HookFailed)
+    before_start(&Handle::new(engine)).map_err(StartError::HookFailed)
 }
 
 fn prepare(
