@@ -114,7 +114,7 @@ fn a_schema_that_cannot_be_created_prevents_the_start(executor: Executor) {
     };
     let message = error.to_string();
     assert!(
-        message.starts_with("schema `second` (type `test/fails-to-create`) cannot be made: panicked at "),
+        message.starts_with("schema `second` (type `test/fails-to-create`) cannot be created: panicked at "),
         "{message}"
     );
     assert!(message.ends_with("there is no such device"), "{message}");
