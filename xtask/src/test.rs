@@ -204,6 +204,12 @@ impl Context {
         self.linting_compiler.is_some()
     }
 
+    /// Returns the environment in which all steps share one build, which also lints.
+    fn compiler(&self) -> Option<(&'static str, &PathBuf)> {
+        let compiler = self.linting_compiler.as_ref();
+        compiler.map(|compiler| ("RUSTC_WORKSPACE_WRAPPER", compiler))
+    }
+
     /// Returns the arguments of cargo that select what to build and test.
     pub(crate) fn selection(&self) -> Vec<&str> {
         match &self.options.package {
@@ -225,10 +231,7 @@ impl Context {
     pub(crate) fn cargo(&self, arguments: &[&str]) -> Command {
         let mut cargo = shell::cargo();
         cargo.args(arguments).current_dir(&self.root);
-        // All steps share one build, which also lints.
-        if let Some(compiler) = &self.linting_compiler {
-            cargo.env("RUSTC_WORKSPACE_WRAPPER", compiler);
-        }
+        cargo.envs(self.compiler());
         if self.ci {
             // Incremental data would speed up the next build, but CI has none, and the data takes a fifth of
             // the disk space.
@@ -319,6 +322,10 @@ fn tests(context: &Context) -> Result<StepOutcome> {
             rank: usize::MAX,
             command,
         });
+    }
+    for job in &mut jobs {
+        // Some tests build plugins, which the first step has built for this compiler.
+        job.command.envs(context.compiler());
     }
     // Without this variable the tests of windows pass when no window can be opened. With it they fail.
     if context.ci || prerequisites::has_screen() {

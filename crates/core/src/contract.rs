@@ -18,8 +18,8 @@ pub struct GroupContract {
     pub name: String,
     /// A check finds that a precondition changed. A selection follows at once.
     pub by_check: TakeoverBound,
-    /// A check finds another urgency, or something else that only the policy uses changed. The next selection
-    /// follows the winner's iteration (R2). Present only if the policy uses more than readiness.
+    /// A check finds another urgency, or a change of another value that only the policy uses. The next
+    /// selection follows the winner's iteration (R2). Present only if the policy uses more than readiness.
     pub by_winner: Option<TakeoverBound>,
 }
 
@@ -37,7 +37,7 @@ pub struct TakeoverBound {
 /// One summand of a contract.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Term {
-    /// What takes the time.
+    /// The activity that takes the time.
     pub description: String,
     /// The longest time that it takes.
     pub nanos: Nanos,
@@ -49,19 +49,22 @@ pub struct Term {
 /// Computes the contract of every group of a valid specification. A group without known members has none.
 #[must_use]
 pub fn contract(spec: &Spec) -> Vec<GroupContract> {
-    let mut own = vec![0; spec.schemas.len()];
+    let mut arbitration_times = vec![0; spec.schemas.len()];
     for group in &spec.groups {
-        if let Some(father) = group.father.and_then(|father| own.get_mut(father.index())) {
+        if let Some(father) = group
+            .father
+            .and_then(|father| arbitration_times.get_mut(father.index()))
+        {
             *father = arbitration(group).saturating_add(*father);
         }
     }
-    let sums = ContractCalculator {
+    let calculator = ContractCalculator {
         spec,
-        own: &|id| own[id.index()],
+        own: &|id| arbitration_times[id.index()],
     };
     (0u32..)
         .zip(&spec.groups)
-        .filter_map(|(index, group)| sums.contract(GroupId(index), group))
+        .filter_map(|(index, group)| calculator.contract(GroupId(index), group))
         .collect()
 }
 
@@ -69,13 +72,16 @@ pub fn contract(spec: &Spec) -> Vec<GroupContract> {
 /// of the policy. It does not allocate. `own` returns how long the arbitrations of a schema's own groups may
 /// take in total.
 pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos) -> Option<Nanos> {
-    let sums = ContractCalculator { spec, own };
+    let calculator = ContractCalculator { spec, own };
     let group = spec.groups.get(id.index())?;
-    let (looks, acts) = sums.slowest(group)?;
-    Some(saturating_sum(sums.detection_times(looks)).saturating_add(sums.handover_time(group, acts)))
+    let (slowest_check, slowest_start) = calculator.slowest(group)?;
+    Some(
+        saturating_sum(calculator.detection_times(slowest_check))
+            .saturating_add(calculator.handover_time(group, slowest_start)),
+    )
 }
 
-/// How long the father of a group may take to arbitrate.
+/// Returns how long the father of a group may take to arbitrate.
 pub(crate) fn arbitration(group: &GroupSpec) -> Nanos {
     if group.policy == Policy::FATHER {
         group.budget
@@ -88,8 +94,8 @@ impl GroupContract {
     /// Returns the longer of the two sums: from the situation to the first iteration.
     #[must_use]
     pub fn total(&self) -> Nanos {
-        let paced = self.by_winner.as_ref().map_or(0, TakeoverBound::total);
-        self.by_check.total().max(paced)
+        let by_urgency = self.by_winner.as_ref().map_or(0, TakeoverBound::total);
+        self.by_check.total().max(by_urgency)
     }
 
     /// Returns how long a takeover may take from its cause, as it is measured (R15): without the waits of the
@@ -102,7 +108,7 @@ impl GroupContract {
 }
 
 impl TakeoverBound {
-    /// The sum of the terms.
+    /// Returns the sum of the terms.
     #[must_use]
     pub fn total(&self) -> Nanos {
         saturating_sum(self.terms.iter().map(|term| term.nanos))
@@ -113,8 +119,8 @@ impl TakeoverBound {
 impl fmt::Display for GroupContract {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.name, self.by_check)?;
-        if let Some(paced) = &self.by_winner {
-            write!(f, "\n  {}, by urgency alone: {paced}", self.name)?;
+        if let Some(by_urgency) = &self.by_winner {
+            write!(f, "\n  {}, by urgency alone: {by_urgency}", self.name)?;
         }
         Ok(())
     }
@@ -122,8 +128,8 @@ impl fmt::Display for GroupContract {
 
 impl fmt::Display for TakeoverBound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (who, total) = (&self.slowest_name, Millis(self.total()));
-        write!(f, "{who} takes over within {total} = ")?;
+        let (name, total) = (&self.slowest_name, Millis(self.total()));
+        write!(f, "{name} takes over within {total} = ")?;
         for (n, term) in self.terms.iter().enumerate() {
             let plus = if n == 0 { "" } else { " + " };
             write!(f, "{plus}{} {}", term.description, Millis(term.nanos))?;
@@ -157,49 +163,51 @@ struct ContractCalculator<'s> {
 
 impl ContractCalculator<'_> {
     fn contract(&self, id: GroupId, group: &GroupSpec) -> Option<GroupContract> {
-        let (looks, acts) = self.slowest(group)?;
+        let (slowest_check, slowest_start) = self.slowest(group)?;
         let wait = self.policy_wait(group);
         let pace = self.pace(group);
-        let paced = if group.policy.kind().compares_urgency {
-            // Whichever ends later.
+        let by_urgency = if group.policy.kind().compares_urgency {
+            // The wait or the iteration, whichever ends later.
             let iteration = saturating_sum(pace.iter().map(|term| term.nanos));
             let longer = wait.clone().filter(|wait| wait.nanos > iteration);
             longer.map_or(pace, |wait| vec![wait])
         } else {
             Vec::new()
         };
-        let promise = |between: Vec<Term>| TakeoverBound {
-            slowest: acts,
-            slowest_name: self.name(acts),
+        let bound = |between: Vec<Term>| TakeoverBound {
+            slowest: slowest_start,
+            slowest_name: self.name(slowest_start),
             terms: [
-                self.detection_terms(looks),
+                self.detection_terms(slowest_check),
                 between,
-                self.handover_terms(group, acts),
+                self.handover_terms(group, slowest_start),
             ]
             .concat(),
         };
         Some(GroupContract {
             group: id,
             name: group.name.clone(),
-            by_winner: Some(paced).filter(|paced| !paced.is_empty()).map(&promise),
-            by_check: promise(wait.into_iter().collect()),
+            by_winner: Some(by_urgency)
+                .filter(|by_urgency| !by_urgency.is_empty())
+                .map(&bound),
+            by_check: bound(wait.into_iter().collect()),
         })
     }
 
     /// Returns the member that may take longest to report a change of readiness (its own rise or fall), and
     /// the member that may take longest to start its first iteration.
     fn slowest(&self, group: &GroupSpec) -> Option<(SchemaId, SchemaId)> {
-        let known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
-        let members = || group.members.iter().filter(known).rev();
-        let looks = members().max_by_key(|id| saturating_sum(self.detection_times(**id)))?;
-        let acts = members().max_by_key(|id| saturating_sum(self.start_times(**id)))?;
-        Some((*looks, *acts))
+        let is_known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
+        let members = || group.members.iter().filter(is_known).rev();
+        let slowest_check = members().max_by_key(|id| saturating_sum(self.detection_times(**id)))?;
+        let slowest_start = members().max_by_key(|id| saturating_sum(self.start_times(**id)))?;
+        Some((*slowest_check, *slowest_start))
     }
 
-    /// From the situation to the end of the check that reports it. First come whole periods, until the
-    /// previous check has ended (for a triggered schema, a turn under way). Then comes what may be under way
-    /// when the turn is due or the value arrives: a drawing, a gesture, an arbitration and another that waits
-    /// for it. The check itself is last.
+    /// The times from the situation to the end of the check that reports it. The first term is whole periods,
+    /// until the previous check has ended (for a triggered schema, a turn under way). The next terms may be
+    /// under way when the turn is due or the value arrives: a drawing, a gesture, an arbitration and another
+    /// that waits for it. The check itself is last.
     fn detection_times(&self, id: SchemaId) -> [Nanos; 4] {
         let schema = &self.spec.schemas[id.index()];
         let before = if schema.triggered {
@@ -223,40 +231,40 @@ impl ContractCalculator<'_> {
             0 => format!("period of {name}"),
             more => format!("{} periods of {name}", more.saturating_add(1)),
         };
-        let words = [
+        let descriptions = [
             before,
             format!("drawing of the panel of {name} and a gesture on it"),
             format!("arbitrations by {name}"),
             format!("check by {name}"),
         ];
-        self::terms(words, self.detection_times(id))
+        self::terms(descriptions, self.detection_times(id))
     }
 
-    /// From the decision to the first iteration. The father arbitrates, twice if an arbitration is under way.
-    /// The loser ends its iteration, or its patience ends. The winner ends its drawing, a gesture, its
-    /// arbitration and another that waits for it, and checks again before it acts (R8).
-    fn handover_time(&self, group: &GroupSpec, acts: SchemaId) -> Nanos {
+    /// The time from the decision to the first iteration. The father arbitrates, twice if an arbitration is
+    /// under way. The loser ends its iteration, or its patience ends. The winner ends its drawing, a gesture,
+    /// its arbitration and another that waits for it, and checks again before it acts (R8).
+    fn handover_time(&self, group: &GroupSpec, slowest_start: SchemaId) -> Nanos {
         let father = arbitration(group).saturating_mul(2);
         father
             .saturating_add(group.patience)
-            .saturating_add(saturating_sum(self.start_times(acts)))
+            .saturating_add(saturating_sum(self.start_times(slowest_start)))
     }
 
-    fn handover_terms(&self, group: &GroupSpec, acts: SchemaId) -> Vec<Term> {
-        let (think, name) = (arbitration(group), self.name(acts));
-        let words = [
+    fn handover_terms(&self, group: &GroupSpec, slowest_start: SchemaId) -> Vec<Term> {
+        let (arbitration_time, name) = (arbitration(group), self.name(slowest_start));
+        let descriptions = [
             "arbitration that is under way".to_owned(),
             "arbitration by the father".to_owned(),
             "patience with the loser".to_owned(),
         ];
-        let mut all = self::terms(words, [think, think, group.patience]);
-        let words = [
+        let mut terms = self::terms(descriptions, [arbitration_time, arbitration_time, group.patience]);
+        let descriptions = [
             format!("drawing of the panel of {name} and a gesture on it"),
             format!("arbitrations by {name}"),
             format!("look of {name} before it acts"),
         ];
-        all.extend(self::terms(words, self.start_times(acts)));
-        all
+        terms.extend(self::terms(descriptions, self.start_times(slowest_start)));
+        terms
     }
 
     fn start_times(&self, id: SchemaId) -> [Nanos; 3] {
@@ -267,22 +275,22 @@ impl ContractCalculator<'_> {
         ]
     }
 
-    /// How long a policy may make a READY member wait before it is chosen.
+    /// Returns how long a policy may make a READY member wait before it is chosen.
     fn policy_wait(&self, group: &GroupSpec) -> Option<Term> {
         let others = group.members.len().saturating_sub(1) as Nanos;
-        let (what, nanos) = group.policy.wait(others)?;
+        let (description, nanos) = group.policy.wait(others)?;
         Some(Term {
-            description: what.to_owned(),
+            description: description.to_owned(),
             nanos,
             is_policy_wait: true,
         })
         .filter(|term| term.nanos > 0)
     }
 
-    /// The longest time from any moment to the end of a winner's next iteration. A winner iterates at its
-    /// period even if it is triggered.
+    /// Returns the longest time from any moment to the end of a winner's next iteration. A winner iterates at
+    /// its period even if it is triggered.
     fn pace(&self, group: &GroupSpec) -> Vec<Term> {
-        let sums = |id: SchemaId| {
+        let times = |id: SchemaId| {
             let own = (self.own)(id).saturating_mul(2);
             [
                 self.between_turns(id),
@@ -291,36 +299,37 @@ impl ContractCalculator<'_> {
                 self.spec.schemas[id.index()].budget,
             ]
         };
-        let known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
-        let members = group.members.iter().filter(known).rev();
+        let is_known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
+        let members = group.members.iter().filter(is_known).rev();
         let Some(slowest) = members
-            .max_by_key(|id| saturating_sum(sums(**id)))
+            .max_by_key(|id| saturating_sum(times(**id)))
             .filter(|_| group.members.len() > 1)
         else {
             return Vec::new();
         };
         let name = self.name(*slowest);
-        let words = [
+        let descriptions = [
             format!("period of the winner {name}"),
             format!("drawing of the panel of {name} and a gesture on it"),
             format!("arbitrations by {name}"),
             format!("iteration of {name}"),
         ];
-        let mut terms = self::terms(words, sums(*slowest));
+        let mut terms = self::terms(descriptions, times(*slowest));
         for term in &mut terms {
             term.is_policy_wait = true;
         }
         terms
     }
 
-    /// From one due turn to the next: whole periods, as many as an iteration takes at most (R11).
+    /// Returns the time from one due turn to the next: whole periods, as many as an iteration takes at most
+    /// (R11).
     fn between_turns(&self, id: SchemaId) -> Nanos {
         let schema = &self.spec.schemas[id.index()];
         let skipped = schema.budget.checked_div(schema.period).unwrap_or(0);
         schema.period.saturating_mul(skipped.saturating_add(1))
     }
 
-    /// A drawing may be under way, and a gesture is processed after it.
+    /// Returns the time for a drawing that is under way and a gesture after it.
     fn panel(&self, id: SchemaId) -> Nanos {
         let schema = &self.spec.schemas[id.index()];
         if schema.panel {
@@ -335,12 +344,15 @@ impl ContractCalculator<'_> {
     }
 }
 
-/// The terms that take any time, with their words.
-fn terms<const N: usize>(words: [String; N], nanos: [Nanos; N]) -> Vec<Term> {
-    let all = words.into_iter().zip(nanos).map(|(what, nanos)| Term {
-        description: what,
-        nanos,
-        is_policy_wait: false,
-    });
-    all.filter(|term| term.nanos > 0).collect()
+/// Returns the terms that are not 0, with their descriptions.
+fn terms<const N: usize>(descriptions: [String; N], nanos: [Nanos; N]) -> Vec<Term> {
+    let terms = descriptions
+        .into_iter()
+        .zip(nanos)
+        .map(|(description, nanos)| Term {
+            description,
+            nanos,
+            is_policy_wait: false,
+        });
+    terms.filter(|term| term.nanos > 0).collect()
 }

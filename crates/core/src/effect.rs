@@ -1,6 +1,6 @@
 //! The effects of a transaction. The executor applies them in order, before the next transaction.
 //!
-//! Data only; nothing here acts.
+//! Data only; it refuses to act.
 
 use std::sync::Arc;
 
@@ -44,13 +44,13 @@ pub enum Effect {
     Promoted(SchemaId),
     /// A motor schema is no longer WINNER and stays awake.
     Demoted(SchemaId),
-    /// The father's own arbitration is requested. The answer carries the ticket.
+    /// The father's own arbitration is requested. The reply carries the ticket.
     Arbitrate {
         /// The group.
         group: GroupId,
-        /// Identifies this question.
+        /// Identifies this request.
         ticket: u64,
-        /// What the father has to judge.
+        /// The snapshot that the father evaluates.
         level: Level,
     },
     /// The neutral value must be sent to every actuator that was last commanded from this group or below it,
@@ -107,6 +107,6 @@ pub struct Level {
     /// The awake members in the father's order. On a collision the father may choose a READY member or none.
     /// On an absence it may choose any member or none.
     pub candidates: Arc<[Candidate]>,
-    /// The present winner, which stays until the father has decided.
+    /// The current winner, which stays until the father has decided.
     pub winner: Option<SchemaId>,
 }

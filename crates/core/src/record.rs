@@ -1,4 +1,4 @@
-//! The record of a selection (R15): what was seen, what decided, and why.
+//! The record of a selection (R15): the snapshot, the decider and the reason.
 //!
 //! It refuses to store history: the hierarchy emits each record once and keeps none.
 
@@ -26,16 +26,16 @@ pub struct Record {
     /// The awake members, in the father's order, as they were before the selection. Consecutive records of a
     /// group that did not change share this list.
     pub candidates: Arc<[Candidate]>,
-    /// The choice before: the winner, or the target of a handover under way. If that member left before this
-    /// selection, it is named here all the same.
+    /// The choice before: the winner, or the target of a handover under way. It is also given if
+    /// that member left the group before this selection.
     pub before: Option<SchemaId>,
     /// The choice now.
     pub choice: Option<SchemaId>,
-    /// What decided.
+    /// The decider.
     pub decider: Decider,
-    /// The reason, in words.
+    /// The reason, as text.
     pub reason: Cow<'static, str>,
-    /// What led to the selection.
+    /// The cause of the selection.
     pub cause: Cause,
     /// Whether the choice differs from the one before.
     pub changed: bool,
@@ -67,7 +67,7 @@ pub struct Candidate {
     pub urgency: f64,
 }
 
-/// What decided a selection.
+/// The decider of a selection.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub enum Decider {
     /// There was nothing to decide.
@@ -77,7 +77,7 @@ pub enum Decider {
     /// The father's own arbitration.
     Father,
     /// The father's own arbitration failed, or the father sleeps while an operator plays the members. The
-    /// priority order decided a collision, the absence policy anything else.
+    /// priority order decided a collision, the absence policy every other case.
     ArbitrationFailed,
     /// The absence policy of the group.
     AbsencePolicy,
@@ -86,7 +86,7 @@ pub enum Decider {
 }
 
 impl Decider {
-    /// Returns the name of what decided, as records have it.
+    /// Returns the name that records use.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -100,7 +100,7 @@ impl Decider {
     }
 }
 
-/// What led to a selection (R2).
+/// The cause of a selection (R2).
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Cause {
     /// The application started.
@@ -117,8 +117,8 @@ pub enum Cause {
     Iterated(SchemaId),
     /// The father changed the policy of the group.
     PolicyChanged,
-    /// An operator played, stopped, forced or released this schema. If an operator stopped everything, it is
-    /// the choice before, or else the first member of the group.
+    /// An operator played, stopped, forced or released this schema. If an operator stopped all schemas, it
+    /// is the choice before, or else the first member of the group.
     Operator(SchemaId),
     /// A timer fired.
     Timer(Timer),

@@ -1,4 +1,4 @@
-//! What an application states before it starts: schemas, groups and their policies.
+//! The specification that an application states before it starts: schemas, groups and their policies.
 //!
 //! Plain data with dense identifiers. It refuses to hold anything that the rules change (states, winners).
 

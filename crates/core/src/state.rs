@@ -25,7 +25,7 @@ pub enum Health {
     /// The schema missed its deadline.
     Overrun,
     /// Its own arbitration failed, with the reason: it panicked, returned an error, chose a schema that it
-    /// was not offered, or exceeded its budget. The schema stays awake. Its next valid answer clears this.
+    /// was not offered, or exceeded its budget. The schema stays awake. Its next valid reply clears this.
     ArbitrationFailed(String),
     /// The schema panicked, returned an error, hung, or its process died, with the reason. It is SLEPT until
     /// its restart.

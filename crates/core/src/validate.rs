@@ -16,14 +16,14 @@ impl Spec {
     /// and groups.
     pub fn validate(&self) -> Result<(), Vec<SpecError>> {
         let mut faults = Vec::new();
-        self.names(&mut faults);
-        self.schemas_alone(&mut faults);
+        self.check_names(&mut faults);
+        self.check_schemas(&mut faults);
         for group in &self.groups {
-            self.group_alone(group, &mut faults);
+            self.check_group(group, &mut faults);
         }
-        self.membership(&mut faults);
-        self.father_cycles(&mut faults);
-        self.need_cycles(&mut faults);
+        self.check_membership(&mut faults);
+        self.check_father_cycles(&mut faults);
+        self.check_need_cycles(&mut faults);
         if faults.is_empty() { Ok(()) } else { Err(faults) }
     }
 
@@ -37,10 +37,10 @@ impl Spec {
         self.schemas.get(id.index()).is_some_and(|s| s.kind == kind)
     }
 
-    fn names(&self, faults: &mut Vec<SpecError>) {
-        let mut repeated = |what, names: Vec<&str>| {
+    fn check_names(&self, faults: &mut Vec<SpecError>) {
+        let mut report_duplicates = |what, values: Vec<&str>| {
             let mut seen = BTreeMap::new();
-            for name in names {
+            for name in values {
                 let count = seen.entry(name).or_insert(0);
                 *count += 1;
                 if *count == 2 {
@@ -51,11 +51,11 @@ impl Spec {
                 }
             }
         };
-        repeated("schema", self.schemas.iter().map(|s| s.name.as_str()).collect());
-        repeated("group", self.groups.iter().map(|g| g.name.as_str()).collect());
+        report_duplicates("schema", self.schemas.iter().map(|s| s.name.as_str()).collect());
+        report_duplicates("group", self.groups.iter().map(|g| g.name.as_str()).collect());
     }
 
-    fn schemas_alone(&self, faults: &mut Vec<SpecError>) {
+    fn check_schemas(&self, faults: &mut Vec<SpecError>) {
         for schema in &self.schemas {
             if schema.period == 0 {
                 faults.push(SpecError::ZeroPeriod {
@@ -78,7 +78,7 @@ impl Spec {
         }
     }
 
-    fn group_alone(&self, group: &GroupSpec, faults: &mut Vec<SpecError>) {
+    fn check_group(&self, group: &GroupSpec, faults: &mut Vec<SpecError>) {
         let name = || group.name.clone();
         if group.members.is_empty() {
             faults.push(SpecError::EmptyGroup { group: name() });
@@ -118,7 +118,7 @@ impl Spec {
         faults.extend(policy_fault(group, group.policy));
     }
 
-    fn membership(&self, faults: &mut Vec<SpecError>) {
+    fn check_membership(&self, faults: &mut Vec<SpecError>) {
         let mut first: BTreeMap<SchemaId, &str> = BTreeMap::new();
         for group in &self.groups {
             for &member in &group.members {
@@ -143,7 +143,7 @@ impl Spec {
         }
     }
 
-    fn father_cycles(&self, faults: &mut Vec<SpecError>) {
+    fn check_father_cycles(&self, faults: &mut Vec<SpecError>) {
         let children = |id: SchemaId| {
             self.groups
                 .iter()
@@ -151,12 +151,12 @@ impl Spec {
                 .flat_map(|g| g.members.iter().copied())
                 .collect()
         };
-        if let Some(path) = self.cycle(children) {
+        if let Some(path) = self.find_cycle(children) {
             faults.push(SpecError::FatherCycle { path });
         }
     }
 
-    fn need_cycles(&self, faults: &mut Vec<SpecError>) {
+    fn check_need_cycles(&self, faults: &mut Vec<SpecError>) {
         let perceptive = |id: &SchemaId| self.is_kind(*id, Kind::Perceptive);
         let needs = |id: SchemaId| {
             self.schemas[id.index()]
@@ -166,13 +166,13 @@ impl Spec {
                 .filter(perceptive)
                 .collect()
         };
-        if let Some(path) = self.cycle(needs) {
+        if let Some(path) = self.find_cycle(needs) {
             faults.push(SpecError::NeedCycle { path });
         }
     }
 
     /// Returns the first cycle along `next`, found by a depth-first search without recursion.
-    fn cycle(&self, next: impl Fn(SchemaId) -> Vec<SchemaId>) -> Option<Vec<String>> {
+    fn find_cycle(&self, next: impl Fn(SchemaId) -> Vec<SchemaId>) -> Option<Vec<String>> {
         let mut done = vec![false; self.schemas.len()];
         for start in 0..self.schemas.len() {
             let start = SchemaId(u32::try_from(start).ok()?);
@@ -180,29 +180,30 @@ impl Spec {
                 continue;
             }
             let mut path = vec![(start, next(start))];
-            while let Some((here, rest)) = path.last_mut() {
-                let here = *here;
-                let Some(to) = rest.pop() else {
-                    done[here.index()] = true;
+            while let Some((current, rest)) = path.last_mut() {
+                let current = *current;
+                let Some(successor) = rest.pop() else {
+                    done[current.index()] = true;
                     path.pop();
                     continue;
                 };
-                if to.index() >= done.len() || done[to.index()] {
+                if successor.index() >= done.len() || done[successor.index()] {
                     continue;
                 }
-                if let Some(at) = path.iter().position(|&(id, _)| id == to) {
-                    let mut names: Vec<String> = path[at..].iter().map(|&(id, _)| self.name(id)).collect();
-                    names.push(self.name(to));
-                    return Some(names);
+                if let Some(start) = path.iter().position(|&(id, _)| id == successor) {
+                    let mut labels: Vec<String> =
+                        path[start..].iter().map(|&(id, _)| self.name(id)).collect();
+                    labels.push(self.name(successor));
+                    return Some(labels);
                 }
-                path.push((to, next(to)));
+                path.push((successor, next(successor)));
             }
         }
         None
     }
 }
 
-/// Returns what is wrong with `policy` for this group, if anything.
+/// Returns the fault of `policy` for this group, if there is one.
 pub(crate) fn policy_fault(group: &GroupSpec, policy: Policy) -> Option<SpecError> {
     let name = || group.name.clone();
     let refused = policy

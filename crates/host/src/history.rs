@@ -9,10 +9,10 @@ use jde_board::{Stamp, Variable};
 use jde_loader::AlignedBytes;
 use jde_records::turn::Turn;
 
-/// The fewest values kept: a thread that was delayed between reading a value and reporting its turn is some
-/// values late.
+/// The least number of values kept: several values may be published between the reading of a value and the
+/// report of the turn.
 const MIN_VALUES: usize = 16;
-/// Bytes per variable that may be kept; a large type keeps [`MIN_VALUES`] values all the same.
+/// The most bytes kept per variable, unless [`MIN_VALUES`] values need more.
 const MAX_BYTES: usize = 1 << 20;
 
 /// The last values of a variable.
@@ -35,7 +35,7 @@ struct Inner {
 }
 
 impl History {
-    /// Returns the history of a variable, which begins with the present value.
+    /// Returns the history of a variable, which begins with the current value.
     pub(crate) fn of(variable: &Arc<Variable>) -> Arc<Self> {
         let history = Arc::new(Self {
             inner: Mutex::default(),
@@ -78,21 +78,21 @@ impl History {
     }
 
     /// Whether the value of that number, or a later one, has arrived. Numbers are as in turns.
-    pub(crate) fn has_reached(&self, wanted: u32) -> bool {
+    pub(crate) fn has_reached(&self, number: u32) -> bool {
         let newest = self.lock().values.back().map(|last| last.stamp.sequence);
-        newest.is_some_and(|newest| (newest as u32).wrapping_sub(wanted) < u32::MAX / 2)
+        newest.is_some_and(|newest| (newest as u32).wrapping_sub(number) < u32::MAX / 2)
     }
 
     /// Returns the value of that number, numbered as in turns. If no number is given, or that value is
     /// missing (which is counted), returns the newest.
-    pub(crate) fn find(&self, wanted: u32) -> Option<Arc<HistoricValue>> {
+    pub(crate) fn find(&self, number: u32) -> Option<Arc<HistoricValue>> {
         let mut inner = self.lock();
-        if wanted == Turn::NO_VALUE {
+        if number == Turn::NO_VALUE {
             return None;
         }
-        if wanted != Turn::UNUSED {
+        if number != Turn::UNUSED {
             let mut values = inner.values.iter().rev();
-            if let Some(found) = values.find(|old| old.stamp.sequence as u32 == wanted) {
+            if let Some(found) = values.find(|value| value.stamp.sequence as u32 == number) {
                 return Some(Arc::clone(found));
             }
             inner.missed += 1;

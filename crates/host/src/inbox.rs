@@ -1,15 +1,15 @@
-//! The signals to an instance until its next turn. Its size is bounded, however long the instance hangs in a
-//! call.
+//! The signals that an instance receives at its next turn. Their number is bounded, however long the instance
+//! hangs in a call.
 
 use jde_core::{GroupId, Level, Nanos};
 
 use crate::engine::Signal;
 
-/// The signals to an instance until its next turn.
+/// The signals that an instance receives at its next turn.
 #[derive(Debug, Default)]
 pub(crate) struct Inbox {
     /// Awakenings, with their times, and sleeps (`None`), in order: at most two, of which the last is the
-    /// present state.
+    /// current state.
     pub(crate) transitions: Vec<Option<Nanos>>,
     pub(crate) promoted: bool,
     pub(crate) triggered: bool,
@@ -22,7 +22,7 @@ pub(crate) struct Inbox {
     pub(crate) gesture_queued: bool,
     /// Another build waits to take over: see `reload::BuildRegistry`.
     pub(crate) build_pending: bool,
-    /// At most one question for each group.
+    /// At most one request for each group.
     pub(crate) arbitration_requests: Vec<(GroupId, u64, Level)>,
 }
 
@@ -43,24 +43,25 @@ impl Inbox {
             Signal::GestureQueued => self.gesture_queued = true,
             Signal::BuildPending => self.build_pending = true,
             Signal::ArbitrationRequested { group, ticket, level } => {
-                // A group has one open question at a time, so an older one is closed.
-                self.arbitration_requests.retain(|(asked, ..)| *asked != group);
+                // A group has one open request at a time, so an older one is void.
+                self.arbitration_requests.retain(|(other, ..)| *other != group);
                 self.arbitration_requests.push((group, ticket, level));
             }
         }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        let told = self.promoted || self.triggered || self.period_changed || self.replaced || self.unloaded;
-        let flagged = told || self.panel_opened || self.gesture_queued || self.build_pending;
-        self.transitions.is_empty() && self.arbitration_requests.is_empty() && !flagged
+        let has_rule_signal =
+            self.promoted || self.triggered || self.period_changed || self.replaced || self.unloaded;
+        let has_signal = has_rule_signal || self.panel_opened || self.gesture_queued || self.build_pending;
+        self.transitions.is_empty() && self.arbitration_requests.is_empty() && !has_signal
     }
 
-    /// Whether a turn with these signals takes no longer than one that is due: it checks and perhaps
-    /// iterates.
+    /// Whether a turn with these signals takes no longer than a periodic turn: it only checks and may
+    /// iterate.
     pub(crate) fn is_light(&self) -> bool {
-        let flagged = self.replaced || self.unloaded || self.gesture_queued || self.build_pending;
-        self.transitions.is_empty() && self.arbitration_requests.is_empty() && !flagged
+        let is_heavy = self.replaced || self.unloaded || self.gesture_queued || self.build_pending;
+        self.transitions.is_empty() && self.arbitration_requests.is_empty() && !is_heavy
     }
 
     /// Combines sleeps and awakenings. Sleeping and waking up again are two calls; a repetition would have no
@@ -83,7 +84,7 @@ mod tests {
 
     use super::*;
 
-    fn asked(group: u32, ticket: u64) -> Signal {
+    fn arbitration_request(group: u32, ticket: u64) -> Signal {
         let level = Level {
             group: GroupId(group),
             case: Case::Absence,
@@ -98,10 +99,11 @@ mod tests {
     }
 
     #[test]
-    fn any_row_of_sleeps_and_wakes_comes_to_two_at_most_and_ends_the_same() {
-        for row in 0..1_u32 << 8 {
+    fn a_sequence_of_transitions_is_reduced_to_at_most_two_with_the_same_result() {
+        for pattern in 0..1_u32 << 8 {
             let mut inbox = Inbox::default();
-            let signals: Vec<Option<Nanos>> = (0..8).map(|bit| (row >> bit & 1 == 1).then_some(7)).collect();
+            let signals: Vec<Option<Nanos>> =
+                (0..8).map(|bit| (pattern >> bit & 1 == 1).then_some(7)).collect();
             for awake in &signals {
                 inbox.push(awake.map_or(Signal::Asleep, Signal::Awake));
             }
@@ -112,11 +114,11 @@ mod tests {
     }
 
     #[test]
-    fn r4_a_father_that_hangs_finds_one_question_a_group_and_the_newest() {
+    fn r4_a_hung_father_receives_only_the_newest_request_of_each_group() {
         let mut inbox = Inbox::default();
         for ticket in 0..1000 {
-            inbox.push(asked(0, 2 * ticket));
-            inbox.push(asked(1, 2 * ticket + 1));
+            inbox.push(arbitration_request(0, 2 * ticket));
+            inbox.push(arbitration_request(1, 2 * ticket + 1));
         }
         let tickets: Vec<u64> = inbox
             .arbitration_requests
@@ -127,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn r5_who_is_put_to_sleep_no_longer_takes_up_its_promotion() {
+    fn r5_sleep_cancels_a_pending_promotion() {
         let mut inbox = Inbox::default();
         inbox.push(Signal::Promoted);
         inbox.push(Signal::Asleep);

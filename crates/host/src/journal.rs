@@ -1,4 +1,4 @@
-//! Numbers the transactions that turns refer to, and forwards turns to whoever records them.
+//! Numbers the transactions that turns refer to, and forwards turns to the recorder.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -11,10 +11,10 @@ pub(crate) struct Journal {
 }
 
 impl Journal {
-    pub(crate) fn new(tell: OnTurn) -> Self {
+    pub(crate) fn new(on_turn: OnTurn) -> Self {
         Self {
             last: AtomicU64::new(0),
-            on_turn: tell,
+            on_turn,
         }
     }
 
@@ -32,8 +32,8 @@ impl Journal {
         (self.on_turn)(turn);
     }
 
-    /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE_PORTS`] for the ports that do not fit
-    /// into it.
+    /// Forwards a turn of a schema, preceded by turns of kind [`Turn::MORE_PORTS`] for the ports that do not
+    /// fit into it.
     pub(crate) fn forward_with_ports(&self, turn: &Turn, more: &[u32]) {
         for (place, ports) in more.chunks(INPUTS).enumerate() {
             let mut next = Turn {

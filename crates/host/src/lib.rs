@@ -1,6 +1,6 @@
 //! Runs applications of plugin schemas: loads and checks them, wires their variables, and applies the rules
-//! of `jde-core` in real time or in lockstep. It prints nothing and never ends the process; both are left to
-//! the executable.
+//! of `jde-core` in real time or in lockstep. It prints nothing and never ends the process; the
+//! executable does.
 
 mod clock;
 mod engine;

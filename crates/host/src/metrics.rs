@@ -1,4 +1,4 @@
-//! Counts and times of one instance, written by its runner and read by any thread. It judges nothing.
+//! Counts and times of one instance, written by its runner and read by any thread. It evaluates nothing.
 
 use std::sync::atomic::{
     AtomicBool, AtomicU64,
@@ -7,8 +7,7 @@ use std::sync::atomic::{
 
 use jde_core::Nanos;
 
-/// A new interval counts an eighth in a mean: means follow a change of period within a second or two and are
-/// still steady.
+/// The divisor of the weight of a new interval: a mean follows a change of period within a second or two.
 const MEAN_WEIGHT: i64 = 8;
 
 /// The measurements of an instance.
@@ -26,7 +25,7 @@ pub(crate) struct InstanceMetrics {
     pub(crate) started: AtomicBool,
     /// Since when a call runs, plus one; 0 while none runs.
     running_since: AtomicU64,
-    /// The ticket of the question that it was last called to answer, and when.
+    /// The ticket of the last arbitration that it was called for, and the time of the call.
     arbitration_ticket: AtomicU64,
     arbitration_started: AtomicU64,
     last_cycle: AtomicU64,
@@ -54,25 +53,25 @@ impl InstanceMetrics {
         self.running_since.store(0, Release);
     }
 
-    /// Since when a call runs.
+    /// Returns since when a call runs; `None` while none runs.
     pub(crate) fn running_since(&self) -> Option<Nanos> {
         self.running_since.load(Acquire).checked_sub(1)
     }
 
-    /// Records that the instance is about to be called to answer that question.
+    /// Records that the instance is about to be called for an arbitration.
     pub(crate) fn begin_arbitration(&self, ticket: u64, now: Nanos) {
         self.arbitration_started.store(now, Relaxed);
         self.arbitration_ticket.store(ticket, Release);
     }
 
-    /// Whether another call runs, or the call to answer that question began by `latest`, even if it has
+    /// Whether another call runs, or the call for that arbitration began by `latest`, even if it has
     /// returned.
     pub(crate) fn is_busy_with(&self, ticket: Option<u64>, latest: Nanos) -> bool {
         // In this order: a call seen as returned has stored its ticket before.
-        let runs = self.running_since().is_some();
+        let is_running = self.running_since().is_some();
         match ticket == Some(self.arbitration_ticket.load(Acquire)) {
             true => self.arbitration_started.load(Relaxed) <= latest,
-            false => runs,
+            false => is_running,
         }
     }
 
@@ -91,12 +90,12 @@ impl InstanceMetrics {
         self.last_cycle.store(0, Relaxed);
     }
 
-    /// Mean time between cycles, once there were two.
+    /// Returns the mean time between cycles; `None` before the second cycle.
     pub(crate) fn mean_period(&self) -> Option<Nanos> {
         Some(self.mean_cycle.load(Relaxed)).filter(|mean| *mean > 0)
     }
 
-    /// Share of time spent in calls.
+    /// Returns the share of time spent in calls.
     pub(crate) fn load(&self) -> f64 {
         match self.mean_period() {
             Some(cycle) => (self.mean_busy.load(Relaxed) as f64 / cycle as f64).min(1.0),
@@ -105,8 +104,7 @@ impl InstanceMetrics {
     }
 }
 
-/// Updates a mean in integer arithmetic: conversion to floating point and back is a chain of dependent
-/// instructions.
+/// Updates a mean in integer arithmetic, because conversions to and from floating point take longer.
 fn update_mean(mean: &AtomicU64, new: Nanos) {
     let old = mean.load(Relaxed);
     let blended = if old == 0 {
@@ -123,17 +121,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mean_goes_an_eighth_of_the_way_to_the_nearest_nanosecond() {
+    fn a_mean_moves_an_eighth_of_the_way_rounded_to_a_nanosecond() {
         let mean = AtomicU64::default();
-        let after = |new| {
+        let mean_after = |new| {
             update_mean(&mean, new);
             mean.load(Relaxed)
         };
-        assert_eq!(after(1000), 1000, "the first is the mean");
-        assert_eq!(after(1800), 1100);
-        assert_eq!(after(300), 1000);
-        assert_eq!(after(1003), 1000);
-        assert_eq!(after(1004), 1001);
-        assert_eq!(after(0), 876);
+        assert_eq!(mean_after(1000), 1000, "the first value is the mean");
+        assert_eq!(mean_after(1800), 1100);
+        assert_eq!(mean_after(300), 1000);
+        assert_eq!(mean_after(1003), 1000);
+        assert_eq!(mean_after(1004), 1001);
+        assert_eq!(mean_after(0), 876);
     }
 }

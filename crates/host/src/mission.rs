@@ -13,7 +13,7 @@ use crate::engine::Engine;
 /// The decrease of the distance that counts as progress, m: more than the pose noise of a robot at rest.
 const MIN_PROGRESS: f64 = 0.05;
 
-/// The smallest distance to the present target, and since when there has been no progress.
+/// The smallest distance to the current target, and since when there has been no progress.
 #[derive(Default)]
 struct Progress {
     mission: Mission,
@@ -71,18 +71,18 @@ impl Progress {
     /// Returns since when there was no progress, if that is at least `patience` ago and has not been reported
     /// yet.
     fn check_stall(&mut self, mission: Mission, now: Nanos, patience: Nanos) -> Option<Nanos> {
-        let before = std::mem::replace(&mut self.mission, mission);
-        let other =
-            (before.reached, before.total, before.target) != (mission.reached, mission.total, mission.target);
+        let previous = std::mem::replace(&mut self.mission, mission);
+        let has_changed = (previous.reached, previous.total, previous.target)
+            != (mission.reached, mission.total, mission.target);
         let nearer = mission.distance < self.nearest - MIN_PROGRESS;
         // Without a route there is no distance that could decrease.
         let idle = mission.state != Mission::RUNNING || mission.distance <= 0.0;
-        if other || nearer || idle || self.since == 0 {
+        if has_changed || nearer || idle || self.since == 0 {
             (self.nearest, self.since, self.reported) = (mission.distance, now.max(1), false);
         }
-        let stalls = !self.reported && now.saturating_sub(self.since) >= patience;
-        self.reported |= stalls;
-        stalls.then_some(self.since)
+        let is_stalled = !self.reported && now.saturating_sub(self.since) >= patience;
+        self.reported |= is_stalled;
+        is_stalled.then_some(self.since)
     }
 }
 
@@ -94,7 +94,7 @@ mod tests {
 
     const SECOND: Nanos = 1_000_000_000;
 
-    fn at(distance: f64, reached: u32) -> Mission {
+    fn mission_at(distance: f64, reached: u32) -> Mission {
         Mission {
             distance,
             reached,
@@ -105,20 +105,24 @@ mod tests {
     }
 
     #[test]
-    fn a_mission_that_comes_no_nearer_is_told_once_until_it_does() {
+    fn a_stalled_mission_is_reported_once_until_it_progresses() {
         let mut progress = Progress::default();
-        let mut told = |second: Nanos, distance, reached| {
-            progress.check_stall(at(distance, reached), second * SECOND, 10 * SECOND)
+        let mut stall = |second: Nanos, distance, reached| {
+            progress.check_stall(mission_at(distance, reached), second * SECOND, 10 * SECOND)
         };
-        assert_eq!(told(1, 5.0, 0), None);
-        assert_eq!(told(10, 4.96, 0), None, "noise");
-        assert_eq!(told(11, 5.5, 0), Some(SECOND));
-        assert_eq!(told(12, 5.5, 0), None, "it has been told");
-        assert_eq!(told(13, 4.0, 0), None, "nearer");
-        assert_eq!(told(22, 4.0, 0), None);
-        assert_eq!(told(23, 4.0, 0), Some(13 * SECOND));
-        assert_eq!(told(24, 9.0, 1), None, "the next target");
-        assert_eq!(told(33, 9.0, 1), None);
-        assert_eq!(told(34, 9.0, 1), Some(24 * SECOND));
+        assert_eq!(stall(1, 5.0, 0), None);
+        assert_eq!(
+            stall(10, 4.96, 0),
+            None,
+            "a decrease within the noise is no progress"
+        );
+        assert_eq!(stall(11, 5.5, 0), Some(SECOND));
+        assert_eq!(stall(12, 5.5, 0), None, "the stall has been reported");
+        assert_eq!(stall(13, 4.0, 0), None, "the distance has decreased");
+        assert_eq!(stall(22, 4.0, 0), None);
+        assert_eq!(stall(23, 4.0, 0), Some(13 * SECOND));
+        assert_eq!(stall(24, 9.0, 1), None, "the target has changed");
+        assert_eq!(stall(33, 9.0, 1), None);
+        assert_eq!(stall(34, 9.0, 1), Some(24 * SECOND));
     }
 }

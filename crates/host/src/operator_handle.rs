@@ -1,5 +1,5 @@
-//! The actions of an operator on a running application (R14), each under the operator's name. Leases are not
-//! kept here.
+//! The actions of an operator on a running application (R14), each under the operator's name. It keeps no
+//! leases.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ impl OperatorHandle {
     /// Wakes a schema as its father would.
     ///
     /// # Errors
-    /// Why it was refused, in words; likewise below.
+    /// Why it was refused.
     pub fn play(&self, schema: usize) -> Result<(), String> {
         self.operate(schema, Operator::Play)
     }
@@ -57,8 +57,8 @@ impl OperatorHandle {
     }
 
     /// Releases a schema that was unloaded, or permits one that faulted to start again, with all restarts
-    /// that its restart policy grants. It gets a fresh instance when it wakes: at once if anything requires
-    /// it awake.
+    /// that its restart policy grants. It gets a fresh instance when it wakes: at once if another component
+    /// requires it awake.
     ///
     /// # Errors
     /// It is neither unloaded nor faulted, or has not come to rest since.
@@ -66,19 +66,19 @@ impl OperatorHandle {
         self.engine.load(&self.by, schema)
     }
 
-    /// Has another build of a schema's type take over, between two iterations. The schema keeps its state in
-    /// the hierarchy, its authority and its variables; it keeps its memory if both builds support that. If
-    /// the takeover fails, the build before stays.
+    /// Replaces the build of a schema by another of its type, between two iterations. The schema keeps its
+    /// state in the hierarchy, its authority and its variables; it keeps its memory if both builds support
+    /// that. If the takeover fails, the previous build stays.
     ///
     /// # Errors
-    /// Every reason why the build cannot take over; nothing has changed then.
+    /// Every reason why the build cannot take over; the schema is then unchanged.
     pub fn replace(
         &self,
         schema: usize,
-        with: &LoadedPlugin,
-        how: ReloadOptions,
+        build: &LoadedPlugin,
+        options: ReloadOptions,
     ) -> Result<PendingReload, Vec<String>> {
-        self.engine.replace(&self.by, schema, with, how)
+        self.engine.replace(&self.by, schema, build, options)
     }
 
     /// Checks whether a build could take over by [`Self::replace`]. Returns the parts of it that would not be
@@ -108,7 +108,7 @@ impl OperatorHandle {
         self.operate(schema, Operator::Force)
     }
 
-    /// Undoes what any operators did to a schema.
+    /// Undoes all actions of operators on a schema.
     ///
     /// # Errors
     /// Why it was refused.
@@ -116,8 +116,8 @@ impl OperatorHandle {
         self.operate(schema, Operator::Release)
     }
 
-    /// Stops everything at once: every root sleeps with everything below it, and every command is neutral. A
-    /// schema inside an iteration can command nothing more in it, even if it is released meanwhile. The stop
+    /// Stops all schemas at once: every root sleeps with everything below it, and every command is neutral. A
+    /// schema inside an iteration can send no more commands in it, even if it is released meanwhile. The stop
     /// lasts until [`Self::release_all`], or until operators have played or released the roots one by one.
     ///
     /// # Errors
@@ -135,8 +135,8 @@ impl OperatorHandle {
         self.engine.release_all(&self.by)
     }
 
-    /// Undoes what this operator did to a schema, unless another operator has done it anew: the end of a
-    /// lease. Actions of other operators stay in force.
+    /// Undoes the actions of this operator on a schema, unless another operator has repeated them: the end of
+    /// a lease. Actions of other operators stay in force.
     ///
     /// # Errors
     /// Why it was refused.
@@ -183,7 +183,7 @@ mod tests {
     use super::printable_name;
 
     #[test]
-    fn r14_an_operator_has_a_name_that_a_terminal_can_bear() {
+    fn r14_the_name_of_an_operator_is_printable() {
         assert_eq!(printable_name(" ana@laptop "), "ana@laptop");
         assert_eq!(printable_name("\u{1b}[2Jana\n"), "?[2Jana");
         assert_eq!(printable_name(""), "somebody");

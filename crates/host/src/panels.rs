@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 use jde_panel::{Gesture, List, MAX_RATE, PanelFrame, Touch};
 
-/// The fewest drawings per second; a viewer that needs fewer registers for each.
+/// The least number of drawings per second. A viewer that needs fewer registers for each drawing.
 const MIN_PANEL_RATE: f64 = 0.01;
-/// Drawing takes at most one part in this many of a schema's time.
+/// The share of a schema's time that drawing may take, as a divisor.
 pub(crate) const DRAWING_SHARE: u32 = 20;
 /// Shown in place of a panel without an instance to draw it.
-const ABSENT_MESSAGE: &str = "it is not there: it failed or was unloaded";
+const ABSENT_MESSAGE: &str = "there is no instance: it failed or was unloaded";
 /// The most gestures that wait for one schema: several seconds of the fastest clicking.
 const MAX_GESTURES: usize = 64;
 
@@ -28,19 +28,19 @@ pub enum PanelError {
     #[error("`{0}` has no panel of its own")]
     NoPanel(String),
     /// The panel takes no gestures.
-    #[error("the panel of `{0}` only shows; nothing on it can be touched")]
+    #[error("the panel of `{0}` is read-only; it cannot be touched")]
     ReadOnly(String),
-    /// The schema has no instance at present.
-    #[error("`{0}` is not there: it failed or was unloaded, and nobody has woken it since")]
+    /// The schema has no instance.
+    #[error("`{0}` has no instance: it failed or was unloaded, and has not been woken since")]
     NoInstance(String),
     /// Too many earlier gestures still wait for the schema.
-    #[error("`{0}` has {MAX_GESTURES} gestures to take up yet; try again")]
+    #[error("`{0}` has {MAX_GESTURES} gestures waiting; try again later")]
     QueueFull(String),
     /// The gesture is invalid.
-    #[error("the gesture is wrong: {0}")]
+    #[error("the gesture is invalid: {0}")]
     InvalidGesture(jde_panel::Broken),
     /// The application replays recorded turns.
-    #[error("a replay of decisions takes the turns of then again; nobody can look or act")]
+    #[error("a replay of decisions repeats recorded turns; panels can be neither viewed nor touched")]
     InReplay,
 }
 
@@ -82,7 +82,7 @@ struct GestureQueue {
     gestures: VecDeque<(String, Gesture)>,
 }
 
-/// The result of [`Panels::put`].
+/// The result of [`Panels::push_gesture`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum GestureOutcome {
     /// The gesture waits for the schema.
@@ -107,7 +107,7 @@ struct DrawingState {
 }
 
 impl Panels {
-    /// Returns the panels of so many schemas, none of which has a panel yet.
+    /// Returns the state of the panels of `schemas` schemas, none of which has a panel yet.
     pub(crate) fn new(schemas: usize) -> Self {
         Self {
             panels: (0..schemas).map(|_| PanelState::default()).collect(),
@@ -118,9 +118,11 @@ impl Panels {
 
     /// Declares whether a schema has a panel, and if so, whether it takes gestures.
     pub(crate) fn declare(&self, schema: usize, panel: Option<bool>) {
-        let easel = &self.panels[schema];
-        easel.exists.store(panel.is_some(), Ordering::Release);
-        easel.touchable.store(panel == Some(true), Ordering::Release);
+        let panel_state = &self.panels[schema];
+        panel_state.exists.store(panel.is_some(), Ordering::Release);
+        panel_state
+            .touchable
+            .store(panel == Some(true), Ordering::Release);
     }
 
     pub(crate) fn has_panel(&self, schema: usize) -> bool {
@@ -139,14 +141,14 @@ impl Panels {
     /// Records that the instance of a schema has ended, and shows this to the viewers. Returns the number of
     /// waiting gestures, which are discarded.
     pub(crate) fn remove_instance(&self, schema: usize, time: Nanos) -> usize {
-        let mut hands = lock(&self.panels[schema].gesture_queue);
-        let was_there = std::mem::replace(&mut hands.has_instance, false);
-        let left = std::mem::take(&mut hands.gestures).len();
-        drop(hands);
-        if was_there && self.requested_interval(schema).is_some() {
+        let mut queue = lock(&self.panels[schema].gesture_queue);
+        let had_instance = std::mem::replace(&mut queue.has_instance, false);
+        let discarded = std::mem::take(&mut queue.gestures).len();
+        drop(queue);
+        if had_instance && self.requested_interval(schema).is_some() {
             self.publish_absence(schema, time);
         }
-        left
+        discarded
     }
 
     pub(crate) fn has_instance(&self, schema: usize) -> bool {
@@ -168,20 +170,20 @@ impl Panels {
         self: &Arc<Self>,
         schema: usize,
         rate: f64,
-        news: DrawingCallback,
+        callback: DrawingCallback,
     ) -> PanelViewGuard {
         let rate = if rate.is_nan() { MIN_PANEL_RATE } else { rate };
         let every = Duration::from_secs_f64(1.0 / rate.clamp(MIN_PANEL_RATE, MAX_RATE));
-        let easel = &self.panels[schema];
-        let mut lookers = lock(&easel.viewers);
-        let id = lookers.next;
-        lookers.next += 1;
-        lookers.all.push((id, every, news));
-        if lookers.all.len() == 1 {
+        let panel_state = &self.panels[schema];
+        let mut viewers = lock(&panel_state.viewers);
+        let id = viewers.next;
+        viewers.next += 1;
+        viewers.all.push((id, every, callback));
+        if viewers.all.len() == 1 {
             self.viewed_count.fetch_add(1, Ordering::AcqRel);
         }
-        easel.update_interval(&lookers);
-        drop(lookers);
+        panel_state.update_interval(&viewers);
+        drop(viewers);
         PanelViewGuard {
             panels: Arc::clone(self),
             schema,
@@ -197,25 +199,29 @@ impl Panels {
 
     /// Publishes a drawing and notifies the viewers.
     pub(crate) fn publish(&self, schema: usize, time: Nanos, took: Duration, list: Result<List, String>) {
-        let easel = &self.panels[schema];
-        let lookers = lock(&easel.viewers);
-        if lookers.all.is_empty() {
+        let panel_state = &self.panels[schema];
+        let viewers = lock(&panel_state.viewers);
+        if viewers.all.is_empty() {
             return;
         }
-        let mut shown = lock(&easel.drawing);
-        shown.sequence += 1;
-        shown.failed += u64::from(list.is_err());
-        shown.newest = Some(Arc::new(PanelFrame {
-            sequence: shown.sequence,
+        let mut drawing = lock(&panel_state.drawing);
+        drawing.sequence += 1;
+        drawing.failed += u64::from(list.is_err());
+        drawing.newest = Some(Arc::new(PanelFrame {
+            sequence: drawing.sequence,
             time,
             took,
-            failed: shown.failed,
+            failed: drawing.failed,
             list,
         }));
-        drop(shown);
-        let news: Vec<DrawingCallback> = lookers.all.iter().map(|(_, _, news)| Arc::clone(news)).collect();
-        drop(lookers);
-        news.iter().for_each(|news| news());
+        drop(drawing);
+        let callbacks: Vec<DrawingCallback> = viewers
+            .all
+            .iter()
+            .map(|(_, _, callback)| Arc::clone(callback))
+            .collect();
+        drop(viewers);
+        callbacks.iter().for_each(|callback| callback());
     }
 
     pub(crate) fn newest(&self, schema: usize) -> Option<Arc<PanelFrame>> {
@@ -226,20 +232,20 @@ impl Panels {
     /// same operator on the same widget, as far as no other gesture follows them: a press takes effect with
     /// the values set before it.
     pub(crate) fn push_gesture(&self, schema: usize, by: &str, gesture: Gesture) -> GestureOutcome {
-        let mut hands = lock(&self.panels[schema].gesture_queue);
-        if !hands.has_instance {
+        let mut queue = lock(&self.panels[schema].gesture_queue);
+        if !queue.has_instance {
             return GestureOutcome::NoInstance;
         }
-        let gestures = &mut hands.gestures;
+        let gestures = &mut queue.gestures;
         if is_movement(&gesture) {
-            let last = gestures.iter().rposition(|(_, old)| !is_supersedable(old));
-            let mut before = last.map_or(0, |last| last + 1);
-            gestures.retain(|(whose, old)| {
-                if before > 0 {
-                    before -= 1;
+            let last = gestures.iter().rposition(|(_, queued)| !is_supersedable(queued));
+            let mut kept = last.map_or(0, |last| last + 1);
+            gestures.retain(|(operator, queued)| {
+                if kept > 0 {
+                    kept -= 1;
                     return true;
                 }
-                whose != by || old.widget != gesture.widget
+                operator != by || queued.widget != gesture.widget
             });
         }
         if gestures.len() >= MAX_GESTURES {
@@ -264,31 +270,31 @@ impl Panels {
 
 impl PanelState {
     /// Sets the drawing interval to the shortest that a viewer requests.
-    fn update_interval(&self, lookers: &Viewers) {
-        let least = lookers
+    fn update_interval(&self, viewers: &Viewers) {
+        let shortest = viewers
             .all
             .iter()
             .map(|(_, every, _)| every.as_nanos() as u64)
             .min();
-        self.interval.store(least.unwrap_or(0), Ordering::Release);
+        self.interval.store(shortest.unwrap_or(0), Ordering::Release);
     }
 }
 
 impl Drop for PanelViewGuard {
     fn drop(&mut self) {
-        let easel = &self.panels.panels[self.schema];
-        let mut lookers = lock(&easel.viewers);
-        lookers.all.retain(|(id, ..)| *id != self.id);
-        easel.update_interval(&lookers);
-        if lookers.all.is_empty() {
+        let panel_state = &self.panels.panels[self.schema];
+        let mut viewers = lock(&panel_state.viewers);
+        viewers.all.retain(|(id, ..)| *id != self.id);
+        panel_state.update_interval(&viewers);
+        if viewers.all.is_empty() {
             self.panels.viewed_count.fetch_sub(1, Ordering::AcqRel);
             // A later viewer must not see an old drawing as if it were live.
-            lock(&easel.drawing).newest = None;
+            lock(&panel_state.drawing).newest = None;
         }
     }
 }
 
-/// When a panel may be drawn again.
+/// The earliest time of the next drawing of a panel.
 #[derive(Default)]
 pub(crate) struct DrawingPace {
     next: Option<Instant>,
@@ -302,8 +308,8 @@ impl DrawingPace {
     }
 
     /// Records a drawing that began at `start` and lasted `took`, at the requested interval `every`. The next
-    /// drawing is on the grid of that interval, so that a schema whose period does not divide it is drawn as
-    /// often as it can be. Drawing never takes more than its [`DRAWING_SHARE`] of the time.
+    /// drawing is on the grid of that interval, so that the mean rate is kept even if the schema's period
+    /// does not divide it. Drawing never takes more than its [`DRAWING_SHARE`] of the time.
     pub(crate) fn record_drawing(&mut self, start: Instant, took: Duration, every: Duration) {
         let grid = self.next.map_or(start + every, |due| due + every);
         let soonest = start + (every / 2).max(took * DRAWING_SHARE);
@@ -334,7 +340,7 @@ mod tests {
     fn a_panel_is_drawn_on_the_grid_of_its_rate() {
         let (start, every) = (Instant::now(), 100 * MS);
         let mut pace = DrawingPace::default();
-        assert_eq!(pace.wait(start), None, "at once, the first time");
+        assert_eq!(pace.wait(start), None, "the first drawing is not delayed");
         pace.record_drawing(start, MS, every);
         assert_eq!(pace.wait(start + 30 * MS), Some(70 * MS));
         // The period is 75 ms: the drawing due at 100 occurs late, at 150, and the one at 225 is on time
@@ -347,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn who_was_held_up_is_not_drawn_twice_in_a_row() {
+    fn a_late_drawing_is_not_followed_by_another_at_once() {
         let (start, every) = (Instant::now(), 100 * MS);
         let mut pace = DrawingPace::default();
         pace.record_drawing(start, MS, every);
@@ -357,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drawing_has_a_twentieth_of_the_time() {
+    fn drawing_takes_at_most_a_twentieth_of_the_time() {
         let (start, every) = (Instant::now(), 100 * MS);
         let mut pace = DrawingPace::default();
         pace.record_drawing(start, 50 * MS, every);

@@ -34,13 +34,13 @@ pub type StartHook = Box<dyn FnOnce(&Handle) -> Result<(), StartHookError>>;
 /// Why a [`StartHook`] function prevents the start.
 pub type StartHookError = Box<dyn std::error::Error + Send + Sync>;
 
-/// How to run an application.
+/// The options for running an application.
 pub struct Options {
-    /// Receive every event, in order.
+    /// The observers, which receive every event in order.
     pub observers: Vec<Box<dyn Observer>>,
     /// Called after all variables are declared and before the first write, so that a watch misses no value.
     pub start_hook: Option<StartHook>,
-    /// The application ends when its time reaches this value, ns.
+    /// The time at which the application ends, ns.
     pub limit: Option<Nanos>,
     /// Seconds of application time per second of machine time; real time only.
     pub speed: f64,
@@ -61,7 +61,7 @@ pub struct Options {
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
     /// A plugin cannot create an instance.
-    #[error("schema `{schema}` (type `{type_name}`) cannot be made: {reason}")]
+    #[error("schema `{schema}` (type `{type_name}`) cannot be created: {reason}")]
     Create {
         /// The instance.
         schema: String,
@@ -77,7 +77,7 @@ pub enum StartError {
     MissingPlugin(String),
     /// A schema requires a process of its own, and [`Options::isolation_program`] is `None`.
     #[error(
-        "schema `{0}` wants a process of its own, and the program that started it offers none; remove its `isolate`"
+        "schema `{0}` requires a process of its own, and the program that started it provides none; remove its `isolate`"
     )]
     NoProgram(String),
     /// The system refused to create a thread.
@@ -152,10 +152,10 @@ impl Running {
             options.transaction_observer,
             options.isolation_program,
         )?;
-        // This thread counts until everything has started, so counted time cannot advance before.
+        // Counted time cannot advance until this thread has started the others.
         engine.clock.register_thread();
         let alarm = Arc::new(Alarm::default());
-        let (crew, bells): (Arc<dyn ThreadExecutor>, Arc<dyn Notifier>) = match executor {
+        let (threads, notifier): (Arc<dyn ThreadExecutor>, Arc<dyn Notifier>) = match executor {
             Executor::Threads => {
                 let threads = Threads::new(&engine, runners, Arc::clone(&alarm))?;
                 (Arc::clone(&threads) as _, threads)
@@ -165,37 +165,36 @@ impl Running {
                 (Arc::clone(&pool) as _, pool)
             }
         };
-        engine.attach(&bells);
+        engine.attach(&notifier);
         mission::watch_mission(&engine);
-        run_start_hook(&engine, options.start_hook).inspect_err(|_| drop(crew.end_all(&engine)))?;
-        let (watched, watched_crew, ears) = (Arc::clone(&engine), Arc::clone(&crew), Arc::clone(&alarm));
-        let watch = move || {
-            supervisor::run_guarded(&watched, || {
-                supervisor::supervise(&watched, &*watched_crew, &ears, options.limit);
+        run_start_hook(&engine, options.start_hook).inspect_err(|_| drop(threads.end_all(&engine)))?;
+        let supervision = (Arc::clone(&engine), Arc::clone(&threads), Arc::clone(&alarm));
+        let supervise = move || {
+            let (engine, threads, alarm) = supervision;
+            supervisor::run_guarded(&engine, || {
+                supervisor::supervise(&engine, &*threads, &alarm, options.limit);
             });
-            watched.clock.unregister_thread();
+            engine.clock.unregister_thread();
         };
         engine.clock.register_thread();
-        let watcher = std::thread::Builder::new()
+        let supervisor = std::thread::Builder::new()
             .name(String::from("supervisor"))
-            .spawn(watch)
-            .inspect_err(|_| drop(crew.end_all(&engine)))?;
+            .spawn(supervise)
+            .inspect_err(|_| drop(threads.end_all(&engine)))?;
         engine.start();
         engine.clock.unregister_thread();
         Ok(Self {
             engine,
-            executor: crew,
+            executor: threads,
             alarm,
-            supervisor: Some(watcher),
+            supervisor: Some(supervisor),
         })
     }
 
     /// Returns a handle for tools.
     #[must_use]
     pub fn handle(&self) -> Handle {
-        Handle {
-            engine: Arc::clone(&self.engine),
-        }
+        Handle::new(&self.engine)
     }
 
     /// Blocks until the application ends, brings it to rest, and returns its outcome.
@@ -206,13 +205,13 @@ impl Running {
     }
 
     fn shut_down(&mut self, outcome: &Outcome) {
-        let Some(watcher) = self.supervisor.take() else {
+        let Some(thread) = self.supervisor.take() else {
             return;
         };
         supervisor::bring_to_rest(&self.engine, &*self.executor);
         self.alarm.stop();
-        // `guarded` has reported a panic of this thread.
-        let _ = watcher.join();
+        // `run_guarded` has reported a panic of this thread.
+        let _ = thread.join();
         self.engine.report(&Event::Ended {
             time: self.engine.clock.now(),
             outcome: outcome.clone(),
@@ -258,18 +257,16 @@ impl Lockstep {
     /// Returns a handle for tools.
     #[must_use]
     pub fn handle(&self) -> Handle {
-        Handle {
-            engine: Arc::clone(&self.engine),
-        }
+        Handle::new(&self.engine)
     }
 
-    /// Runs until virtual time reaches `then`. Returns the outcome if the application ended.
-    pub fn run_until(&mut self, then: Nanos) -> Option<Outcome> {
-        let end = self.limit.map_or(then, |limit| limit.min(then));
+    /// Runs until virtual time reaches `time`. Returns the outcome if the application ended.
+    pub fn run_until(&mut self, time: Nanos) -> Option<Outcome> {
+        let end = self.limit.map_or(time, |limit| limit.min(time));
         if let Some(outcome) = self.executor.run_until(end) {
             return Some(outcome);
         }
-        if self.limit.is_some_and(|limit| limit <= then) {
+        if self.limit.is_some_and(|limit| limit <= time) {
             self.engine.outcome.conclude(Outcome::TimeUp);
         }
         self.engine.outcome.get()
@@ -310,26 +307,26 @@ impl Handle {
         }
     }
 
-    /// The application that runs.
+    /// Returns the application that runs.
     #[must_use]
     pub fn application(&self) -> &Application {
         &self.engine.application
     }
 
-    /// The places of the schemas that a name denotes: the instance of that name, or else all instances of the
-    /// plugin of that name.
+    /// Returns the indices of the schemas that a name denotes: the instance of that name, or else all
+    /// instances of the plugin of that name.
     #[must_use]
     pub fn schema_indices(&self, name: &str) -> Vec<usize> {
         let application = &self.engine.application;
-        if let Some(place) = application.instance(name) {
-            return vec![place];
+        if let Some(index) = application.instance(name) {
+            return vec![index];
         }
         let instances = application.instances.iter().enumerate();
         let of_plugin = instances.filter(|(_, instance)| application.plugins[instance.plugin].name == name);
-        of_plugin.map(|(place, _)| place).collect()
+        of_plugin.map(|(index, _)| index).collect()
     }
 
-    /// The shared variables of the application.
+    /// Returns the shared variables of the application.
     #[must_use]
     pub fn board(&self) -> &Board {
         &self.engine.board
@@ -346,20 +343,20 @@ impl Handle {
             .get(variable)
             .map_err(|error| error.to_string())?;
         let declared = variable.describe();
-        let wanted = T::describe();
-        if !declared.value_type.same_as(&wanted) {
+        let requested = T::describe();
+        if !declared.value_type.same_as(&requested) {
             return Err(format!(
                 "`{}` is a {}, not a {}",
                 declared.full_name(),
                 declared.value_type.name,
-                wanted.name
+                requested.name
             ));
         }
         let mut reader = variable.reader("handle");
         Ok(reader.latch().and_then(|latched| T::from_bytes(latched.bytes)))
     }
 
-    /// Time since the application's start, ns.
+    /// Returns the time since the application's start, ns.
     #[must_use]
     pub fn now(&self) -> Nanos {
         self.engine.clock.now()
@@ -370,13 +367,13 @@ impl Handle {
         self.engine.clock.spend(time);
     }
 
-    /// The present state of every schema and group.
+    /// Returns the current state of every schema and group.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         self.engine.snapshot()
     }
 
-    /// The outcome; `None` while the application runs.
+    /// Returns the outcome; `None` while the application runs.
     #[must_use]
     pub fn outcome(&self) -> Option<Outcome> {
         self.engine.outcome.get()
@@ -387,7 +384,7 @@ impl Handle {
         self.engine.outcome.conclude(Outcome::Stopped);
     }
 
-    /// The places of the schemas that have a panel.
+    /// Returns the indices of the schemas that have a panel.
     #[must_use]
     pub fn panels(&self) -> Vec<usize> {
         let schemas = 0..self.engine.application.instances.len();
@@ -396,11 +393,11 @@ impl Handle {
             .collect()
     }
 
-    /// Has the panel of a schema drawn, at most `rate` times a second and never more often than
+    /// Draws the panel of a schema, at most `rate` times a second and never more often than
     /// [`MAX_RATE`], until the returned value is dropped. An awake schema draws after its iterations and
     /// checks; a sleeping schema is drawn on its own.
     ///
-    /// `news` is called after each drawing, on the schema's thread. If there is no instance to draw the
+    /// `on_drawing` is called after each drawing, on the schema's thread. If there is no instance to draw the
     /// panel, it is called at once, on the caller's thread. It must return at once: it may wake a thread or
     /// send a message.
     ///
@@ -412,13 +409,13 @@ impl Handle {
         &self,
         schema: usize,
         rate: f64,
-        news: impl Fn() + Send + Sync + 'static,
+        on_drawing: impl Fn() + Send + Sync + 'static,
     ) -> Result<PanelViewGuard, PanelError> {
-        self.engine.view_panel(schema, rate, Arc::new(news))
+        self.engine.view_panel(schema, rate, Arc::new(on_drawing))
     }
 
-    /// What the panel of a schema shows, or why it shows nothing; `None` before the first drawing for the
-    /// present viewers.
+    /// Returns what the panel of a schema shows, or why it shows nothing; `None` before the first drawing for
+    /// the current viewers.
     #[must_use]
     pub fn panel(&self, schema: usize) -> Option<Arc<PanelFrame>> {
         self.engine.panels.newest(schema)
@@ -436,7 +433,7 @@ impl Handle {
         self.engine.queue_gesture(&printable_name(by), schema, gesture)
     }
 
-    /// The actions of an operator (R14). `by` names the operator in a word or two, such as "ana@laptop".
+    /// Returns the actions of an operator (R14). `by` is the name of the operator, such as "ana@laptop".
     #[must_use]
     pub fn operator(&self, by: &str) -> OperatorHandle {
         OperatorHandle::new(&self.engine, by)
@@ -447,10 +444,7 @@ fn run_start_hook(engine: &Arc<Engine>, before_start: Option<StartHook>) -> Resu
     let Some(before_start) = before_start else {
         return Ok(());
     };
-    let handle = Handle {
-        engine: Arc::clone(engine),
-    };
-    before_start(&handle).map_err(StartError::HookFailed)
+    before_start(&Handle::new(engine)).map_err(StartError::HookFailed)
 }
 
 fn prepare(
@@ -459,20 +453,27 @@ fn prepare(
     clock: Clock,
     observers: Vec<Box<dyn Observer>>,
     on_turn: Option<OnTurn>,
-    witness: Option<Box<dyn TransactionObserver>>,
-    apart: Option<Program>,
+    transaction_observer: Option<Box<dyn TransactionObserver>>,
+    isolation_program: Option<Program>,
 ) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
     let instances = application.instances.iter();
-    if apart.is_none()
-        && let Some(wants) = instances.clone().find(|instance| instance.isolate.is_some())
+    if isolation_program.is_none()
+        && let Some(isolated) = instances.clone().find(|instance| instance.isolate.is_some())
     {
-        return Err(StartError::NoProgram(wants.name.clone()));
+        return Err(StartError::NoProgram(isolated.name.clone()));
     }
     let builds = instances
         .map(|instance| original_build(&application, plugins, instance))
         .collect::<Result<Vec<_>, StartError>>()?;
-    let (engine, ports) =
-        Engine::new(application, clock, observers, on_turn, witness, apart).map_err(StartError::Wiring)?;
+    let (engine, ports) = Engine::new(
+        application,
+        clock,
+        observers,
+        on_turn,
+        transaction_observer,
+        isolation_program,
+    )
+    .map_err(StartError::Wiring)?;
     let mut runners = Vec::with_capacity(builds.len());
     for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
         let mut runner = Runner::new(&engine, number, build, ports);

@@ -7,7 +7,7 @@ use jde_core::{Effect, Hierarchy, Nanos, SchemaId};
 /// the application.
 pub trait TransactionObserver: Send {
     /// Receives a transaction whose effects have just been carried out.
-    fn on_transaction(&mut self, seen: &Transaction<'_>);
+    fn on_transaction(&mut self, transaction: &Transaction<'_>);
 }
 
 /// A transaction of the rules.
@@ -30,7 +30,7 @@ pub struct Transaction<'a> {
 pub enum TransactionInput {
     /// An iteration began.
     IterationBegan(SchemaId),
-    /// An iteration ended in any way, or is no longer waited for.
+    /// An iteration ended in any way, or is no longer expected.
     IterationEnded(SchemaId),
     /// The application ends.
     Shutdown,

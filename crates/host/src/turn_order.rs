@@ -1,5 +1,5 @@
 //! The order in which schemas take turns that are due at the same instant: one after another in lockstep,
-//! slightly staggered in real time. It schedules nothing and knows no other rule.
+//! slightly staggered in real time. It schedules nothing.
 
 use std::time::Duration;
 
@@ -66,7 +66,7 @@ mod tests {
     const MS: u64 = 1_000_000;
 
     #[test]
-    fn r11_who_comes_later_is_due_a_step_later() {
+    fn r11_each_instance_is_due_one_step_after_the_one_before_it() {
         assert_eq!(
             spread_staggers(&[2, 0, 3, 1], 50 * MS, MS),
             [2 * MS, 0, 3 * MS, MS]
@@ -75,11 +75,11 @@ mod tests {
     }
 
     #[test]
-    fn r11_many_share_the_shortest_period_evenly() {
+    fn r11_the_staggers_of_many_instances_divide_the_shortest_period_evenly() {
         let order: Vec<usize> = (0..100).collect();
         let early = spread_staggers(&order, 10 * MS, MS);
         assert!(
-            early.windows(2).all(|two| two[0] - two[1] == MS / 10),
+            early.windows(2).all(|pair| pair[0] - pair[1] == MS / 10),
             "{early:?}"
         );
         assert!(early.iter().all(|early| *early < 10 * MS));

@@ -16,15 +16,15 @@ use jde_records::event::{Event, Outcome};
 
 use common::{Call, Executor, LIVE, MS, Scenario, TestApp, in_real_time};
 
-static ALONE: Mutex<()> = Mutex::new(());
+static SEQUENTIAL: Mutex<()> = Mutex::new(());
 
 fn run_alone() -> MutexGuard<'static, ()> {
-    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+    SEQUENTIAL.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Returns the resident memory of this process, bytes.
 fn resident() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").expect("this is Linux");
+    let status = std::fs::read_to_string("/proc/self/status").expect("/proc is readable");
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
     let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
     kilobytes.expect("a number of kB") << 10
@@ -32,7 +32,7 @@ fn resident() -> u64 {
 
 fn threads() -> usize {
     std::fs::read_dir("/proc/self/task")
-        .expect("this is Linux")
+        .expect("/proc is readable")
         .count()
 }
 
@@ -101,28 +101,31 @@ fn scenario() -> Arc<Scenario> {
 
 #[test]
 fn two_hours_of_virtual_time_take_no_more_memory_than_ten_minutes() {
-    let _alone = run_alone();
+    let _guard = run_alone();
     let scenario = scenario();
     let mut app = TestApp::start(Executor::Lockstep, &scenario, APP);
     assert_eq!(app.advance(600_000 * MS), None);
     let warm = resident();
     assert_eq!(app.advance(7_200_000 * MS), None);
     let grown = resident().saturating_sub(warm);
-    assert!(app.group("father/base").switches > 10_000, "it was not idle");
+    assert!(
+        app.group("father/base").switches > 10_000,
+        "the winners alternate"
+    );
     assert_eq!(app.schema("father").faults + app.schema("left").faults, 0);
     // If each selection leaked 100 bytes, 100 000 selections would leak ten times this limit.
-    assert!(grown < 1 << 20, "{} kB", grown >> 10);
+    assert!(grown < 1 << 20, "the memory grew by {} kB", grown >> 10);
     app.stop();
     scenario.close();
 }
 
 #[test]
 fn a_thousand_reloads_of_the_same_build_take_no_more_memory() {
-    let _alone = run_alone();
+    let _guard = run_alone();
     let scenario = scenario();
     let mut app = TestApp::start(Executor::Lockstep, &scenario, APP);
     let plugins = common::plugins();
-    let build = plugins.load("test", &[]).expect("it is linked in");
+    let build = plugins.load("test", &[]).expect("the test plugin is linked in");
     let (father, operator) = (app.index("father"), app.operator());
     let reload_once = |app: &mut TestApp| {
         let reload = operator
@@ -138,7 +141,7 @@ fn a_thousand_reloads_of_the_same_build_take_no_more_memory() {
     assert_eq!(app.schema("father").faults, 0);
     assert_eq!(LIVE.get(), live, "every replaced instance has ended");
     // Any other leak of a reload would add up to some hundred kilobytes.
-    assert!(grown < 1 << 20, "{} kB", grown >> 10);
+    assert!(grown < 1 << 20, "the memory grew by {} kB", grown >> 10);
     app.stop();
     scenario.close();
 }
@@ -159,7 +162,7 @@ fn a_pool_that_starts_and_stops_leaks_nothing() {
 }
 
 fn leaks_nothing(executor: Executor) {
-    let _alone = run_alone();
+    let _guard = run_alone();
     let run = || {
         let scenario = scenario();
         let options = Options {
@@ -189,17 +192,17 @@ fn leaks_nothing(executor: Executor) {
     );
     let grown = resident().saturating_sub(warm);
     // An application and its board take some hundred kilobytes: a leak of a tenth of that would fail.
-    assert!(grown < 4 << 20, "{} kB", grown >> 10);
+    assert!(grown < 4 << 20, "the memory grew by {} kB", grown >> 10);
 }
 
 #[test]
 fn an_open_file_is_counted_while_it_is_open() {
-    let _alone = run_alone();
+    let _guard = run_alone();
     let before = ResourceUsage::now();
     let files: Vec<_> = (0..200).map(|_| File::open("/proc/self/stat").unwrap()).collect();
-    let with = ResourceUsage::now();
-    assert_eq!(with.files, before.files + files.len() as u64);
-    assert!(with.memory > 100_000, "{with}");
+    let during = ResourceUsage::now();
+    assert_eq!(during.files, before.files + files.len() as u64);
+    assert!(during.memory > 100_000, "{during}");
     drop(files);
     assert_eq!(ResourceUsage::now().files, before.files);
 }
@@ -224,19 +227,19 @@ const HANGS: &str = r#"
 fn at_most_four_hung_instances_of_a_schema_are_abandoned(executor: Executor) {
     /// Files that each hung call opens: many more than all other code opens in the meantime.
     const FILES: usize = 120;
-    let _alone = run_alone();
+    let _guard = run_alone();
     let scenario = Scenario::new();
-    let (release, held) = mpsc::channel::<()>();
-    let held = Arc::new(Mutex::new(held));
+    let (release, released) = mpsc::channel::<()>();
+    let released = Arc::new(Mutex::new(released));
     scenario.on_call("low", move |call, io| {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => {
-                let held = Arc::clone(&held);
+                let released = Arc::clone(&released);
                 io.then(move |_| {
                     let files: Vec<_> = (0..FILES).map(|_| File::open("/dev/null").unwrap()).collect();
                     // An error means that the sender was dropped.
-                    let _ = held.lock().unwrap().recv();
+                    let _ = released.lock().unwrap().recv();
                     drop(files);
                 });
             }

@@ -1,5 +1,5 @@
-//! The first message to a child: what to load, its ports and its limits; and the files of the memory that it
-//! may map.
+//! The first message to a child: the type to load, its ports and its limits; and the files of the memory that
+//! it may map.
 
 use std::io::{self, IoSlice, IoSliceMut};
 use std::os::fd::{AsFd, OwnedFd};
@@ -29,14 +29,14 @@ pub struct Launch {
     pub real_time: bool,
     /// Its ports, in order.
     pub ports: Vec<PortInfo>,
-    /// What the child may use.
+    /// The limits on its resources.
     pub limits: Isolation,
 }
 
-/// What a child is given about a port.
+/// The description of a port for a child.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct PortInfo {
-    /// It is bound to a variable that it writes.
+    /// Whether it is bound to a variable that it writes.
     pub writes: bool,
     /// Bytes of a value; 0 for an unbound port.
     pub bytes: usize,
@@ -49,7 +49,7 @@ const WITH_FILE: u8 = 1;
 /// This byte ends the files.
 const END_OF_FILES: u8 = 0;
 
-/// Sends files. Each is open in the receiver afterwards.
+/// Sends open files; the receiver gets a descriptor of each.
 pub fn send_files(stream: &UnixStream, files: &[OwnedFd]) -> io::Result<()> {
     for file in files {
         let mut space = [std::mem::MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];

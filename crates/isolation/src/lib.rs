@@ -2,21 +2,21 @@
 //! cannot break.
 //!
 //! The host owns everything that is shared. It reads, loans and publishes for the schema, on the schema's
-//! own thread, as if the plugin ran there. So authority, latching, records and triggers work as for any
+//! own thread, as if the plugin ran on it. So authority, latching, records and triggers work as for any
 //! schema, and a process that dies at any instruction holds no resource of the host. Each request of
 //! the plugin is one message. Large values are not sent: their memory is mapped in both processes, read-only
-//! where it is only read (`jde_board::Shared`).
+//! in a process that does not write it (`jde_board::Shared`).
 //!
 //! ```text
 //! host, schema's thread            child
 //!   Process ─ call ──────────────►  serve ── plugin's function
-//!   Call  ◄── read, publish, … ───  table ◄─ host's table
+//!   Wire  ◄── read, publish, … ───  table ◄─ host's table
 //!   Process ◄─ done ──────────────
 //!   Process: a thread that starts the child, waits for its end and reports it to the rules
 //! ```
-//! A schema has one child process, or two while a build of it is on probation: the other sleeps until the end
-//! of the probation. `limits` restricts what a child may use. The restart policy
-//! decides what follows a death.
+//! A schema has one child process, or two while a build of it is on trial: the other sleeps until the end of
+//! the trial. `limits` restricts the resources of a child. After a death the
+//! restart policy applies.
 
 mod inspect;
 pub mod launch;
@@ -59,7 +59,7 @@ pub struct ProcessConfig {
 /// The functions to run: the location of a plugin, and the index of a type in it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TypeLocation {
-    /// Where the plugin is.
+    /// The location of the plugin.
     pub plugin: PluginLocation,
     /// The index of the type in its plugin.
     pub number: usize,

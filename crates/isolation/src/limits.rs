@@ -1,4 +1,4 @@
-//! Limits on what a child may use, as far as the system supports them. The child limits itself, after its
+//! Limits on the resources of a child, as far as the system supports them. The child limits itself, after its
 //! plugin is loaded and before any of the plugin's functions runs. No limit can be removed later, except that
 //! of processor time, which each call renews.
 
@@ -51,7 +51,7 @@ pub(crate) fn renew(limits: Isolation) {
     }
 }
 
-/// Limits the heap, stacks and other private memory; not shared memory, nor mapped files.
+/// Limits the heap, stacks and other private memory, but neither shared memory nor mapped files.
 fn limit_memory(bytes: u64) -> Result<(), String> {
     let limit = Rlimit {
         current: Some(bytes),
@@ -60,8 +60,8 @@ fn limit_memory(bytes: u64) -> Result<(), String> {
     setrlimit(Resource::Data, limit).map_err(|error| error.to_string())
 }
 
-/// The kernel counts whole seconds since the process began, so the limit is counted from the time used until
-/// now.
+/// Limits the processor time from now on. The kernel counts whole seconds since the process began, so the
+/// time used until now is added.
 fn limit_cpu(seconds: u64) -> Result<(), String> {
     let used = clock_gettime(ClockId::ProcessCPUTime);
     let used = used.tv_sec as u64 + u64::from(used.tv_nsec > 0);
@@ -72,7 +72,7 @@ fn limit_cpu(seconds: u64) -> Result<(), String> {
     setrlimit(Resource::Cpu, limit).map_err(|error| error.to_string())
 }
 
-/// No file can be opened for writing, created, moved or removed, except `/dev/null`.
+/// Prevents that files are opened for writing, created, moved or removed, except `/dev/null`.
 fn forbid_writing() -> Result<(), String> {
     // Version 3 of the kernel's interface covers all ways to change a file.
     let writing = AccessFs::from_write(ABI::V3);
@@ -100,7 +100,7 @@ fn forbid_writing() -> Result<(), String> {
     }
 }
 
-/// No socket can be created except Unix sockets, and no `io_uring`, which could create one without the
+/// Prevents that sockets are created except Unix sockets, and `io_uring`, which could create one without the
 /// filter.
 fn forbid_network() -> Result<(), String> {
     let filter = || -> Result<BpfProgram, seccompiler::BackendError> {

@@ -17,12 +17,12 @@ pub(crate) struct IsolatedPort {
     buffer: Vec<u128>,
     /// Whether `buffer` is loaned.
     loaned: bool,
-    /// The sample that it returned, and the release since when.
+    /// The sample that it returned, and the release since which it is valid.
     cached: Option<(u64, raw::Sample)>,
 }
 
 impl IsolatedPort {
-    /// All ports, with the files of those that have shared memory.
+    /// Opens all ports. `files` are the files of those that have shared memory.
     pub(crate) fn open_all(infos: &[PortInfo], files: Vec<OwnedFd>) -> std::io::Result<Vec<Self>> {
         let mut files = files.into_iter();
         let port = |info: &PortInfo| {
@@ -44,7 +44,7 @@ impl IsolatedPort {
         infos.iter().map(port).collect()
     }
 
-    /// The sample that it has returned since that release, if any.
+    /// Returns the sample that it has returned since that release, if there is one.
     pub(crate) fn cached(&self, release: u64) -> Option<raw::Sample> {
         let (_, sample) = self.cached.as_ref().filter(|(since, _)| *since == release)?;
         Some(copy_sample(sample))
@@ -72,7 +72,8 @@ impl IsolatedPort {
         Some(sample)
     }
 
-    /// Memory for a value that is sent with its publication; `None` if the host must provide the memory.
+    /// Returns memory for a value that is sent with its publication; `None` if the host must provide the
+    /// memory.
     pub(crate) fn loan(&mut self) -> Option<*mut u8> {
         if !self.info.writes || self.mapped.is_some() {
             return None;
@@ -82,7 +83,7 @@ impl IsolatedPort {
         Some(self.buffer(bytes).as_mut_ptr())
     }
 
-    /// The memory that the host loaned, shared or in the child.
+    /// Returns the memory that the host loaned, shared or in the child.
     pub(crate) fn loan_from(&mut self, reply: &Frame) -> Option<*mut u8> {
         if reply.flags & IN_PLACE != 0 {
             return self.address_of(reply);
@@ -92,7 +93,8 @@ impl IsolatedPort {
         Some(self.buffer(bytes).as_mut_ptr())
     }
 
-    /// The value to send with its publication; empty if it is in shared memory, or no value was loaned.
+    /// Returns the value to send with its publication; empty if it is in shared memory, or no value was
+    /// loaned.
     pub(crate) fn take_loan(&mut self) -> Vec<u8> {
         if !std::mem::take(&mut self.loaned) {
             return Vec::new();
@@ -106,7 +108,7 @@ impl IsolatedPort {
         self.loaned = false;
     }
 
-    /// The address of a value at the offset that the host gives.
+    /// Returns the address of a value at the offset that the host gives.
     fn address_of(&self, reply: &Frame) -> Option<*mut u8> {
         let offset = usize::try_from(reply.words[2]).ok()?;
         self.mapped.as_ref()?.at(offset, self.info.bytes)
@@ -121,7 +123,7 @@ impl IsolatedPort {
     }
 }
 
-/// A copy, because a plugin may change the sample that it was given.
+/// Copies a sample, because a plugin may change the one that it receives.
 fn copy_sample(sample: &raw::Sample) -> raw::Sample {
     let raw::Sample {
         data,

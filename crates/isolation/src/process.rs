@@ -41,11 +41,11 @@ pub struct Process {
 
 #[derive(Default)]
 struct ProcessState {
-    /// A call is in progress, whose caller notices a death.
+    /// Whether a call is in progress, whose caller detects a death.
     calling: bool,
-    /// The process is meant to end.
+    /// Whether the process is expected to end.
     ending: bool,
-    /// Its death was reported to the rules, or is about to be.
+    /// Whether its death was reported to the rules, or is about to be.
     is_reported: bool,
     /// Why the host killed it.
     kill_reason: Option<String>,
@@ -54,7 +54,7 @@ struct ProcessState {
 }
 
 impl ProcessTable {
-    /// The table of an application with that many instances.
+    /// Returns the table of an application with that many instances.
     pub fn new(instances: usize, program: Option<Program>) -> Self {
         Self {
             program,
@@ -62,7 +62,7 @@ impl ProcessTable {
         }
     }
 
-    /// The program that runs the processes, if there is one.
+    /// Returns the program that runs the processes, if there is one.
     pub fn program(&self) -> Option<&Program> {
         self.program.as_ref()
     }
@@ -79,7 +79,7 @@ impl ProcessTable {
         lock(&self.by_instance[instance]).retain(|other| !Arc::ptr_eq(other, process));
     }
 
-    /// Whether no other process of the instance was called since.
+    /// Whether no other process of the instance was called after this one.
     pub fn is_current(&self, instance: usize, process: &Arc<Process>) -> bool {
         self.current(instance)
             .is_some_and(|current| Arc::ptr_eq(&current, process))
@@ -100,12 +100,12 @@ impl ProcessTable {
             .is_some_and(|process| process.claim_death_report())
     }
 
-    /// Whether an instance has a process. If so, no call of it blocks a thread for ever.
+    /// Whether an instance has a process. If so, no call of it blocks a thread forever.
     pub fn has_process(&self, instance: usize) -> bool {
         self.current(instance).is_some()
     }
 
-    /// The process number of an instance, if it has a process.
+    /// Returns the process number of an instance, if it has a process.
     pub fn pid(&self, instance: usize) -> Option<u32> {
         self.current(instance).map(|process| process.pid)
     }
@@ -262,17 +262,17 @@ impl Process {
         }
         let waiter = lock(&self.waiter).take();
         if let Some(waiter) = waiter.filter(|waiter| waiter.thread().id() != std::thread::current().id()) {
-            // The thread does not panic; if it did, there would be nothing to do.
+            // The thread does not panic, and a panic would need no handling.
             drop(waiter.join());
         }
     }
 
     fn is_dead_within(&self, time: Duration) -> bool {
-        let alive = |state: &mut ProcessState| state.death_cause.is_none();
+        let is_alive = |state: &mut ProcessState| state.death_cause.is_none();
         let state = self.state();
         let (state, _) = self
             .changed
-            .wait_timeout_while(state, time, alive)
+            .wait_timeout_while(state, time, is_alive)
             .unwrap_or_else(PoisonError::into_inner);
         state.death_cause.is_some()
     }

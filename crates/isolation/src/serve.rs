@@ -72,9 +72,9 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
             return session.finish_call(failed()).map_err(ServeError::NoHost);
         }
     };
-    let not_limited = limits::apply(launch.limits);
+    let unset_limits = limits::apply(launch.limits);
     let done = Frame {
-        bytes: jde_panel::encode(&not_limited),
+        bytes: jde_panel::encode(&unset_limits),
         ..Frame::new(FrameKind::Done)
     };
     session.finish_call(done).map_err(ServeError::NoHost)?;
@@ -82,7 +82,8 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
     Ok(())
 }
 
-/// The stream to the host and the files of shared memory. From now on this process ends with its host.
+/// Returns the stream to the host and the files of shared memory. From now on this process ends with its
+/// host.
 fn connect_to_host() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);

@@ -1,5 +1,5 @@
-//! The host's table in a child: requests of the plugin go to the host, except those that the present call can
-//! serve by itself.
+//! The host's table in a child: requests of the plugin go to the host, except those that the state of the
+//! current call can serve.
 //!
 //! A panic in this module is a defect of the host. It aborts the child, and the host reports that.
 
@@ -27,13 +27,13 @@ pub(crate) struct Session {
     pub(crate) call: CallState,
 }
 
-/// What the present call provides.
+/// The state of the current call.
 #[derive(Default)]
 pub(crate) struct CallState {
     /// The application's time when the call was sent, and the machine's.
     now: u64,
     machine: u64,
-    /// Seconds of the application in a second of the machine; 0 where time stands still during calls.
+    /// Seconds of the application in a second of the machine; 0 if calls take no time.
     speed: f64,
     /// The release of the ports in which the call runs.
     release: u64,
@@ -67,7 +67,7 @@ pub(crate) static HOST: Host = Host {
 };
 
 impl CallState {
-    /// The state at the start of a call.
+    /// Returns the state at the start of a call.
     pub(crate) fn of(frame: &Frame) -> Self {
         let [now, machine, speed, release] = frame.words;
         Self {
@@ -80,7 +80,7 @@ impl CallState {
         }
     }
 
-    /// The application's time.
+    /// Returns the application's time.
     pub(crate) fn now(&self) -> u64 {
         let passed = machine_time().saturating_sub(self.machine);
         self.now + (passed as f64 * self.speed) as u64
@@ -96,7 +96,7 @@ impl Session {
         self.wire.send(&Frame { words, ..done })
     }
 
-    /// The context for the functions of an instance that was created with [`HOST`].
+    /// Returns the context for the functions of an instance that was created with [`HOST`].
     pub(crate) fn context(&mut self) -> PluginContext<'_> {
         // SAFETY: the functions of `HOST` expect a session behind their context.
         unsafe { PluginContext::new(self) }
@@ -175,18 +175,18 @@ impl Session {
     }
 }
 
-/// Ends the process because the host is gone in the middle of a call. It sends itself a signal, because exit
-/// handlers belong to the plugin, which is inside a call.
+/// Ends the process because the connection to the host broke during a call. It sends itself a signal, because
+/// exit handlers would run code of the plugin, which is inside a call.
 fn kill_self() -> ! {
     use rustix::process::{Signal, getpid, kill_process};
     let _ = kill_process(getpid(), Signal::KILL);
     std::process::abort()
 }
 
-/// The session of a context.
+/// Returns the session behind a context.
 ///
 /// # Safety
-/// `context` is the one given to the present call of the instance, on this thread.
+/// `context` is the one given to the current call of the instance, on this thread.
 unsafe fn session<'a>(context: *mut Context) -> &'a mut Session {
     // SAFETY: by the contract of `Host` the context is that of `Session::context`, and nothing else uses it
     // meanwhile.

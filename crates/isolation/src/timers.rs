@@ -1,4 +1,4 @@
-//! The machine's time, and how exactly a thread waits for it.
+//! The machine's time, and the precision with which a thread waits for it.
 
 use rustix::time::{ClockId, clock_gettime};
 
@@ -10,7 +10,7 @@ pub fn sharpen_timers() {
     }
 }
 
-/// The machine's monotonic clock, the same in every process, ns.
+/// Returns the time of the machine's monotonic clock, the same in every process, ns.
 pub fn machine_time() -> u64 {
     let time = clock_gettime(ClockId::Monotonic);
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64

@@ -8,16 +8,16 @@ use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-/// Bytes of a head.
+/// The size of a head, bytes.
 const HEAD: usize = 56;
-/// Most bytes after a head: more than any value or panel has, and harmless to allocate.
+/// The most bytes after a head: more than any value or panel has, and harmless to allocate.
 const MAX_BYTES: u64 = 256 << 20;
 
 /// The kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
-    /// The first message: what to load, its ports and its limits. The host sends this and the calls below,
-    /// and the child replies to each with [`Self::Done`].
+    /// The first message: the type to load, its ports and its limits. The host sends this and the calls
+    /// below, and the child replies to each with [`Self::Done`].
     Start,
     /// Call: create an instance.
     Create,
@@ -106,7 +106,7 @@ pub const CHANGES_NOTHING: u32 = 2;
 /// One message. The meaning of numbers and words is defined where a kind is built.
 #[derive(Debug)]
 pub struct Frame {
-    /// What it is.
+    /// Its kind.
     pub kind: FrameKind,
     /// A port, a role or a version.
     pub number: u32,
@@ -128,7 +128,7 @@ pub struct Wire {
 }
 
 impl Frame {
-    /// An empty message.
+    /// Returns an empty message.
     pub fn new(kind: FrameKind) -> Self {
         Self {
             kind,
@@ -142,7 +142,7 @@ impl Frame {
 }
 
 impl Wire {
-    /// One end of `stream`.
+    /// Wraps one end of a stream.
     pub fn new(stream: UnixStream) -> Self {
         Self {
             stream: BufReader::new(stream),
@@ -150,14 +150,14 @@ impl Wire {
         }
     }
 
-    /// Sets how long to wait for the other end, for reading and writing; for ever without a value.
+    /// Sets how long reads and writes wait for the other end; without a limit if `timeout` is `None`.
     pub fn set_timeout(&self, timeout: Option<Duration>) -> io::Result<()> {
         let stream = self.stream.get_ref();
         stream.set_read_timeout(timeout)?;
         stream.set_write_timeout(timeout)
     }
 
-    /// Shuts the stream down, so that the other end sees its end.
+    /// Shuts the stream down, so that the other end detects its end.
     pub fn close(&self) {
         // Fails only if the other end is gone already.
         drop(self.stream.get_ref().shutdown(Shutdown::Both));
@@ -176,7 +176,7 @@ impl Wire {
         self.stream.get_mut().write_all(&self.output)
     }
 
-    /// The next frame.
+    /// Receives the next frame.
     ///
     /// # Errors
     /// Errors of the system; `UnexpectedEof` if the other end is gone; `InvalidData` if the bytes are not

@@ -7,7 +7,7 @@ pub struct AlignedBytes {
 }
 
 impl AlignedBytes {
-    /// A copy of these bytes.
+    /// Returns a copy of these bytes.
     pub fn new(bytes: &[u8]) -> Self {
         let mut words = vec![0_u128; bytes.len().div_ceil(16)];
         for (word, chunk) in words.iter_mut().zip(bytes.chunks(16)) {
@@ -21,12 +21,12 @@ impl AlignedBytes {
         }
     }
 
-    /// The bytes.
+    /// Returns the bytes.
     pub fn bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.words)[..self.bytes]
     }
 
-    /// The bytes, mutably.
+    /// Returns the bytes for writing.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut bytemuck::cast_slice_mut(&mut self.words)[..self.bytes]
     }

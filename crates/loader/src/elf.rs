@@ -1,5 +1,5 @@
 //! Checks a library's file before the system's loader maps it. A truncated or foreign file would otherwise
-//! end the process with a signal, and a wrong library would run its constructors. Reads only; loads nothing.
+//! end the process with a signal, and a wrong library would run its constructors. It loads nothing.
 
 use std::fs::File;
 
@@ -8,10 +8,10 @@ use object::elf::{ET_DYN, FileHeader64, PT_LOAD, SHT_DYNSYM, SHT_NOBITS};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, Sym};
 use object::read::{ReadCache, ReadRef};
 
-/// The parts of a file that are read: few, whatever its size.
+/// A file of which only the needed parts are read.
 pub(super) type ElfFile = ReadCache<File>;
 
-/// Bytes of a symbol that are read: the magic number of a plugin and its version.
+/// The number of bytes of a symbol that are read: the magic number of a plugin and its version.
 const HEAD: usize = 16;
 
 /// Checks that a file is a complete shared library for this machine.

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SchemaFunctions;
 
-/// Longest text that is accepted from a plugin, bytes.
+/// The longest text that is accepted from a plugin, bytes.
 const MAX_TEXT_BYTES: u64 = 64 << 10;
 
 /// An instance that was created in this process.
@@ -35,13 +35,13 @@ unsafe impl Send for InProcessInstance {}
 /// An arbitration query to a father.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct ArbitrationQuery {
-    /// Numbered as in the ABI.
+    /// The case, as the ABI numbers it.
     pub case: u32,
     /// The name of the group within the father.
     pub group: String,
     /// The competing children.
     pub candidates: Vec<CandidateChild>,
-    /// The role of the present winner, if it is one of the father's.
+    /// The role of the current winner, if it is one of the father's.
     pub winner: Option<u32>,
 }
 
@@ -50,7 +50,7 @@ pub struct ArbitrationQuery {
 pub struct CandidateChild {
     /// Its role.
     pub child: u32,
-    /// Numbered as in the ABI.
+    /// Its state, as the ABI numbers it.
     pub state: u32,
     /// Whether its precondition holds.
     pub ready: bool,
@@ -76,18 +76,18 @@ pub struct SavedMemory {
     pub bytes: Vec<u8>,
 }
 
-/// A type's functions for saving and restoring memory, if it has them.
+/// Returns a type's functions for saving and restoring memory, if it has them.
 ///
 /// # Errors
 /// Why they cannot be used.
 pub fn memory_of(table: &raw::Schema) -> Result<Option<raw::State>, String> {
     // SAFETY: the table was checked when its plugin was loaded.
     let state = unsafe { state::of(table) };
-    state.map_err(|wrong| format!("its ability `{}` cannot be used: {wrong}", raw::ABILITY_STATE))
+    state.map_err(|error| format!("its ability `{}` cannot be used: {error}", raw::ABILITY_STATE))
 }
 
 /// The context that a plugin passes back to the host's table. It is borrowed for the call, and nothing else
-/// uses it meanwhile.
+/// uses it during the call.
 pub struct PluginContext<'c> {
     context: *mut Context,
     call: PhantomData<&'c mut ()>,
@@ -127,7 +127,7 @@ impl InProcessInstance {
         })
     }
 
-    /// Wakes the instance up; it returns a status of the ABI, as the calls below do.
+    /// Wakes the instance up.
     pub fn awake(&mut self, context: PluginContext<'_>) -> i32 {
         match self.table.awake {
             // SAFETY: `this` came from this table's create; the context lives for the call.
@@ -136,7 +136,7 @@ impl InProcessInstance {
         }
     }
 
-    /// Also returns whether the precondition is true, and the urgency.
+    /// Evaluates the precondition. Also returns whether it is true, and the urgency.
     pub fn check(&mut self, context: PluginContext<'_>) -> (i32, bool, f64) {
         let mut out = raw::Precondition {
             size: size_of::<raw::Precondition>() as u32,
@@ -161,7 +161,7 @@ impl InProcessInstance {
         unsafe { iterate(self.this.as_ptr(), context.context) }
     }
 
-    /// Calls a father's arbitration; returns the verdict with the status.
+    /// Calls a father's arbitration. Also returns the verdict.
     pub fn arbitrate(&mut self, context: PluginContext<'_>, query: &ArbitrationQuery) -> (i32, Verdict) {
         let Some(arbitrate) = self.table.arbitrate else {
             return (raw::FAILED, Verdict::default());
@@ -205,7 +205,7 @@ impl InProcessInstance {
         }
     }
 
-    /// Also returns the drawing.
+    /// Draws the panel. Also returns the drawing.
     pub fn draw(&mut self, context: PluginContext<'_>, time: u64) -> (i32, Result<List, String>) {
         let Some(draw) = self.panel.and_then(|panel| panel.draw) else {
             return (raw::FAILED, Err(String::from("it has no panel")));
@@ -228,7 +228,7 @@ impl InProcessInstance {
         })
     }
 
-    /// Also returns the saved bytes.
+    /// Saves the memory. Also returns the saved bytes.
     pub fn save(&mut self, context: PluginContext<'_>) -> (i32, Result<Vec<u8>, String>) {
         let Some(save) = self.state.and_then(|state| state.save) else {
             return (raw::FAILED, Err(String::from("it saves no memory")));
@@ -237,10 +237,10 @@ impl InProcessInstance {
             // SAFETY: as in `awake`; the saver lives for the call.
             unsafe { save(self.this.as_ptr(), context.context, saver) }
         });
-        (status, saved.map_err(|too_many| too_many.to_string()))
+        (status, saved.map_err(|error| error.to_string()))
     }
 
-    /// Restores what another build saved.
+    /// Restores the memory that another build saved.
     pub fn restore(&mut self, context: PluginContext<'_>, saved: &SavedMemory) -> i32 {
         let Some(restore) = self.state.and_then(|state| state.restore) else {
             return raw::FAILED;
@@ -296,13 +296,13 @@ impl CandidateChild {
     }
 }
 
-/// The panel of a type of schema, if it has one. The loading of the plugin has checked that it can be drawn.
+/// Returns the panel of a type of schema, if it has one. The loader has checked that it can be drawn.
 pub fn panel_of(table: &raw::Schema) -> Option<raw::Panel> {
     // SAFETY: the table was checked.
     unsafe { table::ability(table, raw::ABILITY_PANEL) }.ok()?
 }
 
-/// The text before the first NUL, or all of it without one.
+/// Returns the text before the first NUL, or the whole text without one.
 fn text_from_chars(text: &[c_char]) -> String {
     let bytes: Vec<u8> = text.iter().map(|c| *c as u8).chain([0]).collect();
     CStr::from_bytes_until_nul(&bytes)

@@ -65,7 +65,7 @@ pub enum LoadError {
     /// The file is not a usable plugin library, for this reason.
     #[error("{0}")]
     Invalid(String),
-    /// The file is a valid library that does not claim to be a plugin.
+    /// The file is a valid library that does not export a plugin.
     #[error(
         "it is a shared library, but exports no symbol `{}`, so it is not a jde plugin",
         raw::ENTRY_SYMBOL
@@ -133,7 +133,7 @@ impl LoadedPlugin {
             .into_raw()
             .cast::<raw::Plugin>()
             .cast_const();
-        // Never unmapped: even a refused library may have left threads, thread-locals or hooks behind.
+        // Never unmapped: even a refused library may have created threads, thread-locals or hooks.
         std::mem::forget(library);
         if symbol_size < offset_of!(raw::Plugin, size) as u64 || !table.is_aligned() {
             return Err(read::Refusal::NotAPlugin.into());
@@ -240,15 +240,15 @@ impl fmt::Debug for SchemaFunctions {
     }
 }
 
-fn invalid_table(unreadable: table::Unreadable) -> LoadError {
+fn invalid_table(error: table::Unreadable) -> LoadError {
     LoadError::InvalidTables(read::Refusal::Table {
         place: String::from("the plugin"),
-        wrong: unreadable.to_string(),
+        wrong: error.to_string(),
     })
 }
 
 /// Returns the size in bytes of a plugin's table symbol. Fails unless the file is a library for this machine
-/// that claims to be a plugin of this version. No code of the file runs.
+/// that exports a plugin of this version. No code of the file runs.
 pub(super) fn table_symbol_size(file: &Path) -> Result<u64, LoadError> {
     let parts = elf::ElfFile::new(File::open(file)?);
     elf::check(&parts).map_err(LoadError::Invalid)?;

@@ -1,10 +1,10 @@
-//! Where another process finds a plugin.
+//! The location of a plugin for another process.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// Where the child finds a plugin.
+/// The location of a plugin for another process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum PluginLocation {
     /// In the file that this process has mapped: the same bytes, whatever was built since.

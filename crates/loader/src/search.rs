@@ -1,4 +1,4 @@
-//! The folders in which plugins are searched for, and their order. Searches; loads nothing.
+//! The folders in which plugins are searched for, and their order. It loads nothing.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
 //! The plugins of one process, each build loaded once: the catalogue against which application files are
-//! checked. It never unloads one.
+//! checked. It unloads no plugin.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use super::inspector::Inspect;
 use super::load::table_symbol_size;
 use super::{LoadError, LoadedPlugin, PluginFile, SearchPath, copy};
 
-/// Most builds that one process loads in place of others. Each stays in memory, and its private copy on
+/// The most builds that one process loads in place of others. Each stays in memory, and its private copy on
 /// disk. A plugin has 0.5 to 5 MB, so this is enough for a day of editing, and less than a robot's computer
 /// can spare.
 pub const MAX_BUILDS: usize = 256;
@@ -42,7 +42,7 @@ pub struct DescribedPlugin {
     pub path: Option<PathBuf>,
 }
 
-/// The present content of a plugin's file.
+/// The current content of a plugin's file.
 #[derive(Clone, Debug)]
 pub struct RefreshedPlugin {
     /// The plugin.
@@ -101,8 +101,8 @@ impl Plugins {
         }
     }
 
-    /// Has each file inspected before this process maps it, so that a damaged library ends the inspecting
-    /// process and not this one.
+    /// Lets `inspector` inspect each file before this process maps it, so that a damaged library ends the
+    /// inspecting process and not this one.
     #[must_use]
     pub fn with_inspector(mut self, inspector: impl Inspect + 'static) -> Self {
         self.inspector = Some(Box::new(inspector));
@@ -211,7 +211,7 @@ impl Plugins {
         Ok(plugin)
     }
 
-    /// Has a copy inspected before this process maps it, if there is an inspector.
+    /// Inspects a copy before this process maps it, if there is an inspector.
     fn inspect_copy(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
         if let Some(inspector) = &self.inspector {
             describe_copy(&**inspector, copy.path(), file)?;
@@ -219,7 +219,7 @@ impl Plugins {
         Ok(copy)
     }
 
-    /// Loads the present content of that file, in addition to the builds loaded from it before. A build that
+    /// Loads the current content of that file, in addition to the builds loaded from it before. A build that
     /// is already loaded is reused and takes no more memory.
     ///
     /// # Errors
@@ -227,7 +227,7 @@ impl Plugins {
     pub fn refresh(&self, file: &Path) -> Result<RefreshedPlugin, PluginError> {
         let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
         let copy = copy::create(&key).map_err(unusable(file))?;
-        let known = |loaded: &BTreeMap<PathBuf, Vec<LoadedPlugin>>| {
+        let find_known = |loaded: &BTreeMap<PathBuf, Vec<LoadedPlugin>>| {
             let mut builds = loaded.get(&key).into_iter().flatten();
             let plugin = builds.find(|build| build.has_content_of(&copy))?.clone();
             Some(RefreshedPlugin {
@@ -236,7 +236,7 @@ impl Plugins {
             })
         };
         // The lock is not held during the inspection, so that other callers need not wait.
-        if let Some(known) = known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
+        if let Some(known) = find_known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
             return Ok(known);
         }
         let inspected = self.inspect_copy(&key, copy);
@@ -287,7 +287,7 @@ impl Plugins {
         )
     }
 
-    /// The folders searched, each with the reason.
+    /// Returns the folders searched, each with the reason.
     #[must_use]
     pub fn search_path(&self) -> &SearchPath {
         &self.path
@@ -334,8 +334,8 @@ impl Catalogue for Plugins {
         }
     }
 
-    /// Returns the names of all files that look like plugins, and the types of the loaded ones. A suggestion
-    /// is no reason to run foreign code.
+    /// Returns the names of all files that look like plugins, and the types of the loaded ones. No file is
+    /// loaded for a suggestion.
     fn type_names(&self) -> Vec<String> {
         let (found, linked_in) = self.list(&[]);
         let loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);

@@ -131,7 +131,7 @@ impl Shape {
         for line in 0..height as usize {
             let Some(bytes) = bytes.get(line * stride..line * stride + row) else {
                 return Err(PictureError::Broken(format!(
-                    "only {} bytes of a picture came",
+                    "only {} bytes of a picture arrived",
                     bytes.len()
                 )));
             };
@@ -234,7 +234,9 @@ mod tests {
         let short = shape(Format::Rgb24, 2, 2, 7).picture(&bytes[..12]);
         assert_eq!(
             short,
-            Err(PictureError::Broken("only 12 bytes of a picture came".to_owned()))
+            Err(PictureError::Broken(
+                "only 12 bytes of a picture arrived".to_owned()
+            ))
         );
     }
 

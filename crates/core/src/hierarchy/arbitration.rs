@@ -1,7 +1,7 @@
-//! Arbitration by the father (R4): at most one open question per group, a budget, and a decision in every
+//! Arbitration by the father (R4): at most one open request per group, a budget, and a decision in every
 //! case.
 //!
-//! It refuses to wait for the father: the present winner stays, and the priority order decides when the
+//! It refuses to wait for the father: the current winner stays, and the priority order decides when the
 //! budget ends.
 
 use std::borrow::Cow;
@@ -17,14 +17,14 @@ use crate::record::{Candidate, Case, Decider};
 use crate::spec::{GroupId, Nanos, SchemaId};
 use crate::state::Health;
 
-/// The outcome of asking a father.
+/// The reply of a father to an arbitration request.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum ArbitrationReply {
     /// The father decided.
     Chosen {
         /// Its choice; `None` for no child.
         child: Option<SchemaId>,
-        /// The reason, in words.
+        /// The reason, as text.
         reason: String,
     },
     /// Its function panicked or returned an error.
@@ -35,34 +35,34 @@ pub enum ArbitrationReply {
 }
 
 impl Hierarchy {
-    /// Applies the father's answer to the question with this ticket. Has no effect if that question is no
-    /// longer open.
+    /// Applies the father's reply to the request with this ticket. Has no effect if that request is no longer
+    /// open.
     ///
-    /// If the father fails, or chooses a schema that it was not offered, its health shows it and the priority
-    /// order decides instead. If the situation changed since the question, the group selects again
+    /// If the father fails, or chooses a schema that it was not offered, its health shows this and the
+    /// priority order decides instead. If the situation changed since the request, the group selects again
     /// afterwards.
     pub fn arbitrated(
         &mut self,
         now: Nanos,
         group: GroupId,
         ticket: u64,
-        answer: ArbitrationReply,
+        reply: ArbitrationReply,
         out: &mut Vec<Effect>,
     ) {
         if self.pending_arbitration(group) != Some(ticket) {
             return;
         }
-        let Some(asked) = self.cancel_arbitration(group) else {
+        let Some(pending) = self.cancel_arbitration(group) else {
             return;
         };
-        match answer {
+        match reply {
             ArbitrationReply::Failed { reason } => {
                 self.set_arbitration_failed(group, &reason, out);
-                self.overrule(now, group, asked.why, &reason, out);
+                self.overrule(now, group, pending.trigger, &reason, out);
             }
             ArbitrationReply::Chosen {
                 child: Some(child), ..
-            } if !asked.candidates.contains(&child) => {
+            } if !pending.candidates.contains(&child) => {
                 let who = if self.plan.contains(child) {
                     self.name(child)
                 } else {
@@ -70,43 +70,43 @@ impl Hierarchy {
                 };
                 let reason = format!("it chose `{who}`, whom it was not offered");
                 self.set_arbitration_failed(group, &reason, out);
-                self.overrule(now, group, asked.why, &reason, out);
+                self.overrule(now, group, pending.trigger, &reason, out);
             }
             ArbitrationReply::Chosen { child, reason } => {
                 self.clear_arbitration_failed(group, out);
-                self.apply_reply(now, group, asked, child, reason, out);
+                self.apply_reply(now, group, pending, child, reason, out);
             }
         }
         self.settle(out);
     }
 
-    /// Notes that the machine was late, so the father of a group had no chance to answer the open question.
-    /// Has no effect if none is open. When the budget ends, the priority order still decides, because a
+    /// Records that the machine was late, so that the father of a group could not reply to the open request.
+    /// Has no effect if no request is open. When the budget ends, the priority order still decides, because a
     /// selection never waits for a machine. The father's health does not change.
     pub fn excuse(&mut self, group: GroupId) {
-        if let Some(asked) = self
+        if let Some(pending) = self
             .groups
             .get_mut(group.index())
             .and_then(|group| group.pending.as_mut())
         {
-            asked.excused = true;
+            pending.excused = true;
         }
     }
 
-    /// Opens a question.
+    /// Opens a request.
     pub(super) fn request_arbitration(
         &mut self,
         now: Nanos,
         group: GroupId,
         case: Case,
         candidates: Arc<[Candidate]>,
-        why: TimedCause,
+        trigger: TimedCause,
         out: &mut Vec<Effect>,
     ) {
         self.tickets += 1;
         let ticket = self.tickets;
-        let on_offer = |c: &&Candidate| c.ready || (case == Case::Absence && self.choosable(c.id));
-        let offered = candidates.iter().filter(on_offer).map(|c| c.id).collect();
+        let is_offered = |c: &&Candidate| c.ready || (case == Case::Absence && self.can_be_chosen(c.id));
+        let offered = candidates.iter().filter(is_offered).map(|c| c.id).collect();
         self.disarm(Timer::Turn(group));
         self.arm(
             Timer::Arbitration(group),
@@ -117,7 +117,7 @@ impl Hierarchy {
             ticket,
             case,
             candidates: offered,
-            why,
+            trigger,
             retrigger: None,
             excused: false,
         });
@@ -133,71 +133,78 @@ impl Hierarchy {
         });
     }
 
-    /// Closes an open question without an answer.
+    /// Closes an open request without a reply.
     pub(super) fn cancel_arbitration(&mut self, group: GroupId) -> Option<PendingArbitration> {
-        let asked = self.group_mut(group).pending.take();
-        if asked.is_some() {
+        let pending = self.group_mut(group).pending.take();
+        if pending.is_some() {
             self.disarm(Timer::Arbitration(group));
         }
-        asked
+        pending
     }
 
     pub(super) fn arbitration_late(&mut self, now: Nanos, group: GroupId, out: &mut Vec<Effect>) {
-        if let Some(asked) = self.cancel_arbitration(group) {
+        if let Some(pending) = self.cancel_arbitration(group) {
             let budget = self.plan.group(group).budget;
             let reason = format!("no answer within {} us", budget / 1_000);
-            if !asked.excused {
+            if !pending.excused {
                 self.set_arbitration_failed(group, &reason, out);
             }
-            self.overrule(now, group, asked.why, &reason, out);
+            self.overrule(now, group, pending.trigger, &reason, out);
         }
     }
 
-    /// Carries out a valid answer and selects again if the situation changed meanwhile. If the chosen child
+    /// Carries out a valid reply and selects again if the situation changed meanwhile. If the chosen child
     /// can no longer win, it only selects again.
     fn apply_reply(
         &mut self,
         now: Nanos,
         group: GroupId,
-        asked: PendingArbitration,
+        pending: PendingArbitration,
         child: Option<SchemaId>,
         reason: String,
         out: &mut Vec<Effect>,
     ) {
-        let valid = child.is_none_or(|child| {
-            self.choosable(child) && (self.node(child).ready || asked.case == Case::Absence)
+        let is_valid = child.is_none_or(|child| {
+            self.can_be_chosen(child) && (self.node(child).ready || pending.case == Case::Absence)
         });
-        if !valid {
-            self.select(now, group, asked.retrigger.unwrap_or(asked.why), out);
+        if !is_valid {
+            self.select(now, group, pending.retrigger.unwrap_or(pending.trigger), out);
             return;
         }
-        let said = match child {
+        let fallback = match child {
             Some(_) => None,
-            None => Some(self.absent(group, asked.case)).filter(|absent| absent.choice.is_some()),
+            None => Some(self.absent(group, pending.case)).filter(|absent| absent.choice.is_some()),
         };
-        let decision = match said {
+        let decision = match fallback {
             Some(fallback) => fallback.with_reason(&reason),
             None => Decision {
-                case: asked.case,
+                case: pending.case,
                 choice: child,
                 decider: Decider::Father,
                 reason: Cow::Owned(reason),
                 known: true,
             },
         };
-        let lineup = self.candidates_of(group);
-        self.decide(now, group, lineup, decision, asked.why, out);
-        if let Some(again) = asked.retrigger {
-            self.select(now, group, again, out);
+        let list = self.candidates_of(group);
+        self.decide(now, group, list, decision, pending.trigger, out);
+        if let Some(retrigger) = pending.retrigger {
+            self.select(now, group, retrigger, out);
         }
     }
 
-    /// Decides in the father's place over the present snapshot, so no later selection is needed.
-    fn overrule(&mut self, now: Nanos, group: GroupId, why: TimedCause, reason: &str, out: &mut Vec<Effect>) {
-        let lineup = self.candidates_of(group);
-        let decision = match self.evaluate(now, group, &lineup, Policy::PRIORITY) {
+    /// Decides instead of the father from the current snapshot, so no later selection is needed.
+    fn overrule(
+        &mut self,
+        now: Nanos,
+        group: GroupId,
+        trigger: TimedCause,
+        reason: &str,
+        out: &mut Vec<Effect>,
+    ) {
+        let list = self.candidates_of(group);
+        let decision = match self.evaluate(now, group, &list, Policy::PRIORITY) {
             Evaluation::Decided(decision) => decision,
-            Evaluation::AskFather(case) => self.absent(group, case),
+            Evaluation::FatherArbitrates(case) => self.absent(group, case),
         };
         let decision = match decision.case {
             Case::Collision | Case::Absence => Decision {
@@ -206,7 +213,7 @@ impl Hierarchy {
             },
             Case::Alone | Case::Forced => decision,
         };
-        self.decide(now, group, lineup, decision, why, out);
+        self.decide(now, group, list, decision, trigger, out);
     }
 
     fn set_arbitration_failed(&mut self, group: GroupId, reason: &str, out: &mut Vec<Effect>) {

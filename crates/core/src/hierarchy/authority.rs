@@ -11,7 +11,7 @@ use crate::spec::SchemaId;
 
 impl Hierarchy {
     /// Grants authority to a new winner and to the winners below it, which an operator may have played
-    /// before.
+    /// earlier.
     pub(super) fn grant(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         let plan = Arc::clone(&self.plan);
         if let Some(group) = plan.group_of(id) {

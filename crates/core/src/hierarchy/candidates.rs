@@ -1,8 +1,8 @@
-//! The line-up of each group: its candidates, as its next selection sees them. It is kept between selections,
-//! because most members do not change. A selection re-reads only the members that changed.
+//! The candidate list of each group for its next selection. It is cached between selections, because most
+//! members do not change. A selection re-reads only the members that changed.
 //!
-//! It decides nothing. All of it is a cache: it can be rebuilt from the schemas' facts, and is no part of the
-//! state of a hierarchy.
+//! It decides nothing. The lists are a cache: they can be rebuilt from the schemas' facts, and are no part of
+//! the state of a hierarchy.
 
 use std::sync::Arc;
 
@@ -13,11 +13,11 @@ use crate::record::Candidate;
 use crate::spec::{GroupId, SchemaId};
 use crate::state::State;
 
-/// The awake and wanted members of a group, in the father's order.
+/// The members of a group that are awake and should stay awake, in the father's order.
 #[derive(Clone, Debug)]
 pub(super) struct CandidateList {
-    /// Shared with the records of the selections over it. It is copied before a change if such a record is
-    /// still kept.
+    /// Shared with the records of the selections over it. It is copied before a change if such a record still
+    /// exists.
     pub(super) candidates: Arc<[Candidate]>,
     /// The index of the first READY candidate.
     pub(super) first: Option<usize>,
@@ -25,11 +25,11 @@ pub(super) struct CandidateList {
     pub(super) several: bool,
 }
 
-/// The line-ups of all groups.
+/// The candidate lists of all groups.
 #[derive(Clone, Debug)]
 pub(super) struct CandidateCache {
     groups: Vec<CachedCandidates>,
-    /// Whether a schema is in its group's `touched` list; one entry for each schema.
+    /// Whether a schema is in its group's `dirty` list; one entry for each schema.
     dirty: Vec<bool>,
 }
 
@@ -38,7 +38,7 @@ struct CachedCandidates {
     candidates: Arc<[Candidate]>,
     /// One bit for each candidate, set if it is READY.
     ready: Vec<u64>,
-    /// Members whose facts may have changed since, each once.
+    /// Members whose facts may have changed since the last selection, each once.
     dirty: Vec<SchemaId>,
 }
 
@@ -61,7 +61,7 @@ impl CandidateCache {
     }
 }
 
-/// Equal always: line-ups are a cache, and equality of hierarchies is equality of their facts.
+/// Equal always: the lists are a cache, and equality of hierarchies is equality of their facts.
 impl PartialEq for CandidateCache {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -71,38 +71,35 @@ impl PartialEq for CandidateCache {
 impl Eq for CandidateCache {}
 
 impl Hierarchy {
-    /// Returns the present line-up of a group.
+    /// Returns the current candidate list of a group.
     pub(super) fn candidates_of(&mut self, id: GroupId) -> CandidateList {
         let Self {
             plan,
             nodes,
-            candidates: lineups,
+            candidates: cache,
             ..
         } = self;
-        let CandidateCache {
-            groups,
-            dirty: touched,
-        } = lineups;
-        let kept = &mut groups[id.index()];
-        if !kept.dirty.is_empty() && !kept.refresh(plan, nodes, touched) {
-            *kept = CachedCandidates::of(plan, nodes, id);
+        let CandidateCache { groups, dirty } = cache;
+        let cached = &mut groups[id.index()];
+        if !cached.dirty.is_empty() && !cached.refresh(plan, nodes, dirty) {
+            *cached = CachedCandidates::of(plan, nodes, id);
         }
         debug_assert!(
-            *kept == CachedCandidates::of(plan, nodes, id),
+            *cached == CachedCandidates::of(plan, nodes, id),
             "a change that nobody was told of"
         );
-        kept.list()
+        cached.list()
     }
 }
 
 impl CachedCandidates {
-    /// Builds the line-up of a group from the facts of its members.
+    /// Builds the candidate list of a group from the facts of its members.
     fn of(plan: &SpecIndex, nodes: &[Node], id: GroupId) -> Self {
         let members = plan.members(id).iter();
         let candidates: Arc<[Candidate]> = members.filter_map(|&member| candidate(nodes, member)).collect();
         let mut ready = vec![0; candidates.len().div_ceil(64)];
-        for (place, candidate) in candidates.iter().enumerate() {
-            ready[place / 64] |= u64::from(candidate.ready) << (place % 64);
+        for (position, candidate) in candidates.iter().enumerate() {
+            ready[position / 64] |= u64::from(candidate.ready) << (position % 64);
         }
         Self {
             candidates,
@@ -111,42 +108,46 @@ impl CachedCandidates {
         }
     }
 
-    /// Re-reads the touched members. Returns false if a member joined or left the candidates, so the line-up
+    /// Re-reads the dirty members. Returns false if a member joined or left the candidates, so that the list
     /// must be rebuilt.
-    fn refresh(&mut self, plan: &SpecIndex, nodes: &[Node], touched: &mut [bool]) -> bool {
-        let mut whole = true;
+    fn refresh(&mut self, plan: &SpecIndex, nodes: &[Node], dirty: &mut [bool]) -> bool {
+        let mut is_complete = true;
         for member in self.dirty.drain(..) {
-            touched[member.index()] = false;
-            let place = plan.position_of(member);
-            let known = if self.candidates.get(place).is_some_and(|known| known.id == member) {
-                Ok(place)
+            dirty[member.index()] = false;
+            let position = plan.position_of(member);
+            let found = if self
+                .candidates
+                .get(position)
+                .is_some_and(|found| found.id == member)
+            {
+                Ok(position)
             } else {
                 self.candidates
-                    .binary_search_by_key(&place, |known| plan.position_of(known.id))
+                    .binary_search_by_key(&position, |found| plan.position_of(found.id))
             };
-            match (known, candidate(nodes, member)) {
-                (Ok(place), Some(candidate)) if self.candidates[place] != candidate => {
-                    Arc::make_mut(&mut self.candidates)[place] = candidate;
-                    let bit = 1 << (place % 64);
+            match (found, candidate(nodes, member)) {
+                (Ok(position), Some(candidate)) if self.candidates[position] != candidate => {
+                    Arc::make_mut(&mut self.candidates)[position] = candidate;
+                    let bit = 1 << (position % 64);
                     if candidate.ready {
-                        self.ready[place / 64] |= bit;
+                        self.ready[position / 64] |= bit;
                     } else {
-                        self.ready[place / 64] &= !bit;
+                        self.ready[position / 64] &= !bit;
                     }
                 }
                 (Ok(_), Some(_)) | (Err(_), None) => {}
-                (Ok(_), None) | (Err(_), Some(_)) => whole = false,
+                (Ok(_), None) | (Err(_), Some(_)) => is_complete = false,
             }
         }
-        whole
+        is_complete
     }
 
     fn list(&self) -> CandidateList {
         let mut ready = self.ready.iter().enumerate().filter(|(_, word)| **word != 0);
         let (first, several) = match ready.next() {
             None => (None, false),
-            Some((place, word)) => {
-                let first = 64 * place + word.trailing_zeros() as usize;
+            Some((position, word)) => {
+                let first = 64 * position + word.trailing_zeros() as usize;
                 (Some(first), !word.is_power_of_two() || ready.next().is_some())
             }
         };
@@ -158,7 +159,7 @@ impl CachedCandidates {
     }
 }
 
-/// Returns a member as a selection sees it, if it competes.
+/// Returns a member as a candidate, if it competes.
 fn candidate(nodes: &[Node], id: SchemaId) -> Option<Candidate> {
     let node = &nodes[id.index()];
     (node.state != State::Slept && node.should_be_awake()).then(|| Candidate {

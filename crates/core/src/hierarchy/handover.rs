@@ -1,5 +1,5 @@
 //! The handover from a loser to the next choice (R1, R5). The loser keeps WINNER and its authority until its
-//! iteration has ended and everything below it sleeps, or until patience ends.
+//! iteration has ended and its subtree sleeps, or until patience ends.
 //!
 //! During a handover it refuses to begin, wake or select anything in the loser's subtree.
 
@@ -30,14 +30,14 @@ pub struct Handover {
 }
 
 impl Hierarchy {
-    /// Carries out a choice that may differ from the present one.
+    /// Carries out a choice that may differ from the current one.
     pub(super) fn apply_choice(
         &mut self,
         now: Nanos,
         id: GroupId,
         to: Option<SchemaId>,
         origin: Origin,
-        why: TimedCause,
+        trigger: TimedCause,
         out: &mut Vec<Effect>,
     ) {
         let patience = self.plan.group(id).patience;
@@ -48,7 +48,7 @@ impl Hierarchy {
             (Some(winner), None) if to == Some(winner) => {}
             (Some(winner), Some(_)) if to == Some(winner) => {
                 self.drop_handover(id);
-                self.resume_subtree(now, winner, why, out);
+                self.resume_subtree(now, winner, trigger, out);
             }
             (Some(_), Some(handover)) if handover.to == to => {}
             (Some(_), Some(handover)) => {
@@ -74,13 +74,14 @@ impl Hierarchy {
         }
     }
 
-    /// Puts to sleep what can sleep below the loser, and completes the handover once nothing there is awake.
+    /// Puts the schemas below the loser to sleep as far as possible, and completes the handover once all
+    /// sleep.
     pub(super) fn advance(&mut self, now: Nanos, id: GroupId, out: &mut Vec<Effect>) {
         let (Some(loser), Some(handover)) = (self.group(id).winner, self.group(id).handover) else {
             return;
         };
-        let dry = self.drain(loser, SleepMode::BetweenIterations, out);
-        if dry && self.node(loser).run == RunState::Between {
+        let subtree_asleep = self.drain(loser, SleepMode::BetweenIterations, out);
+        if subtree_asleep && self.node(loser).run == RunState::Between {
             self.complete(now, id, out);
         } else if handover.deadline <= now {
             self.expire(now, id, out);
@@ -98,13 +99,13 @@ impl Hierarchy {
         let node = self.node_mut(loser);
         let was_ready = node.ready;
         if node.run == RunState::Iterating {
-            // It cannot check while it is stuck, so its readiness is unknown.
+            // It cannot check during the iteration, so its readiness is unknown.
             node.run = RunState::Abandoned;
             node.ready = false;
         }
-        let news = was_ready && !node.ready;
+        let is_changed = was_ready && !node.ready;
         self.complete(now, id, out);
-        if news {
+        if is_changed {
             self.select(
                 now,
                 id,
@@ -116,13 +117,13 @@ impl Hierarchy {
 
     /// Returns the group whose winner is being replaced, if that winner is this schema or a schema above it.
     pub(super) fn handover_above(&self, id: SchemaId) -> Option<GroupId> {
-        let mut at = Some(id);
-        while let Some(here) = at {
-            let group = self.plan.group_of(here)?;
-            if self.group(group).handover.is_some() && self.group(group).winner == Some(here) {
+        let mut next = Some(id);
+        while let Some(current) = next {
+            let group = self.plan.group_of(current)?;
+            if self.group(group).handover.is_some() && self.group(group).winner == Some(current) {
                 return Some(group);
             }
-            at = self.plan.group(group).father;
+            next = self.plan.group(group).father;
         }
         None
     }
@@ -155,19 +156,19 @@ impl Hierarchy {
         self.set_winner(id, now, handover.to, origin, out);
     }
 
-    /// The loser is chosen again, so the rest of its subtree competes again.
-    fn resume_subtree(&mut self, now: Nanos, id: SchemaId, why: TimedCause, out: &mut Vec<Effect>) {
+    /// Lets the awake part of the subtree of a loser that is chosen again compete again.
+    fn resume_subtree(&mut self, now: Nanos, id: SchemaId, trigger: TimedCause, out: &mut Vec<Effect>) {
         let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
             if self.is_live(group) {
-                self.select(now, group, why, out);
+                self.select(now, group, trigger, out);
             } else {
                 // Its members fell asleep with the loser's handover, and their last commands are still in
                 // force.
                 self.apply_absence(group, now, out);
             }
             for &member in plan.members(group) {
-                self.resume_subtree(now, member, why, out);
+                self.resume_subtree(now, member, trigger, out);
             }
         }
     }

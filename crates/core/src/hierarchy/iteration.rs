@@ -1,4 +1,4 @@
-//! What the executor reports of a schema's own activity: checks, and the begin and end of iterations.
+//! The reports of the executor on a schema's own activity: checks, and the begin and end of iterations.
 //!
 //! This is the hot path: nothing is allocated when nothing changes.
 
@@ -35,8 +35,8 @@ impl Hierarchy {
             return;
         };
         let urgency = Urgency::new(check.urgency);
-        let news = !node.checked || node.ready != check.ready;
-        if !news && node.urgency == urgency {
+        let is_changed = !node.checked || node.ready != check.ready;
+        if !is_changed && node.urgency == urgency {
             return;
         }
         let node = self.node_mut(id);
@@ -44,7 +44,7 @@ impl Hierarchy {
         node.checked = true;
         node.ready = check.ready;
         let state = node.state;
-        if !news {
+        if !is_changed {
             return;
         }
         if state != State::Winner {
@@ -59,13 +59,13 @@ impl Hierarchy {
                 out,
             );
         }
-        let why = TimedCause::new(Cause::Readiness(id), check.cause.min(now));
-        self.select(now, group, why, out);
+        let trigger = TimedCause::new(Cause::Readiness(id), check.cause.min(now));
+        self.select(now, group, trigger, out);
         self.settle(out);
     }
 
     /// Requests permission to start an iteration and, if it is granted, records that the iteration runs. Only
-    /// a WINNER that is still wanted gets it, and only if no older iteration of it runs and neither it nor
+    /// a WINNER that should stay awake gets it, and only if no older iteration of it runs and neither it nor
     /// one of its fathers is being replaced.
     ///
     /// The first iteration after a promotion emits [`Effect::TookOver`].
@@ -73,8 +73,9 @@ impl Hierarchy {
         let Some(node) = self.nodes.get(id.index()) else {
             return false;
         };
-        let may = node.state == State::Winner && node.run == RunState::Between && node.should_be_awake();
-        if !may || self.handover_above(id).is_some() {
+        let is_permitted =
+            node.state == State::Winner && node.run == RunState::Between && node.should_be_awake();
+        if !is_permitted || self.handover_above(id).is_some() {
             return false;
         }
         self.set_run(id, RunState::Iterating);
@@ -102,13 +103,13 @@ impl Hierarchy {
         if !self.plan.contains(id) {
             return;
         }
-        let ended = self.set_run(id, RunState::Between);
+        let previous_run = self.set_run(id, RunState::Between);
         if self.nodes[id.index()].takeover_phase == TakeoverPhase::First {
             self.nodes[id.index()].takeover_phase = TakeoverPhase::Settled;
             out.push(Effect::Lapsed(id));
         }
         let awake = self.is_awake(id);
-        if ended == RunState::Between
+        if previous_run == RunState::Between
             || self.phase != Phase::Running
             || self.plan.kind(id) == Kind::Perceptive
         {
@@ -122,8 +123,8 @@ impl Hierarchy {
         self.settle(out);
     }
 
-    /// Sets where a schema is with respect to its iteration and returns where it was. No line-up contains
-    /// this, so none is touched.
+    /// Sets the relation of a schema to its iteration and returns the previous one. No candidate list
+    /// contains this, so none is marked.
     fn set_run(&mut self, id: SchemaId, run: RunState) -> RunState {
         std::mem::replace(&mut self.nodes[id.index()].run, run)
     }

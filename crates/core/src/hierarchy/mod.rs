@@ -7,7 +7,7 @@
 //! - authority is held by exactly those WINNERs whose fathers all hold it or whose group is one of roots
 //!   (R7);
 //! - a schema sleeps exactly if it has no requester, an operator stopped it, or it is faulted (R6), except
-//!   for a WINNER that is no longer wanted, which sleeps when its iteration has ended;
+//!   for a WINNER that should no longer be awake, which sleeps when its iteration has ended;
 //! - a motor schema inside an abandoned iteration is neither READY nor WINNER.
 
 mod arbitration;
@@ -61,8 +61,8 @@ pub struct Hierarchy {
     timers: BTreeMap<Timer, Nanos>,
     records: u64,
     tickets: u64,
-    /// Perceptive schemas that lost a requester in this transaction and are no longer wanted; empty between
-    /// transactions.
+    /// Perceptive schemas that lost a requester in this transaction and should no longer be awake; empty
+    /// between transactions.
     unneeded: Vec<SchemaId>,
 }
 
@@ -101,8 +101,8 @@ impl Hierarchy {
         }
     }
 
-    /// Ends everything: authority is withdrawn, every group brakes, and all schemas go to sleep, children
-    /// before fathers and perceptive schemas last. No schema wakes afterwards.
+    /// Ends the application: authority is withdrawn, every group brakes, and all schemas go to sleep,
+    /// children before fathers and perceptive schemas last. No schema wakes afterwards.
     pub fn shutdown(&mut self, _now: Nanos, out: &mut Vec<Effect>) {
         if self.phase != Phase::Running {
             self.phase = Phase::Over;
@@ -120,8 +120,8 @@ impl Hierarchy {
             self.sleep_group(group, sleep::SleepMode::AtOnce, out);
         }
         for id in plan.ids_of(Kind::Perceptive) {
-            for who in [Requester::Application, Requester::Operator] {
-                self.release(id, who);
+            for requester in [Requester::Application, Requester::Operator] {
+                self.release(id, requester);
             }
         }
         self.settle(out);
@@ -129,7 +129,7 @@ impl Hierarchy {
     }
 
     /// Changes the policy of a group on behalf of its father. The group selects at once (R2). An open
-    /// question to the father is dropped. An unknown group has no effect.
+    /// request to the father is dropped. An unknown group has no effect.
     ///
     /// # Errors
     /// A policy that this group cannot have; nothing changes then.
@@ -166,18 +166,18 @@ impl Hierarchy {
 
     /// Changes whether a schema has a panel, for the contract. Returns whether the value changed.
     pub fn set_panel(&mut self, id: SchemaId, panel: bool) -> bool {
-        let is_other = self.plan.contains(id) && self.plan.spec.schemas[id.index()].panel != panel;
-        if is_other {
+        let is_changed = self.plan.contains(id) && self.plan.spec.schemas[id.index()].panel != panel;
+        if is_changed {
             Arc::make_mut(&mut self.plan).spec.schemas[id.index()].panel = panel;
         }
-        is_other
+        is_changed
     }
 
     fn node(&self, id: SchemaId) -> &Node {
         &self.nodes[id.index()]
     }
 
-    /// Returns the facts of a schema for a change. Every change that a line-up contains must use this.
+    /// Returns the facts of a schema for a change. Every change that affects a candidate list must use this.
     fn node_mut(&mut self, id: SchemaId) -> &mut Node {
         self.candidates.mark_dirty(&self.plan, id);
         &mut self.nodes[id.index()]
@@ -218,8 +218,8 @@ impl Hierarchy {
     }
 }
 
-/// Hashes what changes at run time. Equal hierarchies have equal hashes. The specification is left out for
-/// speed.
+/// Hashes what changes at run time. Equal hierarchies have equal hashes. The specification is not hashed,
+/// for speed.
 impl Hash for Hierarchy {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.phase.hash(state);

@@ -37,14 +37,14 @@ pub(super) struct Node {
     pub(super) woken: Vec<SchemaId>,
     /// An operator stopped this schema alone.
     pub(super) stopped: bool,
-    /// An operator stopped everything, including this schema.
+    /// An operator stopped all schemas, including this one.
     pub(super) stopped_with_all: bool,
-    /// The times of its restarts, in order: those that still count under its restart policy, and perhaps
+    /// The times of its restarts, in order: those that still count under its restart policy, and possibly
     /// older ones.
     pub(super) restarts: Vec<Nanos>,
 }
 
-/// How far a schema with authority is in taking over the commands that were given before.
+/// The progress of a schema with authority in the takeover of earlier commands.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum TakeoverPhase {
     /// It has not begun an iteration.
@@ -55,12 +55,12 @@ pub(super) enum TakeoverPhase {
     Settled,
 }
 
-/// Where a schema is with respect to its iteration.
+/// The relation of a schema to its iteration.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum RunState {
     Between,
     Iterating,
-    /// It still iterates, but was replaced or put to sleep meanwhile.
+    /// It still iterates, but was replaced or put to sleep during the iteration.
     Abandoned,
 }
 
@@ -73,14 +73,14 @@ pub(super) struct Group {
     pub(super) handover: Option<Handover>,
     pub(super) pending: Option<PendingArbitration>,
     pub(super) actuation: ActuationState,
-    /// When the present choice was made.
+    /// When the current choice was made.
     pub(super) since: Nanos,
     /// The last member that was chosen, for round robin.
     pub(super) last: Option<SchemaId>,
     pub(super) forced: Option<SchemaId>,
     /// The selection that promoted the winner, until the winner begins an iteration.
     pub(super) takeover: Option<Origin>,
-    /// The choice that was lost by an event since the last record.
+    /// The choice that an event has ended since the last record.
     pub(super) lost: Option<SchemaId>,
 }
 
@@ -91,17 +91,17 @@ pub(super) struct Origin {
     pub(super) cause_time: Nanos,
 }
 
-/// An open question to the father.
+/// An open arbitration request to the father.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) struct PendingArbitration {
     pub(super) ticket: u64,
     pub(super) case: crate::record::Case,
     /// The members that the father may choose.
     pub(super) candidates: Vec<SchemaId>,
-    pub(super) why: TimedCause,
-    /// The first trigger after the question.
+    pub(super) trigger: TimedCause,
+    /// The first trigger after the request.
     pub(super) retrigger: Option<TimedCause>,
-    /// Whether a missing answer is a fault of the machine and not of the father.
+    /// Whether the machine and not the father causes a missing reply.
     pub(super) excused: bool,
 }
 
@@ -157,7 +157,7 @@ impl Default for Group {
 }
 
 impl Group {
-    /// Returns the present choice: the target of a handover, else the winner.
+    /// Returns the current choice: the target of a handover, else the winner.
     pub(super) fn choice(&self) -> Option<SchemaId> {
         match self.handover {
             Some(handover) => handover.to,
@@ -174,12 +174,12 @@ impl Group {
 }
 
 impl Urgency {
-    pub(super) fn new(offered: f64) -> Self {
+    pub(super) fn new(value: f64) -> Self {
         // Adding 0 turns negative zero into positive zero.
-        Self(if offered.is_nan() {
+        Self(if value.is_nan() {
             f64::NEG_INFINITY
         } else {
-            offered + 0.0
+            value + 0.0
         })
     }
 

@@ -1,4 +1,4 @@
-//! The acts of an operator, as those of a father (R14), and their reversal.
+//! The actions of an operator, like those of a father (R14), and their reversal.
 //!
 //! It refuses to give authority that the fathers above do not have.
 
@@ -14,7 +14,7 @@ use crate::refused::Refused;
 use crate::spec::{Nanos, SchemaId};
 use crate::state::{Health, Requester};
 
-/// What an operator does to a schema.
+/// An action of an operator on a schema.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Operator {
     /// Requests that the schema is awake, as a father would. The request ends when a father's subtree sleeps.
@@ -30,13 +30,13 @@ pub enum Operator {
 }
 
 impl Hierarchy {
-    /// Carries out an operator's act.
+    /// Carries out an operator's action.
     ///
     /// # Errors
     /// The application is not running, the schema does not exist, a faulted or a perceptive schema is to be
     /// forced, or a schema is to be played below a father that is being replaced. Nothing changes then.
-    pub fn operator(&mut self, now: Nanos, act: Operator, out: &mut Vec<Effect>) -> Result<(), Refused> {
-        match act {
+    pub fn operator(&mut self, now: Nanos, action: Operator, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        match action {
             Operator::Play(id) => self.play(now, id, out),
             Operator::Stop(id) => self.stop(now, id, out),
             Operator::Force(id) => self.force(now, id, out),
@@ -63,7 +63,7 @@ impl Hierarchy {
             self.cancel_arbitration(group);
             for &root in plan.members(group) {
                 self.node_mut(root).stopped_with_all = true;
-                // Nothing is selected before all roots sleep, so no root can take over in between.
+                // No group selects before all roots sleep, so no root can take over in between.
                 self.withdraw(root, out);
                 self.drain(root, SleepMode::AtOnce, out);
                 if self.is_awake(root) {
@@ -72,9 +72,9 @@ impl Hierarchy {
             }
             self.group_mut(group).lose(before);
             if let Some(first) = before.or_else(|| plan.members(group).first().copied()) {
-                let why = TimedCause::new(Cause::Operator(first), now);
-                let lineup = self.candidates_of(group);
-                self.decide(now, group, lineup, Decision::all_stopped(), why, out);
+                let trigger = TimedCause::new(Cause::Operator(first), now);
+                let list = self.candidates_of(group);
+                self.decide(now, group, list, Decision::all_stopped(), trigger, out);
             }
             self.brake(group, out);
         }
@@ -82,7 +82,7 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Reverses [`stop_all`](Self::stop_all), and no other act of an operator. Returns the roots that no
+    /// Reverses [`stop_all`](Self::stop_all), and no other action of an operator. Returns the roots that no
     /// operator keeps asleep any more.
     ///
     /// # Errors
@@ -107,8 +107,8 @@ impl Hierarchy {
         Ok(released)
     }
 
-    /// Reverses the acts on this schema alone. Unlike [`Operator::Release`], it leaves a schema stopped that
-    /// was stopped with everything.
+    /// Reverses the actions on this schema alone. Unlike [`Operator::Release`], it keeps a schema stopped
+    /// that was stopped with all others.
     ///
     /// # Errors
     /// The application is not running, or the schema does not exist. Nothing changes then.
@@ -172,8 +172,8 @@ impl Hierarchy {
     ) -> Result<(), Refused> {
         self.running_and_known(id)?;
         let node = self.node_mut(id);
-        let alone = std::mem::take(&mut node.stopped);
-        let stopped = alone | (with_all && std::mem::take(&mut node.stopped_with_all));
+        let was_stopped = std::mem::take(&mut node.stopped);
+        let stopped = was_stopped | (with_all && std::mem::take(&mut node.stopped_with_all));
         self.release(id, Requester::Operator);
         let group = self.plan.group_of(id);
         let forced = group.is_some_and(|g| self.group_mut(g).forced.take_if(|f| *f == id).is_some());

@@ -1,6 +1,6 @@
-//! The winner's place in a group: promotion, demotion, and what the actuators do while it is empty (R9).
+//! The winner of a group: promotion, demotion, and the state of the actuators without a winner (R9).
 //!
-//! It refuses to choose; it only carries out.
+//! It refuses to choose; it only carries out a choice.
 
 use super::Hierarchy;
 use super::nodes::{Group, Origin};
@@ -45,11 +45,11 @@ impl Hierarchy {
 
     /// Applies the absence policy when no member wins: brakes or holds, once per absence (R9).
     pub(super) fn apply_absence(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
-        let held = match self.plan.group(id).absence {
+        let hold_end = match self.plan.group(id).absence {
             Absence::Hold { for_ } if for_ > 0 => Some(now.saturating_add(for_)),
             Absence::Hold { .. } | Absence::Brake | Absence::Fallback(_) => None,
         };
-        match (self.group(id).actuation, held) {
+        match (self.group(id).actuation, hold_end) {
             (ActuationState::Holding | ActuationState::Braked, _) => {}
             (ActuationState::Commanding, Some(until)) => {
                 self.group_mut(id).actuation = ActuationState::Holding;
@@ -61,7 +61,7 @@ impl Hierarchy {
         }
     }
 
-    /// Demotes a loser whose subtree sleeps. The loser sleeps too if it is no longer wanted.
+    /// Demotes a loser whose subtree sleeps. The loser sleeps too if it should no longer be awake.
     pub(super) fn demote(&mut self, loser: SchemaId, out: &mut Vec<Effect>) {
         if !self.node(loser).should_be_awake() {
             self.put_to_sleep(loser, out);

@@ -1,4 +1,4 @@
-//! Queries of the present state of the hierarchy.
+//! Queries of the current state of the hierarchy.
 //!
 //! Read only. An unknown identifier reads as a sleeping, healthy schema or an empty group.
 
@@ -67,17 +67,17 @@ impl Hierarchy {
     /// Returns whether it is awake and READY, or has not checked since it woke.
     #[must_use]
     pub fn could_act(&self, id: SchemaId) -> bool {
-        let could = |node: &Node| node.ready || !node.checked;
-        self.is_awake(id) && self.nodes.get(id.index()).is_some_and(could)
+        let is_possible = |node: &Node| node.ready || !node.checked;
+        self.is_awake(id) && self.nodes.get(id.index()).is_some_and(is_possible)
     }
 
-    /// Returns whether an operator stopped this schema, alone or with everything.
+    /// Returns whether an operator stopped this schema, alone or with all others.
     #[must_use]
     pub fn is_stopped(&self, id: SchemaId) -> bool {
         self.nodes.get(id.index()).is_some_and(Node::is_stopped)
     }
 
-    /// Returns whether an operator stopped everything, including this schema, and has not released this
+    /// Returns whether an operator stopped all schemas, including this one, and has not released this
     /// schema since.
     #[must_use]
     pub fn is_stopped_with_all(&self, id: SchemaId) -> bool {
@@ -126,7 +126,7 @@ impl Hierarchy {
         self.groups.get(group.index())?.forced
     }
 
-    /// Returns the ticket of the open question to the father of a group.
+    /// Returns the ticket of the open arbitration request to the father of a group.
     #[must_use]
     pub fn pending_arbitration(&self, group: GroupId) -> Option<u64> {
         self.groups.get(group.index())?.pending.as_ref().map(|a| a.ticket)

@@ -1,7 +1,7 @@
 //! Faults, health and restarts. A faulted schema affects no other, and its restart policy states when it may
 //! run again.
 //!
-//! It refuses to judge what a fault is; the executor reports it.
+//! It refuses to decide what a fault is; the executor reports it.
 
 use super::Hierarchy;
 use super::nodes::{Origin, Phase};
@@ -31,7 +31,7 @@ impl Hierarchy {
             self.arm(Timer::Restart(id), due);
         }
         if self.is_awake(id) {
-            self.fall(now, id, out);
+            self.fail_awake(now, id, out);
         }
         self.settle(out);
     }
@@ -126,27 +126,27 @@ impl Hierarchy {
     }
 
     /// Puts an awake schema to sleep at once, with everything below it.
-    fn fall(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+    fn fail_awake(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         let Some(group) = self.plan.group_of(id) else {
             return self.put_to_sleep(id, out);
         };
         let before = self.group(group).choice();
-        let waiting = self
+        let handover = self
             .group(group)
             .handover
             .filter(|_| self.node(id).state == State::Winner);
         self.withdraw(id, out);
         self.drain(id, SleepMode::AtOnce, out);
         self.put_to_sleep(id, out);
-        if let Some(above) = self.handover_above(id) {
+        if let Some(replaced) = self.handover_above(id) {
             self.group_mut(group).lose(before);
-            self.advance(now, above, out);
+            self.advance(now, replaced, out);
             return;
         }
-        if let Some(handover) = waiting
+        if let Some(handover) = handover
             && self.group(group).pending.is_some()
         {
-            // The father has an open question, but the handover had already chosen the next winner.
+            // The father has an open request, but the handover had already chosen the next winner.
             let origin = Origin {
                 record: handover.record,
                 cause_time: handover.cause_time,

@@ -1,6 +1,6 @@
 //! Selection in a group (R2, R3): one snapshot, one case, one choice, one record.
 //!
-//! It refuses to select below a father that is being replaced, and while a question to the father is open.
+//! It refuses to select below a father that is being replaced, and while a request to the father is open.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ use crate::record::{Candidate, Case, Cause, Decider, Record};
 use crate::spec::{Absence, GroupId, Nanos, SchemaId};
 use crate::state::ActuationState;
 
-/// What led to a selection, and when that began.
+/// The cause of a selection, and when that situation began.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) struct TimedCause {
     pub(super) cause: Cause,
@@ -22,11 +22,11 @@ pub(super) struct TimedCause {
     pub(super) time: Nanos,
 }
 
-/// The result of judging a snapshot.
+/// The result of the evaluation of a snapshot.
 pub(super) enum Evaluation {
     Decided(Decision),
     /// The father must decide.
-    AskFather(Case),
+    FatherArbitrates(Case),
 }
 
 pub(super) struct Decision {
@@ -35,7 +35,7 @@ pub(super) struct Decision {
     pub(super) decider: Decider,
     pub(super) reason: Cow<'static, str>,
     /// Whether the decision is carried out. False while no member can be chosen because not all have checked
-    /// yet, so the absence policy waits. False, too, when an operator stopped everything.
+    /// yet, so the absence policy waits. Also false when an operator stopped all schemas.
     pub(super) known: bool,
 }
 
@@ -71,39 +71,39 @@ impl Decision {
 }
 
 impl Hierarchy {
-    /// Selects in a group, or asks its father to.
-    pub(super) fn select(&mut self, now: Nanos, id: GroupId, why: TimedCause, out: &mut Vec<Effect>) {
+    /// Selects in a group, or requests an arbitration by its father.
+    pub(super) fn select(&mut self, now: Nanos, id: GroupId, trigger: TimedCause, out: &mut Vec<Effect>) {
         if self.phase != Phase::Running || self.is_frozen(id) {
             return;
         }
         if self.forced_choice(id).is_some() {
             self.cancel_arbitration(id);
         }
-        if let Some(asked) = &mut self.group_mut(id).pending {
-            asked.retrigger.get_or_insert(why);
+        if let Some(pending) = &mut self.group_mut(id).pending {
+            pending.retrigger.get_or_insert(trigger);
             return;
         }
-        let lineup = self.candidates_of(id);
-        match self.evaluate(now, id, &lineup, self.plan.group(id).policy) {
-            Evaluation::Decided(decision) => self.decide(now, id, lineup, decision, why, out),
-            Evaluation::AskFather(case) => {
-                self.request_arbitration(now, id, case, lineup.candidates, why, out)
+        let list = self.candidates_of(id);
+        match self.evaluate(now, id, &list, self.plan.group(id).policy) {
+            Evaluation::Decided(decision) => self.decide(now, id, list, decision, trigger, out),
+            Evaluation::FatherArbitrates(case) => {
+                self.request_arbitration(now, id, case, list.candidates, trigger, out)
             }
         }
     }
 
     /// Whether a member can be chosen although it is not READY.
-    pub(super) fn choosable(&self, id: SchemaId) -> bool {
+    pub(super) fn can_be_chosen(&self, id: SchemaId) -> bool {
         let node = self.node(id);
         self.is_awake(id) && node.should_be_awake() && node.run != RunState::Abandoned
     }
 
-    /// Judges a snapshot under a policy.
+    /// Evaluates a snapshot under a policy.
     pub(super) fn evaluate(
         &self,
         now: Nanos,
         id: GroupId,
-        lineup: &CandidateList,
+        list: &CandidateList,
         policy: Policy,
     ) -> Evaluation {
         if let Some(forced) = self.forced_choice(id) {
@@ -115,19 +115,19 @@ impl Hierarchy {
             );
             return Evaluation::Decided(decision);
         }
-        let case = match (lineup.first, lineup.several) {
-            (None, _) => return self.evaluate_absence(id, &lineup.candidates, policy),
-            (Some(only), false) => {
-                let only = Some(lineup.candidates[only].id);
+        let case = match (list.first, list.several) {
+            (None, _) => return self.evaluate_absence(id, &list.candidates, policy),
+            (Some(index), false) => {
+                let only = Some(list.candidates[index].id);
                 let decision = Decision::new(Case::Alone, only, Decider::Nobody, "the only one ready");
                 return Evaluation::Decided(decision);
             }
             (Some(_), true) => Case::Collision,
         };
         if policy == Policy::FATHER && self.can_father_arbitrate(id) {
-            return Evaluation::AskFather(case);
+            return Evaluation::FatherArbitrates(case);
         }
-        let chosen = policy.choose(&self.policy_input(now, id, lineup));
+        let chosen = policy.choose(&self.policy_input(now, id, list));
         let (choice, reason) = chosen.map_or((None, "nobody is ready"), |(id, reason)| (Some(id), reason));
         let decider = if policy == Policy::FATHER {
             // The father sleeps: an operator plays the members.
@@ -138,11 +138,11 @@ impl Hierarchy {
         Evaluation::Decided(Decision::new(case, choice, decider, reason))
     }
 
-    /// Returns the decision of the absence policy in a group where no member is to win: the fallback, if it
+    /// Returns the decision of the absence policy for a group in which no member wins: the fallback, if it
     /// can win.
     pub(super) fn absent(&self, id: GroupId, case: Case) -> Decision {
         let (choice, reason) = match self.plan.group(id).absence {
-            Absence::Fallback(fallback) if self.choosable(fallback) => {
+            Absence::Fallback(fallback) if self.can_be_chosen(fallback) => {
                 (Some(fallback), "nobody is ready: the fallback wins")
             }
             Absence::Fallback(_) => (None, "nobody is ready, nor can the fallback win: brake"),
@@ -157,9 +157,9 @@ impl Hierarchy {
         &mut self,
         now: Nanos,
         id: GroupId,
-        lineup: CandidateList,
+        list: CandidateList,
         decision: Decision,
-        why: TimedCause,
+        trigger: TimedCause,
         out: &mut Vec<Effect>,
     ) {
         let Decision {
@@ -178,19 +178,19 @@ impl Hierarchy {
             group.since = now;
             group.last = choice;
         }
-        self.arm_turn(now, id, case, choice, &lineup);
+        self.arm_turn(now, id, case, choice, &list);
         out.push(Effect::Decided(Record {
             number,
             time: now,
-            cause_time: why.time,
+            cause_time: trigger.time,
             group: id,
             case,
-            candidates: lineup.candidates,
+            candidates: list.candidates,
             before,
             choice,
             decider,
             reason,
-            cause: why.cause,
+            cause: trigger.cause,
             changed,
         }));
         if known {
@@ -200,9 +200,9 @@ impl Hierarchy {
                 choice,
                 Origin {
                     record: number,
-                    cause_time: why.time,
+                    cause_time: trigger.time,
                 },
-                why,
+                trigger,
                 out,
             );
         }
@@ -213,9 +213,10 @@ impl Hierarchy {
     }
 
     fn evaluate_absence(&self, id: GroupId, candidates: &[Candidate], policy: Policy) -> Evaluation {
-        let unchecked = |c: &Candidate| !self.node(c.id).checked && self.choosable(c.id);
-        // While the group commands, an absence cannot wait. When its members have just woken, it can.
-        if self.group(id).actuation != ActuationState::Commanding && candidates.iter().any(unchecked) {
+        let is_unchecked = |c: &Candidate| !self.node(c.id).checked && self.can_be_chosen(c.id);
+        // An absence waits for the first checks of members that have just woken, but not while the group
+        // commands.
+        if self.group(id).actuation != ActuationState::Commanding && candidates.iter().any(is_unchecked) {
             let reason = "nobody is ready yet; not all have been checked since they woke";
             let decision = Decision::new(Case::Absence, None, Decider::Nobody, reason);
             return Evaluation::Decided(Decision {
@@ -224,13 +225,13 @@ impl Hierarchy {
             });
         }
         if policy == Policy::FATHER && !candidates.is_empty() && self.can_father_arbitrate(id) {
-            return Evaluation::AskFather(Case::Absence);
+            return Evaluation::FatherArbitrates(Case::Absence);
         }
         Evaluation::Decided(self.absent(id, Case::Absence))
     }
 
     fn forced_choice(&self, id: GroupId) -> Option<SchemaId> {
-        self.group(id).forced.filter(|&forced| self.choosable(forced))
+        self.group(id).forced.filter(|&forced| self.can_be_chosen(forced))
     }
 
     fn can_father_arbitrate(&self, id: GroupId) -> bool {
@@ -240,12 +241,12 @@ impl Hierarchy {
             .is_some_and(|father| self.is_awake(father))
     }
 
-    fn policy_input<'a>(&'a self, now: Nanos, id: GroupId, lineup: &'a CandidateList) -> PolicyInput<'a> {
+    fn policy_input<'a>(&'a self, now: Nanos, id: GroupId, list: &'a CandidateList) -> PolicyInput<'a> {
         let group = self.group(id);
         let (since, last) = (group.since, group.last);
         PolicyInput {
-            candidates: &lineup.candidates,
-            first: lineup.first,
+            candidates: &list.candidates,
+            first: list.first,
             members: self.plan.members(id),
             chosen: group.choice(),
             since,
@@ -260,13 +261,13 @@ impl Hierarchy {
         id: GroupId,
         case: Case,
         choice: Option<SchemaId>,
-        lineup: &CandidateList,
+        list: &CandidateList,
     ) {
         let end = match case {
             Case::Collision => {
                 let input = PolicyInput {
                     chosen: choice,
-                    ..self.policy_input(now, id, lineup)
+                    ..self.policy_input(now, id, list)
                 };
                 self.plan.group(id).policy.turn_end(&input)
             }

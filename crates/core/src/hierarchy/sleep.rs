@@ -22,43 +22,43 @@ pub(super) enum SleepMode {
 }
 
 impl Hierarchy {
-    /// Puts the subtree of a schema to sleep, without the schema itself, as far as the pace allows. Returns
+    /// Puts the subtree of a schema to sleep, without the schema itself, as far as the mode allows. Returns
     /// true if nothing below it is awake.
-    pub(super) fn drain(&mut self, id: SchemaId, pace: SleepMode, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn drain(&mut self, id: SchemaId, mode: SleepMode, out: &mut Vec<Effect>) -> bool {
         let plan = Arc::clone(&self.plan);
-        let mut dry = true;
+        let mut all_asleep = true;
         for &group in plan.groups_under(id) {
-            dry &= self.sleep_group(group, pace, out);
+            all_asleep &= self.sleep_group(group, mode, out);
         }
-        dry
+        all_asleep
     }
 
-    /// Puts the members of a group to sleep with everything below them, as far as the pace allows. Returns
+    /// Puts the members of a group to sleep with everything below them, as far as the mode allows. Returns
     /// true if none is awake. The requests of fathers and operators for the members that sleep are removed.
-    pub(super) fn sleep_group(&mut self, group: GroupId, pace: SleepMode, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn sleep_group(&mut self, group: GroupId, mode: SleepMode, out: &mut Vec<Effect>) -> bool {
         let plan = Arc::clone(&self.plan);
         self.drop_handover(group);
         self.cancel_arbitration(group);
         self.disarm(Timer::Turn(group));
-        let mut dry = true;
+        let mut all_asleep = true;
         for &member in plan.members(group) {
-            let below = self.drain(member, pace, out);
+            let subtree_asleep = self.drain(member, mode, out);
             if self.is_awake(member) {
-                let may =
-                    pace == SleepMode::AtOnce || (below && self.node(member).run != RunState::Iterating);
-                if !may {
-                    dry = false;
+                let may_sleep = mode == SleepMode::AtOnce
+                    || (subtree_asleep && self.node(member).run != RunState::Iterating);
+                if !may_sleep {
+                    all_asleep = false;
                     continue;
                 }
                 self.put_to_sleep(member, out);
             }
             self.node_mut(member).requesters.clear();
-            dry &= below;
+            all_asleep &= subtree_asleep;
         }
-        if dry {
+        if all_asleep {
             self.reset(group);
         }
-        dry
+        all_asleep
     }
 
     /// Puts one awake schema to sleep at once. Its subtree must sleep already. Its requesters remain.
@@ -82,34 +82,34 @@ impl Hierarchy {
         if abandoned {
             node.run = RunState::Abandoned;
         }
-        let woke = std::mem::take(&mut node.woken);
+        let woken = std::mem::take(&mut node.woken);
         out.push(Effect::Slept { id, abandoned });
         self.change(id, State::Slept, out);
         let plan = Arc::clone(&self.plan);
         for &need in &plan.schema(id).needs {
             self.release(need, Requester::Need(id));
         }
-        for perceptive in woke {
+        for perceptive in woken {
             self.release(perceptive, Requester::Father(id));
         }
     }
 
-    /// Removes one requester; returns whether it was there. A perceptive schema that is no longer wanted
-    /// sleeps when the transaction settles.
-    pub(super) fn release(&mut self, id: SchemaId, who: Requester) -> bool {
+    /// Removes one requester; returns whether it was present. A perceptive schema that should no longer be
+    /// awake sleeps when the transaction settles.
+    pub(super) fn release(&mut self, id: SchemaId, requester: Requester) -> bool {
         let requesters = &mut self.node_mut(id).requesters;
-        let Ok(at) = requesters.binary_search(&who) else {
+        let Ok(position) = requesters.binary_search(&requester) else {
             return false;
         };
-        requesters.remove(at);
+        requesters.remove(position);
         if self.plan.kind(id) == Kind::Perceptive && !self.node(id).should_be_awake() {
             self.unneeded.push(id);
         }
         true
     }
 
-    /// Ends a transaction: perceptive schemas that are no longer wanted go to sleep, after the schemas that
-    /// needed them.
+    /// Ends a transaction: perceptive schemas that should no longer be awake go to sleep, after the schemas
+    /// that needed them.
     pub(super) fn settle(&mut self, out: &mut Vec<Effect>) {
         let mut next = 0;
         while let Some(&id) = self.unneeded.get(next) {

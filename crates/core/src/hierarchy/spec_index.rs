@@ -1,7 +1,7 @@
 //! The fixed part of a hierarchy: the specification, with its links upwards and downwards computed in
 //! advance.
 //!
-//! Look-ups only. It refuses to check identifiers: they must be those of a valid specification.
+//! Lookups only. It refuses to check identifiers: they must be those of a valid specification.
 
 use crate::spec::{GroupId, GroupSpec, Kind, SchemaId, SchemaSpec, Spec};
 
@@ -18,25 +18,25 @@ pub(super) struct SpecIndex {
 impl SpecIndex {
     pub(super) fn new(spec: Spec) -> Self {
         let mut group_of = vec![None; spec.schemas.len()];
-        let mut place_of = vec![0; spec.schemas.len()];
-        let mut under = vec![Vec::new(); spec.schemas.len()];
+        let mut position_of = vec![0; spec.schemas.len()];
+        let mut groups_under = vec![Vec::new(); spec.schemas.len()];
         let mut roots = Vec::new();
         for (index, group) in (0u32..).zip(&spec.groups) {
             let id = GroupId(index);
             match group.father {
-                Some(father) => under[father.index()].push(id),
+                Some(father) => groups_under[father.index()].push(id),
                 None => roots.push(id),
             }
-            for (place, member) in group.members.iter().enumerate() {
+            for (position, member) in group.members.iter().enumerate() {
                 group_of[member.index()] = Some(id);
-                place_of[member.index()] = place;
+                position_of[member.index()] = position;
             }
         }
         Self {
             spec,
             group_of,
-            position_of: place_of,
-            groups_under: under,
+            position_of,
+            groups_under,
             roots,
         }
     }

@@ -1,4 +1,4 @@
-//! The timers of a hierarchy: what falls due without a call.
+//! The timers of a hierarchy, which cause transactions without a report of the executor.
 //!
 //! It refuses to wait: an executor queries the next due time and reports when it has been reached.
 
@@ -6,7 +6,7 @@ use super::Hierarchy;
 use crate::effect::Effect;
 use crate::spec::{GroupId, Nanos, SchemaId};
 
-/// What falls due at some time. Each timer exists at most once.
+/// An event at a time that is known in advance. Each timer exists at most once.
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Timer {
     /// The patience with the loser of this group ends (R1).

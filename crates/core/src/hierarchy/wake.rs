@@ -30,12 +30,12 @@ impl Hierarchy {
         out: &mut Vec<Effect>,
     ) -> Result<(), Refused> {
         self.check_authority(father, child)?;
-        let who = Requester::Father(father);
-        if self.node(child).requesters.binary_search(&who).is_err() {
+        let requester = Requester::Father(father);
+        if self.node(child).requesters.binary_search(&requester).is_err() {
             if self.plan.kind(child) == Kind::Perceptive {
                 self.node_mut(father).woken.push(child);
             }
-            let awake = self.request(child, who, out);
+            let awake = self.request(child, requester, out);
             self.compete(now, child, awake, Cause::Woken(child), out);
             self.settle(out);
         }
@@ -71,15 +71,16 @@ impl Hierarchy {
     }
 
     /// Adds a requester and wakes the schema if that is allowed. Returns true if it woke.
-    pub(super) fn request(&mut self, id: SchemaId, who: Requester, out: &mut Vec<Effect>) -> bool {
+    pub(super) fn request(&mut self, id: SchemaId, requester: Requester, out: &mut Vec<Effect>) -> bool {
         let requesters = &mut self.node_mut(id).requesters;
-        if let Err(at) = requesters.binary_search(&who) {
-            requesters.insert(at, who);
+        if let Err(position) = requesters.binary_search(&requester) {
+            requesters.insert(position, requester);
         }
         self.wake_if_allowed(id, out)
     }
 
-    /// Wakes a schema that is wanted and sleeps, after everything that it needs. Returns true if it woke.
+    /// Wakes a schema that sleeps and should be awake, after all schemas that it needs. Returns true if it
+    /// woke.
     pub(super) fn wake_if_allowed(&mut self, id: SchemaId, out: &mut Vec<Effect>) -> bool {
         if self.phase != Phase::Running || self.is_awake(id) || !self.node(id).should_be_awake() {
             return false;
@@ -148,15 +149,15 @@ impl Hierarchy {
             });
         }
         if !self.node(father).authority {
-            let mut because = father;
-            while self.state(because) == State::Winner
-                && let Some(above) = self.plan.father(because)
+            let mut blocker = father;
+            while self.state(blocker) == State::Winner
+                && let Some(father) = self.plan.father(blocker)
             {
-                because = above;
+                blocker = father;
             }
             return Err(Refused::NoAuthority {
                 father: self.name(father),
-                because: self.name(because),
+                because: self.name(blocker),
             });
         }
         if self.handover_above(father).is_some() {

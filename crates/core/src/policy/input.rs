@@ -1,4 +1,4 @@
-//! What a policy chooses from. It refuses to hold authority, and any time other than the given one.
+//! The input of a policy. It refuses to hold authority, and to use any time other than the given one.
 
 use crate::record::Candidate;
 use crate::spec::{Nanos, SchemaId};
@@ -12,11 +12,11 @@ pub(crate) struct PolicyInput<'a> {
     pub(crate) first: Option<usize>,
     /// All members in the father's order.
     pub(crate) members: &'a [SchemaId],
-    /// The present choice.
+    /// The current choice.
     pub(crate) chosen: Option<SchemaId>,
-    /// When the present choice was made.
+    /// When the current choice was made.
     pub(crate) since: Nanos,
-    /// The last choice, present or past.
+    /// The last choice, current or past.
     pub(crate) last: Option<SchemaId>,
     pub(crate) now: Nanos,
 }
@@ -29,12 +29,12 @@ impl PolicyInput<'_> {
         self.candidates.iter().filter(|c| c.ready)
     }
 
-    /// Returns the present choice if it is READY.
+    /// Returns the current choice if it is READY.
     pub(super) fn incumbent(&self) -> Option<&Candidate> {
         self.ready().find(|c| Some(c.id) == self.chosen)
     }
 
-    /// Returns how long the present choice has lasted.
+    /// Returns how long the current choice has lasted.
     pub(super) fn elapsed(&self) -> Nanos {
         self.now.saturating_sub(self.since)
     }

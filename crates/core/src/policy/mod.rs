@@ -23,30 +23,29 @@ pub static POLICIES: &[&PolicyKind] = &[
     &father::KIND,
 ];
 
-/// What is fixed of a policy.
+/// The fixed properties of a policy.
 pub struct PolicyKind {
     /// Its number in the ABI, where 0 to 4 are those of version 1.0.
     pub code: u32,
     /// Its name in application files and in records.
     pub name: &'static str,
-    /// How it decides, for people.
+    /// How it decides, for users.
     pub summary: &'static str,
     /// The time for which a choice stays.
     pub time: Option<TimeParameter>,
     /// A number that the policy uses: finite, not negative, 0 if it is not stated.
     pub number: Option<NumberParameter>,
-    /// Whether it compares more than readiness. A change of it alone is settled after the winner's iteration
-    /// (R2).
+    /// Whether it compares more than readiness. A change of that value alone takes effect after the winner's
+    /// iteration (R2).
     pub compares_urgency: bool,
-    /// Whether it changes the winner by intention, which is no chattering.
+    /// Whether it changes the winner regularly, which is not chattering.
     pub rotates: bool,
-    /// What a READY member waits for at most before it is chosen, from the time and the number of other
-    /// members.
+    /// The longest wait of a READY member before it is chosen, from the time and the number of other members.
     wait: Option<Wait>,
     choose: fn(&PolicyInput<'_>, Policy) -> Choice,
 }
 
-/// Returns what takes the time, and its length.
+/// Returns a description of the wait, and its length.
 type Wait = fn(Nanos, Nanos) -> (&'static str, Nanos);
 
 /// The time of a policy.
@@ -63,7 +62,7 @@ pub struct TimeParameter {
 pub struct NumberParameter {
     /// Its key in application files.
     pub key: &'static str,
-    /// What it states, for people.
+    /// What it states, for users.
     pub meaning: &'static str,
 }
 
@@ -102,7 +101,7 @@ impl Policy {
         Some(Self::new(kind, time, number)).filter(|policy| policy.refused_key().is_none())
     }
 
-    /// Returns what is fixed of it.
+    /// Returns its fixed properties.
     #[must_use]
     pub fn kind(self) -> &'static PolicyKind {
         self.kind
@@ -138,7 +137,8 @@ impl Policy {
         time.map(|time| time.key).or(number.map(|number| number.key))
     }
 
-    /// Returns what a READY member waits for at most before it is chosen, in a group with `others` besides.
+    /// Returns the longest wait of a READY member before it is chosen, in a group with `others` other
+    /// members.
     pub(crate) fn wait(self, others: Nanos) -> Option<(&'static str, Nanos)> {
         self.kind.wait.map(|wait| wait(self.time, others))
     }
@@ -153,8 +153,8 @@ impl Policy {
     pub(crate) fn turn_end(self, input: &PolicyInput<'_>) -> Option<Nanos> {
         self.kind.time.as_ref()?;
         let end = input.since.saturating_add(self.time);
-        let then = self.choose(&PolicyInput { now: end, ..*input }).map(|(id, _)| id);
-        (end > input.now && input.chosen.is_some() && then != input.chosen).then_some(end)
+        let next = self.choose(&PolicyInput { now: end, ..*input }).map(|(id, _)| id);
+        (end > input.now && input.chosen.is_some() && next != input.chosen).then_some(end)
     }
 }
 

@@ -39,8 +39,11 @@ fn choose(input: &PolicyInput<'_>, policy: Policy) -> Choice {
     let last = input
         .last
         .and_then(|last| members.iter().position(|&m| m == last));
-    let in_turn = members.iter().cycle().skip(last.map_or(0, |at| at + 1));
-    in_turn
+    let order = members
+        .iter()
+        .cycle()
+        .skip(last.map_or(0, |position| position + 1));
+    order
         .take(members.len())
         .filter_map(|&m| input.ready().find(|c| c.id == m))
         .map(|c| (c.id, "its turn has come"))

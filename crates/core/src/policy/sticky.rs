@@ -1,4 +1,5 @@
-//! The present choice stays until its dwell time has ended and a challenger exceeds its urgency by the margin.
+//! The current choice stays until its dwell time has ended and a challenger exceeds its urgency by the
+//! margin.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! The READY member with the highest urgency wins. On a tie the present choice wins, then the father's order.
+//! The READY member with the highest urgency wins. On a tie the current choice wins, then the father's order.
 
 use super::{Choice, Policy, PolicyInput, PolicyKind};
 
@@ -15,7 +15,7 @@ pub(super) static KIND: PolicyKind = PolicyKind {
 };
 
 impl Policy {
-    /// The READY member with the highest urgency wins. On a tie the present choice wins, then the father's
+    /// The READY member with the highest urgency wins. On a tie the current choice wins, then the father's
     /// order.
     pub const URGENCY: Self = Self::new(&KIND, 0, 0.0);
 }

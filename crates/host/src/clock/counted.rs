@@ -1,6 +1,6 @@
 //! Virtual time for the executors of real time. It advances when every registered thread waits, to the first
 //! instant that one of them waits for. A call takes exactly the time that it spends, however busy the machine
-//! is. It does not wait for threads that are not registered.
+//! is. Threads that are not registered do not delay it.
 //!
 //! A waiting thread checks repeatedly whether it has work. Time advances once all threads have checked since
 //! the last work ended and found none. So no thread with pending signals is skipped, and the clock needs no
@@ -37,7 +37,7 @@ struct CountedState {
 #[derive(Debug)]
 struct Wait {
     until: Option<Nanos>,
-    /// The value of `news` when the thread last found no work.
+    /// The value of `version` when the thread last found no work.
     seen_version: u64,
 }
 
@@ -46,7 +46,7 @@ impl Counted {
         self.now.load(Ordering::Acquire)
     }
 
-    /// Registers one more thread: time stands still until it waits, too.
+    /// Registers one more thread: time does not advance until it waits, too.
     pub(super) fn register_thread(&self) {
         self.lock().threads += 1;
     }
@@ -55,7 +55,7 @@ impl Counted {
     pub(super) fn unregister_thread(&self) {
         let mut state = self.lock();
         state.threads = state.threads.saturating_sub(1);
-        state.forget();
+        state.remove_current_thread();
         state.version += 1;
     }
 
@@ -69,14 +69,14 @@ impl Counted {
     /// Waits a moment for a notification, or for that time.
     pub(super) fn wait<'a, T>(
         &self,
-        news: &Condvar,
+        condition: &Condvar,
         guard: MutexGuard<'a, T>,
         until: Option<Nanos>,
     ) -> MutexGuard<'a, T> {
         self.begin_wait(until);
-        let waited = news.wait_timeout(guard, CHECK_INTERVAL);
+        let result = condition.wait_timeout(guard, CHECK_INTERVAL);
         self.lock().waiting.remove(&thread::current().id());
-        waited.unwrap_or_else(PoisonError::into_inner).0
+        result.unwrap_or_else(PoisonError::into_inner).0
     }
 
     /// Lets that much time pass, as part of this thread's work.
@@ -96,15 +96,16 @@ impl Counted {
         if state.working.remove(&this) {
             state.version += 1;
         }
-        let seen = state.version;
+        let version = state.version;
         state.waiting.insert(
             this,
             Wait {
                 until,
-                seen_version: seen,
+                seen_version: version,
             },
         );
-        if state.waiting.len() < state.threads || state.waiting.values().any(|wait| wait.seen_version != seen)
+        if state.waiting.len() < state.threads
+            || state.waiting.values().any(|wait| wait.seen_version != version)
         {
             return;
         }
@@ -121,7 +122,7 @@ impl Counted {
 }
 
 impl CountedState {
-    fn forget(&mut self) {
+    fn remove_current_thread(&mut self) {
         let this = thread::current().id();
         self.working.remove(&this);
         self.waiting.remove(&this);

@@ -23,9 +23,9 @@ pub(crate) enum Clock {
     },
     /// Advances when all threads wait.
     Counted(Counted),
-    /// Stands still until it is set.
+    /// Advances only when it is set.
     Virtual {
-        /// The present time.
+        /// The current time.
         now: AtomicU64,
         /// In a replay, whether the recorded clock ran at the speed of wall-clock time; `None` outside a
         /// replay.
@@ -52,11 +52,11 @@ impl Clock {
         }
     }
 
-    /// Repeats the times of a recorded clock, which ran at the speed of wall-clock time or not.
-    pub(crate) fn replayed(everybodys: bool) -> Self {
+    /// Repeats the times of a recorded clock, which may have run at the speed of wall-clock time.
+    pub(crate) fn replayed(at_wall_clock_speed: bool) -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
-            recorded_real_time: Some(everybodys),
+            recorded_real_time: Some(at_wall_clock_speed),
         }
     }
 
@@ -78,8 +78,8 @@ impl Clock {
         }
     }
 
-    /// Sets virtual time, also to an earlier instant: a replay repeats one after the other what several
-    /// threads did at once, each at its own time.
+    /// Sets virtual time, also to an earlier instant: a replay repeats the simultaneous actions of
+    /// several threads one after the other, each at its own time.
     pub(crate) fn set_exactly(&self, now: Nanos) {
         match self {
             Self::Real { .. } | Self::Counted(_) => {}
@@ -87,18 +87,18 @@ impl Clock {
         }
     }
 
-    /// How long to wait on this machine until the application's time is `then`.
-    pub(crate) fn duration_until(&self, then: Nanos) -> Duration {
+    /// Returns how long to wait on this machine until the application's time is `time`.
+    pub(crate) fn duration_until(&self, time: Nanos) -> Duration {
         match self {
             Self::Real { speed, .. } => {
-                let time = then.saturating_sub(self.now());
+                let remaining = time.saturating_sub(self.now());
                 Duration::from_nanos(if *speed == 1.0 {
-                    time
+                    remaining
                 } else {
-                    (time as f64 / speed).ceil() as u64
+                    (remaining as f64 / speed).ceil() as u64
                 })
             }
-            Self::Counted(counted) => Duration::from_nanos(then.saturating_sub(counted.now())),
+            Self::Counted(counted) => Duration::from_nanos(time.saturating_sub(counted.now())),
             Self::Virtual { .. } => Duration::ZERO,
         }
     }
@@ -107,18 +107,18 @@ impl Clock {
     /// condition variable may.
     pub(crate) fn wait<'a, T>(
         &self,
-        news: &Condvar,
+        condition: &Condvar,
         guard: MutexGuard<'a, T>,
         until: Option<Nanos>,
     ) -> MutexGuard<'a, T> {
         if let Self::Counted(counted) = self {
-            return counted.wait(news, guard, until);
+            return counted.wait(condition, guard, until);
         }
         let Some(until) = until else {
-            return news.wait(guard).unwrap_or_else(PoisonError::into_inner);
+            return condition.wait(guard).unwrap_or_else(PoisonError::into_inner);
         };
-        let waited = news.wait_timeout(guard, self.duration_until(until));
-        waited.unwrap_or_else(PoisonError::into_inner).0
+        let result = condition.wait_timeout(guard, self.duration_until(until));
+        result.unwrap_or_else(PoisonError::into_inner).0
     }
 
     /// Registers a thread that waits by this clock. Only counted time needs it.
@@ -142,14 +142,14 @@ impl Clock {
         }
     }
 
-    /// Lets that much time pass in the middle of a call, where time is counted.
+    /// Lets `time` pass in the middle of a call, if time is counted.
     pub(crate) fn spend(&self, time: Nanos) {
         if let Self::Counted(counted) = self {
             counted.spend(time);
         }
     }
 
-    /// The application's time in which that much passes on this machine, ns.
+    /// Converts a duration on this machine into the application's time, ns.
     pub(crate) fn scale_machine_time(&self, time: Duration) -> Nanos {
         match self {
             Self::Real { speed, .. } => scaled(time, *speed),
@@ -158,7 +158,7 @@ impl Clock {
         }
     }
 
-    /// Seconds of the application in a second of the machine; 0 where time stands still during calls.
+    /// Returns the seconds of the application in a second of the machine; 0 if calls take no time.
     pub(crate) fn speed(&self) -> f64 {
         match self {
             Self::Real { speed, .. } => *speed,
@@ -173,13 +173,12 @@ impl Clock {
             Self::Real { speed, .. } => *speed == 1.0,
             Self::Counted(_) => false,
             Self::Virtual {
-                recorded_real_time: past,
-                ..
-            } => past.unwrap_or(false),
+                recorded_real_time, ..
+            } => recorded_real_time.unwrap_or(false),
         }
     }
 
-    /// Whether the clock repeats a recorded time: in a replay nothing is late.
+    /// Whether the clock repeats a recorded time, in which no turn is late.
     pub(crate) fn is_replayed(&self) -> bool {
         matches!(
             self,

@@ -50,8 +50,8 @@ use observe::{DeferredEvents, GroupStatistics};
 use operate::OperatorHolds;
 pub(crate) use outcome::RunOutcome;
 pub(crate) use services::FatherAction;
-use signals::{PendingNotifications, Signals};
 pub(crate) use signals::{Notifier, Signal};
+use signals::{PendingNotifications, Signals};
 pub(crate) use transact::IterationPermission;
 pub(crate) use wiring::Variables;
 
@@ -94,7 +94,7 @@ pub(crate) struct RulesState {
     /// Pairs of father and role whose last wake or sleep was refused. Only the first of consecutive refusals
     /// is reported.
     refused_requests: BTreeSet<(usize, usize)>,
-    /// The timer that was last set through the bells.
+    /// The timer that was last set.
     alarm: Option<Nanos>,
     /// What to notify once the lock is free.
     notifications: PendingNotifications,

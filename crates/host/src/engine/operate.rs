@@ -379,7 +379,8 @@ impl Engine {
         rules.shutdown_order.get_or_insert_default();
         let drivers = rules.commands.brake_all(self.clock.now());
         for driver in &drivers {
-            self.signals.post_within(&mut rules.notifications, *driver, Signal::Triggered);
+            self.signals
+                .post_within(&mut rules.notifications, *driver, Signal::Triggered);
         }
         self.unlock(rules);
         drivers

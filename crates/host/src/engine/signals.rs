@@ -86,7 +86,8 @@ impl Signals {
 
     /// Leaves a signal for an instance. Returns whether to notify its thread, outside of the lock.
     pub(super) fn post(&self, instance: usize, signal: Signal) -> bool {
-        self.notifier().is_some_and(|notifier| notifier.post(instance, signal))
+        self.notifier()
+            .is_some_and(|notifier| notifier.post(instance, signal))
     }
 
     pub(super) fn notify(&self, instance: usize) {
@@ -102,11 +103,11 @@ impl Signals {
         }
     }
 
-    /// Sets the timer within a transaction.
-    pub(super) fn set_timer_within(&self, pending: &mut PendingNotifications, next: Option<Nanos>) {
-        if let Some(notifier) = self.notifier() {
-            pending.timer |= notifier.set_timer(next);
-        }
+    /// Sets the timer within a transaction. Returns whether there is an executor.
+    pub(super) fn set_timer_within(&self, pending: &mut PendingNotifications, next: Option<Nanos>) -> bool {
+        let notifier = self.notifier();
+        pending.timer |= notifier.as_ref().is_some_and(|notifier| notifier.set_timer(next));
+        notifier.is_some()
     }
 
     /// Notifies the threads that a transaction concerns.

@@ -154,9 +154,8 @@ impl Engine {
             self.carry_out(rules, now, step(&result));
         }
         let next = rules.hierarchy.next_timer();
-        if rules.alarm != next {
+        if rules.alarm != next && self.signals.set_timer_within(&mut rules.notifications, next) {
             rules.alarm = next;
-            self.signals.set_timer_within(&mut rules.notifications, next);
         }
         (result, moment)
     }
@@ -188,10 +187,15 @@ impl Engine {
 
     fn apply(&self, rules: &mut RulesState, now: Nanos, effect: Effect) {
         match effect {
-            Effect::Woken(id) => self.signals.post_within(&mut rules.notifications, id.index(), Signal::Awake(now)),
+            Effect::Woken(id) => {
+                self.signals
+                    .post_within(&mut rules.notifications, id.index(), Signal::Awake(now))
+            }
             Effect::Slept { id, .. } => match &mut rules.shutdown_order {
                 Some(order) => order.push(id.index()),
-                None => self.signals.post_within(&mut rules.notifications, id.index(), Signal::Asleep),
+                None => self
+                    .signals
+                    .post_within(&mut rules.notifications, id.index(), Signal::Asleep),
             },
             Effect::TakesOver { group, id } => {
                 let level = self.group_subtree(&rules.hierarchy, group);
@@ -208,7 +212,10 @@ impl Engine {
             Effect::Granted(id) if rules.shutdown_order.is_none() => rules.commands.grant(id.index()),
             Effect::Granted(_) => {}
             Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),
-            Effect::Promoted(id) => self.signals.post_within(&mut rules.notifications, id.index(), Signal::Promoted),
+            Effect::Promoted(id) => {
+                self.signals
+                    .post_within(&mut rules.notifications, id.index(), Signal::Promoted)
+            }
             Effect::Demoted(_) => {}
             Effect::Arbitrate { group, ticket, level } => {
                 if let Some(father) = self.application.groups[group.index()].father {
@@ -270,7 +277,8 @@ impl Engine {
     /// Signals drivers to carry out at once commands that cannot wait for their period.
     fn signal_drivers(&self, rules: &mut RulesState, drivers: &[usize]) {
         for driver in drivers {
-            self.signals.post_within(&mut rules.notifications, *driver, Signal::Triggered);
+            self.signals
+                .post_within(&mut rules.notifications, *driver, Signal::Triggered);
         }
     }
 

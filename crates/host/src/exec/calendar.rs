@@ -1,4 +1,4 @@
-//! When instances are due, and until when a worker may sleep. It never waits itself.
+//! The deadlines of instances, and the time until which a worker may sleep. It never waits itself.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ const LEEWAY_DIVISOR: Nanos = 1000;
 /// The greatest such delay, ns: the default timer slack of a Linux thread.
 const MAX_LEEWAY: Nanos = 50_000;
 
-/// Deadlines by time, and each instance's own.
+/// All deadlines, ordered by time and by instance.
 pub(super) struct Calendar {
     entries: BTreeSet<(Nanos, usize)>,
     due: Vec<Option<Nanos>>,
@@ -26,7 +26,7 @@ impl Calendar {
         }
     }
 
-    /// Sets the only deadline of an instance. Its turn may wait for others up to `leeway`, ns.
+    /// Sets the only deadline of an instance. Its turn may be delayed by up to `leeway`, ns.
     pub(super) fn set_due(&mut self, instance: usize, due: Option<Nanos>, leeway: Nanos) {
         self.remove(instance);
         self.entries.extend(due.map(|due| (due, instance)));
@@ -51,8 +51,8 @@ impl Calendar {
         Some(instance)
     }
 
-    /// When a worker must be ready: at the first deadline, or at a later one if no instance's leeway ends
-    /// before it.
+    /// Returns when a worker must be ready: at the first deadline, or at a later one if no instance's leeway
+    /// ends before it.
     pub(super) fn next_wakeup(&self) -> Option<Nanos> {
         let mut latest = Nanos::MAX;
         let mut next = None;
@@ -67,7 +67,7 @@ impl Calendar {
     }
 }
 
-/// How long a turn of that period may wait for others, ns.
+/// Returns how long a turn of a schema with this period may be delayed, ns.
 pub(super) fn leeway(period: Nanos) -> Nanos {
     (period / LEEWAY_DIVISOR).min(MAX_LEEWAY)
 }
@@ -88,37 +88,53 @@ mod tests {
     }
 
     #[test]
-    fn who_is_due_comes_out_in_order_and_once() {
+    fn due_instances_are_returned_once_in_the_order_of_their_deadlines() {
         let mut calendar = calendar(&[(30, 0), (10, 0), (20, 0)]);
         assert_eq!(calendar.pop_due(9), None);
         assert_eq!(calendar.pop_due(20), Some(1));
         assert_eq!(calendar.pop_due(20), Some(2));
         assert_eq!(calendar.pop_due(29), None);
         calendar.set_due(0, Some(40), 0);
-        assert_eq!(calendar.pop_due(39), None, "it has another deadline now");
+        assert_eq!(
+            calendar.pop_due(39),
+            None,
+            "the new deadline replaces the old one"
+        );
         calendar.remove(0);
         assert_eq!(calendar.pop_due(Nanos::MAX), None);
         assert_eq!(calendar.next_wakeup(), None);
     }
 
     #[test]
-    fn r11_nobody_waits_longer_than_its_leeway_for_others() {
-        let near = |second, leeway| calendar(&[(MS, 10), (MS + second, leeway)]).next_wakeup();
-        assert_eq!(near(10, 10), Some(MS + 10), "both at once");
-        assert_eq!(near(11, 10), Some(MS), "the first would be too late");
+    fn r11_no_turn_is_delayed_longer_than_its_leeway() {
+        let wakeup_for_two = |second, leeway| calendar(&[(MS, 10), (MS + second, leeway)]).next_wakeup();
+        assert_eq!(wakeup_for_two(10, 10), Some(MS + 10), "one wakeup for both");
+        assert_eq!(
+            wakeup_for_two(11, 10),
+            Some(MS),
+            "the first turn would be too late"
+        );
         assert_eq!(
             calendar(&[(MS, 10)]).next_wakeup(),
             Some(MS),
-            "there is nobody to wait for"
+            "a single deadline is not delayed"
         );
-        let hurried = calendar(&[(MS, 10), (MS + 1, 1), (MS + 3, 10)]);
-        assert_eq!(hurried.next_wakeup(), Some(MS + 1), "the second has little");
-        let busy = calendar(&[(MS, 0), (MS + 1, 10)]);
-        assert_eq!(busy.next_wakeup(), Some(MS), "the first has none");
+        let short_leeway = calendar(&[(MS, 10), (MS + 1, 1), (MS + 3, 10)]);
+        assert_eq!(
+            short_leeway.next_wakeup(),
+            Some(MS + 1),
+            "the leeway of the second deadline limits the delay"
+        );
+        let no_leeway = calendar(&[(MS, 0), (MS + 1, 10)]);
+        assert_eq!(
+            no_leeway.next_wakeup(),
+            Some(MS),
+            "the first deadline has no leeway"
+        );
     }
 
     #[test]
-    fn r11_the_leeway_is_a_thousandth_of_the_period_and_never_long() {
+    fn r11_the_leeway_is_a_thousandth_of_the_period_up_to_a_maximum() {
         assert_eq!(leeway(MS), 1000);
         assert_eq!(leeway(50 * MS), MAX_LEEWAY);
         assert_eq!(leeway(3_600_000 * MS), MAX_LEEWAY);

@@ -1,7 +1,7 @@
 //! Lockstep: virtual time, one thread, as fast as the machine allows; the same seed gives the same run to the
 //! bit (R16).
 //!
-//! Calls take no virtual time, so nothing overruns here, and a call that never returns stops the whole run.
+//! Calls take no virtual time, so nothing overruns, and a call that never returns stops the whole run.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,10 +15,10 @@ use crate::inbox::Inbox;
 use crate::runner::Runner;
 use crate::turn_order::turn_order;
 
-/// Signals in the order in which they arrived, and the time of the rules' next timer.
+/// The signals in the order of their arrival, and the time of the rules' next timer.
 pub(crate) struct SignalQueue {
     signals: Mutex<VecDeque<(usize, Signal)>>,
-    /// Whether signals may wait. Checked after every turn, which rarely causes one.
+    /// Whether the queue may contain signals. Checked after every turn, which rarely causes one.
     has_signals: AtomicBool,
     /// [`NEVER`] if no timer runs.
     alarm: AtomicU64,
@@ -43,19 +43,19 @@ impl Notifier for SignalQueue {
     /// Several values that arrive before their reader has run trigger it once, as in real time.
     fn post(&self, instance: usize, signal: Signal) -> bool {
         let mut signals = self.signals.lock().unwrap_or_else(PoisonError::into_inner);
-        let waits =
+        let is_same =
             |(other, signal): &(usize, Signal)| *other == instance && matches!(signal, Signal::Triggered);
-        if !(matches!(signal, Signal::Triggered) && signals.iter().any(waits)) {
+        if !(matches!(signal, Signal::Triggered) && signals.iter().any(is_same)) {
             signals.push_back((instance, signal));
             self.has_signals.store(true, Ordering::Release);
         }
         false
     }
 
-    /// No thread waits: the thread that left the signal runs the turn.
+    /// No thread waits: the thread that posted the signal runs the turn.
     fn notify(&self, _: usize) {}
 
-    /// Kept here, so that an instant need not query the rules for it.
+    /// Stores the time, so that an instant need not query the rules for it.
     fn set_timer(&self, next: Option<Nanos>) -> bool {
         self.alarm.store(next.unwrap_or(NEVER), Ordering::Release);
         false
@@ -75,7 +75,7 @@ impl Default for SignalQueue {
 }
 
 impl SignalQueue {
-    /// When the rules' next timer is due.
+    /// Returns when the rules' next timer is due.
     fn next_timer(&self) -> Option<Nanos> {
         Some(self.alarm.load(Ordering::Acquire)).filter(|timer| *timer != NEVER)
     }
@@ -97,8 +97,8 @@ impl SignalQueue {
 impl LockstepExecutor {
     pub(crate) fn new(engine: Arc<Engine>, runners: Vec<Runner>) -> Self {
         let queue = Arc::new(SignalQueue::default());
-        let bells: Arc<dyn Notifier> = Arc::clone(&queue) as _;
-        engine.attach(&bells);
+        let notifier: Arc<dyn Notifier> = Arc::clone(&queue) as _;
+        engine.attach(&notifier);
         let order = turn_order(&engine.application.instances);
         let due = vec![None; runners.len()];
         let triggered = vec![(0, 0); runners.len()];
@@ -153,7 +153,7 @@ impl LockstepExecutor {
         }
     }
 
-    /// Brakes, puts everything to sleep, children before fathers, and ends the instances in reverse order.
+    /// Brakes, puts all schemas to sleep, children before fathers, and ends the instances in reverse order.
     pub(crate) fn shut_down(&mut self) {
         self.engine.brake_all();
         self.process_signals();
@@ -170,9 +170,9 @@ impl LockstepExecutor {
     /// Processes all signals that the last call caused, at the same instant.
     fn process_signals(&mut self) {
         while let Some((number, signal)) = self.queue.pop() {
-            // A turn for a viewer would change the run, since without a viewer it does not occur.
-            let for_eyes = matches!(signal, Signal::PanelOpened);
-            if for_eyes || matches!(signal, Signal::Triggered) && self.is_trigger_loop(number) {
+            // A turn for a viewer would change the run, because it does not occur without a viewer.
+            let for_viewer = matches!(signal, Signal::PanelOpened);
+            if for_viewer || matches!(signal, Signal::Triggered) && self.is_trigger_loop(number) {
                 continue;
             }
             let mut inbox = Inbox::default();
@@ -191,7 +191,7 @@ impl LockstepExecutor {
     }
 
     /// Whether an instance was triggered at this instant more often than the longest chain of schemas allows.
-    /// Then schemas trigger each other in a circle, which would never end in virtual time.
+    /// Then schemas trigger each other in a cycle, which would never end in virtual time.
     fn is_trigger_loop(&mut self, number: usize) -> bool {
         let now = self.engine.clock.now();
         let (instant, times) = &mut self.triggered[number];

@@ -15,7 +15,8 @@ use crate::engine::{Engine, Notifier, Signal};
 use crate::inbox::Inbox;
 use crate::runner::{CallHandle, Runner};
 
-/// Fewest workers beside the one that is always free, so that long turns leave some for the other schemas.
+/// The least number of workers beside the one that is always free, so that long turns do not occupy all of
+/// them.
 const MIN_WORKERS: usize = 4;
 /// About how long a notified worker takes to start, ns. If a busy worker returns within this time, no other
 /// is notified.
@@ -49,7 +50,7 @@ struct Workers {
 
 struct Schedule {
     inboxes: Vec<Inbox>,
-    /// The worker that takes each instance's turn.
+    /// By instance, the worker that takes its turn.
     busy: Vec<Option<usize>>,
     /// Instances with signals that no worker has taken.
     ready: VecDeque<usize>,
@@ -57,23 +58,23 @@ struct Schedule {
     calendar: Calendar,
     /// When each instance's turn began, and the longest of its recent turns.
     turns: Vec<TurnDurations>,
-    /// Until when the keeper sleeps, the worker that then looks at the calendar; `None` if no worker keeps
-    /// it.
+    /// Until when the timer worker sleeps, which then serves the next deadline; `None` if there is no timer
+    /// worker.
     timer_worker_until: Option<Nanos>,
-    /// Until when the deputy sleeps: a little longer than the keeper, which the system may not let run in
-    /// time; `None` without a deputy.
+    /// Until when the backup worker sleeps: a little longer than the timer worker, which the system may not
+    /// schedule in time; `None` if there is no backup worker.
     backup_worker_until: Option<Nanos>,
     capacity: Capacity,
-    /// The number of threads that wait until an instance has nothing to do.
-    settling: usize,
+    /// The number of threads that wait until an instance is idle.
+    idle_waiters: usize,
     is_stopping: bool,
 }
 
-/// The durations of one instance's turns, with all that is in them.
+/// The durations of one instance's turns, including all calls in them.
 #[derive(Clone, Copy, Default)]
 struct TurnDurations {
     began: Nanos,
-    /// Whether the present turn was expected to be short.
+    /// Whether the current turn was expected to be short.
     is_short: bool,
     /// The longest recent turn. Falls by a quarter from turn to turn; `None` before the first.
     longest: Option<Nanos>,
@@ -81,15 +82,15 @@ struct TurnDurations {
 
 impl Notifier for Pool {
     fn post(&self, instance: usize, signal: Signal) -> bool {
-        let mut desk = self.lock();
+        let mut schedule = self.lock();
         // An instance with signals is in the queue already.
-        let first = desk.inboxes[instance].is_empty();
-        desk.inboxes[instance].push(signal);
-        let waits = first && desk.busy[instance].is_none();
-        if waits {
-            desk.ready.push_back(instance);
+        let first = schedule.inboxes[instance].is_empty();
+        schedule.inboxes[instance].push(signal);
+        let is_ready = first && schedule.busy[instance].is_none();
+        if is_ready {
+            schedule.ready.push_back(instance);
         }
-        waits
+        is_ready
     }
 
     fn notify(&self, _: usize) {
@@ -117,7 +118,7 @@ impl Pool {
             .max(MIN_WORKERS)
             .min(count)
             + 1;
-        let desk = Schedule {
+        let schedule = Schedule {
             inboxes: (0..count).map(|_| Inbox::default()).collect(),
             busy: vec![None; count],
             ready: VecDeque::new(),
@@ -126,12 +127,12 @@ impl Pool {
             timer_worker_until: None,
             backup_worker_until: None,
             capacity: Capacity::new(workers, count),
-            settling: 0,
+            idle_waiters: 0,
             is_stopping: false,
         };
-        let pool = Arc::new_cyclic(|own| Self {
-            this: Weak::clone(own),
-            schedule: Mutex::new(desk),
+        let pool = Arc::new_cyclic(|this| Self {
+            this: Weak::clone(this),
+            schedule: Mutex::new(schedule),
             work: Condvar::new(),
             idle: Condvar::new(),
             runners: runners
@@ -153,7 +154,7 @@ impl Pool {
 
     /// Starts one more worker.
     fn start_worker(&self, engine: &Arc<Engine>) -> std::io::Result<()> {
-        let Some(own) = self.this.upgrade() else {
+        let Some(pool) = self.this.upgrade() else {
             return Ok(());
         };
         let mut workers = lock(&self.workers);
@@ -162,7 +163,7 @@ impl Pool {
         let thread = Builder::new().name(format!("worker-{worker}"));
         engine.clock.register_thread();
         let thread = thread.spawn(move || {
-            run_guarded(&engine, || own.run(&engine, worker));
+            run_guarded(&engine, || pool.run(&engine, worker));
             engine.clock.unregister_thread();
         })?;
         workers.threads.insert(worker, thread);
@@ -181,7 +182,7 @@ impl Pool {
             drop(runner);
             self.finish_turn(number, due, period, engine.clock.now());
         }
-        // The shutdown does not join a worker that leaves before it.
+        // The shutdown does not join a worker that exits before it.
         if !self.lock().is_stopping {
             drop(lock(&self.workers).threads.remove(&worker));
         }
@@ -189,11 +190,11 @@ impl Pool {
 
     /// Starts more workers, which `capacity` counts already.
     fn start_workers(&self, engine: &Arc<Engine>, number: usize) {
-        for hired in 0..number {
+        for started in 0..number {
             let Err(error) = self.start_worker(engine) else {
                 continue;
             };
-            self.lock().capacity.remove_workers(number - hired);
+            self.lock().capacity.remove_workers(number - started);
             if !std::mem::replace(&mut lock(&self.workers).is_refused, true) {
                 tracing::error!("the system refuses a thread in place of those inside calls: {error}");
             }
@@ -201,82 +202,86 @@ impl Pool {
         }
     }
 
-    /// Waits for an instance that has signals or is due. Returns `None` when the worker must leave.
+    /// Waits for an instance that has signals or is due. Returns `None` when the worker must exit.
     fn next_turn(&self, engine: &Arc<Engine>, worker: usize) -> Option<(usize, Inbox)> {
-        let mut desk = self.lock();
+        let mut schedule = self.lock();
         loop {
-            if desk.is_stopping {
+            if schedule.is_stopping {
                 return None;
             }
             let now = engine.clock.now();
-            let others = desk.capacity.deferred_until(now);
-            if others.is_none()
-                && let Some(number) = desk.pop_ready(now)
+            let deferred_until = schedule.capacity.deferred_until(now);
+            if deferred_until.is_none()
+                && let Some(number) = schedule.pop_ready(now)
             {
                 engine.clock.mark_busy();
-                desk.busy[number] = Some(worker);
-                let inbox = std::mem::take(&mut desk.inboxes[number]);
-                let turns = &mut desk.turns[number];
+                schedule.busy[number] = Some(worker);
+                let inbox = std::mem::take(&mut schedule.inboxes[number]);
+                let turns = &mut schedule.turns[number];
                 (turns.began, turns.is_short) =
                     (now, turns.longest.is_none_or(|longest| longest <= WAKE_LATENCY));
-                let (longest, brief) = (turns.longest.filter(|_| inbox.is_light()), turns.is_short);
-                let hired = desk.capacity.begin_turn(now, brief);
-                if desk.needs_another_worker(now, longest) {
-                    // This worker may have been the keeper of the calendar, and is now busy for as long as
-                    // the call takes.
+                let (longest, is_short) = (turns.longest.filter(|_| inbox.is_light()), turns.is_short);
+                let added = schedule.capacity.begin_turn(now, is_short);
+                if schedule.needs_another_worker(now, longest) {
+                    // This worker may have been the timer worker, and is now busy for as long as the call
+                    // takes.
                     self.work.notify_one();
                 }
-                drop(desk);
-                self.start_workers(engine, hired);
+                drop(schedule);
+                self.start_workers(engine, added);
                 return Some((number, inbox));
             }
-            // One worker keeps the calendar. One deputy, possibly the last free worker, stands in for it. The
-            // others wait for a notification.
-            desk = match (others, desk.calendar.next_wakeup()) {
-                (None, Some(due)) if desk.timer_worker_until.is_none_or(|kept| due < kept) => {
-                    desk.timer_worker_until = Some(due);
-                    let mut desk = engine.clock.wait(&self.work, desk, Some(due));
-                    if desk.timer_worker_until == Some(due) {
-                        desk.timer_worker_until = None;
+            // One worker waits for the next deadline. One backup worker, possibly the last free one, waits
+            // slightly longer. The others wait for a notification.
+            schedule = match (deferred_until, schedule.calendar.next_wakeup()) {
+                (None, Some(due)) if schedule.timer_worker_until.is_none_or(|until| due < until) => {
+                    schedule.timer_worker_until = Some(due);
+                    let mut schedule = engine.clock.wait(&self.work, schedule, Some(due));
+                    if schedule.timer_worker_until == Some(due) {
+                        schedule.timer_worker_until = None;
                     }
-                    desk
+                    schedule
                 }
-                (_, due) if others.is_some() || due.is_some() && desk.backup_worker_until.is_none() => {
-                    let late = due.map(|due| due.saturating_add(GRACE).max(others.unwrap_or_default()));
+                (_, due)
+                    if deferred_until.is_some()
+                        || due.is_some() && schedule.backup_worker_until.is_none() =>
+                {
+                    let for_deadline =
+                        due.map(|due| due.saturating_add(GRACE).max(deferred_until.unwrap_or_default()));
                     // Signals are due from the time they arrive.
-                    let mail = others.filter(|_| !desk.ready.is_empty());
-                    desk.backup_worker_until = mail.or(late);
-                    let until = desk.backup_worker_until;
-                    let mut desk = engine.clock.wait(&self.work, desk, until);
-                    desk.backup_worker_until = None;
-                    desk
+                    let for_signals = deferred_until.filter(|_| !schedule.ready.is_empty());
+                    schedule.backup_worker_until = for_signals.or(for_deadline);
+                    let until = schedule.backup_worker_until;
+                    let mut schedule = engine.clock.wait(&self.work, schedule, until);
+                    schedule.backup_worker_until = None;
+                    schedule
                 }
-                _ if desk.capacity.try_retire(now) => return None,
+                _ if schedule.capacity.try_retire(now) => return None,
                 _ => {
-                    let until = desk.capacity.idle_until(now);
-                    engine.clock.wait(&self.work, desk, until)
+                    let until = schedule.capacity.idle_until(now);
+                    engine.clock.wait(&self.work, schedule, until)
                 }
             };
         }
     }
 
     fn finish_turn(&self, number: usize, due: Option<Nanos>, period: Nanos, now: Nanos) {
-        let mut desk = self.lock();
-        desk.busy[number] = None;
-        let brief = desk.turns[number].is_short;
-        desk.capacity.end_turn(brief);
-        desk.turns[number].end(now);
+        let mut schedule = self.lock();
+        schedule.busy[number] = None;
+        let is_short = schedule.turns[number].is_short;
+        schedule.capacity.end_turn(is_short);
+        schedule.turns[number].end(now);
         // A schema with long turns gets no leeway: a schema due after it, to read what it writes, would need
-        // another worker meanwhile.
-        let leeway = if desk.turns[number].has_short_turns() {
+        // another worker.
+        let leeway = if schedule.turns[number].has_short_turns() {
             leeway(period)
         } else {
             0
         };
-        desk.calendar.set_due(number, due, leeway);
-        if !desk.inboxes[number].is_empty() {
-            desk.ready.push_back(number);
-        } else if desk.settling > 0 {
+        schedule.calendar.set_due(number, due, leeway);
+        if !schedule.inboxes[number].is_empty() {
+            schedule.ready.push_back(number);
+        } else if schedule.idle_waiters > 0 {
             self.idle.notify_all();
         }
     }
@@ -310,9 +315,10 @@ impl TurnDurations {
 
 impl Schedule {
     /// Whether to notify another worker after one has taken a turn that is expected to end after `longest`.
-    /// False if no more signals wait and the next deadline is served: by the keeper, or by this worker if it
-    /// returns in time and a deputy stands in for it. In time means before a worker notified at the deadline
-    /// could start. If this worker takes longer, or cannot serve all that is due, the deputy takes over.
+    /// False if no more signals wait and the next deadline is served: by the timer worker, or by this worker
+    /// if it returns in time and there is a backup worker. In time means before a worker notified at the
+    /// deadline could start. If this worker takes longer, or cannot serve all that is due, the backup worker
+    /// takes over.
     fn needs_another_worker(&self, now: Nanos, longest: Option<Nanos>) -> bool {
         if !self.ready.is_empty() {
             return true;
@@ -320,12 +326,13 @@ impl Schedule {
         let Some(due) = self.calendar.next_wakeup() else {
             return false;
         };
-        let kept = self.timer_worker_until.is_some_and(|kept| kept <= due);
-        let stood_in = self
+        let has_timer_worker = self.timer_worker_until.is_some_and(|until| until <= due);
+        let has_backup = self
             .backup_worker_until
             .is_some_and(|until| until <= due.saturating_add(GRACE));
-        let back = longest.is_some_and(|longest| now + longest <= due.max(now).saturating_add(WAKE_LATENCY));
-        !(kept || stood_in && back)
+        let returns_in_time =
+            longest.is_some_and(|longest| now + longest <= due.max(now).saturating_add(WAKE_LATENCY));
+        !(has_timer_worker || has_backup && returns_in_time)
     }
 
     /// Takes an instance to run now; signals precede deadlines.
@@ -342,16 +349,17 @@ impl Schedule {
 
 impl ThreadExecutor for Pool {
     fn wait_until_idle(&self, instance: usize, within: Duration) -> bool {
-        let waiting =
-            |desk: &mut Schedule| desk.busy[instance].is_some() || !desk.inboxes[instance].is_empty();
-        let mut desk = self.lock();
-        desk.settling += 1;
-        let (mut desk, _) = self
+        let is_busy = |schedule: &mut Schedule| {
+            schedule.busy[instance].is_some() || !schedule.inboxes[instance].is_empty()
+        };
+        let mut schedule = self.lock();
+        schedule.idle_waiters += 1;
+        let (mut schedule, _) = self
             .idle
-            .wait_timeout_while(desk, within, waiting)
+            .wait_timeout_while(schedule, within, is_busy)
             .unwrap_or_else(PoisonError::into_inner);
-        desk.settling -= 1;
-        !waiting(&mut desk)
+        schedule.idle_waiters -= 1;
+        !is_busy(&mut schedule)
     }
 
     /// The hung worker is abandoned with its call, and a new one is started.
@@ -360,10 +368,10 @@ impl ThreadExecutor for Pool {
         engine: &Arc<Engine>,
         instance: usize,
         since: Nanos,
-        tell: &mut dyn FnMut(u64),
+        report: &mut dyn FnMut(u64),
     ) -> bool {
-        let line = lock(&self.runners[instance]).call_handle.clone();
-        let Some(runner) = line.give_up(since, tell) else {
+        let call_handle = lock(&self.runners[instance]).call_handle.clone();
+        let Some(runner) = call_handle.give_up(since, report) else {
             return false;
         };
         *lock(&self.runners[instance]) = PooledRunner::new(runner);
@@ -375,7 +383,7 @@ impl ThreadExecutor for Pool {
         // the instance and exits.
         drop(lock(&self.workers).threads.remove(&worker));
         self.finish_turn(instance, None, 0, engine.clock.now());
-        // The abandoned worker may have been the keeper, and does not look at the work it left.
+        // The abandoned worker may have been the timer worker, and does not take the work that waits.
         self.work.notify_one();
         self.start_workers(engine, 1);
         true
@@ -384,15 +392,15 @@ impl ThreadExecutor for Pool {
     fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize> {
         self.lock().is_stopping = true;
         self.work.notify_all();
-        let holders = self.runners.iter().enumerate().rev();
+        let runners = self.runners.iter().enumerate().rev();
         let lost = shutdown::end_all(
             engine,
-            holders.map(|(number, holder)| (number, Arc::clone(&lock(holder).runner))),
+            runners.map(|(number, pooled)| (number, Arc::clone(&lock(pooled).runner))),
         );
         if lost.is_empty() {
             let workers = std::mem::take(&mut *lock(&self.workers));
             for worker in workers.threads.into_values() {
-                // `guarded` has reported its panics.
+                // `run_guarded` has reported its panics.
                 let _ = worker.join();
             }
         }
@@ -408,8 +416,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::*;
 
-    /// A desk with one instance, due at that time.
-    fn due(due: Nanos) -> Schedule {
+    /// A schedule with one instance, due at that time.
+    fn schedule_due_at(due: Nanos) -> Schedule {
         let mut calendar = Calendar::new(1);
         calendar.set_due(0, Some(due), 0);
         Schedule {
@@ -421,38 +429,57 @@ mod tests {
             timer_worker_until: None,
             backup_worker_until: None,
             capacity: Capacity::new(2, 1),
-            settling: 0,
+            idle_waiters: 0,
             is_stopping: false,
         }
     }
 
     #[test]
-    fn another_is_called_unless_the_next_is_served_in_time() {
-        let mut desk = due(1_000_000);
-        let called = |desk: &Schedule, now, longest| desk.needs_another_worker(now, Some(longest));
-        assert!(called(&desk, 0, 0), "nobody would come if this one stays away");
-        desk.backup_worker_until = Some(1_000_000 + GRACE);
-        assert!(!called(&desk, 0, 900_000), "it is back, or the deputy comes");
+    fn another_worker_is_notified_unless_the_next_deadline_is_served_in_time() {
+        let mut schedule = schedule_due_at(1_000_000);
+        let needs_another =
+            |schedule: &Schedule, now, longest| schedule.needs_another_worker(now, Some(longest));
         assert!(
-            !called(&desk, 0, 1_000_000 + WAKE_LATENCY),
-            "who is called comes no sooner"
+            needs_another(&schedule, 0, 0),
+            "no other worker serves the deadline"
         );
-        assert!(called(&desk, 0, 1_000_001 + WAKE_LATENCY), "it would be late");
+        schedule.backup_worker_until = Some(1_000_000 + GRACE);
         assert!(
-            desk.needs_another_worker(0, None),
-            "nobody knows how long this takes"
+            !needs_another(&schedule, 0, 900_000),
+            "this worker returns in time, or the backup worker takes over"
         );
         assert!(
-            !called(&desk, 1_100_000, WAKE_LATENCY),
-            "it is due, but who is called comes no sooner"
+            !needs_another(&schedule, 0, 1_000_000 + WAKE_LATENCY),
+            "a notified worker would not start sooner"
         );
-        assert!(called(&desk, 1_100_000, WAKE_LATENCY + 1), "it is due");
-        desk.backup_worker_until = Some(1_000_001 + GRACE);
-        assert!(called(&desk, 0, 0), "the deputy comes too late");
-        desk.timer_worker_until = Some(1_000_000);
-        assert!(!desk.needs_another_worker(0, None), "the calendar is kept");
-        desk.ready.push_back(0);
-        assert!(desk.needs_another_worker(0, None), "there is more to do now");
+        assert!(
+            needs_another(&schedule, 0, 1_000_001 + WAKE_LATENCY),
+            "this worker would return too late"
+        );
+        assert!(
+            schedule.needs_another_worker(0, None),
+            "the duration of the turn is unknown"
+        );
+        assert!(
+            !needs_another(&schedule, 1_100_000, WAKE_LATENCY),
+            "the instance is due, but a notified worker would not start sooner"
+        );
+        assert!(
+            needs_another(&schedule, 1_100_000, WAKE_LATENCY + 1),
+            "the instance is due"
+        );
+        schedule.backup_worker_until = Some(1_000_001 + GRACE);
+        assert!(
+            needs_another(&schedule, 0, 0),
+            "the backup worker starts too late"
+        );
+        schedule.timer_worker_until = Some(1_000_000);
+        assert!(
+            !schedule.needs_another_worker(0, None),
+            "the timer worker serves the deadline"
+        );
+        schedule.ready.push_back(0);
+        assert!(schedule.needs_another_worker(0, None), "a signal waits");
     }
 
     #[test]

@@ -13,32 +13,32 @@ use crate::runner::Runner;
 /// An instance's number and its runner.
 type NumberedRunner = (usize, Arc<Mutex<Runner>>);
 
-/// Ends instances in this order. Returns the instances that are left behind: inside a call, or hung in their
+/// Ends instances in this order. Returns the instances that are abandoned: inside a call, or hung in their
 /// end.
-pub(super) fn end_all(engine: &Arc<Engine>, seats: impl IntoIterator<Item = NumberedRunner>) -> Vec<usize> {
-    let seats: Arc<Mutex<VecDeque<NumberedRunner>>> = Arc::new(Mutex::new(seats.into_iter().collect()));
+pub(super) fn end_all(engine: &Arc<Engine>, runners: impl IntoIterator<Item = NumberedRunner>) -> Vec<usize> {
+    let runners: Arc<Mutex<VecDeque<NumberedRunner>>> = Arc::new(Mutex::new(runners.into_iter().collect()));
     let mut lost = Vec::new();
     loop {
         let (done, ended) = channel();
-        let (own, mine) = (Arc::clone(engine), Arc::clone(&seats));
+        let (thread_engine, queue) = (Arc::clone(engine), Arc::clone(&runners));
         let thread = Builder::new().name("jde-end".to_owned());
-        let thread = thread.spawn(move || run_guarded(&own, || end_each(&mine, &done)));
+        let thread = thread.spawn(move || run_guarded(&thread_engine, || end_each(&queue, &done)));
         let Ok(thread) = thread else {
-            // Without a thread they end here, and an instance that hangs blocks the shutdown.
+            // Without a new thread they end on this one, and an instance that hangs blocks the shutdown.
             let (done, ended) = channel();
-            end_each(&seats, &done);
+            end_each(&runners, &done);
             drop(done);
             lost.extend(ended.into_iter().filter_map(EndProgress::lost));
             return lost;
         };
-        let mut present = None;
+        let mut current = None;
         loop {
             match ended.recv_timeout(REST_TIMEOUT) {
-                Ok(EndProgress::Started(number)) => present = Some(number),
-                Ok(EndProgress::Done) => present = None,
+                Ok(EndProgress::Started(number)) => current = Some(number),
+                Ok(EndProgress::Done) => current = None,
                 Ok(EndProgress::Lost(number)) => lost.push(number),
                 Err(RecvTimeoutError::Disconnected) => {
-                    // `guarded` has reported its panics.
+                    // `run_guarded` has reported its panics.
                     let _ = thread.join();
                     return lost;
                 }
@@ -46,7 +46,7 @@ pub(super) fn end_all(engine: &Arc<Engine>, seats: impl IntoIterator<Item = Numb
             }
         }
         // The hung instance keeps that thread; the others get a new one.
-        lost.extend(present);
+        lost.extend(current);
     }
 }
 
@@ -66,19 +66,19 @@ impl EndProgress {
     }
 }
 
-/// Ends the instances of `seats`. The receiver of `told` may be gone already.
-fn end_each(seats: &Mutex<VecDeque<NumberedRunner>>, told: &Sender<EndProgress>) {
+/// Ends the instances of `runners`. The receiver of `progress` may have been dropped.
+fn end_each(runners: &Mutex<VecDeque<NumberedRunner>>, progress: &Sender<EndProgress>) {
     loop {
-        let next = seats.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+        let next = runners.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
         let Some((number, runner)) = next else { return };
         match runner.try_lock() {
             Ok(mut runner) => {
-                let _ = told.send(EndProgress::Started(number));
+                let _ = progress.send(EndProgress::Started(number));
                 runner.destroy();
-                let _ = told.send(EndProgress::Done);
+                let _ = progress.send(EndProgress::Done);
             }
             Err(TryLockError::WouldBlock) => {
-                let _ = told.send(EndProgress::Lost(number));
+                let _ = progress.send(EndProgress::Lost(number));
             }
             Err(TryLockError::Poisoned(_)) => {}
         }

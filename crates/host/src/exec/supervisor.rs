@@ -1,5 +1,5 @@
 //! The supervisor of real time: runs the rules' timers, detects calls that do not return, and brings
-//! everything to rest at the end.
+//! all schemas to rest at the end.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -18,7 +18,7 @@ const MIN_HANG_TIME: Duration = Duration::from_secs(1);
 /// The longest time between two checks of running calls, ns: a hung call is detected within a quarter of a
 /// second.
 const MAX_CHECK_INTERVAL: Nanos = 250_000_000;
-/// How long an instance may take to fall asleep at the end before it is left behind.
+/// How long an instance may take to fall asleep at the end before it is abandoned.
 pub(super) const REST_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The time of the rules' next timer, and whether the supervisor must stop.
@@ -28,22 +28,22 @@ pub(crate) struct Alarm {
     changed: Condvar,
 }
 
-/// An executor, as the supervisor sees it.
+/// The operations of an executor that the supervisor uses.
 pub(crate) trait ThreadExecutor: Send + Sync {
-    /// Waits until an instance has nothing to do. Returns false if it still had after `within`.
+    /// Waits until an instance is idle. Returns false if it is still busy after `within`.
     fn wait_until_idle(&self, instance: usize, within: Duration) -> bool;
-    /// Gives up the call of an instance that runs since `since`, and puts another runner in its place. `tell`
-    /// runs before the replacement and receives the bytes of shared values that the call keeps. Returns
-    /// false, without running `tell`, if the call cannot be given up now.
+    /// Gives up the call of an instance that runs since `since`, and puts another runner in its place.
+    /// `report` runs before the replacement and receives the bytes of shared values that the call keeps.
+    /// Returns false, without running `report`, if the call cannot be given up now.
     fn replace_runner(
         &self,
         engine: &Arc<Engine>,
         instance: usize,
         since: Nanos,
-        tell: &mut dyn FnMut(u64),
+        report: &mut dyn FnMut(u64),
     ) -> bool;
-    /// Ends all instances in reverse order, and the threads. Returns the instances that are inside a call and
-    /// are left behind.
+    /// Ends all instances in reverse order, and the threads. Returns the instances that are still
+    /// inside a call, which are abandoned.
     fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize>;
 }
 
@@ -52,7 +52,7 @@ impl Alarm {
     pub(crate) fn set(&self, next: Option<Nanos>) -> bool {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let sooner = match (next, state.0) {
-            (Some(next), Some(set)) => next < set,
+            (Some(next), Some(previous)) => next < previous,
             (Some(_), None) => true,
             (None, _) => false,
         };
@@ -73,13 +73,13 @@ impl Alarm {
 /// Supervises until the alarm is stopped.
 pub(crate) fn supervise(
     engine: &Arc<Engine>,
-    crew: &dyn ThreadExecutor,
+    executor: &dyn ThreadExecutor,
     alarm: &Alarm,
     limit: Option<Nanos>,
 ) {
     jde_isolation::sharpen_timers();
     let mut reported = vec![None; engine.metrics.len()];
-    let look = check_interval(engine);
+    let check_interval = self::check_interval(engine);
     loop {
         let now = engine.clock.now();
         if limit.is_some_and(|limit| now >= limit) {
@@ -89,26 +89,26 @@ pub(crate) fn supervise(
             engine.clock.mark_busy();
             engine.tick();
         }
-        detect_hung_calls(engine, crew, now, &mut reported);
+        detect_hung_calls(engine, executor, now, &mut reported);
         let state = alarm.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.1 {
             return;
         }
-        let ended = limit.filter(|limit| *limit > now);
-        let next = [state.0, ended, Some(now + look)]
+        let end = limit.filter(|limit| *limit > now);
+        let next = [state.0, end, Some(now + check_interval)]
             .into_iter()
             .flatten()
             .min()
-            .expect("the look is always there");
+            .expect("the time of the next check is always set");
         drop(engine.clock.wait(&alarm.changed, state, Some(next)));
     }
 }
 
 /// Stops actuators first, then puts schemas to sleep, children before fathers, and then ends them in reverse
 /// order.
-pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn ThreadExecutor) {
+pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor) {
     for driver in engine.brake_all() {
-        if !crew.wait_until_idle(driver, REST_TIMEOUT) {
+        if !executor.wait_until_idle(driver, REST_TIMEOUT) {
             tracing::error!(
                 schema = engine.name(driver),
                 "did not carry out the last brake within {REST_TIMEOUT:?}"
@@ -119,23 +119,23 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, crew: &dyn ThreadExecutor) {
     // Schemas put to sleep earlier may still be in that call.
     for instance in (0..engine.metrics.len()).rev() {
         if !order.contains(&instance) {
-            crew.wait_until_idle(instance, REST_TIMEOUT);
+            executor.wait_until_idle(instance, REST_TIMEOUT);
         }
     }
     for instance in order {
         engine.send_to_sleep(instance);
-        if !crew.wait_until_idle(instance, REST_TIMEOUT) && engine.processes.has_process(instance) {
+        if !executor.wait_until_idle(instance, REST_TIMEOUT) && engine.processes.has_process(instance) {
             let why = "its process was ended while it was inside its last call";
             engine.processes.kill(instance, why, true);
         }
-        if !crew.wait_until_idle(instance, REST_TIMEOUT) {
+        if !executor.wait_until_idle(instance, REST_TIMEOUT) {
             tracing::error!(
                 schema = engine.name(instance),
                 "is still inside a call after {REST_TIMEOUT:?} and is left behind"
             );
         }
     }
-    for instance in crew.end_all(engine) {
+    for instance in executor.end_all(engine) {
         tracing::error!(
             schema = engine.name(instance),
             "never returned from its last call"
@@ -157,14 +157,14 @@ pub(crate) fn run_guarded(engine: &Engine, body: impl FnOnce()) {
         return;
     };
     match AbandonedInstance::from_payload(payload) {
-        Ok(left) => engine.end_abandoned(left),
+        Ok(instance) => engine.end_abandoned(instance),
         Err(_) => engine.report_panic(),
     }
 }
 
 fn detect_hung_calls(
     engine: &Arc<Engine>,
-    crew: &dyn ThreadExecutor,
+    executor: &dyn ThreadExecutor,
     now: Nanos,
     reported: &mut [Option<Nanos>],
 ) {
@@ -195,15 +195,15 @@ fn detect_hung_calls(
             }
             continue;
         }
-        let mut tell = |kept| engine.report_abandoned_call(number, since, reason.clone(), kept);
+        let mut report = |kept| engine.report_abandoned_call(number, since, reason.clone(), kept);
         // The level selects again even if the replacement must wait.
-        if !crew.replace_runner(engine, number, since, &mut tell) {
+        if !executor.replace_runner(engine, number, since, &mut report) {
             engine.report_hung_call(number, reason);
         }
     }
 }
 
-/// How long a call may take before it counts as hung, in the application's time, ns.
+/// Returns how long a call may take before it counts as hung, in the application's time, ns.
 fn hang_timeout(engine: &Engine, number: usize) -> Nanos {
     let instance = &engine.application.instances[number];
     let least = || engine.clock.scale_machine_time(MIN_HANG_TIME);
@@ -211,10 +211,10 @@ fn hang_timeout(engine: &Engine, number: usize) -> Nanos {
     instance.hang_ns.unwrap_or_else(by_budget)
 }
 
-/// How often running calls are checked: four times within the shortest patience, ns.
+/// Returns the time between two checks of running calls: a quarter of the shortest hang timeout, ns.
 fn check_interval(engine: &Engine) -> Nanos {
-    let patiences = (0..engine.metrics.len()).map(|number| hang_timeout(engine, number));
-    patiences
+    let timeouts = (0..engine.metrics.len()).map(|number| hang_timeout(engine, number));
+    timeouts
         .min()
         .map_or(MAX_CHECK_INTERVAL, |least| (least / 4).min(MAX_CHECK_INTERVAL))
 }

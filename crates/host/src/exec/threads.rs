@@ -36,19 +36,19 @@ struct ThreadRunner {
 #[derive(Default)]
 struct Mailbox {
     inbox: Inbox,
-    /// Its thread takes a turn, and looks here before it waits again.
+    /// Its thread takes a turn, and checks the mailbox before it waits again.
     busy: bool,
     is_stopping: bool,
-    /// The number of threads that wait until there is nothing to do. Usually none, and notifying none still
+    /// The number of threads that wait until the instance is idle. Usually none, and notifying none still
     /// costs a system call.
-    settling: usize,
+    idle_waiters: usize,
 }
 
 impl Notifier for Threads {
     fn post(&self, instance: usize, signal: Signal) -> bool {
-        let mut mail = lock(&self.instances[instance].mailbox);
-        mail.inbox.push(signal);
-        !mail.busy
+        let mut mailbox = lock(&self.instances[instance].mailbox);
+        mailbox.inbox.push(signal);
+        !mailbox.busy
     }
 
     fn notify(&self, instance: usize) {
@@ -70,17 +70,17 @@ impl Threads {
         runners: Vec<Runner>,
         alarm: Arc<Alarm>,
     ) -> std::io::Result<Arc<Self>> {
-        let seats = runners
+        let instances = runners
             .into_iter()
             .map(|runner| Arc::new(InstanceThread::new(runner)));
         let threads = Arc::new(Self {
-            instances: seats.collect(),
+            instances: instances.collect(),
             alarm,
         });
-        for (number, seat) in threads.instances.iter().enumerate() {
-            let runner = Arc::clone(&lock(&seat.runner).runner);
-            match spawn(engine, number, seat, move || Some(runner)) {
-                Ok(thread) => lock(&seat.runner).thread = Some(thread),
+        for (number, thread) in threads.instances.iter().enumerate() {
+            let runner = Arc::clone(&lock(&thread.runner).runner);
+            match spawn(engine, number, thread, move || Some(runner)) {
+                Ok(handle) => lock(&thread.runner).thread = Some(handle),
                 Err(error) => {
                     threads.end_all(engine);
                     return Err(error);
@@ -93,16 +93,16 @@ impl Threads {
 
 impl ThreadExecutor for Threads {
     fn wait_until_idle(&self, instance: usize, within: Duration) -> bool {
-        let seat = &self.instances[instance];
-        let mut mail = lock(&seat.mailbox);
-        mail.settling += 1;
-        let waiting = |mail: &mut Mailbox| mail.busy || !mail.inbox.is_empty();
-        let (mut mail, _) = seat
+        let thread = &self.instances[instance];
+        let mut mailbox = lock(&thread.mailbox);
+        mailbox.idle_waiters += 1;
+        let is_busy = |mailbox: &mut Mailbox| mailbox.busy || !mailbox.inbox.is_empty();
+        let (mut mailbox, _) = thread
             .idle
-            .wait_timeout_while(mail, within, waiting)
+            .wait_timeout_while(mailbox, within, is_busy)
             .unwrap_or_else(PoisonError::into_inner);
-        mail.settling -= 1;
-        !waiting(&mut mail)
+        mailbox.idle_waiters -= 1;
+        !is_busy(&mut mailbox)
     }
 
     /// The replacement thread is started before the call is given up: if the system refuses it, the schema
@@ -112,51 +112,51 @@ impl ThreadExecutor for Threads {
         engine: &Arc<Engine>,
         instance: usize,
         since: Nanos,
-        tell: &mut dyn FnMut(u64),
+        report: &mut dyn FnMut(u64),
     ) -> bool {
-        let seat = &self.instances[instance];
-        let (hand_over, takes) = mpsc::channel();
-        let thread = match spawn(engine, instance, seat, move || takes.recv().ok()) {
-            Ok(thread) => thread,
+        let thread = &self.instances[instance];
+        let (hand_over, replacement) = mpsc::channel();
+        let handle = match spawn(engine, instance, thread, move || replacement.recv().ok()) {
+            Ok(handle) => handle,
             Err(error) => {
                 tracing::error!("the system refuses a thread in place of one that hangs: {error}");
                 return false;
             }
         };
-        let line = lock(&seat.runner).call_handle.clone();
-        let Some(runner) = line.give_up(since, tell) else {
+        let hung_call = lock(&thread.runner).call_handle.clone();
+        let Some(runner) = hung_call.give_up(since, report) else {
             return false;
         };
-        let line = runner.call_handle();
+        let call_handle = runner.call_handle();
         let runner = Arc::new(Mutex::new(runner));
         // The hung thread is not joined. If its call ever returns, it ends the remains of the instance and
         // exits.
-        *lock(&seat.runner) = ThreadRunner {
+        *lock(&thread.runner) = ThreadRunner {
             runner: Arc::clone(&runner),
-            call_handle: line,
-            thread: Some(thread),
+            call_handle,
+            thread: Some(handle),
         };
-        lock(&seat.mailbox).busy = false;
+        lock(&thread.mailbox).busy = false;
         // The new thread waits for this.
         let _ = hand_over.send(runner);
         true
     }
 
     fn end_all(&self, engine: &Arc<Engine>) -> Vec<usize> {
-        for seat in &self.instances {
-            lock(&seat.mailbox).is_stopping = true;
-            seat.signalled.notify_all();
+        for thread in &self.instances {
+            lock(&thread.mailbox).is_stopping = true;
+            thread.signalled.notify_all();
         }
-        let seats = self.instances.iter().enumerate().rev();
+        let instances = self.instances.iter().enumerate().rev();
         let lost = shutdown::end_all(
             engine,
-            seats.map(|(number, seat)| (number, Arc::clone(&lock(&seat.runner).runner))),
+            instances.map(|(number, thread)| (number, Arc::clone(&lock(&thread.runner).runner))),
         );
-        for (number, seat) in self.instances.iter().enumerate() {
-            let thread = lock(&seat.runner).thread.take();
-            if let Some(thread) = thread.filter(|_| !lost.contains(&number)) {
-                // The thread only has to see `leave`. `guarded` has reported its panics.
-                let _ = thread.join();
+        for (number, thread) in self.instances.iter().enumerate() {
+            let handle = lock(&thread.runner).thread.take();
+            if let Some(handle) = handle.filter(|_| !lost.contains(&number)) {
+                // `run_guarded` has reported its panics.
+                let _ = handle.join();
             }
         }
         lost
@@ -188,47 +188,46 @@ impl InstanceThread {
         }
     }
 
-    /// Waits for signals or for the deadline. Returns `None` when the thread must leave.
+    /// Waits for signals or for the deadline. Returns `None` when the thread must exit.
     fn next_turn(&self, engine: &Engine, due: Option<Nanos>) -> Option<Inbox> {
-        let mut mail = lock(&self.mailbox);
-        mail.busy = false;
+        let mut mailbox = lock(&self.mailbox);
+        mailbox.busy = false;
         loop {
-            if mail.is_stopping {
+            if mailbox.is_stopping {
                 return None;
             }
-            if !mail.inbox.is_empty() {
+            if !mailbox.inbox.is_empty() {
                 break;
             }
-            if mail.settling > 0 {
+            if mailbox.idle_waiters > 0 {
                 self.idle.notify_all();
             }
             if due.is_some_and(|due| engine.clock.duration_until(due).is_zero()) {
                 break;
             }
-            mail = engine.clock.wait(&self.signalled, mail, due);
+            mailbox = engine.clock.wait(&self.signalled, mailbox, due);
         }
         engine.clock.mark_busy();
-        mail.busy = true;
-        Some(std::mem::take(&mut mail.inbox))
+        mailbox.busy = true;
+        Some(std::mem::take(&mut mailbox.inbox))
     }
 }
 
-/// Starts a thread for a seat. It runs the runner that `runner` returns, if any.
+/// Starts the thread of an instance. It runs the runner that `runner` returns, if any.
 fn spawn(
     engine: &Arc<Engine>,
     number: usize,
-    seat: &Arc<InstanceThread>,
+    thread: &Arc<InstanceThread>,
     runner: impl FnOnce() -> Option<Arc<Mutex<Runner>>> + Send + 'static,
 ) -> std::io::Result<JoinHandle<()>> {
-    let (engine, seat) = (Arc::clone(engine), Arc::clone(seat));
+    let (engine, thread) = (Arc::clone(engine), Arc::clone(thread));
     engine.clock.register_thread();
-    // The system shows 15 bytes of a thread's name. The instance's name is the most useful in `top` and a
-    // debugger.
-    let thread = Builder::new().name(engine.name(number).to_owned());
-    thread.spawn(move || {
+    // `top` and debuggers show the first 15 bytes of it.
+    let builder = Builder::new().name(engine.name(number).to_owned());
+    builder.spawn(move || {
         run_guarded(&engine, || {
             if let Some(runner) = runner() {
-                seat.run(&engine, &runner);
+                thread.run(&engine, &runner);
             }
         });
         engine.clock.unregister_thread();

@@ -1,4 +1,4 @@
-//! An instance whose call was given up and has returned after all. Nothing waits for it any more.
+//! An instance whose call was given up and has returned later. Nothing waits for it any more.
 
 use std::any::Any;
 use std::panic::resume_unwind;
@@ -21,12 +21,17 @@ pub(crate) struct AbandonedInstance {
 }
 
 impl AbandonedInstance {
-    pub(super) fn new(number: usize, since: Nanos, body: Option<Body>, desk: &Arc<PortAccess>) -> Self {
+    pub(super) fn new(
+        number: usize,
+        since: Nanos,
+        body: Option<Body>,
+        port_access: &Arc<PortAccess>,
+    ) -> Self {
         Self {
             number,
             since,
             body,
-            _port_access: Arc::clone(desk),
+            _port_access: Arc::clone(port_access),
         }
     }
 
@@ -42,7 +47,7 @@ impl AbandonedInstance {
     /// # Errors
     /// Returns the payload if the unwind had another cause.
     pub(crate) fn from_payload(payload: Box<dyn Any + Send>) -> Result<Self, Box<dyn Any + Send>> {
-        payload.downcast().map(|left| *left)
+        payload.downcast().map(|instance| *instance)
     }
 
     /// Ends the instance.

@@ -1,5 +1,5 @@
-//! Where the functions of an instance run: in this process, or in one of their own. The rest of the host
-//! treats both alike.
+//! Calls the functions of an instance, which run in this process or in a process of their own. The rest of
+//! the host treats both alike.
 
 #![allow(unsafe_code)]
 
@@ -10,7 +10,7 @@ use super::CallContext;
 use super::host_table::HOST;
 use super::isolated::IsolatedInstance;
 
-/// The functions of an instance that was created.
+/// The functions of a created instance.
 pub(crate) enum Body {
     InProcess(InProcessInstance),
     Isolated(Box<IsolatedInstance>),
@@ -23,75 +23,77 @@ impl Body {
             // SAFETY: the table was checked.
             None => unsafe { InProcessInstance::create(call.build.table, &HOST, context(call)) }
                 .map(Self::InProcess),
-            Some(room) => IsolatedInstance::create(call, &room).map(|apart| Self::Isolated(Box::new(apart))),
+            Some(config) => {
+                IsolatedInstance::create(call, &config).map(|instance| Self::Isolated(Box::new(instance)))
+            }
         }
     }
 
     pub(super) fn awake(&mut self, call: &mut CallContext<'_>) -> i32 {
         match self {
-            Self::InProcess(here) => here.awake(context(call)),
-            Self::Isolated(apart) => apart.awake(call),
+            Self::InProcess(instance) => instance.awake(context(call)),
+            Self::Isolated(instance) => instance.awake(call),
         }
     }
 
     pub(super) fn check(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
         match self {
-            Self::InProcess(here) => here.check(context(call)),
-            Self::Isolated(apart) => apart.check(call),
+            Self::InProcess(instance) => instance.check(context(call)),
+            Self::Isolated(instance) => instance.check(call),
         }
     }
 
     pub(super) fn iterate(&mut self, call: &mut CallContext<'_>) -> i32 {
         match self {
-            Self::InProcess(here) => here.iterate(context(call)),
-            Self::Isolated(apart) => apart.iterate(call),
+            Self::InProcess(instance) => instance.iterate(context(call)),
+            Self::Isolated(instance) => instance.iterate(call),
         }
     }
 
     pub(super) fn arbitrate(
         &mut self,
         call: &mut CallContext<'_>,
-        question: &ArbitrationQuery,
+        query: &ArbitrationQuery,
     ) -> (i32, Verdict) {
         match self {
-            Self::InProcess(here) => here.arbitrate(context(call), question),
-            Self::Isolated(apart) => apart.arbitrate(call, question),
+            Self::InProcess(instance) => instance.arbitrate(context(call), query),
+            Self::Isolated(instance) => instance.arbitrate(call, query),
         }
     }
 
     pub(super) fn sleep(&mut self, call: &mut CallContext<'_>) {
         match self {
-            Self::InProcess(here) => here.sleep(context(call)),
-            Self::Isolated(apart) => apart.sleep(call),
+            Self::InProcess(instance) => instance.sleep(context(call)),
+            Self::Isolated(instance) => instance.sleep(call),
         }
     }
 
     pub(super) fn draw(&mut self, call: &mut CallContext<'_>) -> (i32, Result<List, String>) {
         let now = call.engine.clock.now();
         match self {
-            Self::InProcess(here) => here.draw(context(call), now),
-            Self::Isolated(apart) => apart.draw(call),
+            Self::InProcess(instance) => instance.draw(context(call), now),
+            Self::Isolated(instance) => instance.draw(call),
         }
     }
 
     pub(super) fn touch(&mut self, call: &mut CallContext<'_>, by: &str, gesture: &Gesture) -> i32 {
         match self {
-            Self::InProcess(here) => here.touch(context(call), by, gesture),
-            Self::Isolated(apart) => apart.touch(call, by, gesture),
+            Self::InProcess(instance) => instance.touch(context(call), by, gesture),
+            Self::Isolated(instance) => instance.touch(call, by, gesture),
         }
     }
 
     pub(super) fn save(&mut self, call: &mut CallContext<'_>) -> (i32, Result<Vec<u8>, String>) {
         match self {
-            Self::InProcess(here) => here.save(context(call)),
-            Self::Isolated(apart) => apart.save(call),
+            Self::InProcess(instance) => instance.save(context(call)),
+            Self::Isolated(instance) => instance.save(call),
         }
     }
 
-    pub(super) fn restore(&mut self, call: &mut CallContext<'_>, remembered: &SavedMemory) -> i32 {
+    pub(super) fn restore(&mut self, call: &mut CallContext<'_>, memory: &SavedMemory) -> i32 {
         match self {
-            Self::InProcess(here) => here.restore(context(call), remembered),
-            Self::Isolated(apart) => apart.restore(call, remembered),
+            Self::InProcess(instance) => instance.restore(context(call), memory),
+            Self::Isolated(instance) => instance.restore(call, memory),
         }
     }
 
@@ -99,7 +101,7 @@ impl Body {
     pub(super) fn is_dead(&self) -> bool {
         match self {
             Self::InProcess(_) => false,
-            Self::Isolated(apart) => apart.is_dead(),
+            Self::Isolated(instance) => instance.is_dead(),
         }
     }
 
@@ -107,13 +109,13 @@ impl Body {
     pub(super) fn claim_failure_report(&self) -> bool {
         match self {
             Self::InProcess(_) => true,
-            Self::Isolated(apart) => apart.claim_failure_report(),
+            Self::Isolated(instance) => instance.claim_failure_report(),
         }
     }
 }
 
 /// The context that the functions of [`HOST`] expect.
 fn context<'c>(call: &'c mut CallContext<'_>) -> PluginContext<'c> {
-    // SAFETY: the functions of `HOST` expect a `Call` behind their context.
+    // SAFETY: the functions of `HOST` expect a `CallContext` behind their context.
     unsafe { PluginContext::new(call) }
 }

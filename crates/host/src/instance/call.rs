@@ -1,12 +1,12 @@
 //! One call into an instance, and all that the plugin may request of the host during it, wherever the plugin
 //! runs.
 //!
-//! Results are statuses of the ABI. How a request arrives here is for [`super::host_table`] and
-//! [`crate::apart`].
+//! Results are statuses of the ABI. Requests arrive through [`super::host_table`] or
+//! [`super::isolated`].
 //!
-//! A call that was given up can neither read values nor change anything: these requests are refused. Its
-//! name, its seed and the time remain available: it may wait for a time, and plugins do not expect the others
-//! to be missing.
+//! A call that was given up can neither read values nor change state: these requests are refused. Its name,
+//! its seed and the time remain available: it may wait for a time, and plugins do not expect the other two to
+//! be missing.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use super::ports::{PortError, Ports, View};
 use super::{Scratch, state_number};
 use crate::engine::Engine;
 
-/// A call in progress: what a [`raw::Context`] really is.
+/// A call in progress; a [`raw::Context`] points to it.
 pub(crate) struct CallContext<'a> {
     pub(crate) engine: &'a Arc<Engine>,
     pub(crate) number: usize,
@@ -62,21 +62,21 @@ impl CallContext<'_> {
     /// Shows the memory for the next value of an output.
     pub(crate) fn loan<R>(&mut self, port: u32, show: impl FnOnce(&mut [u8]) -> R) -> Result<R, i32> {
         if let Some(PortMapping::Bound(port)) = self.build.mapping(port) {
-            // A missing authority is reported at the publication, as always.
+            // A missing authority is reported at the publication.
             if self.refuses_all(|call| format!("write `{}`", call.port_name(*port))) {
                 return Err(raw::REFUSED);
             }
         }
-        let lent = self.port_access.with_ports(|ports| {
-            let room = match self.build.mapping(port) {
+        let loaned = self.port_access.with_ports(|ports| {
+            let buffer = match self.build.mapping(port) {
                 Some(PortMapping::Bound(port)) => ports.loan(*port),
                 Some(PortMapping::Unbound) => Err(PortError::Unbound),
                 Some(PortMapping::Discarded(bytes)) => Ok(self.scratch.buffer(port, *bytes)),
                 Some(PortMapping::Fixed { .. }) | None => Err(PortError::WrongPort),
             };
-            room.map(show).map_err(|error| status(&error))
+            buffer.map(show).map_err(|error| status(&error))
         });
-        lent.unwrap_or(Err(raw::REFUSED))
+        loaned.unwrap_or(Err(raw::REFUSED))
     }
 
     /// Publishes the loan, measured at `time`; 0 means now.
@@ -144,7 +144,7 @@ impl CallContext<'_> {
         self.request_change(child, |role| self.engine.request_child(self.number, role, false))
     }
 
-    /// State and health of a child.
+    /// Returns the state and the health of a child.
     pub(crate) fn child(&mut self, child: u32) -> Result<raw::ChildStatus, i32> {
         let mut status = raw::ChildStatus {
             size: size_of::<raw::ChildStatus>() as u32,
@@ -152,7 +152,7 @@ impl CallContext<'_> {
             faulted: 0,
             reserved: 0,
         };
-        let done = self.request_change(child, |role| match self.engine.child_status(self.number, role) {
+        let result = self.request_change(child, |role| match self.engine.child_status(self.number, role) {
             Err(status) => status,
             Ok((state, faulted)) => {
                 status.state = state_number(state);
@@ -160,7 +160,11 @@ impl CallContext<'_> {
                 raw::OK
             }
         });
-        if done == raw::OK { Ok(status) } else { Err(done) }
+        if result == raw::OK {
+            Ok(status)
+        } else {
+            Err(result)
+        }
     }
 
     /// Changes the policy of the group in which that child competes.
@@ -187,19 +191,19 @@ impl CallContext<'_> {
         }
     }
 
-    /// The variable behind a port, if there is one; and whether the port writes it.
+    /// Returns the variable behind a port, if there is one; and whether the port writes it.
     pub(crate) fn variable(&self, port: u32) -> Option<(Arc<Variable>, bool)> {
         let Some(PortMapping::Bound(port)) = self.build.mapping(port) else {
             return None;
         };
-        let found = self.port_access.with_ports(|ports| {
+        let variable = self.port_access.with_ports(|ports| {
             let (variable, writes) = ports.variable(*port)?;
             Some((Arc::clone(variable), writes))
         });
-        found.flatten()
+        variable.flatten()
     }
 
-    /// The number of releases of its ports. A value read before a release is not shown after it.
+    /// Returns the number of releases of its ports. A value read before a release is not shown after it.
     pub(crate) fn releases(&self) -> u64 {
         self.port_access
             .with_ports(|ports| ports.releases())
@@ -212,19 +216,19 @@ impl CallContext<'_> {
     }
 
     /// Whether this call may not act on other schemas.
-    fn refuses(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
+    fn refuses(&mut self, action: impl FnOnce(&Self) -> String) -> bool {
         match self.permissions {
             Permissions::All => false,
             Permissions::ExportsOnly => true,
-            Permissions::ReadOnly(_) => self.refuses_all(what),
+            Permissions::ReadOnly(_) => self.refuses_all(action),
         }
     }
 
     /// Whether this call may not even write its exports.
-    fn refuses_all(&mut self, what: impl FnOnce(&Self) -> String) -> bool {
+    fn refuses_all(&mut self, action: impl FnOnce(&Self) -> String) -> bool {
         if let Permissions::ReadOnly(None) = self.permissions {
-            let what = what(self);
-            self.permissions = Permissions::ReadOnly(Some(what));
+            let action = action(self);
+            self.permissions = Permissions::ReadOnly(Some(action));
         }
         self.is_read_only()
     }
@@ -234,11 +238,11 @@ impl CallContext<'_> {
         if let Permissions::All = self.permissions {
             return false;
         }
-        let what = |call: &Self| format!("write `{}`", call.port_name(port));
+        let action = |call: &Self| format!("write `{}`", call.port_name(port));
         match self.port_access.with_ports(|ports| ports.is_foreign_output(port)) {
             None => true,
-            Some(true) => self.refuses(what),
-            Some(false) => self.refuses_all(what),
+            Some(true) => self.refuses(action),
+            Some(false) => self.refuses_all(action),
         }
     }
 
@@ -247,7 +251,7 @@ impl CallContext<'_> {
         ports.get(port).map_or("a port", |port| &port.name)
     }
 
-    /// The role of the application that corresponds to a role of the build.
+    /// Returns the role of the application that corresponds to a role of the build.
     fn role(&self, role: u32) -> Result<usize, i32> {
         self.build
             .role(role)
@@ -255,23 +259,23 @@ impl CallContext<'_> {
             .ok_or(raw::UNBOUND)
     }
 
-    /// The result of writing an export that the application does not have.
+    /// Returns the status of a write to an export that the application does not have.
     fn discarded_status(&self) -> i32 {
         self.port_access.with_ports(|_| raw::OK).unwrap_or(raw::REFUSED)
     }
 
     /// Requests a change of a child from the rules; refused if the call was given up. It cannot be given up
-    /// until this returns.
+    /// until this function returns.
     fn request_change(&self, child: u32, body: impl FnOnce(usize) -> i32) -> i32 {
-        let asked = self.port_access.with_ports(|_| match self.role(child) {
+        let result = self.port_access.with_ports(|_| match self.role(child) {
             Ok(role) => body(role),
             Err(status) => status,
         });
-        asked.unwrap_or(raw::REFUSED)
+        result.unwrap_or(raw::REFUSED)
     }
 }
 
-/// What a port shows. Few ports need the time, and in real time a query of it reads the system's clock.
+/// Returns what a port shows. Calls `now` only if it is needed, because it may read the system's clock.
 fn view<'a>(
     build: &'a Build,
     ports: &'a mut Ports,

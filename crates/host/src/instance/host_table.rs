@@ -42,21 +42,21 @@ pub(super) static HOST: Host = Host {
 /// Runs `body` with the call behind `context`.
 ///
 /// # Safety
-/// `context` is the one given to the present call of an instance, on this thread.
-unsafe fn within<R>(context: *mut Context, broken: R, body: impl FnOnce(&mut CallContext<'_>) -> R) -> R {
-    // SAFETY: by the contract of `Host`, the context is the one that `Instance::enter` made, and nothing else
-    // uses it meanwhile.
+/// `context` is the one given to the current call of an instance, on this thread.
+unsafe fn in_call<R>(context: *mut Context, on_panic: R, body: impl FnOnce(&mut CallContext<'_>) -> R) -> R {
+    // SAFETY: by the contract of `Host`, the context is the one that `Instance::call_optional` made, and
+    // nothing else uses it during the call.
     let call = unsafe { &mut *context.cast::<CallContext<'_>>() };
     catch_unwind(AssertUnwindSafe(|| body(call))).unwrap_or_else(|_| {
         call.engine.report_panic();
-        broken
+        on_panic
     })
 }
 
 unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sample) -> i32 {
     // SAFETY: the plugin gives the context of this call and room for a sample.
     unsafe {
-        within(context, raw::FAILED, |call| {
+        in_call(context, raw::FAILED, |call| {
             let shown = call.read(port, |view| out.write(view.sample()));
             shown.map_or_else(|status| status, |()| raw::OK)
         })
@@ -66,32 +66,32 @@ unsafe extern "C" fn read(context: *mut Context, port: u32, out: *mut raw::Sampl
 unsafe extern "C" fn loan(context: *mut Context, port: u32, out: *mut *mut c_void) -> i32 {
     // SAFETY: the plugin gives the context of this call and room for a pointer.
     unsafe {
-        within(context, raw::FAILED, |call| {
-            let lent = call.loan(port, |room| out.write(room.as_mut_ptr().cast::<c_void>()));
-            lent.map_or_else(|status| status, |()| raw::OK)
+        in_call(context, raw::FAILED, |call| {
+            let loaned = call.loan(port, |buffer| out.write(buffer.as_mut_ptr().cast::<c_void>()));
+            loaned.map_or_else(|status| status, |()| raw::OK)
         })
     }
 }
 
 unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> i32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, raw::FAILED, |call| call.publish(port, time_ns)) }
+    unsafe { in_call(context, raw::FAILED, |call| call.publish(port, time_ns)) }
 }
 
 unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, raw::FAILED, |call| call.wake(child)) }
+    unsafe { in_call(context, raw::FAILED, |call| call.wake(child)) }
 }
 
 unsafe extern "C" fn sleep(context: *mut Context, child: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, raw::FAILED, |call| call.sleep(child)) }
+    unsafe { in_call(context, raw::FAILED, |call| call.sleep(child)) }
 }
 
 unsafe extern "C" fn child(context: *mut Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
     // SAFETY: the plugin gives the context of this call and room for a status.
     unsafe {
-        within(context, raw::FAILED, |call| match call.child(child) {
+        in_call(context, raw::FAILED, |call| match call.child(child) {
             Err(status) => status,
             Ok(status) => {
                 table::write(out, &status);
@@ -110,7 +110,7 @@ unsafe extern "C" fn set_policy(
 ) -> i32 {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
-        within(context, raw::FAILED, |call| {
+        in_call(context, raw::FAILED, |call| {
             call.set_policy(child, policy, dwell_ns, hysteresis)
         })
     }
@@ -118,28 +118,28 @@ unsafe extern "C" fn set_policy(
 
 unsafe extern "C" fn now(context: *mut Context) -> u64 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, 0, |call| call.now()) }
+    unsafe { in_call(context, 0, |call| call.now()) }
 }
 
 unsafe extern "C" fn seed(context: *mut Context) -> u64 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, 0, |call| call.engine.seed_of(call.number)) }
+    unsafe { in_call(context, 0, |call| call.engine.seed_of(call.number)) }
 }
 
 unsafe extern "C" fn application(context: *mut Context) -> u64 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, 0, |call| call.engine.id) }
+    unsafe { in_call(context, 0, |call| call.engine.id) }
 }
 
 unsafe extern "C" fn name(context: *mut Context) -> *const c_char {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, null(), |call| call.name.as_ptr()) }
+    unsafe { in_call(context, null(), |call| call.name.as_ptr()) }
 }
 
 unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char, length: u64) {
     // SAFETY: the plugin gives the context of this call and a text of that length.
     unsafe {
-        within(context, (), |call| {
+        in_call(context, (), |call| {
             let text = text_of(text, length);
             call.log(level, &text);
         });
@@ -148,7 +148,7 @@ unsafe extern "C" fn log(context: *mut Context, level: u32, text: *const c_char,
 
 unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u64) {
     // SAFETY: the plugin gives the context of this call and a text of that length.
-    unsafe { within(context, (), |call| call.failure = Some(text_of(text, length))) }
+    unsafe { in_call(context, (), |call| call.failure = Some(text_of(text, length))) }
 }
 
 unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
@@ -157,13 +157,13 @@ unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_vo
 
 unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { within(context, raw::FAILED, |call| call.retract(port)) }
+    unsafe { in_call(context, raw::FAILED, |call| call.retract(port)) }
 }
 
 unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
-        within(context, 0, |call| {
+        in_call(context, 0, |call| {
             u32::from(call.engine.clock.has_wall_clock_speed())
         })
     }

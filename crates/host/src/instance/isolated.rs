@@ -1,4 +1,5 @@
-//! The host's side of a child: calls its functions, and answers the plugin's requests through the [`Call`].
+//! The host's side of an instance in its own process: calls its functions, and replies to the plugin's
+//! requests through the [`CallContext`].
 
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
@@ -32,23 +33,23 @@ pub(crate) struct IsolatedInstance {
 }
 
 impl IsolatedInstance {
-    /// Starts a child and creates the instance there. The reason for a failure is left in the call.
-    pub(crate) fn create(call: &mut CallContext<'_>, room: &ProcessConfig) -> Option<Self> {
-        let made = Self::start(call, room).and_then(|mut apart| {
-            match apart.try_invoke(call, Frame::new(FrameKind::Create)) {
-                Ok(done) if done.status == raw::OK => Ok(apart),
+    /// Starts a child and creates the instance there. The reason for a failure is stored in the call.
+    pub(crate) fn create(call: &mut CallContext<'_>, config: &ProcessConfig) -> Option<Self> {
+        let started = Self::start(call, config).and_then(|mut instance| {
+            match instance.try_invoke(call, Frame::new(FrameKind::Create)) {
+                Ok(result) if result.status == raw::OK => Ok(instance),
                 Ok(_) => {
-                    apart.terminate(call.engine, call.number);
+                    instance.terminate(call.engine, call.number);
                     Err(None)
                 }
                 Err(cause) => {
-                    apart.terminate(call.engine, call.number);
+                    instance.terminate(call.engine, call.number);
                     Err(Some(cause))
                 }
             }
         });
-        match made {
-            Ok(apart) => Some(apart),
+        match started {
+            Ok(instance) => Some(instance),
             Err(cause) => {
                 // A reason from the plugin itself takes precedence.
                 if call.failure.is_none() {
@@ -64,11 +65,11 @@ impl IsolatedInstance {
     }
 
     pub(crate) fn check(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
-        let done = self.invoke(call, Frame::new(FrameKind::Check));
+        let result = self.invoke(call, Frame::new(FrameKind::Check));
         (
-            done.status,
-            done.flags & READY != 0,
-            f64::from_bits(done.words[0]),
+            result.status,
+            result.flags & READY != 0,
+            f64::from_bits(result.words[0]),
         )
     }
 
@@ -79,17 +80,20 @@ impl IsolatedInstance {
     pub(crate) fn arbitrate(
         &mut self,
         call: &mut CallContext<'_>,
-        question: &ArbitrationQuery,
+        query: &ArbitrationQuery,
     ) -> (i32, Verdict) {
-        let bytes = jde_panel::encode(question);
-        let done = self.invoke(
+        let bytes = jde_panel::encode(query);
+        let result = self.invoke(
             call,
             Frame {
                 bytes,
                 ..Frame::new(FrameKind::Arbitrate)
             },
         );
-        (done.status, jde_panel::decode(&done.bytes).unwrap_or_default())
+        (
+            result.status,
+            jde_panel::decode(&result.bytes).unwrap_or_default(),
+        )
     }
 
     pub(crate) fn sleep(&mut self, call: &mut CallContext<'_>) {
@@ -100,14 +104,14 @@ impl IsolatedInstance {
     }
 
     pub(crate) fn draw(&mut self, call: &mut CallContext<'_>) -> (i32, Result<List, String>) {
-        let done = self.invoke(call, Frame::new(FrameKind::Draw));
-        let list = jde_panel::decode::<Result<List, String>>(&done.bytes);
-        let list = list.unwrap_or_else(|broken| Err(broken.to_string()));
+        let result = self.invoke(call, Frame::new(FrameKind::Draw));
+        let list = jde_panel::decode::<Result<List, String>>(&result.bytes);
+        let list = list.unwrap_or_else(|error| Err(error.to_string()));
         let checked = list.and_then(|list| {
-            let sound = jde_panel::check(&list);
-            sound.map(|()| list).map_err(|broken| broken.to_string())
+            let validity = jde_panel::check(&list);
+            validity.map(|()| list).map_err(|error| error.to_string())
         });
-        (done.status, checked)
+        (result.status, checked)
     }
 
     pub(crate) fn touch(&mut self, call: &mut CallContext<'_>, by: &str, gesture: &Gesture) -> i32 {
@@ -123,21 +127,21 @@ impl IsolatedInstance {
     }
 
     pub(crate) fn save(&mut self, call: &mut CallContext<'_>) -> (i32, Result<Vec<u8>, String>) {
-        let done = self.invoke(call, Frame::new(FrameKind::Save));
-        let kept = jde_panel::decode::<Result<Vec<u8>, String>>(&done.bytes);
-        let kept = kept.unwrap_or_else(|broken| Err(broken.to_string()));
-        let few = |kept: &Vec<u8>| kept.len() as u64 <= raw::STATE_MOST;
-        let kept = kept.and_then(|kept| match few(&kept) {
-            true => Ok(kept),
+        let result = self.invoke(call, Frame::new(FrameKind::Save));
+        let memory = jde_panel::decode::<Result<Vec<u8>, String>>(&result.bytes);
+        let memory = memory.unwrap_or_else(|error| Err(error.to_string()));
+        let fits = |memory: &Vec<u8>| memory.len() as u64 <= raw::STATE_MOST;
+        let memory = memory.and_then(|memory| match fits(&memory) {
+            true => Ok(memory),
             false => Err(String::from("it saves more than is kept")),
         });
-        (done.status, kept)
+        (result.status, memory)
     }
 
-    pub(crate) fn restore(&mut self, call: &mut CallContext<'_>, remembered: &SavedMemory) -> i32 {
+    pub(crate) fn restore(&mut self, call: &mut CallContext<'_>, memory: &SavedMemory) -> i32 {
         let frame = Frame {
-            number: remembered.version,
-            bytes: remembered.bytes.clone(),
+            number: memory.version,
+            bytes: memory.bytes.clone(),
             ..Frame::new(FrameKind::Restore)
         };
         self.invoke(call, frame).status
@@ -149,7 +153,7 @@ impl IsolatedInstance {
         meter.begin_call(engine.clock.now());
         self.process.expect_exit();
         if self.process.begin_call().is_ok() && self.wire.send(&Frame::new(FrameKind::Destroy)).is_ok() {
-            // The answer to the end. A child that sends none is ended as well.
+            // Receives the reply to the end. A child that sends none is ended as well.
             drop(self.wire.receive());
         }
         self.terminate(engine, number);
@@ -166,7 +170,7 @@ impl IsolatedInstance {
         !self.is_dead() || self.process.claim_death_report()
     }
 
-    fn start(call: &mut CallContext<'_>, room: &ProcessConfig) -> Result<Self, Option<String>> {
+    fn start(call: &mut CallContext<'_>, config: &ProcessConfig) -> Result<Self, Option<String>> {
         let engine = call.engine;
         let number = call.number;
         let name = engine.name(number);
@@ -175,7 +179,8 @@ impl IsolatedInstance {
             describe_ports(call).map_err(|error| failed("its memory cannot be shared", &error))?;
         let weak = Arc::downgrade(engine);
         let died = move |process: &Arc<Process>, why| {
-            // The death of a process that waits asleep for the end of a trial matters only when it is called.
+            // The death of a previous build, which sleeps until the end of the trial, matters only at its next
+            // call.
             if let Some(engine) = weak.upgrade()
                 && engine.processes.is_current(number, process)
                 && process.claim_death_report()
@@ -183,13 +188,13 @@ impl IsolatedInstance {
                 engine.report_death(number, why);
             }
         };
-        let (process, stream) = Process::start(&room.program, name, room.limits, died)
+        let (process, stream) = Process::start(&config.program, name, config.limits, died)
             .map_err(|error| failed("its process cannot be started", &error))?;
-        // From here on the thread that waits for an answer reports a death.
+        // From now on the thread that waits for a reply reports a death.
         let entered = process.begin_call();
         engine.processes.mark_called(number, &process);
         let sent = send_files(&stream, &files);
-        let mut apart = Self {
+        let mut instance = Self {
             process,
             wire: Wire::new(stream),
         };
@@ -203,32 +208,32 @@ impl IsolatedInstance {
             seed: engine.seed_of(number),
             real_time: engine.clock.has_wall_clock_speed(),
             ports,
-            limits: room.limits,
+            limits: config.limits,
         };
         let frame = Frame {
             bytes: jde_panel::encode(&launch),
             ..Frame::new(FrameKind::Start)
         };
         if !engine.clock.is_real() {
-            drop(apart.wire.set_timeout(Some(LOCKSTEP_TIMEOUT)));
+            drop(instance.wire.set_timeout(Some(LOCKSTEP_TIMEOUT)));
         }
-        let told = match (entered, sent) {
-            (Ok(()), Ok(())) => apart.try_invoke(call, frame),
+        let reply = match (entered, sent) {
+            (Ok(()), Ok(())) => instance.try_invoke(call, frame),
             (Err(cause), _) => Err(cause),
-            (_, Err(error)) => Err(apart.process.fail_call(&error.to_string())),
+            (_, Err(error)) => Err(instance.process.fail_call(&error.to_string())),
         };
-        let refused = match told {
-            Ok(done) if done.status == raw::OK => {
+        let refused = match reply {
+            Ok(result) if result.status == raw::OK => {
                 engine.warn_unset_limits(
                     number,
-                    &jde_panel::decode::<Vec<String>>(&done.bytes).unwrap_or_default(),
+                    &jde_panel::decode::<Vec<String>>(&result.bytes).unwrap_or_default(),
                 );
-                return Ok(apart);
+                return Ok(instance);
             }
             Ok(_) => call.failure.take(),
             Err(cause) => Some(cause),
         };
-        apart.terminate(call.engine, number);
+        instance.terminate(call.engine, number);
         Err(refused)
     }
 
@@ -242,7 +247,7 @@ impl IsolatedInstance {
     /// One call. A death is returned as a failure; the caller handles it.
     fn invoke(&mut self, call: &mut CallContext<'_>, frame: Frame) -> Frame {
         match self.try_invoke(call, frame) {
-            Ok(done) => done,
+            Ok(result) => result,
             Err(cause) => {
                 call.failure = Some(cause);
                 Frame {
@@ -253,7 +258,7 @@ impl IsolatedInstance {
         }
     }
 
-    /// Sends a call and answers its requests until it is done.
+    /// Sends a call and replies to its requests until it is done.
     ///
     /// # Errors
     /// Why the child is dead.
@@ -266,9 +271,9 @@ impl IsolatedInstance {
         let (now, speed) = (call.engine.clock.now(), call.engine.clock.speed());
         frame.words = [now, machine_time(), speed.to_bits(), call.releases()];
         match self.exchange(call, &frame) {
-            Ok(done) => {
+            Ok(result) => {
                 self.process.end_call()?;
-                Ok(done)
+                Ok(result)
             }
             Err(why) => Err(self.process.fail_call(&why)),
         }
@@ -277,93 +282,94 @@ impl IsolatedInstance {
     fn exchange(&mut self, call: &mut CallContext<'_>, frame: &Frame) -> Result<Frame, String> {
         self.wire.send(frame).map_err(stream_error)?;
         loop {
-            let asked = self.wire.receive().map_err(stream_error)?;
-            match asked.kind {
+            let request = self.wire.receive().map_err(stream_error)?;
+            match request.kind {
                 FrameKind::Done => {
-                    if let Some(told) = asked.words[3].checked_sub(1) {
-                        call.first_time.get_or_insert(told);
+                    if let Some(time) = request.words[3].checked_sub(1) {
+                        call.first_time.get_or_insert(time);
                     }
-                    return Ok(asked);
+                    return Ok(request);
                 }
-                FrameKind::Log => call.log(asked.number, &String::from_utf8_lossy(&asked.bytes)),
-                FrameKind::Fail => call.failure = Some(String::from_utf8_lossy(&asked.bytes).into_owned()),
+                FrameKind::Log => call.log(request.number, &String::from_utf8_lossy(&request.bytes)),
+                FrameKind::Fail => call.failure = Some(String::from_utf8_lossy(&request.bytes).into_owned()),
                 _ => {
-                    let answer = reply_to(call, &asked)
-                        .ok_or_else(|| format!("its process asked what cannot be asked: {:?}", asked.kind))?;
-                    self.wire.send(&answer).map_err(stream_error)?;
+                    let reply = reply_to(call, &request).ok_or_else(|| {
+                        format!("its process asked what cannot be asked: {:?}", request.kind)
+                    })?;
+                    self.wire.send(&reply).map_err(stream_error)?;
                 }
             }
         }
     }
 }
 
-/// The host's answer to a request during a call; `None` if that kind is no request.
-fn reply_to(call: &mut CallContext<'_>, asked: &Frame) -> Option<Frame> {
-    let mut answer = Frame::new(FrameKind::Reply);
-    let number = asked.number;
-    match asked.kind {
+/// Returns the host's reply to a request during a call; `None` if that kind is no request.
+fn reply_to(call: &mut CallContext<'_>, request: &Frame) -> Option<Frame> {
+    let mut reply = Frame::new(FrameKind::Reply);
+    let number = request.number;
+    match request.kind {
         FrameKind::Read => {
             let variable = call.variable(number);
             let shown = call.read(number, |view| {
                 let sample = view.sample();
-                answer.number = sample.writer;
-                answer.flags = sample.flags;
-                answer.words = [sample.time_ns, sample.sequence, 0, sample.bytes];
+                reply.number = sample.writer;
+                reply.flags = sample.flags;
+                reply.words = [sample.time_ns, sample.sequence, 0, sample.bytes];
                 match variable.and_then(|(variable, _)| variable.offset_of(view.bytes)) {
                     Some(place) => {
-                        answer.flags |= IN_PLACE;
-                        answer.words[2] = place as u64;
+                        reply.flags |= IN_PLACE;
+                        reply.words[2] = place as u64;
                     }
-                    None => answer.bytes = view.bytes.to_vec(),
+                    None => reply.bytes = view.bytes.to_vec(),
                 }
             });
-            answer.status = shown.map_or_else(|status| status, |()| raw::OK);
+            reply.status = shown.map_or_else(|status| status, |()| raw::OK);
         }
         FrameKind::Loan => {
             let variable = call.variable(number);
-            let lent = call.loan(number, |room| {
-                variable.and_then(|(variable, _)| variable.offset_of(room))
+            let loaned = call.loan(number, |buffer| {
+                variable.and_then(|(variable, _)| variable.offset_of(buffer))
             });
-            match lent {
-                Err(status) => answer.status = status,
+            match loaned {
+                Err(status) => reply.status = status,
                 Ok(Some(place)) => {
-                    answer.flags = IN_PLACE;
-                    answer.words[2] = place as u64;
+                    reply.flags = IN_PLACE;
+                    reply.words[2] = place as u64;
                 }
                 Ok(None) => {}
             }
         }
         FrameKind::Publish => {
-            answer.status = raw::OK;
-            if !asked.bytes.is_empty() {
-                let fits = call.loan(number, |room| {
-                    let fits = room.len() == asked.bytes.len();
+            reply.status = raw::OK;
+            if !request.bytes.is_empty() {
+                let fits = call.loan(number, |buffer| {
+                    let fits = buffer.len() == request.bytes.len();
                     if fits {
-                        room.copy_from_slice(&asked.bytes);
+                        buffer.copy_from_slice(&request.bytes);
                     }
                     fits
                 });
                 match fits {
                     Ok(true) => {}
                     Ok(false) => return None,
-                    Err(status) => answer.status = status,
+                    Err(status) => reply.status = status,
                 }
             }
-            if answer.status == raw::OK {
-                answer.status = call.publish(number, asked.words[0]);
+            if reply.status == raw::OK {
+                reply.status = call.publish(number, request.words[0]);
             }
         }
-        FrameKind::Retract => answer.status = call.retract(number),
-        FrameKind::Wake => answer.status = call.wake(number),
-        FrameKind::PutToSleep => answer.status = call.sleep(number),
+        FrameKind::Retract => reply.status = call.retract(number),
+        FrameKind::Wake => reply.status = call.wake(number),
+        FrameKind::PutToSleep => reply.status = call.sleep(number),
         FrameKind::Child => match call.child(number) {
-            Err(status) => answer.status = status,
-            Ok(child) => answer.words = [u64::from(child.state), u64::from(child.faulted), 0, 0],
+            Err(status) => reply.status = status,
+            Ok(child) => reply.words = [u64::from(child.state), u64::from(child.faulted), 0, 0],
         },
         FrameKind::SetPolicy => {
-            let [policy, dwell, hysteresis, _] = asked.words;
+            let [policy, dwell, hysteresis, _] = request.words;
             let policy = u32::try_from(policy).ok()?;
-            answer.status = call.set_policy(number, policy, dwell, f64::from_bits(hysteresis));
+            reply.status = call.set_policy(number, policy, dwell, f64::from_bits(hysteresis));
         }
         FrameKind::Start
         | FrameKind::Create
@@ -382,10 +388,10 @@ fn reply_to(call: &mut CallContext<'_>, asked: &Frame) -> Option<Frame> {
         | FrameKind::Fail
         | FrameKind::Done => return None,
     }
-    Some(answer)
+    Some(reply)
 }
 
-/// What a child needs to know of its ports, and the files of their memory.
+/// Describes the ports to a child. Also returns the files of their memory.
 fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec<OwnedFd>)> {
     let mut files = Vec::new();
     let mut ports = Vec::new();
@@ -424,7 +430,7 @@ fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec
     Ok((ports, files))
 }
 
-/// Why a child is killed after its stream broke, unless its own death was the cause.
+/// Returns why a child is killed after its stream broke, unless its own death was the cause.
 fn stream_error(error: std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut => {

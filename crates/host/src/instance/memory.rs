@@ -1,6 +1,6 @@
-//! What an instance saves for another build of its type, and the replacement of one instance by another
-//! without losing the schema's memory. Going to sleep and waking up occur within one turn, in which nothing
-//! is commanded and no child is woken or put to sleep.
+//! The memory that an instance saves for another build of its type, and the replacement of one instance by
+//! another that continues with this memory. Going to sleep and waking up occur within one turn, in which
+//! nothing is commanded and no child is woken or put to sleep.
 
 use jde_loader::build::SharedBuild;
 use jde_loader::instance::SavedMemory;
@@ -16,33 +16,33 @@ impl Instance {
             return Ok(None);
         };
         self.release();
-        let mut kept = Ok(Vec::new());
-        let done = self.call_read_only("save", |body, call| {
+        let mut bytes = Ok(Vec::new());
+        let result = self.call_read_only("save", |body, call| {
             let status;
-            (status, kept) = body.save(call);
+            (status, bytes) = body.save(call);
             status
         });
         self.release();
-        done?;
+        result?;
         Ok(Some(SavedMemory {
             version: table.version,
-            bytes: kept?,
+            bytes: bytes?,
         }))
     }
 
-    /// Restores what another build saved. Returns whether its build can.
-    pub(crate) fn restore(&mut self, remembered: &SavedMemory) -> Result<bool, String> {
+    /// Restores the memory that another build saved. Returns whether its build supports that.
+    pub(crate) fn restore(&mut self, memory: &SavedMemory) -> Result<bool, String> {
         if self.build.state.is_none() {
             return Ok(false);
         }
         self.release();
-        let done = self.call_read_only("restore", |body, call| body.restore(call, remembered));
+        let result = self.call_read_only("restore", |body, call| body.restore(call, memory));
         self.release();
-        done.map(|()| true)
+        result.map(|()| true)
     }
 
-    /// Wakes it up in the place of another. The schema was awake, so the values latched at its awakening stay
-    /// (R8).
+    /// Wakes the instance up in the place of another. The schema was awake, so the values latched at its
+    /// awakening stay (R8).
     pub(crate) fn awake_in_place(&mut self) -> Result<(), String> {
         self.release();
         let result = match self.table.awake {
@@ -56,7 +56,7 @@ impl Instance {
         result
     }
 
-    /// Puts it to sleep, so that another takes its place.
+    /// Puts the instance to sleep, so that another can take its place.
     pub(crate) fn sleep_in_place(&mut self) -> Result<(), String> {
         self.release();
         let failure = match self.table.sleep {
@@ -67,7 +67,7 @@ impl Instance {
         failure.map_or(Ok(()), Err)
     }
 
-    /// The build of the instance.
+    /// Returns the build of the instance.
     pub(crate) fn build(&self) -> &SharedBuild {
         &self.build
     }
@@ -82,10 +82,10 @@ impl Instance {
         what: &str,
         call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> i32,
     ) -> Result<(), String> {
-        let (status, failure, leave) = self.call_with(Permissions::ReadOnly(None), call);
-        match leave {
-            Permissions::ReadOnly(Some(tried)) => {
-                Err(format!("it tried to {tried} in {what}, which changes nothing"))
+        let (status, failure, permissions) = self.call_with(Permissions::ReadOnly(None), call);
+        match permissions {
+            Permissions::ReadOnly(Some(action)) => {
+                Err(format!("it tried to {action} in {what}, which changes nothing"))
             }
             Permissions::ReadOnly(None) | Permissions::All | Permissions::ExportsOnly => {
                 call_result(what, status, failure)

@@ -2,7 +2,7 @@
 //! results.
 //!
 //! The owner of an [`Instance`] runs it. Calls never overlap, because each takes it by `&mut`. Only [`Body`]
-//! knows whether its functions run in this process or in one of their own.
+//! distinguishes whether its functions run in this process or in one of their own.
 
 mod abandoned;
 mod body;
@@ -35,7 +35,7 @@ pub(crate) use port_access::PortAccess;
 pub(crate) use ports::{BoundPort, PortWrite, Ports, ShownValue};
 use scratch::Scratch;
 
-/// An instance that was created, and the desk at which it finds its ports.
+/// An instance that was created, with the access to its ports.
 pub(crate) struct Instance {
     number: usize,
     name: CString,
@@ -58,8 +58,8 @@ pub(crate) struct Instance {
 pub(crate) struct TurnOverflow {
     /// Its ports beyond [`INPUTS`].
     pub(crate) ports: Vec<u32>,
-    /// What it wrote, in a replay.
-    pub(crate) wrote: Vec<PortWrite>,
+    /// Its writes, in a replay.
+    pub(crate) writes: Vec<PortWrite>,
 }
 
 /// The result of a check.
@@ -72,12 +72,12 @@ pub(crate) struct CheckResult {
 }
 
 impl Instance {
-    /// Creates an instance of `build`, SLEPT. At one desk only one instance is called at a time.
+    /// Creates an instance of `build`, SLEPT. Instances that share `port_access` are called one at a time.
     pub(crate) fn create(
         engine: &Arc<Engine>,
         number: usize,
         build: &build::SharedBuild,
-        desk: &Arc<PortAccess>,
+        port_access: &Arc<PortAccess>,
     ) -> Result<Self, String> {
         let table = build.table;
         let name =
@@ -89,7 +89,7 @@ impl Instance {
             table,
             panel: panel_of(&table),
             body: None,
-            port_access: Arc::clone(desk),
+            port_access: Arc::clone(port_access),
             scratch: Scratch::default(),
             engine: Arc::clone(engine),
             last_call: turn::Call::default(),
@@ -136,12 +136,14 @@ impl Instance {
         self.call_checked("iterate", Body::iterate)
     }
 
-    /// Draws the panel from the values read since the last release. `None` if there is no panel.
+    /// Draws the panel from the values read since the last release. Returns `None` if there is no panel.
     pub(crate) fn draw(&mut self) -> Option<Result<List, String>> {
         self.panel?;
-        let ((status, list), failure, leave) = self.call_with(Permissions::ReadOnly(None), Body::draw);
-        Some(match leave {
-            Permissions::ReadOnly(Some(what)) => Err(format!("it tried to {what} while its panel was drawn")),
+        let ((status, list), failure, permissions) = self.call_with(Permissions::ReadOnly(None), Body::draw);
+        Some(match permissions {
+            Permissions::ReadOnly(Some(action)) => {
+                Err(format!("it tried to {action} while its panel was drawn"))
+            }
             Permissions::ReadOnly(None) | Permissions::All | Permissions::ExportsOnly => {
                 call_result("draw", status, failure).and(list)
             }
@@ -165,15 +167,15 @@ impl Instance {
             return Err(String::from("it has no arbitration of its own"));
         }
         self.begin_turn();
-        let question = self.arbitration_query(level);
+        let query = self.arbitration_query(level);
         let mut verdict = Verdict::default();
-        let answer = self.call_checked("arbitrate", |body, call| {
+        let result = self.call_checked("arbitrate", |body, call| {
             let status;
-            (status, verdict) = body.arbitrate(call, &question);
+            (status, verdict) = body.arbitrate(call, &query);
             status
         });
         self.release();
-        answer?;
+        result?;
         let Verdict { child, reason } = verdict;
         let Some(role) = child else {
             return Ok((None, reason));
@@ -200,27 +202,28 @@ impl Instance {
         self.body.as_ref().is_some_and(Body::is_dead)
     }
 
-    /// Whether the rules must be informed of a failure: not once they know that its process died.
+    /// Whether the rules must be informed of a failure; false after they were informed of the death of its
+    /// process.
     pub(crate) fn claim_failure_report(&self) -> bool {
         self.body.as_ref().is_none_or(Body::claim_failure_report)
     }
 
-    /// Returns the last call. Copies what it read and wrote to `turn`, and what does not fit there to
-    /// `beyond`. All are empty unless turns are recorded.
-    pub(crate) fn copy_last_call(&self, turn: &mut Turn, beyond: &mut TurnOverflow) -> turn::Call {
-        let told = turn.inputs.resize(self.inputs.len().min(INPUTS));
-        let (first, rest) = self.inputs.split_at(told.len());
-        told.copy_from_slice(first);
-        beyond.ports.clear();
-        beyond.ports.extend_from_slice(rest);
+    /// Returns the last call. Copies its reads and writes to `turn`, and those that do not fit to
+    /// `overflow`. All are empty unless turns are recorded.
+    pub(crate) fn copy_last_call(&self, turn: &mut Turn, overflow: &mut TurnOverflow) -> turn::Call {
+        let inputs = turn.inputs.resize(self.inputs.len().min(INPUTS));
+        let (first, rest) = self.inputs.split_at(inputs.len());
+        inputs.copy_from_slice(first);
+        overflow.ports.clear();
+        overflow.ports.extend_from_slice(rest);
         if self.engine.clock.is_replayed() {
-            let wrote = self.port_access.with_ports(Ports::take_writes);
-            beyond.wrote.extend(wrote.into_iter().flatten());
+            let writes = self.port_access.with_ports(Ports::take_writes);
+            overflow.writes.extend(writes.into_iter().flatten());
         }
         self.last_call
     }
 
-    /// Releases the values read. Called after the turn, so that the panel shows what the iteration saw.
+    /// Releases the values read. Called after the turn, so that the panel shows the values of the iteration.
     pub(crate) fn release_values(&mut self) {
         self.release();
     }
@@ -238,27 +241,27 @@ impl Instance {
         self.port_access.release();
     }
 
-    /// Ends it. This is a call like any other: it may hang and be given up.
+    /// Ends the instance. Like any other call, this one may hang and be given up.
     fn end(&mut self) {
         self.release();
         match self.body.take() {
             None => {}
-            Some(Body::InProcess(here)) => self.end_in_process(here),
-            // Its process can be ended whatever it does.
-            Some(Body::Isolated(apart)) => apart.destroy(&self.engine, self.number),
+            Some(Body::InProcess(instance)) => self.end_in_process(instance),
+            // Its process can be ended in every state.
+            Some(Body::Isolated(instance)) => instance.destroy(&self.engine, self.number),
         }
     }
 
-    fn end_in_process(&self, here: InProcessInstance) {
+    fn end_in_process(&self, instance: InProcessInstance) {
         if self.port_access.is_closed() {
             // An earlier call was given up, and this is the rest of its instance.
-            return drop(here);
+            return drop(instance);
         }
         let start = self.engine.clock.now();
         self.port_access.begin_call(start);
         let meter = &self.engine.metrics[self.number];
         meter.begin_call(start);
-        drop(here);
+        drop(instance);
         if self.port_access.end_call(|_| ()) {
             meter.end_call();
         } else if !std::thread::panicking() {
@@ -266,7 +269,7 @@ impl Instance {
         }
     }
 
-    /// The level as the father sees it, by the roles of his build.
+    /// Converts the level for the father: children have the roles of his build.
     fn arbitration_query(&self, level: &Level) -> ArbitrationQuery {
         let roles = &self.engine.application.instances[self.number].children;
         let role = |id: jde_core::SchemaId| {
@@ -303,27 +306,28 @@ impl Instance {
         call_result(what, status, failure)
     }
 
-    /// Calls with a context that lives as long as the call. Also returns the reason that the plugin set, if
-    /// any.
+    /// Runs a call with a context of its own. Also returns the reason that the plugin set, if any.
     fn call<R>(&mut self, call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> R) -> (R, Option<String>) {
         let (result, failure, _) = self.call_with(Permissions::All, call);
         (result, failure)
     }
 
-    /// Like [`Self::call`], with fewer permissions. Also returns what the call tried against them.
+    /// Like [`Self::call`], with fewer permissions. Also returns the permissions, which contain the
+    /// first attempt to exceed them.
     fn call_with<R>(
         &mut self,
-        leave: Permissions,
+        permissions: Permissions,
         call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> R,
     ) -> (R, Option<String>, Permissions) {
-        self.call_optional(leave, |body, context| call(expect_body(body), context))
+        self.call_optional(permissions, |body, context| call(expect_body(body), context))
     }
 
-    /// Like [`Self::call_with`], for a call that may create the instance. Does not return if the call was given
-    /// up, so that nothing that depends on it happens: the thread unwinds to where [`AbandonedInstance`] is handled.
+    /// Like [`Self::call_with`], for a call that may create the instance. Does not return if the call was
+    /// given up, so that the caller cannot use its result: the thread unwinds to where [`AbandonedInstance`]
+    /// is handled.
     fn call_optional<R>(
         &mut self,
-        leave: Permissions,
+        permissions: Permissions,
         call: impl FnOnce(&mut Option<Body>, &mut CallContext<'_>) -> R,
     ) -> (R, Option<String>, Permissions) {
         let engine = &self.engine;
@@ -337,22 +341,22 @@ impl Instance {
             scratch: &mut self.scratch,
             failure: None,
             first_time: None,
-            permissions: leave,
+            permissions,
         };
         let start = engine.clock.now();
         let after = context.port_access.begin_call(start);
         meter.begin_call(start);
         let result = call(&mut self.body, &mut context);
         let failure = context.failure.take();
-        let told = context.first_time;
-        let leave = context.permissions;
+        let first_time = context.first_time;
+        let permissions = context.permissions;
         let returned = self.port_access.end_call(|ports| {
             ports.discard_loans();
-            if let (Some(after), Some(looks)) = (after, ports.read_log()) {
-                let (after, time) = looks.last.unwrap_or((after, start));
-                let clock = told.unwrap_or(start);
+            if let (Some(after), Some(log)) = (after, ports.read_log()) {
+                let (after, time) = log.last.unwrap_or((after, start));
+                let clock = first_time.unwrap_or(start);
                 self.last_call = turn::Call { after, time, clock };
-                self.inputs.clone_from(&looks.inputs);
+                self.inputs.clone_from(&log.inputs);
             }
         });
         if !returned {
@@ -360,7 +364,7 @@ impl Instance {
         }
         meter.end_call();
         self.scratch.discard();
-        (result, failure, leave)
+        (result, failure, permissions)
     }
 }
 
@@ -372,7 +376,7 @@ impl Drop for Instance {
 
 fn expect_body(body: &mut Option<Body>) -> &mut Body {
     body.as_mut()
-        .expect("only the end takes the body, and the instance with it")
+        .expect("the body is taken only when the instance ends")
 }
 
 fn call_result(what: &str, status: i32, failure: Option<String>) -> Result<(), String> {

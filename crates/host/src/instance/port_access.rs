@@ -12,9 +12,9 @@ use super::retained::RetainedValues;
 /// The ports of an instance, as long as its calls are not given up.
 pub(crate) struct PortAccess {
     gate: Gate<Ports, RetainedValues>,
-    /// Calls may have read values since the last release.
+    /// Whether calls may have read values since the last release.
     has_reads: AtomicBool,
-    /// The call may have unpublished loans.
+    /// Whether the call may have unpublished loans.
     has_loans: AtomicBool,
     /// Whether reads are recorded.
     is_recorded: bool,
@@ -33,9 +33,9 @@ impl PortAccess {
     /// Uses the ports exclusively. Returns `None` if the call was given up.
     pub(crate) fn with_ports<R>(&self, body: impl FnOnce(&mut Ports) -> R) -> Option<R> {
         self.gate.with(|ports| {
-            let done = body(ports);
+            let result = body(ports);
             self.update_flags(ports);
-            done
+            result
         })
     }
 
@@ -48,7 +48,7 @@ impl PortAccess {
         }
     }
 
-    /// Ends a call and puts its ports in order. From here on it cannot be given up. Returns false if it was
+    /// Ends a call and tidies its ports. From now on it cannot be given up. Returns false if it was
     /// given up before.
     pub(super) fn end_call(&self, tidy: impl FnOnce(&mut Ports)) -> bool {
         let is_tidy = !self.is_recorded && !self.has_loans.load(Ordering::Acquire);
@@ -88,19 +88,19 @@ impl PortAccess {
 
     /// Gives up the call that runs since `since`, and returns ports for a successor. Returns `None` if the
     /// call has returned, if a port is in use at this instant, or if a loan cannot be separated yet; a later
-    /// attempt may succeed. `tell` receives the bytes that the call keeps, while the call can neither return
-    /// nor use a port.
-    pub(crate) fn give_up(&self, since: Nanos, tell: impl FnOnce(u64)) -> Option<Ports> {
+    /// attempt may succeed. `report` receives the bytes that the call keeps, while the call can neither
+    /// return nor use a port.
+    pub(crate) fn give_up(&self, since: Nanos, report: impl FnOnce(u64)) -> Option<Ports> {
         let given_up = self
             .gate
-            .give_up(since, Ports::split_off, |remains| tell(remains.bytes() as u64));
+            .give_up(since, Ports::split_off, |remains| report(remains.bytes() as u64));
         given_up.unwrap_or_else(|error| {
             tracing::warn!("a call that hangs cannot be given up yet: {error}");
             None
         })
     }
 
-    /// Notes what has to be put in order later.
+    /// Records whether a later call must release or tidy the ports.
     fn update_flags(&self, ports: &Ports) {
         self.has_reads.store(ports.has_reads(), Ordering::Release);
         self.has_loans.store(ports.has_loans(), Ordering::Release);
@@ -117,8 +117,8 @@ mod tests {
     use super::*;
     use crate::instance::ports::BoundPort;
 
-    /// A desk with one export, in a call that began at 7.
-    fn desk() -> PortAccess {
+    /// A port access with one export, in a call that began at 7.
+    fn access_in_call() -> PortAccess {
         let declared = Board::new().declare(Declaration {
             owner: String::from("goon"),
             name: String::from("speed"),
@@ -132,65 +132,66 @@ mod tests {
             readers: 1,
         });
         let writer = declared.unwrap().writer(0, "goon").unwrap();
-        let desk = PortAccess::new(Ports::new(vec![BoundPort::Output(writer)]));
-        desk.begin_call(7);
-        desk
+        let access = PortAccess::new(Ports::new(vec![BoundPort::Output(writer)]));
+        access.begin_call(7);
+        access
     }
 
-    /// The result of leaving, and whether anything had to be put in order.
-    fn left(desk: &PortAccess) -> (bool, bool) {
+    /// Ends the call. Returns the result, and whether the ports were tidied.
+    fn end_call(access: &PortAccess) -> (bool, bool) {
         let mut tidied = false;
-        let left = desk.end_call(|ports| {
+        let returned = access.end_call(|ports| {
             ports.discard_loans();
             tidied = true;
         });
-        (left, tidied)
+        (returned, tidied)
     }
 
-    fn loan(desk: &PortAccess) {
-        let bytes = desk.with_ports(|ports| ports.loan(0).ok().map(|room| room.len()));
+    fn loan(access: &PortAccess) {
+        let bytes = access.with_ports(|ports| ports.loan(0).ok().map(|buffer| buffer.len()));
         assert_eq!(bytes, Some(Some(8)));
     }
 
-    fn publish(desk: &PortAccess) -> bool {
-        desk.with_ports(|ports| ports.publish(0, 7, 7, 1).is_ok())
+    fn publish(access: &PortAccess) -> bool {
+        access
+            .with_ports(|ports| ports.publish(0, 7, 7, 1).is_ok())
             .unwrap()
     }
 
     #[test]
-    fn who_published_all_it_loaned_leaves_nothing_to_put_in_order() {
-        let desk = desk();
-        loan(&desk);
-        loan(&desk);
-        assert!(publish(&desk));
-        assert!(!publish(&desk), "what was loaned twice is one loan");
-        assert_eq!(left(&desk), (true, false));
+    fn a_call_that_published_its_loans_needs_no_tidying() {
+        let access = access_in_call();
+        loan(&access);
+        loan(&access);
+        assert!(publish(&access));
+        assert!(!publish(&access), "two loans of one port count as one");
+        assert_eq!(end_call(&access), (true, false));
     }
 
     #[test]
-    fn a_loan_that_was_not_published_is_taken_back_when_the_call_returns() {
-        let desk = desk();
-        loan(&desk);
-        assert!(publish(&desk));
-        loan(&desk);
-        assert_eq!(left(&desk), (true, true));
-        desk.begin_call(8);
-        assert!(!publish(&desk), "nothing is loaned any more");
-        assert_eq!(left(&desk), (true, false));
+    fn an_unpublished_loan_is_discarded_when_the_call_returns() {
+        let access = access_in_call();
+        loan(&access);
+        assert!(publish(&access));
+        loan(&access);
+        assert_eq!(end_call(&access), (true, true));
+        access.begin_call(8);
+        assert!(!publish(&access), "the loan was discarded");
+        assert_eq!(end_call(&access), (true, false));
     }
 
     #[test]
-    fn who_was_given_up_neither_returns_nor_uses_a_port() {
-        let desk = desk();
-        loan(&desk);
-        let mut kept = 0;
-        assert!(desk.give_up(8, |_| ()).is_none(), "that call does not run");
-        assert!(desk.give_up(7, |bytes| kept = bytes).is_some());
-        assert_eq!(kept, 8, "the loan stays with it");
-        assert!(desk.is_closed());
-        assert!(desk.with_ports(|_| ()).is_none());
-        assert_eq!(left(&desk), (false, false));
-        assert_eq!(desk.begin_call(9), None);
-        assert!(desk.is_closed(), "nobody enters any more");
+    fn an_abandoned_call_neither_returns_nor_uses_a_port() {
+        let access = access_in_call();
+        loan(&access);
+        let mut kept_bytes = 0;
+        assert!(access.give_up(8, |_| ()).is_none(), "no call runs since 8");
+        assert!(access.give_up(7, |bytes| kept_bytes = bytes).is_some());
+        assert_eq!(kept_bytes, 8, "the abandoned call keeps the loan");
+        assert!(access.is_closed());
+        assert!(access.with_ports(|_| ()).is_none());
+        assert_eq!(end_call(&access), (false, false));
+        assert_eq!(access.begin_call(9), None);
+        assert!(access.is_closed(), "no call can begin any more");
     }
 }

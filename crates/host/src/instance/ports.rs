@@ -1,4 +1,5 @@
-//! The ports of one instance: what they are bound to on the board, and what they show during a call.
+//! The ports of one instance: their bindings to variables of the board, and the values that they show during
+//! a call.
 
 use std::ffi::c_void;
 use std::sync::Arc;
@@ -16,9 +17,9 @@ use crate::journal::Journal;
 #[derive(Default)]
 pub(crate) struct Ports {
     pub(super) ports: Vec<BoundPort>,
-    /// What was read, kept only if turns are recorded.
+    /// The reads since the last release; only if turns are recorded.
     read_log: Option<ReadLog>,
-    /// What was written since the last query, kept only in a replay.
+    /// The writes since the last query; only in a replay.
     write_log: Option<Vec<PortWrite>>,
     /// Counts the releases. A value read before a release is not shown after it.
     releases: u64,
@@ -26,11 +27,11 @@ pub(crate) struct Ports {
     has_reads: bool,
     /// The number of unpublished loans. Separated loans count until loans are discarded.
     loan_count: usize,
-    /// Loans separated from their writers, which a call that is about to be given up may still write to.
+    /// Loans separated from their writers. A call that is about to be given up may still write to them.
     pub(super) separated_loans: Vec<DetachedLoan>,
 }
 
-/// What was read since the last release.
+/// The reads since the last release.
 pub(crate) struct ReadLog {
     journal: Arc<Journal>,
     /// Encoded as [`Turn::inputs`].
@@ -39,7 +40,7 @@ pub(crate) struct ReadLog {
     pub(crate) last: Option<(u64, Nanos)>,
 }
 
-/// What a port is bound to.
+/// The binding of a port.
 pub(crate) enum BoundPort {
     /// Nothing.
     Unbound,
@@ -53,8 +54,8 @@ pub(crate) enum BoundPort {
     Command {
         reader: Reader,
         neutral: AlignedBytes,
-        /// Whether the latched command was in force when it was first read: this holds until the release
-        /// (R8).
+        /// Whether the latched command was in force when it was first read. This does not change until
+        /// the release (R8).
         in_force: Option<bool>,
     },
     /// An export.
@@ -72,11 +73,11 @@ pub(crate) struct RecordedInput {
     pub(super) history: Arc<History>,
     /// The number of the value, as turns encode it.
     pub(super) number: u32,
-    /// Its result since the last release.
+    /// The value that it found since the last release.
     pub(super) resolved: Option<Option<Arc<HistoricValue>>>,
 }
 
-/// What a port has written.
+/// A write to a port.
 pub(crate) struct PortWrite {
     pub(crate) port: usize,
     /// The number of the value.
@@ -85,7 +86,7 @@ pub(crate) struct PortWrite {
     pub(crate) bytes: Option<Vec<u8>>,
 }
 
-/// What an input has shown since the last release.
+/// The value that an input has shown since the last release.
 #[derive(Clone)]
 pub(crate) enum ShownValue {
     /// It was not read.
@@ -119,7 +120,7 @@ impl<'a> View<'a> {
 
     /// The value in the form that plugins receive.
     pub(crate) fn sample(&self) -> raw::Sample {
-        let fresh = if self.sequence == 0 {
+        let default_flag = if self.sequence == 0 {
             raw::SAMPLE_DEFAULT
         } else {
             0
@@ -130,7 +131,11 @@ impl<'a> View<'a> {
             time_ns: self.time,
             sequence: self.sequence,
             writer: self.writer,
-            flags: if self.neutral { raw::SAMPLE_NEUTRAL } else { fresh },
+            flags: if self.neutral {
+                raw::SAMPLE_NEUTRAL
+            } else {
+                default_flag
+            },
         }
     }
 }
@@ -166,19 +171,19 @@ impl Ports {
         });
     }
 
-    /// Starts a call, in which nothing was read yet. Returns the last transaction, if turns are recorded.
+    /// Starts a call, with an empty log of reads. Returns the last transaction, if turns are recorded.
     pub(crate) fn enter(&mut self) -> Option<u64> {
-        let looks = self.read_log.as_mut()?;
-        looks.last = None;
-        Some(looks.journal.last())
+        let log = self.read_log.as_mut()?;
+        log.last = None;
+        Some(log.journal.last())
     }
 
-    /// What was read since the last release, if turns are recorded.
+    /// Returns the reads since the last release, if turns are recorded.
     pub(crate) fn read_log(&self) -> Option<&ReadLog> {
         self.read_log.as_ref()
     }
 
-    /// The variable that a port is bound to, and whether the port writes it.
+    /// Returns the variable that a port is bound to, and whether the port writes it.
     pub(crate) fn variable(&self, port: usize) -> Option<(&Arc<Variable>, bool)> {
         match self.ports.get(port)? {
             BoundPort::Unbound | BoundPort::Recorded(_) => None,
@@ -191,17 +196,17 @@ impl Ports {
         }
     }
 
-    /// The number of releases.
+    /// Returns the number of releases.
     pub(crate) fn releases(&self) -> u64 {
         self.releases
     }
 
-    /// What was written since the last call of this function, in a replay.
+    /// Returns the writes since the last call of this function, in a replay.
     pub(crate) fn take_writes(&mut self) -> Vec<PortWrite> {
         self.write_log.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Makes the inputs show values of the past instead of the newest, and keeps what the ports write.
+    /// Makes the inputs show recorded values instead of the newest, and logs the writes of the ports.
     pub(crate) fn read_from_history(&mut self, mut history: impl FnMut(&Reader) -> Arc<History>) {
         self.write_log = Some(Vec::new());
         for port in &mut self.ports {
@@ -215,19 +220,19 @@ impl Ports {
         }
     }
 
-    /// Makes the inputs show what they showed in that turn; the newest values without a turn.
+    /// Makes the inputs show the values that they showed in that turn; the newest values without a turn.
     pub(crate) fn show_recorded(&mut self, turn: Option<&RecordedTurn>) {
         for (number, port) in self.ports.iter_mut().enumerate() {
-            if let BoundPort::Recorded(again) = port {
-                again.number = turn.map_or(Turn::UNUSED, |turn| turn.port(number));
+            if let BoundPort::Recorded(input) = port {
+                input.number = turn.map_or(Turn::UNUSED, |turn| turn.port(number));
             }
         }
     }
 
-    /// What the inputs show now, by their numbers.
+    /// Returns the values that the inputs show now, by their numbers.
     pub(crate) fn shown_values(&self) -> Vec<ShownValue> {
         let shown = self.ports.iter().map(|port| match port {
-            BoundPort::Recorded(again) => again
+            BoundPort::Recorded(input) => input
                 .resolved
                 .clone()
                 .map_or(ShownValue::NotRead, ShownValue::from),
@@ -241,7 +246,7 @@ impl Ports {
         shown.collect()
     }
 
-    /// The value of an input, the same until [`Self::release`]. Calls `now` only if the time matters.
+    /// Returns the value of an input, the same until [`Self::release`]. Calls `now` only if the time matters.
     pub(crate) fn read(&mut self, port: usize, now: impl Fn() -> Nanos) -> Result<View<'_>, PortError> {
         self.has_reads = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
@@ -249,21 +254,21 @@ impl Ports {
             BoundPort::Output(_) | BoundPort::ForeignOutput { .. } => Err(PortError::WrongPort),
             BoundPort::Input(reader) | BoundPort::Fixed(reader) => {
                 let latched = reader.latch();
-                if let Some(looks) = &mut self.read_log {
-                    looks.record_read(port, latched.map(|latched| latched.stamp.sequence), now());
+                if let Some(log) = &mut self.read_log {
+                    log.record_read(port, latched.map(|latched| latched.stamp.sequence), now());
                 }
                 let latched = latched.ok_or(PortError::NoValue)?;
                 Ok(View::of(latched.bytes, &latched.stamp))
             }
-            BoundPort::Recorded(again) => {
+            BoundPort::Recorded(input) => {
                 let RecordedInput {
                     history,
-                    number: wanted,
-                    resolved: held,
-                } = again;
-                let old = held.get_or_insert_with(|| history.find(*wanted));
-                let old = old.as_ref().ok_or(PortError::NoValue)?;
-                Ok(View::of(old.bytes(), &old.stamp))
+                    number,
+                    resolved,
+                } = input;
+                let value = resolved.get_or_insert_with(|| history.find(*number));
+                let value = value.as_ref().ok_or(PortError::NoValue)?;
+                Ok(View::of(value.bytes(), &value.stamp))
             }
             BoundPort::Command {
                 reader,
@@ -290,7 +295,7 @@ impl Ports {
         }
     }
 
-    /// The memory for the next value of an output.
+    /// Returns the memory for the next value of an output.
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             BoundPort::Unbound => Err(PortError::Unbound),
@@ -305,8 +310,8 @@ impl Ports {
         }
     }
 
-    /// Publishes the loan. A command is in force for at least two of the schema's periods, so that a schema
-    /// that is slow by design does not count as silent.
+    /// Publishes the loan. A command is in force for at least two of the schema's periods, so that
+    /// the command of a slow schema does not expire between its turns.
     pub(crate) fn publish(
         &mut self,
         port: usize,
@@ -365,15 +370,15 @@ impl Ports {
     /// Records that a port has written a value of that number; without a number, that the write was refused
     /// or the value retracted.
     fn record_write(&mut self, port: usize, number: Option<u64>, bytes: Option<Vec<u8>>) {
-        if let Some(looks) = &mut self.read_log
-            && let Some(told) = looks.inputs.get_mut(port)
+        if let Some(log) = &mut self.read_log
+            && let Some(input) = log.inputs.get_mut(port)
         {
-            *told = number.map_or(Turn::NO_VALUE, |number| number as u32);
-            // It is part of one turn, and forgotten at the next release.
+            *input = number.map_or(Turn::NO_VALUE, |number| number as u32);
+            // The next release must clear it, because it is part of one turn.
             self.has_reads = true;
         }
-        if let (Some(wrote), Some(number)) = (&mut self.write_log, number) {
-            wrote.push(PortWrite { port, number, bytes });
+        if let (Some(writes), Some(number)) = (&mut self.write_log, number) {
+            writes.push(PortWrite { port, number, bytes });
         }
     }
 
@@ -388,9 +393,9 @@ impl Ports {
             Some(BoundPort::Output(writer)) => {
                 writer.retract();
                 let newest = writer.variable().newest();
-                if let Some(wrote) = &mut self.write_log {
+                if let Some(writes) = &mut self.write_log {
                     let (number, bytes) = (newest, None);
-                    wrote.push(PortWrite { port, number, bytes });
+                    writes.push(PortWrite { port, number, bytes });
                 }
                 self.record_write(port, None, None);
                 Ok(())
@@ -406,7 +411,7 @@ impl Ports {
         for port in &mut self.ports {
             match port {
                 BoundPort::Input(reader) => reader.release(),
-                BoundPort::Recorded(again) => again.resolved = None,
+                BoundPort::Recorded(input) => input.resolved = None,
                 BoundPort::Command { reader, in_force, .. } => {
                     reader.release();
                     *in_force = None;
@@ -417,9 +422,9 @@ impl Ports {
                 | BoundPort::ForeignOutput { .. } => {}
             }
         }
-        if let Some(looks) = &mut self.read_log {
-            looks.inputs.fill(Turn::UNUSED);
-            looks.last = None;
+        if let Some(log) = &mut self.read_log {
+            log.inputs.fill(Turn::UNUSED);
+            log.last = None;
         }
     }
 
@@ -462,13 +467,13 @@ impl Ports {
         }
     }
 
-    /// Time of the newest value read since the last release; 0 without one.
+    /// Returns the time of the newest value read since the last release; 0 without one.
     pub(crate) fn newest(&self) -> Nanos {
         let times = self.ports.iter().filter_map(|port| match port {
             BoundPort::Input(reader) | BoundPort::Command { reader, .. } => {
                 reader.latched().map(|latched| latched.stamp.time)
             }
-            BoundPort::Recorded(again) => again.resolved.as_ref()?.as_ref().map(|old| old.stamp.time),
+            BoundPort::Recorded(input) => input.resolved.as_ref()?.as_ref().map(|value| value.stamp.time),
             BoundPort::Unbound
             | BoundPort::Fixed(_)
             | BoundPort::Output(_)
@@ -479,8 +484,8 @@ impl Ports {
 }
 
 impl From<Option<Arc<HistoricValue>>> for ShownValue {
-    fn from(held: Option<Arc<HistoricValue>>) -> Self {
-        held.map_or(Self::NoValue, Self::Value)
+    fn from(value: Option<Arc<HistoricValue>>) -> Self {
+        value.map_or(Self::NoValue, Self::Value)
     }
 }
 

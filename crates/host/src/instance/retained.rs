@@ -1,5 +1,5 @@
-//! What stays with a call that was given up: it may still read the values it was shown and write to its
-//! loans. The successor of its instance gets the same ports without these.
+//! The values and loans that stay with a call that was given up: it may still read these values and write to
+//! these loans. The successor of its instance gets the same ports without them.
 
 use std::sync::Arc;
 
@@ -23,38 +23,32 @@ impl Ports {
     /// separated already are discarded when the call returns, unpublished.
     pub(crate) fn split_off(&mut self) -> Result<(Self, RetainedValues), Error> {
         let mut loaned = Vec::new();
-        let mut parted = Ok(());
+        let mut result = Ok(());
         for port in &mut self.ports {
             if let BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } = port {
                 match writer.detach_loan() {
-                    Ok(room) => loaned.extend(room),
-                    Err(error) => parted = Err(error),
+                    Ok(loan) => loaned.extend(loan),
+                    Err(error) => result = Err(error),
                 }
             }
         }
         self.separated_loans.extend(loaned);
-        parted?;
-        let mut looked_at = Vec::new();
+        result?;
+        let mut read_ports = Vec::new();
         let ports = self.ports.iter_mut().map(|port| {
-            let (successor, remains) = std::mem::replace(port, BoundPort::Unbound).hand_on();
-            looked_at.extend(remains);
+            let (successor, remains) = std::mem::replace(port, BoundPort::Unbound).split();
+            read_ports.extend(remains);
             successor
         });
         let successor = Self::new(ports.collect());
         let loaned = std::mem::take(&mut self.separated_loans);
-        Ok((
-            successor,
-            RetainedValues {
-                read_ports: looked_at,
-                loaned,
-            },
-        ))
+        Ok((successor, RetainedValues { read_ports, loaned }))
     }
 }
 
 impl BoundPort {
     /// Returns the port for a successor; and this port, if the call may still read what it shows.
-    fn hand_on(self) -> (Self, Option<Self>) {
+    fn split(self) -> (Self, Option<Self>) {
         match self {
             Self::Input(reader) if reader.latched().is_some() => {
                 (Self::Input(reader.duplicate()), Some(Self::Input(reader)))
@@ -78,18 +72,18 @@ impl BoundPort {
             }
             Self::Recorded(RecordedInput {
                 history,
-                number: wanted,
-                resolved: held,
+                number,
+                resolved,
             }) => {
                 let successor = RecordedInput {
                     history: Arc::clone(&history),
-                    number: wanted,
+                    number,
                     resolved: None,
                 };
                 let remains = RecordedInput {
                     history,
-                    number: wanted,
-                    resolved: held,
+                    number,
+                    resolved,
                 };
                 (Self::Recorded(successor), Some(Self::Recorded(remains)))
             }
@@ -102,10 +96,10 @@ impl BoundPort {
 }
 
 impl RetainedValues {
-    /// Bytes of the values that are kept.
+    /// Returns the size of the values, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let loaned: usize = self.loaned.iter().map(DetachedLoan::bytes).sum();
-        let looked_at = self.read_ports.iter().filter_map(|port| match port {
+        let shown = self.read_ports.iter().filter_map(|port| match port {
             BoundPort::Input(reader) | BoundPort::Fixed(reader) | BoundPort::Command { reader, .. } => {
                 reader.latched().map(|latched| latched.bytes.len())
             }
@@ -114,6 +108,6 @@ impl RetainedValues {
             | BoundPort::Output(_)
             | BoundPort::ForeignOutput { .. } => None,
         });
-        loaned + looked_at.sum::<usize>()
+        loaned + shown.sum::<usize>()
     }
 }

@@ -8,7 +8,7 @@ use jde_loader::AlignedBytes;
 #[derive(Default)]
 pub(super) struct Scratch {
     buffers: BTreeMap<u32, AlignedBytes>,
-    /// The ports loaned in the present call.
+    /// The ports loaned in the current call.
     loaned: Vec<u32>,
 }
 
@@ -17,12 +17,13 @@ impl Scratch {
         if !self.is_loaned(port) {
             self.loaned.push(port);
         }
-        let room = self.buffers.entry(port);
-        room.or_insert_with(|| AlignedBytes::new(&vec![0; bytes]))
+        let entry = self.buffers.entry(port);
+        entry
+            .or_insert_with(|| AlignedBytes::new(&vec![0; bytes]))
             .bytes_mut()
     }
 
-    /// Whether the port was loaned in the present call.
+    /// Whether the port was loaned in the current call.
     pub(super) fn is_loaned(&self, port: u32) -> bool {
         self.loaned.contains(&port)
     }

@@ -1,5 +1,5 @@
 //! Replacement of a running schema's build by another one, between two iterations (R10), and the return to
-//! the build before.
+//! the previous build.
 //!
 //! Whether a build fits is checked before anything changes ([`crate::OperatorHandle::replace`]). The runner
 //! carries out the exchange, in a turn of the schema. The hierarchy is not involved: the schema keeps its
@@ -22,16 +22,16 @@ pub use reloader::{ReloadError, Reloader};
 /// The default trial time of a new build, ns. Most mistakes show within seconds; a later failure is an
 /// ordinary fault.
 pub const PROBATION: Nanos = 3_000_000_000;
-/// The fewest turns that a trial lasts, so that slow schemas have had a chance to fail.
+/// The least number of turns that a trial lasts, so that slow schemas can fail in it too.
 pub(crate) const MIN_TRIAL_TURNS: u32 = 10;
 
 /// How a build takes over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReloadOptions {
     /// How long the build is on trial, ns of application time, but at least ten turns. A fault during the
-    /// trial returns to the build before, which stays asleep until then. 0 for no trial.
+    /// trial returns to the previous build, which stays asleep until then. 0 for no trial.
     pub probation: Nanos,
-    /// Starts without the memory of the build before.
+    /// Starts without the memory of the previous build.
     pub fresh: bool,
 }
 
@@ -65,14 +65,14 @@ impl Default for ReloadOptions {
 }
 
 impl PendingReload {
-    pub(crate) fn new(order: &Arc<Completion>) -> Self {
+    pub(crate) fn new(completion: &Arc<Completion>) -> Self {
         Self {
-            completion: Arc::clone(order),
+            completion: Arc::clone(completion),
         }
     }
 
     /// Returns the outcome, once it is known: the build took over and completed its first turn, or the reason
-    /// why the build before continues.
+    /// why the previous build continues.
     #[must_use]
     pub fn outcome(&self) -> Option<Result<Replacement, String>> {
         self.completion.lock().clone()

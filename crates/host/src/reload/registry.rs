@@ -1,6 +1,6 @@
-//! Which build each instance runs, and to which one it returns if the present one fails on trial. Every new
-//! instance is created from the build registered here, so it is of the right build whatever happened to the
-//! instance before. Creates no instance.
+//! The build that each instance runs, and the build to which it returns if the current one fails on trial.
+//! Every new instance is created from the build in this registry, so it is of the right build whatever
+//! happened to the previous instance. It creates no instance.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -22,7 +22,7 @@ pub(crate) struct BuildRegistry {
 struct RegistryEntry {
     /// `None` before the instance is first created.
     current: Option<SharedBuild>,
-    /// The build before, while the present one is on trial.
+    /// The previous build, while the current one is on trial.
     previous: Option<SharedBuild>,
     swap: SwapState,
     reloads: u32,
@@ -30,7 +30,7 @@ struct RegistryEntry {
     rollback_reason: Option<String>,
 }
 
-/// The progress of an exchange of builds that was requested and not answered yet.
+/// The progress of an exchange of builds that was requested and is not completed yet.
 #[derive(Default)]
 enum SwapState {
     #[default]
@@ -42,7 +42,7 @@ enum SwapState {
         build: BuildName,
         completion: Arc<Completion>,
     },
-    /// The build took over in the present turn.
+    /// The build took over in the current turn.
     Done {
         replacement: Replacement,
         completion: Arc<Completion>,
@@ -65,20 +65,20 @@ impl BuildRegistry {
 
     /// Returns the build of which an instance is to be created.
     pub(crate) fn current(&self, instance: usize) -> SharedBuild {
-        let present = self.lock()[instance].current.clone();
-        present.expect("an instance has a build before it has a runner")
+        let current = self.lock()[instance].current.clone();
+        current.expect("an instance has a build before it has a runner")
     }
 
-    /// Stores a build until its turn to take over. If a call hangs before that turn, the next runner takes it
-    /// from here.
+    /// Stores a build until its turn to take over. If a call hangs before that turn, the next runner takes
+    /// it.
     ///
     /// # Errors
     /// Another build waits already, or the application has ended.
     pub(crate) fn enqueue(&self, instance: usize, swap: Swap) -> Result<(), String> {
-        let exchange = &mut self.lock()[instance].swap;
-        match exchange {
+        let state = &mut self.lock()[instance].swap;
+        match state {
             SwapState::None => {
-                *exchange = SwapState::Pending(swap);
+                *state = SwapState::Pending(swap);
                 Ok(())
             }
             SwapState::Pending(_) | SwapState::InProgress { .. } | SwapState::Done { .. } => {
@@ -88,19 +88,15 @@ impl BuildRegistry {
         }
     }
 
-    /// Refuses all further exchanges, because the application has ended. Pending exchanges are answered.
+    /// Refuses all further exchanges, because the application has ended. Pending exchanges fail.
     pub(crate) fn close(&self) {
         for entry in &mut *self.lock() {
             match std::mem::replace(&mut entry.swap, SwapState::Closed) {
-                SwapState::Pending(Swap {
-                    completion: order, ..
-                })
-                | SwapState::InProgress {
-                    completion: order, ..
+                SwapState::Pending(Swap { completion, .. })
+                | SwapState::InProgress { completion, .. }
+                | SwapState::Done { completion, .. } => {
+                    completion.complete(Err(APPLICATION_ENDED.to_owned()))
                 }
-                | SwapState::Done {
-                    completion: order, ..
-                } => order.complete(Err(APPLICATION_ENDED.to_owned())),
                 SwapState::None | SwapState::Closed => {}
             }
         }
@@ -113,10 +109,10 @@ impl BuildRegistry {
 
     /// Starts the exchange, if a build waits for it.
     pub(crate) fn start_swap(&self, instance: usize) -> Option<Swap> {
-        let exchange = &mut self.lock()[instance].swap;
-        match std::mem::take(exchange) {
+        let state = &mut self.lock()[instance].swap;
+        match std::mem::take(state) {
             SwapState::Pending(swap) => {
-                *exchange = SwapState::InProgress {
+                *state = SwapState::InProgress {
                     build: swap.build.name.clone(),
                     completion: Arc::clone(&swap.completion),
                 };
@@ -126,50 +122,40 @@ impl BuildRegistry {
             | SwapState::InProgress { .. }
             | SwapState::Done { .. }
             | SwapState::Closed) => {
-                *exchange = other;
+                *state = other;
                 None
             }
         }
     }
 
-    /// Records that the build took over. The answer is given at the end of the turn.
-    pub(crate) fn mark_done(&self, instance: usize, takeover: Replacement) {
-        let exchange = &mut self.lock()[instance].swap;
-        *exchange = match std::mem::take(exchange) {
-            SwapState::InProgress {
-                completion: order, ..
-            } => SwapState::Done {
-                replacement: takeover,
-                completion: order,
+    /// Records that the build took over. The exchange is completed at the end of the turn.
+    pub(crate) fn mark_done(&self, instance: usize, replacement: Replacement) {
+        let state = &mut self.lock()[instance].swap;
+        *state = match std::mem::take(state) {
+            SwapState::InProgress { completion, .. } => SwapState::Done {
+                replacement,
+                completion,
             },
             other
             @ (SwapState::None | SwapState::Pending(_) | SwapState::Done { .. } | SwapState::Closed) => other,
         };
     }
 
-    /// Answers the exchange that is under way. From now on another may be requested.
+    /// Completes the current exchange. From now on another may be requested.
     pub(crate) fn finish_swap(&self, instance: usize, outcome: Result<(), String>) {
-        let exchange = &mut self.lock()[instance].swap;
-        match (std::mem::take(exchange), outcome) {
+        let state = &mut self.lock()[instance].swap;
+        match (std::mem::take(state), outcome) {
             (
                 SwapState::Done {
-                    replacement: takeover,
-                    completion: order,
+                    replacement,
+                    completion,
                 },
                 Ok(()),
-            ) => order.complete(Ok(takeover)),
-            (
-                SwapState::Done {
-                    completion: order, ..
-                }
-                | SwapState::InProgress {
-                    completion: order, ..
-                },
-                Err(reason),
-            ) => {
-                order.complete(Err(reason));
+            ) => completion.complete(Ok(replacement)),
+            (SwapState::Done { completion, .. } | SwapState::InProgress { completion, .. }, Err(reason)) => {
+                completion.complete(Err(reason));
             }
-            (other, _) => *exchange = other,
+            (other, _) => *state = other,
         }
     }
 
@@ -181,31 +167,31 @@ impl BuildRegistry {
         }
     }
 
-    /// Records that a build took over. It is on trial if there is a build before it.
+    /// Records that a build took over. It is on trial if `previous` is given.
     pub(crate) fn record_replacement(
         &self,
         instance: usize,
         build: SharedBuild,
-        before: Option<SharedBuild>,
+        previous: Option<SharedBuild>,
     ) {
         let entry = &mut self.lock()[instance];
         entry.current = Some(build);
-        entry.previous = before;
+        entry.previous = previous;
         entry.reloads += 1;
         entry.rollback_reason = None;
     }
 
-    /// Ends the trial: the build before is dropped.
+    /// Ends the trial: the previous build is dropped.
     pub(crate) fn end_trial(&self, instance: usize) {
         self.lock()[instance].previous = None;
     }
 
-    /// Returns to the build before. The result is the name of the build given up; `None` if there is none
-    /// before.
+    /// Returns to the previous build. The result is the name of the build given up; `None` if there is no
+    /// previous build.
     pub(crate) fn roll_back(&self, instance: usize, reason: &str) -> Option<BuildName> {
         let entry = &mut self.lock()[instance];
-        let before = entry.previous.take()?;
-        let given_up = entry.current.replace(before);
+        let previous = entry.previous.take()?;
+        let given_up = entry.current.replace(previous);
         entry.rollback_reason = Some(reason.to_owned());
         given_up.map(|build| build.name.clone())
     }

@@ -36,7 +36,7 @@ pub enum ReloadError {
     /// The plugin is linked into the program.
     #[error("`{0}` is linked into the program, so there is no file to reload it from")]
     LinkedIn(String),
-    /// The plugin's present file cannot be used.
+    /// The plugin's current file cannot be used.
     #[error("{0}")]
     Plugin(#[from] PluginError),
     /// The build does not fit the application; the reasons, by schema.
@@ -89,14 +89,14 @@ impl Reloader {
         files.collect()
     }
 
-    /// Has the build that is now in a plugin's file take over, in the name of the operator `by`: for one
+    /// Lets the build that is now in a plugin's file take over, in the name of the operator `by`: for one
     /// schema by its name, or for all schemas of a plugin by the plugin's name. Waits for their turns, at
     /// most 3 s. In lockstep, call it on another thread than the one that runs the application.
     ///
     /// # Errors
-    /// [`ReloadError`]: nothing has changed then. A later failure concerns one schema, which continues with the
-    /// build before: see [`ReloadOutcome`].
-    pub fn reload(&self, by: &str, name: &str, how: ReloadOptions) -> Result<ReloadReport, ReloadError> {
+    /// [`ReloadError`]: no schema has changed then. A later failure concerns one schema, which continues with
+    /// the previous build: see [`ReloadOutcome`].
+    pub fn reload(&self, by: &str, name: &str, options: ReloadOptions) -> Result<ReloadReport, ReloadError> {
         let _turn = self.reload_lock.lock().unwrap_or_else(PoisonError::into_inner);
         let schemas = find_schemas(&self.handle, name)?;
         let application = self.handle.application();
@@ -106,7 +106,7 @@ impl Reloader {
             .and_then(|loaded| loaded.path)
             .ok_or_else(|| ReloadError::LinkedIn(name.to_owned()))?;
         let RefreshedPlugin { plugin, .. } = self.plugins.refresh(&file)?;
-        let schemas = self.replace(by, &schemas, &plugin, how)?;
+        let schemas = self.replace(by, &schemas, &plugin, options)?;
         Ok(ReloadReport {
             age: file_age(&file),
             file,
@@ -120,34 +120,34 @@ impl Reloader {
         by: &str,
         schemas: &[usize],
         plugin: &LoadedPlugin,
-        how: ReloadOptions,
+        options: ReloadOptions,
     ) -> Result<Vec<(String, ReloadOutcome)>, ReloadError> {
         let operator = self.handle.operator(by);
         let name = |schema: usize| self.handle.application().instances[schema].name.clone();
-        let others = schemas
+        let changed = schemas
             .iter()
             .filter(|schema| !operator.is_running_build(**schema, plugin));
-        let misfits = others.filter_map(|schema| {
+        let incompatible = changed.filter_map(|schema| {
             let reasons = operator.check_build(*schema, plugin).err()?;
             Some((name(*schema), reasons))
         });
-        let misfits: Vec<_> = misfits.collect();
-        if !misfits.is_empty() {
-            return Err(ReloadError::Incompatible(misfits));
+        let incompatible: Vec<_> = incompatible.collect();
+        if !incompatible.is_empty() {
+            return Err(ReloadError::Incompatible(incompatible));
         }
         // All exchanges are requested before any is waited for, so that the schemas take their turns in
         // parallel.
-        let orders: Vec<_> = schemas
+        let reloads: Vec<_> = schemas
             .iter()
             .map(|schema| {
-                let same = operator.is_running_build(*schema, plugin);
-                let order = (!same).then(|| operator.replace(*schema, plugin, how));
-                (*schema, order)
+                let is_same = operator.is_running_build(*schema, plugin);
+                let reload = (!is_same).then(|| operator.replace(*schema, plugin, options));
+                (*schema, reload)
             })
             .collect();
         let end = Instant::now() + RELOAD_TIMEOUT;
-        let became = orders.into_iter().map(|(schema, order)| {
-            let became = match order {
+        let outcomes = reloads.into_iter().map(|(schema, reload)| {
+            let outcome = match reload {
                 None if operator.is_faulted(schema) => operator
                     .load(schema)
                     .map_or_else(ReloadOutcome::Undone, |()| ReloadOutcome::Restarted),
@@ -159,17 +159,17 @@ impl Reloader {
                     None => ReloadOutcome::Waiting,
                 },
             };
-            (name(schema), became)
+            (name(schema), outcome)
         });
-        Ok(became.collect())
+        Ok(outcomes.collect())
     }
 }
 
 /// Returns the schemas that a name denotes: one schema, or all of a plugin.
 fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<usize>, ReloadError> {
-    let places = handle.schema_indices(name);
-    if !places.is_empty() {
-        return Ok(places);
+    let indices = handle.schema_indices(name);
+    if !indices.is_empty() {
+        return Ok(indices);
     }
     let application = handle.application();
     let schemas = application
@@ -185,14 +185,14 @@ fn find_schemas(handle: &Handle, name: &str) -> Result<Vec<usize>, ReloadError> 
 
 /// Returns how long ago a file was written, ns.
 fn file_age(file: &Path) -> Option<Nanos> {
-    let written = file.metadata().and_then(|about| about.modified()).ok()?;
+    let written = file.metadata().and_then(|metadata| metadata.modified()).ok()?;
     Some(written.elapsed().unwrap_or_default().as_nanos() as Nanos)
 }
 
 /// Formats a single reason on one line, and several on a line each.
-fn list(misfits: &[(String, Vec<String>)]) -> String {
+fn list(incompatible: &[(String, Vec<String>)]) -> String {
     let mut lines = Vec::new();
-    for (schema, reasons) in misfits {
+    for (schema, reasons) in incompatible {
         match &reasons[..] {
             [reason] => lines.push(format!("`{schema}` stays as it is: {reason}")),
             reasons => {

@@ -3,8 +3,8 @@
 //! come from the recording; no driver is created, and commands have no effect. So decisions depend on the
 //! schemas alone, and every different decision is caused by them.
 //!
-//! A schema that is awake now and was not awake then takes turns by its own period. Judges nothing: see
-//! `jde-log`.
+//! A schema that is awake now and was not awake then takes turns by its own period. `jde-log` compares the
+//! decisions; this module does not.
 
 mod player;
 mod recorded_inputs;
@@ -45,7 +45,7 @@ pub struct RecordedSource {
 pub struct PortReading {
     /// The name of the port.
     pub port: String,
-    /// The number of the value, the time when it was measured, and the value in words if it is short; `None`
+    /// The number of the value, the time when it was measured, and the formatted value if it is short; `None`
     /// if the port had no value.
     pub value: Option<(u64, Nanos, Option<String>)>,
 }
@@ -92,8 +92,9 @@ pub fn format_value(value_type: &Type, bytes: &[u8]) -> String {
 }
 
 impl Replay {
-    /// Prepares all schemas except the drivers to take the turns of `past`. `slack` is the time, ns, within
-    /// which the order of actions of different threads is uncertain: 0 for a past in virtual time.
+    /// Prepares all schemas except the drivers to take the turns of `recorded_run`. `slack` is the time, ns,
+    /// within which the order of actions of different threads is uncertain: 0 for a recording in virtual
+    /// time.
     ///
     /// # Errors
     /// [`StartError`].
@@ -101,7 +102,7 @@ impl Replay {
         application: Application,
         plugins: &Plugins,
         observers: Vec<Box<dyn Observer>>,
-        past: Box<dyn RecordedRun>,
+        recorded_run: Box<dyn RecordedRun>,
         slack: Nanos,
     ) -> Result<Self, StartError> {
         let (engine, ports) = Engine::new(
@@ -125,7 +126,7 @@ impl Replay {
             runner.create_for_start()?;
             runners.push(Some(runner));
         }
-        let player = Player::new(engine, runners, past, slack).map_err(StartError::Wiring)?;
+        let player = Player::new(engine, runners, recorded_run, slack).map_err(StartError::Wiring)?;
         Ok(Self { player })
     }
 
@@ -135,8 +136,8 @@ impl Replay {
         Handle::new(self.player.engine())
     }
 
-    /// Takes one step: the next of the past, or an earlier one that the past does not contain. Returns false
-    /// at the end.
+    /// Takes the next recorded step, or an earlier one that the recording does not contain. Returns false at
+    /// the end.
     pub fn step(&mut self) -> bool {
         self.player.step()
     }

@@ -1,4 +1,4 @@
-//! Takes the steps of the past in their order. The consequences of a step wait for the step that the past
+//! Takes the recorded steps in their order. The consequences of a step wait for the step that the recording
 //! contains for them. Those without a recorded step take effect on their own, after the slack.
 
 use std::collections::BTreeSet;
@@ -11,14 +11,14 @@ use super::recorded_inputs::RecordedInputs;
 use super::recorded_run::{RecordedRun, ReplayStep, StepKind};
 use super::slot::{PendingArbitration, ReplaySlot};
 use super::writes::{PairedWrite, WriteMatcher};
-use super::{PortReading, format_value as in_words};
+use super::{PortReading, format_value};
 use crate::engine::{Engine, Notifier, Signal};
 use crate::exec::lockstep::SignalQueue;
 use crate::inbox::Inbox;
 use crate::instance::ShownValue;
 use crate::runner::Runner;
 
-/// The largest value that is formatted in words, in bytes.
+/// The largest value that is formatted, in bytes.
 const MAX_FORMATTED_BYTES: usize = 64;
 
 /// Takes recorded turns again.
@@ -32,7 +32,7 @@ pub(super) struct Player {
     inputs: RecordedInputs,
     unknown: BTreeSet<String>,
     writes: WriteMatcher,
-    /// The past has no further step, or its end was reached.
+    /// The recording has no further step, or its end was reached.
     is_finished: bool,
     is_shut_down: bool,
 }
@@ -41,25 +41,25 @@ impl Player {
     pub(super) fn new(
         engine: Arc<Engine>,
         runners: Vec<Option<Runner>>,
-        past: Box<dyn RecordedRun>,
+        recorded_run: Box<dyn RecordedRun>,
         slack: Nanos,
     ) -> Result<Self, String> {
         let queue = Arc::new(SignalQueue::default());
-        let bells: Arc<dyn Notifier> = Arc::clone(&queue) as _;
-        engine.attach(&bells);
-        let mut seats: Vec<_> = runners
+        let notifier: Arc<dyn Notifier> = Arc::clone(&queue) as _;
+        engine.attach(&notifier);
+        let mut slots: Vec<_> = runners
             .into_iter()
             .map(|runner| runner.map(ReplaySlot::new))
             .collect();
-        let scenery = RecordedInputs::new(&engine, seats.iter_mut().flatten())?;
+        let inputs = RecordedInputs::new(&engine, slots.iter_mut().flatten())?;
         Ok(Self {
             engine,
             queue,
-            slots: seats,
-            recorded_run: past,
+            slots,
+            recorded_run,
             next: None,
             slack,
-            inputs: scenery,
+            inputs,
             unknown: BTreeSet::new(),
             writes: WriteMatcher::default(),
             is_finished: false,
@@ -94,17 +94,17 @@ impl Player {
 
     pub(super) fn last_inputs(&self, schema: usize) -> Vec<PortReading> {
         let ports = &self.engine.application.instances[schema].schema.ports;
-        let Some(seat) = &self.slots[schema] else {
+        let Some(slot) = &self.slots[schema] else {
             return Vec::new();
         };
-        let sights = ports.iter().zip(&seat.last_inputs).filter_map(|(port, shown)| {
-            let value = match shown {
+        let readings = ports.iter().zip(&slot.last_inputs).filter_map(|(port, input)| {
+            let value = match input {
                 ShownValue::NotRead => return None,
                 ShownValue::NoValue => None,
-                ShownValue::Value(old) => {
-                    let short = old.bytes().len() <= MAX_FORMATTED_BYTES;
-                    let words = short.then(|| in_words(&port.value_type, old.bytes()));
-                    Some((old.stamp.sequence, old.stamp.time, words))
+                ShownValue::Value(shown) => {
+                    let is_short = shown.bytes().len() <= MAX_FORMATTED_BYTES;
+                    let text = is_short.then(|| format_value(&port.value_type, shown.bytes()));
+                    Some((shown.stamp.sequence, shown.stamp.time, text))
                 }
             };
             Some(PortReading {
@@ -112,7 +112,7 @@ impl Player {
                 value,
             })
         });
-        sights.collect()
+        readings.collect()
     }
 
     /// Returns the schemas' writes since the last call, paired with the recorded writes.
@@ -128,13 +128,16 @@ impl Player {
         self.unknown.iter().cloned().collect()
     }
 
-    /// Returns the time of the next step that the past does not contain.
+    /// Returns the time of the next step that the recording does not contain.
     fn next_unrecorded_time(&self) -> Option<Nanos> {
-        let late = |since: Nanos| since.saturating_add(self.slack);
-        let timer = self.engine.next_timer().map(late);
-        let seats = self.slots.iter().flatten();
-        let waiting = seats.clone().filter_map(ReplaySlot::waiting_since).map(late);
-        let due = seats.filter_map(|seat| seat.due);
+        let with_slack = |since: Nanos| since.saturating_add(self.slack);
+        let timer = self.engine.next_timer().map(with_slack);
+        let slots = self.slots.iter().flatten();
+        let waiting = slots
+            .clone()
+            .filter_map(ReplaySlot::waiting_since)
+            .map(with_slack);
+        let due = slots.filter_map(|slot| slot.due);
         timer.into_iter().chain(waiting).chain(due).min()
     }
 
@@ -150,51 +153,51 @@ impl Player {
         }
         for number in 0..self.slots.len() {
             let slack = self.slack;
-            let Some(seat) = &mut self.slots[number] else {
+            let Some(slot) = &mut self.slots[number] else {
                 continue;
             };
-            if seat
+            if slot
                 .waiting_since()
                 .is_some_and(|since| since.saturating_add(slack) <= now)
             {
-                while let Some((awake, _)) = seat.transitions.pop_front() {
-                    seat.apply_transition(awake, now);
+                while let Some((awake, _)) = slot.transitions.pop_front() {
+                    slot.apply_transition(awake, now);
                 }
-                seat.arbitrate_all();
+                slot.arbitrate_all();
                 return self.settle();
             }
-            if seat.due.is_some_and(|due| due <= now) {
-                seat.due = seat.runner.take_turn(Inbox::default());
+            if slot.due.is_some_and(|due| due <= now) {
+                slot.due = slot.runner.take_turn(Inbox::default());
                 return self.settle();
             }
         }
     }
 
-    /// Carries out the consequences of the last step, as far as the past has no step for them.
+    /// Carries out the consequences of the last step, as far as the recording has no step for them.
     fn settle(&mut self) {
         let now = self.engine.clock.now();
         while let Some((number, signal)) = self.queue.pop() {
-            let Some(seat) = &mut self.slots[number] else {
+            let Some(slot) = &mut self.slots[number] else {
                 continue;
             };
             match signal {
-                Signal::Awake(_) if seat.was_awake && seat.transitions.is_empty() => {
-                    seat.apply_transition(true, now)
+                Signal::Awake(_) if slot.was_awake && slot.transitions.is_empty() => {
+                    slot.apply_transition(true, now)
                 }
-                Signal::Awake(_) => seat.transitions.push_back((true, now)),
-                Signal::Asleep if seat.was_awake && seat.follows_recording => {
-                    seat.transitions.push_back((false, now))
+                Signal::Awake(_) => slot.transitions.push_back((true, now)),
+                Signal::Asleep if slot.was_awake && slot.follows_recording => {
+                    slot.transitions.push_back((false, now))
                 }
-                Signal::Asleep if seat.transitions.is_empty() => seat.apply_transition(false, now),
-                Signal::Asleep => seat.transitions.push_back((false, now)),
-                Signal::Replaced => seat.runner.give_up_now(),
-                Signal::Unloaded => seat.runner.unload_now(),
-                Signal::PeriodChanged => seat.runner.retime_now(),
+                Signal::Asleep if slot.transitions.is_empty() => slot.apply_transition(false, now),
+                Signal::Asleep => slot.transitions.push_back((false, now)),
+                Signal::Replaced => slot.runner.give_up_now(),
+                Signal::Unloaded => slot.runner.unload_now(),
+                Signal::PeriodChanged => slot.runner.retime_now(),
                 // A replay has no viewers and no operators.
                 Signal::PanelOpened | Signal::GestureQueued | Signal::BuildPending => {}
                 Signal::ArbitrationRequested { group, ticket, level } => {
                     let since = now;
-                    seat.arbitrations.push(PendingArbitration {
+                    slot.arbitrations.push(PendingArbitration {
                         since,
                         group,
                         ticket,
@@ -202,10 +205,10 @@ impl Player {
                     });
                 }
                 signal @ (Signal::Promoted | Signal::Triggered) => {
-                    if seat.due.is_some() {
+                    if slot.due.is_some() {
                         let mut inbox = Inbox::default();
                         inbox.push(signal);
-                        seat.due = seat.runner.take_turn(inbox);
+                        slot.due = slot.runner.take_turn(inbox);
                     }
                 }
             }
@@ -236,17 +239,17 @@ impl Player {
 
     /// Completes a step. After the last step of a turn, its writes are known and paired.
     fn complete_step(&mut self, step: &ReplayStep) {
-        let is_schemas = matches!(
+        let is_schema_turn = matches!(
             step.turn.kind,
             Turn::AWOKE | Turn::SLEPT | Turn::CYCLED | Turn::ARBITRATED | Turn::TOUCHED
         );
         let number = step.turn.schema as usize;
-        let seat = self.slots.get_mut(number).and_then(Option::as_mut);
-        if let Some(seat) = seat.filter(|_| is_schemas) {
-            seat.in_turn = !step.is_last;
+        let slot = self.slots.get_mut(number).and_then(Option::as_mut);
+        if let Some(slot) = slot.filter(|_| is_schema_turn) {
+            slot.in_turn = !step.is_last;
             if step.is_last {
                 self.writes
-                    .pair_turn(&self.engine, number, seat, &step.turn, &mut *self.recorded_run);
+                    .pair_turn(&self.engine, number, slot, &step.turn, &mut *self.recorded_run);
             }
         }
     }
@@ -254,50 +257,50 @@ impl Player {
     fn apply_schema_step(&mut self, number: usize, step: &ReplayStep) {
         let (engine, turn) = (&self.engine, &*step.turn);
         let now = engine.clock.now();
-        let Some(seat) = self.slots.get_mut(number).and_then(Option::as_mut) else {
+        let Some(slot) = self.slots.get_mut(number).and_then(Option::as_mut) else {
             return;
         };
         match (turn.kind, step.kind) {
             (Turn::AWOKE, StepKind::CheckCall) => {
-                seat.was_awake = true;
-                while let Some((awake, _)) = seat.transitions.pop_front() {
-                    seat.runner.show_recorded(Some(turn).filter(|_| awake));
-                    seat.apply_transition(awake, now);
-                    seat.runner.show_recorded(None);
+                slot.was_awake = true;
+                while let Some((awake, _)) = slot.transitions.pop_front() {
+                    slot.runner.show_recorded(Some(turn).filter(|_| awake));
+                    slot.apply_transition(awake, now);
+                    slot.runner.show_recorded(None);
                 }
-                seat.follows_recording = true;
-                seat.due = None;
+                slot.follows_recording = true;
+                slot.due = None;
             }
             (Turn::SLEPT, StepKind::CheckCall) => {
-                seat.was_awake = false;
-                while let Some((awake, _)) = seat.transitions.pop_front() {
-                    seat.runner.show_recorded(Some(turn));
-                    seat.apply_transition(awake, now);
-                    seat.runner.show_recorded(None);
+                slot.was_awake = false;
+                while let Some((awake, _)) = slot.transitions.pop_front() {
+                    slot.runner.show_recorded(Some(turn));
+                    slot.apply_transition(awake, now);
+                    slot.runner.show_recorded(None);
                 }
-                seat.follows_recording = false;
-                seat.start_own_turns(now);
+                slot.follows_recording = false;
+                slot.start_own_turns(now);
             }
             (Turn::ARBITRATED, StepKind::CheckCall) => {
-                if let Some(asked) = seat.take_arbitration(turn) {
-                    seat.runner.show_recorded(Some(turn));
-                    let answer = seat.runner.repeat_arbitration(&asked.level);
-                    seat.runner.show_recorded(None);
-                    seat.arbitration_result = Some((asked.group, asked.ticket, answer));
+                if let Some(request) = slot.take_arbitration(turn) {
+                    slot.runner.show_recorded(Some(turn));
+                    let reply = slot.runner.repeat_arbitration(&request.level);
+                    slot.runner.show_recorded(None);
+                    slot.arbitration_result = Some((request.group, request.ticket, reply));
                 }
             }
             (Turn::ARBITRATED, StepKind::Checked) => {
-                if let Some((group, ticket, answer)) = seat.arbitration_result.take() {
-                    engine.report_arbitration(group, ticket, answer);
+                if let Some((group, ticket, reply)) = slot.arbitration_result.take() {
+                    engine.report_arbitration(group, ticket, reply);
                 }
             }
             (Turn::TOUCHED, StepKind::CheckCall) => match self.recorded_run.gesture(turn.detail) {
                 Some((by, gesture)) => {
-                    seat.runner.show_recorded(Some(turn));
-                    seat.gesture_error = seat.runner.repeat_gesture(&by, &gesture).err();
-                    seat.runner.show_recorded(None);
+                    slot.runner.show_recorded(Some(turn));
+                    slot.gesture_error = slot.runner.repeat_gesture(&by, &gesture).err();
+                    slot.runner.show_recorded(None);
                     if turn.failed.order == 0 {
-                        seat.report_gesture_error();
+                        slot.report_gesture_error();
                     }
                 }
                 None => drop(
@@ -305,41 +308,41 @@ impl Player {
                         .insert(format!("the panel of {}", engine.name(number))),
                 ),
             },
-            (Turn::TOUCHED, StepKind::Failed) => seat.report_gesture_error(),
+            (Turn::TOUCHED, StepKind::Failed) => slot.report_gesture_error(),
             (Turn::CYCLED, part) => {
-                if seat.follows_recording {
-                    seat.apply_cycle_step(engine, part, &step.turn);
+                if slot.follows_recording {
+                    slot.apply_cycle_step(engine, part, &step.turn);
                 }
                 if part == StepKind::Failed {
-                    // The fault put it to sleep, so the past has no step for falling asleep.
-                    seat.was_awake = false;
+                    // The fault put it to sleep, so the recording has no step for falling asleep.
+                    slot.was_awake = false;
                 }
                 if step.is_last {
-                    seat.end_turn();
+                    slot.end_turn();
                 }
             }
             _ => {}
         }
     }
 
-    /// Takes a recorded action of a father on a child or a group, which it requested in its iteration.
+    /// Applies a recorded action of a father on a child or a group, which he requested in his iteration.
     fn apply_father_action(&mut self, father: usize, turn: &Turn) {
-        let under_way = self
+        let permitted_turn = self
             .slots
             .get(father)
-            .and_then(|seat| seat.as_ref()?.permitted_turn.clone());
-        if let Some(under_way) = under_way {
-            self.publish_inputs(father, &under_way);
+            .and_then(|slot| slot.as_ref()?.permitted_turn.clone());
+        if let Some(turn) = permitted_turn {
+            self.publish_inputs(father, &turn);
         }
-        let Some(seat) = self.slots.get_mut(father).and_then(Option::as_mut) else {
+        let Some(slot) = self.slots.get_mut(father).and_then(Option::as_mut) else {
             return;
         };
-        seat.run_iteration(&self.engine);
-        let mut leads = seat.father_actions.iter();
-        if let Some(place) = leads.position(|led| led.encode() == (turn.way, turn.detail)) {
-            // The requests before it had no effect in the past.
-            for led in seat.father_actions.drain(..=place) {
-                self.engine.apply_father_action(led);
+        slot.run_iteration(&self.engine);
+        let mut actions = slot.father_actions.iter();
+        if let Some(place) = actions.position(|action| action.encode() == (turn.way, turn.detail)) {
+            // The requests before it had no effect in the recorded run.
+            for action in slot.father_actions.drain(..=place) {
+                self.engine.apply_father_action(action);
             }
         }
     }
@@ -388,8 +391,8 @@ impl Player {
     fn shut_down(&mut self) {
         self.engine.brake_all();
         for number in self.engine.put_to_sleep() {
-            if let Some(seat) = &mut self.slots[number] {
-                seat.runner.sleep_now();
+            if let Some(slot) = &mut self.slots[number] {
+                slot.runner.sleep_now();
             }
         }
         while self.queue.pop().is_some() {}
@@ -397,7 +400,7 @@ impl Player {
             .iter_mut()
             .rev()
             .flatten()
-            .for_each(|seat| seat.runner.destroy());
+            .for_each(|slot| slot.runner.destroy());
     }
 }
 

@@ -1,5 +1,5 @@
-//! The values that schemas read in a replay: those of drivers and other applications from the past, all
-//! others from the schemas that produce them now. It takes no step.
+//! The values that schemas read in a replay: those of drivers and other applications come from the recording,
+//! all others from the schemas that produce them now. It takes no step.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
@@ -15,7 +15,7 @@ use super::slot::ReplaySlot;
 use crate::engine::Engine;
 use crate::history::History;
 
-/// The values that can be read.
+/// The values that schemas can read.
 pub(super) struct RecordedInputs {
     sources: Vec<RecordedExport>,
     histories: BTreeMap<String, Arc<History>>,
@@ -50,8 +50,11 @@ pub(super) fn is_driver(instance: &InstanceConfig) -> bool {
 
 /// Whether a schema other than a driver imports it.
 pub(super) fn is_imported(application: &Application, origin: Origin) -> bool {
-    let others = application.instances.iter().filter(|other| !is_driver(other));
-    let mut bindings = others.flat_map(|other| &other.bindings);
+    let schemas = application
+        .instances
+        .iter()
+        .filter(|instance| !is_driver(instance));
+    let mut bindings = schemas.flat_map(|schema| &schema.bindings);
     bindings
         .any(|binding| matches!(binding, Binding::Import { source: Some(source), .. } if *source == origin))
 }
@@ -60,9 +63,9 @@ impl RecordedInputs {
     /// Makes every input of the schemas read from a history.
     pub(super) fn new<'s>(
         engine: &Engine,
-        seats: impl Iterator<Item = &'s mut ReplaySlot>,
+        slots: impl Iterator<Item = &'s mut ReplaySlot>,
     ) -> Result<Self, String> {
-        let mut scenery = Self {
+        let mut inputs = Self {
             sources: Vec::new(),
             histories: BTreeMap::new(),
             watches: Vec::new(),
@@ -76,24 +79,24 @@ impl RecordedInputs {
             let writer = variable.writer(writer, name).map_err(|error| error.to_string())?;
             let history = History::of(variable);
             let name = variable.describe().full_name();
-            scenery.histories.insert(name, Arc::clone(&history));
-            scenery.sources.push(RecordedExport {
+            inputs.histories.insert(name, Arc::clone(&history));
+            inputs.sources.push(RecordedExport {
                 origin,
                 writer,
                 history,
             });
         }
-        for seat in seats {
-            seat.runner.read_from_history(|reader| scenery.history(reader));
+        for slot in slots {
+            slot.runner.read_from_history(|reader| inputs.history(reader));
         }
-        Ok(scenery)
+        Ok(inputs)
     }
 
     /// Publishes the recorded values of the sources up to `time`.
-    pub(super) fn publish(&mut self, past: &mut dyn RecordedRun, time: Nanos) {
+    pub(super) fn publish(&mut self, recorded_run: &mut dyn RecordedRun, time: Nanos) {
         for (place, export) in self.sources.iter_mut().enumerate() {
-            while let Some(old) = past.value_until(place, time) {
-                export.publish_value(&old);
+            while let Some(value) = recorded_run.value_until(place, time) {
+                export.publish_value(&value);
             }
         }
     }
@@ -102,7 +105,7 @@ impl RecordedInputs {
     /// they were read.
     pub(super) fn publish_inputs(
         &mut self,
-        past: &mut dyn RecordedRun,
+        recorded_run: &mut dyn RecordedRun,
         instance: &InstanceConfig,
         turn: &RecordedTurn,
     ) {
@@ -117,12 +120,12 @@ impl RecordedInputs {
             let Some((place, export)) = sources.find(|(_, export)| export.origin == *source) else {
                 continue;
             };
-            let wanted = turn.port(port);
-            if matches!(wanted, Turn::UNUSED | Turn::NO_VALUE) || export.history.has_reached(wanted) {
+            let number = turn.port(port);
+            if matches!(number, Turn::UNUSED | Turn::NO_VALUE) || export.history.has_reached(number) {
                 continue;
             }
-            while let Some(old) = past.value_up_to(place, wanted) {
-                export.publish_value(&old);
+            while let Some(value) = recorded_run.value_up_to(place, number) {
+                export.publish_value(&value);
             }
         }
     }
@@ -148,21 +151,21 @@ impl RecordedInputs {
 }
 
 impl RecordedExport {
-    fn publish_value(&mut self, old: &RecordedValue) {
-        let Some(bytes) = &old.bytes else {
+    fn publish_value(&mut self, value: &RecordedValue) {
+        let Some(bytes) = &value.bytes else {
             self.history.retract();
             return self.writer.retract();
         };
-        let room = self.writer.loan();
-        if room.len() != bytes.len() {
+        let buffer = self.writer.loan();
+        if buffer.len() != bytes.len() {
             return self.writer.discard();
         }
-        room.copy_from_slice(bytes);
-        if self.writer.publish(old.measured, old.published).is_ok() {
+        buffer.copy_from_slice(bytes);
+        if self.writer.publish(value.measured, value.published).is_ok() {
             // Turns refer to the recorded number; the board counts from 1 again.
             let stamp = Stamp {
-                time: old.measured,
-                sequence: u64::from(old.number),
+                time: value.measured,
+                sequence: u64::from(value.number),
                 writer: self.writer.id(),
                 valid_until: Nanos::MAX,
             };
@@ -174,7 +177,7 @@ impl RecordedExport {
 /// Adds every value of a variable to a history.
 fn record_into(variable: &Arc<Variable>, history: &Arc<History>) -> Watch {
     let history = Arc::clone(history);
-    // A strong reference in the variable's own watch would keep the variable for ever.
+    // A strong reference in the variable's own watch would keep the variable forever.
     let weak: Weak<Variable> = Arc::downgrade(variable);
     variable.watch(move || {
         if let Some(variable) = weak.upgrade() {

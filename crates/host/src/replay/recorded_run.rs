@@ -1,4 +1,4 @@
-//! The interface of a recorded past. Reads no recording itself.
+//! The interface of a recorded run. It reads no recording itself.
 
 use std::sync::Arc;
 
@@ -60,7 +60,7 @@ pub struct ReplayStep {
 pub enum StepKind {
     /// The call of the check, or the only call.
     CheckCall,
-    /// The rules received the result of the check, or whatever else the turn reported.
+    /// The rules received the result of the check, or another report of the turn.
     Checked,
     /// The schema requested permission to iterate.
     Begun,
@@ -78,7 +78,7 @@ impl ReplayStep {
     pub fn of(turn: &Arc<RecordedTurn>) -> Vec<Self> {
         let call = |call: &Call| call.has_occurred().then_some((call.after, call.time));
         let moment = |moment: &Moment| (moment.order > 0).then_some((moment.order, moment.time));
-        let parts = [
+        let candidates = [
             (StepKind::CheckCall, call(&turn.looked)),
             (StepKind::Checked, moment(&turn.checked)),
             (StepKind::Begun, moment(&turn.begun)),
@@ -86,10 +86,10 @@ impl ReplayStep {
             (StepKind::Failed, moment(&turn.failed)),
             (StepKind::Ended, moment(&turn.ended)),
         ];
-        let steps = parts.into_iter().filter_map(|(part, when)| {
-            let (order, time) = when?;
+        let steps = candidates.into_iter().filter_map(|(kind, occurrence)| {
+            let (order, time) = occurrence?;
             Some(Self {
-                kind: part,
+                kind,
                 is_last: false,
                 turn: Arc::clone(turn),
                 order,

@@ -1,5 +1,5 @@
 //! The state of one schema that takes its turns again: its completed steps, and the pending actions for which
-//! the past has not supplied a step yet.
+//! the recording has not supplied a step yet.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,22 +15,22 @@ use crate::runner::Runner;
 /// A schema that takes its turns again.
 pub(super) struct ReplaySlot {
     pub(super) runner: Runner,
-    /// Its turns come from the past; otherwise it takes turns by its own period.
+    /// It takes the recorded turns; otherwise it takes turns by its own period.
     pub(super) follows_recording: bool,
-    /// It was awake in the past.
+    /// It was awake in the recorded run.
     pub(super) was_awake: bool,
-    /// Pending transitions, each to awake (true) or asleep, and since when; they wait for their step of the
-    /// past.
+    /// Pending transitions, each to awake (true) or asleep, and since when; they wait for their recorded
+    /// step.
     pub(super) transitions: VecDeque<(bool, Nanos)>,
     /// Pending arbitrations.
     pub(super) arbitrations: Vec<PendingArbitration>,
     /// When its next turn is due by its own period.
     pub(super) due: Option<Nanos>,
-    /// The result of the check of its present turn.
+    /// The result of the check of its current turn.
     pub(super) check_result: Option<Result<instance::CheckResult, String>>,
     /// The turn whose iteration is permitted and not taken yet.
     pub(super) permitted_turn: Option<Arc<RecordedTurn>>,
-    /// A turn of the past has begun, and its last step is still to be taken.
+    /// A recorded turn has begun, and its last step is still to be taken.
     pub(super) in_turn: bool,
     /// Actions on its children that the iteration requested and that are not carried out yet.
     pub(super) father_actions: Vec<FatherAction>,
@@ -72,11 +72,11 @@ impl ReplaySlot {
         }
     }
 
-    /// Returns since when the oldest pending action waits for the past.
+    /// Returns since when the oldest pending action waits for its recorded step.
     pub(super) fn waiting_since(&self) -> Option<Nanos> {
-        let life = self.transitions.front().map(|(_, since)| *since);
-        let asked = self.arbitrations.iter().map(|asked| asked.since);
-        life.into_iter().chain(asked).min()
+        let transition = self.transitions.front().map(|(_, since)| *since);
+        let requests = self.arbitrations.iter().map(|request| request.since);
+        transition.into_iter().chain(requests).min()
     }
 
     /// Carries out a transition.
@@ -91,7 +91,7 @@ impl ReplaySlot {
         }
     }
 
-    /// Lets it take turns by its own period, if the past contains none of them.
+    /// Lets it take turns by its own period, if the recording contains none of them.
     pub(super) fn start_own_turns(&mut self, now: Nanos) {
         self.due = None;
         if !self.follows_recording && self.runner.is_awake() {
@@ -100,23 +100,23 @@ impl ReplaySlot {
         }
     }
 
-    /// Takes the pending arbitration that a recorded turn answered, or a newer one of the same group, since
-    /// the request may have been repeated before that turn. Older ones of the group are void.
+    /// Takes the pending arbitration to which a recorded turn replied, or a newer one of the same group,
+    /// since the request may have been repeated before that turn. Older ones of the group are void.
     pub(super) fn take_arbitration(&mut self, turn: &Turn) -> Option<PendingArbitration> {
-        let group = |asked: &PendingArbitration| u64::from(asked.group.0) == turn.detail;
-        let same = |asked: &PendingArbitration| group(asked) && asked.ticket == turn.ticket;
+        let same_group = |request: &PendingArbitration| u64::from(request.group.0) == turn.detail;
+        let same_ticket = |request: &PendingArbitration| same_group(request) && request.ticket == turn.ticket;
         let place = self
             .arbitrations
             .iter()
-            .position(same)
-            .or_else(|| self.arbitrations.iter().rposition(group))?;
-        let question = self.arbitrations.remove(place);
+            .position(same_ticket)
+            .or_else(|| self.arbitrations.iter().rposition(same_group))?;
+        let taken = self.arbitrations.remove(place);
         self.arbitrations
-            .retain(|asked| !group(asked) || asked.ticket > question.ticket);
-        Some(question)
+            .retain(|request| !same_group(request) || request.ticket > taken.ticket);
+        Some(taken)
     }
 
-    /// Answers every pending arbitration at once.
+    /// Carries out every pending arbitration at once.
     pub(super) fn arbitrate_all(&mut self) {
         for PendingArbitration {
             group, ticket, level, ..
@@ -133,35 +133,35 @@ impl ReplaySlot {
         }
     }
 
-    /// Ends the present turn.
+    /// Ends the current turn.
     pub(super) fn end_turn(&mut self) {
         (self.check_result, self.iteration_result, self.permitted_turn) = (None, None, None);
         self.runner.end_recorded_turn();
     }
 
     /// Takes one step of a period.
-    pub(super) fn apply_cycle_step(&mut self, engine: &Engine, part: StepKind, turn: &Arc<RecordedTurn>) {
+    pub(super) fn apply_cycle_step(&mut self, engine: &Engine, kind: StepKind, turn: &Arc<RecordedTurn>) {
         if !self.runner.is_awake() {
             return;
         }
-        match part {
+        match kind {
             StepKind::CheckCall => {
                 self.runner.show_recorded(Some(turn));
                 self.check_result = self.runner.repeat_check();
                 self.last_inputs = self.runner.shown_inputs();
             }
             StepKind::Checked | StepKind::Failed => {
-                if let Some(checked) = self.check_result.take() {
-                    self.runner.report_check(checked);
+                if let Some(result) = self.check_result.take() {
+                    self.runner.report_check(result);
                 }
             }
             StepKind::Begun => {
-                let leave = self.runner.repeat_begin(turn);
-                if leave && !turn.acted.has_occurred() {
-                    // The iteration was not permitted in the past, so the past has no step for it.
-                    let acted = self.runner.repeat_iteration();
-                    self.runner.report_iteration(acted);
-                } else if leave {
+                let is_permitted = self.runner.repeat_begin(turn);
+                if is_permitted && !turn.acted.has_occurred() {
+                    // The iteration was not permitted in the recorded run, so there is no step for it.
+                    let result = self.runner.repeat_iteration();
+                    self.runner.report_iteration(result);
+                } else if is_permitted {
                     self.permitted_turn = Some(Arc::clone(turn));
                 }
             }
@@ -169,8 +169,8 @@ impl ReplaySlot {
             StepKind::Ended => {
                 self.run_iteration(engine);
                 self.apply_father_actions(engine);
-                if let Some(acted) = self.iteration_result.take() {
-                    self.runner.report_iteration(acted);
+                if let Some(result) = self.iteration_result.take() {
+                    self.runner.report_iteration(result);
                 }
             }
         }
@@ -186,10 +186,10 @@ impl ReplaySlot {
         }
     }
 
-    /// Carries out the requested actions for which the past has no step.
+    /// Carries out the requested actions for which the recording has no step.
     pub(super) fn apply_father_actions(&mut self, engine: &Engine) {
-        for led in std::mem::take(&mut self.father_actions) {
-            engine.apply_father_action(led);
+        for action in std::mem::take(&mut self.father_actions) {
+            engine.apply_father_action(action);
         }
     }
 }

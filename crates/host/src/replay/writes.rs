@@ -1,6 +1,5 @@
 //! The writes of schemas in their turns, in the recording and in the replay: every value that they exported,
-//! commanded or wrote to a child. Pairs them, turn by turn and port by port; whether the two agree is not
-//! judged here.
+//! commanded or wrote to a child. It pairs them, turn by turn and port by port, and does not compare them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -79,63 +78,63 @@ impl WriteMatcher {
         std::mem::take(&mut self.pairs)
     }
 
-    /// Pairs the writes of a recorded turn that is over with those of the replay.
+    /// Pairs the writes of a completed recorded turn with those of the replay.
     pub(super) fn pair_turn(
         &mut self,
         engine: &Engine,
         schema: usize,
-        seat: &mut ReplaySlot,
+        slot: &mut ReplaySlot,
         turn: &RecordedTurn,
-        past: &mut dyn RecordedRun,
+        recorded_run: &mut dyn RecordedRun,
     ) {
-        let mut now: BTreeMap<usize, Vec<PortWrite>> = BTreeMap::new();
-        for wrote in seat.runner.take_writes() {
-            now.entry(wrote.port).or_default().push(wrote);
+        let mut writes: BTreeMap<usize, Vec<PortWrite>> = BTreeMap::new();
+        for write in slot.runner.take_writes() {
+            writes.entry(write.port).or_default().push(write);
         }
-        for (number, about) in engine.application.instances[schema]
+        for (number, description) in engine.application.instances[schema]
             .schema
             .ports
             .iter()
             .enumerate()
         {
-            let (then, now) = (turn.port(number), now.remove(&number).unwrap_or_default());
-            if then == Turn::UNUSED && now.is_empty() {
+            let (recorded, replayed) = (turn.port(number), writes.remove(&number).unwrap_or_default());
+            if recorded == Turn::UNUSED && replayed.is_empty() {
                 continue;
             }
             // For ports that it reads, a turn contains the values read.
-            let Some(variable) = seat.runner.written_variable(number) else {
+            let Some(variable) = slot.runner.written_variable(number) else {
                 continue;
             };
             let port = WrittenPort {
                 time: turn.time(),
                 schema,
                 number,
-                name: &about.name,
-                is_export: matches!(about.role, Role::Export),
+                name: &description.name,
+                is_export: matches!(description.role, Role::Export),
                 variable,
             };
-            self.pair_port(&port, then, now, past);
+            self.pair_port(&port, recorded, replayed, recorded_run);
         }
     }
 
     /// Records writes in turns that the recording does not contain.
-    pub(super) fn pair_unrecorded(&mut self, engine: &Engine, seats: &mut [Option<ReplaySlot>]) {
+    pub(super) fn pair_unrecorded(&mut self, engine: &Engine, slots: &mut [Option<ReplaySlot>]) {
         let time = engine.clock.now();
-        for (schema, seat) in seats.iter_mut().enumerate() {
-            let Some(seat) = seat.as_mut().filter(|seat| !seat.in_turn) else {
+        for (schema, slot) in slots.iter_mut().enumerate() {
+            let Some(slot) = slot.as_mut().filter(|slot| !slot.in_turn) else {
                 continue;
             };
-            for PortWrite { port, bytes, .. } in seat.runner.take_writes() {
-                let Some(variable) = seat.runner.written_variable(port) else {
+            for PortWrite { port, bytes, .. } in slot.runner.take_writes() {
+                let Some(variable) = slot.runner.written_variable(port) else {
                     continue;
                 };
-                let about = &engine.application.instances[schema].schema.ports[port];
+                let description = &engine.application.instances[schema].schema.ports[port];
                 let port = WrittenPort {
                     time,
                     schema,
                     number: port,
-                    name: &about.name,
-                    is_export: matches!(about.role, Role::Export),
+                    name: &description.name,
+                    is_export: matches!(description.role, Role::Export),
                     variable,
                 };
                 self.pairing_state(&port).offset = None;
@@ -149,74 +148,75 @@ impl WriteMatcher {
     fn pair_port(
         &mut self,
         port: &WrittenPort<'_>,
-        then: u32,
-        now: Vec<PortWrite>,
-        past: &mut dyn RecordedRun,
+        recorded: u32,
+        replayed: Vec<PortWrite>,
+        recorded_run: &mut dyn RecordedRun,
     ) {
         let PairingState {
-            last_recorded: upto,
-            offset: ahead,
+            last_recorded,
+            offset: previous_offset,
         } = *self.pairing_state(port);
-        let last_now = now
+        let last_replayed = replayed
             .last()
-            .map(|wrote| (wrote.number as u32, wrote.bytes.is_some()));
-        match then {
+            .map(|write| (write.number as u32, write.bytes.is_some()));
+        match recorded {
             // A command or a modulation was refused for lack of authority. Whether it is refused again shows
             // in the comparison of selections.
             Turn::NO_VALUE if !port.is_export => {}
             Turn::UNUSED | Turn::NO_VALUE => {
-                let then = if then == Turn::UNUSED {
+                let outcome = if recorded == Turn::UNUSED {
                     WriteOutcome::Nothing
                 } else {
                     WriteOutcome::Retracted
                 };
-                let took_back = last_now.is_some_and(|(_, value)| !value);
+                let is_retracted = last_replayed.is_some_and(|(_, has_value)| !has_value);
                 self.pairing_state(port).offset = None;
-                if then == WriteOutcome::Retracted && took_back {
+                if outcome == WriteOutcome::Retracted && is_retracted {
                     return self.add(port, WriteOutcome::Retracted, WriteOutcome::Retracted);
                 }
-                let last = now.into_iter().next_back();
+                let last = replayed.into_iter().next_back();
                 self.add(
                     port,
-                    then,
-                    last.map_or(WriteOutcome::Nothing, |wrote| WriteOutcome::of(wrote.bytes)),
+                    outcome,
+                    last.map_or(WriteOutcome::Nothing, |write| WriteOutcome::of(write.bytes)),
                 );
             }
             number => {
                 let name = port.variable.describe().full_name();
                 let mut value = |number| {
-                    past.written_value(&name, number)
+                    recorded_run
+                        .written_value(&name, number)
                         .map_or(WriteOutcome::Unknown, WriteOutcome::Wrote)
                 };
-                let is_new = |number: u32| number.wrapping_sub(upto).wrapping_sub(1) < u32::MAX / 2;
+                let is_new = |number: u32| number.wrapping_sub(last_recorded).wrapping_sub(1) < u32::MAX / 2;
                 self.pairing_state(port).last_recorded = number;
-                let Some((last, true)) = last_now else {
+                let Some((last, true)) = last_replayed else {
                     self.pairing_state(port).offset = None;
-                    let now = if last_now.is_some() {
+                    let outcome = if last_replayed.is_some() {
                         WriteOutcome::Retracted
                     } else {
                         WriteOutcome::Nothing
                     };
-                    return self.add(port, value(number), now);
+                    return self.add(port, value(number), outcome);
                 };
-                let gap = number.wrapping_sub(last);
-                self.pairing_state(port).offset = Some(gap);
+                let offset = number.wrapping_sub(last);
+                self.pairing_state(port).offset = Some(offset);
                 // A retracted value was overwritten in the same turn.
-                let values = now.into_iter().filter_map(|wrote| wrote.bytes).rev();
+                let values = replayed.into_iter().filter_map(|write| write.bytes).rev();
                 let mut written = 0;
                 for (place, bytes) in (0..).zip(values) {
                     let number = number.wrapping_sub(place);
-                    let then = if is_new(number) {
+                    let recorded = if is_new(number) {
                         value(number)
                     } else {
                         WriteOutcome::Nothing
                     };
-                    self.add(port, then, WriteOutcome::Wrote(bytes));
+                    self.add(port, recorded, WriteOutcome::Wrote(bytes));
                     written += 1;
                 }
-                let is_more =
-                    ahead.is_some_and(|before| gap.wrapping_sub(before).wrapping_sub(1) < u32::MAX / 2);
-                if port.is_export && is_more {
+                let has_more = previous_offset
+                    .is_some_and(|previous| offset.wrapping_sub(previous).wrapping_sub(1) < u32::MAX / 2);
+                if port.is_export && has_more {
                     self.add(port, value(number.wrapping_sub(written)), WriteOutcome::Nothing);
                 }
             }
@@ -224,16 +224,14 @@ impl WriteMatcher {
     }
 
     fn pairing_state(&mut self, port: &WrittenPort<'_>) -> &mut PairingState {
-        let both_begin = PairingState {
+        let initial = PairingState {
             last_recorded: 0,
             offset: Some(0),
         };
-        self.counts
-            .entry((port.schema, port.number))
-            .or_insert(both_begin)
+        self.counts.entry((port.schema, port.number)).or_insert(initial)
     }
 
-    fn add(&mut self, port: &WrittenPort<'_>, then: WriteOutcome, now: WriteOutcome) {
+    fn add(&mut self, port: &WrittenPort<'_>, recorded: WriteOutcome, replayed: WriteOutcome) {
         let variable = port.variable.describe();
         self.pairs.push(PairedWrite {
             time: port.time,
@@ -241,8 +239,8 @@ impl WriteMatcher {
             port: port.name.to_owned(),
             variable: variable.full_name(),
             value_type: Arc::clone(&variable.value_type),
-            recorded: then,
-            replayed: now,
+            recorded,
+            replayed,
         });
     }
 }

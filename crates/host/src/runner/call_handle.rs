@@ -1,4 +1,4 @@
-//! The means to give up a runner's call from another thread, and to put another runner in its place.
+//! Gives up a runner's call from another thread, and creates another runner in its place.
 
 use std::sync::Arc;
 
@@ -17,20 +17,20 @@ pub(crate) struct CallHandle {
 }
 
 impl CallHandle {
-    pub(super) fn new(engine: &Arc<Engine>, number: usize, desk: &Arc<PortAccess>) -> Self {
+    pub(super) fn new(engine: &Arc<Engine>, number: usize, port_access: &Arc<PortAccess>) -> Self {
         Self {
             engine: Arc::clone(engine),
             number,
-            port_access: Arc::clone(desk),
+            port_access: Arc::clone(port_access),
         }
     }
 
     /// Gives up the call that runs since `since`. Returns a runner that takes over, of the build in force and
     /// without an instance yet. Returns `None` if the call cannot be given up now, for example because it has
-    /// returned. `tell` reports to the rules and receives the bytes of shared values that the call keeps.
-    /// Until it is done, the call cannot return and no runner takes over.
-    pub(crate) fn give_up(&self, since: Nanos, tell: impl FnOnce(u64)) -> Option<Runner> {
-        let ports = self.port_access.give_up(since, tell)?;
+    /// returned. `report` reports to the rules and receives the bytes of shared values that the call keeps.
+    /// Until it returns, the call cannot return and no runner takes over.
+    pub(crate) fn give_up(&self, since: Nanos, report: impl FnOnce(u64)) -> Option<Runner> {
+        let ports = self.port_access.give_up(since, report)?;
         let mut runner = Runner::with_ports(&self.engine, self.number, ports);
         runner.retime();
         Some(runner)

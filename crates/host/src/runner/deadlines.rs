@@ -1,4 +1,4 @@
-//! When a schema's next turn is due, and whether it keeps its deadlines (R11). It never waits.
+//! The deadline of a schema's next turn, and whether the schema keeps its deadlines (R11). It never waits.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -34,11 +34,11 @@ impl Runner {
         self.anchor = woken.saturating_add(self.period - early);
     }
 
-    /// Moves the deadlines to another grid, with the next one at `then`.
-    pub(super) fn set_due(&mut self, then: Nanos) {
-        self.anchor = then;
+    /// Moves the deadlines to another grid, with the next one at `next`.
+    pub(super) fn set_due(&mut self, next: Nanos) {
+        self.anchor = next;
         if let InstanceState::Awake { due, .. } = &mut self.state {
-            *due = then;
+            *due = next;
         }
     }
 
@@ -47,7 +47,7 @@ impl Runner {
     pub(super) fn schedule_next(&mut self, due: Nanos, now: Nanos) -> bool {
         let (next, missed) = next_due(self.anchor, due, self.period, now);
         if next < due.saturating_add(self.period) {
-            // The way onto the grid is shorter than a period and is not measured as a cycle.
+            // The time until the grid is shorter than a period and is not measured as a cycle.
             self.engine.metrics[self.number].pause();
         }
         if let InstanceState::Awake { due, .. } = &mut self.state {
@@ -56,19 +56,20 @@ impl Runner {
         missed
     }
 
-    pub(super) fn judge_cycle(&mut self, took: Nanos, missed: bool) {
+    pub(super) fn record_cycle_time(&mut self, took: Nanos, missed: bool) {
         self.record_lateness(Work::Cycle, took, missed || took > self.budget());
     }
 
-    /// Judges a drawing. Returns whether it kept to the budget, on which the contract relies (R17).
-    pub(super) fn judge_drawing(&mut self, took: Nanos) -> bool {
+    /// Records the duration of a drawing. Returns whether it kept to the budget, on which the contract relies
+    /// (R17).
+    pub(super) fn record_drawing_time(&mut self, took: Nanos) -> bool {
         let late = took > self.budget();
         self.record_lateness(Work::Drawing, took, late);
         !late
     }
 
-    /// Notes that nothing is drawn, which is never late.
-    pub(super) fn judge_no_drawing(&mut self) {
+    /// Records that nothing is drawn, which is never late.
+    pub(super) fn record_no_drawing(&mut self) {
         self.record_lateness(Work::Drawing, 0, false);
     }
 
@@ -110,8 +111,8 @@ enum Work {
     Drawing,
 }
 
-/// The first deadline on the grid through `anchor` after a turn that was due at `due` and ended at `now`, and
-/// whether other deadlines were missed before it (R11).
+/// Returns the first deadline on the grid through `anchor` after a turn that was due at `due` and ended at
+/// `now`, and whether other deadlines were missed before it (R11).
 fn next_due(anchor: Nanos, due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
     let missed = due.saturating_add(period) <= now;
     let next = match now.checked_sub(anchor) {
@@ -138,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn r11_a_first_turn_that_takes_longer_than_until_the_grid_missed_nothing() {
+    fn r11_a_first_turn_that_ends_after_the_first_grid_point_misses_no_deadline() {
         assert_eq!(next_due(110, 100, 75, 105), (110, false));
         assert_eq!(next_due(110, 100, 75, 174), (185, false));
         assert_eq!(next_due(110, 100, 75, 175), (185, true));

@@ -1,5 +1,5 @@
-//! Transitions of an instance between its turns: it awakes and falls asleep, is unloaded, fails and is given
-//! up.
+//! Transitions of an instance between its turns: awakening, falling asleep, unloading, failing and being
+//! given up.
 
 use jde_core::Nanos;
 use jde_records::turn::Turn;
@@ -9,7 +9,7 @@ use super::{InstanceState, Runner};
 impl Runner {
     /// Wakes the instance, which the rules woke at `woken`.
     pub(super) fn wake_up(&mut self, woken: Nanos) {
-        // The rules woke it before it was unloaded, and it is asleep again since.
+        // The rules woke it before it was unloaded, and it has slept since then.
         if self.engine.is_unloaded(self.number) {
             return;
         }
@@ -88,7 +88,7 @@ impl Runner {
     }
 
     /// Handles a failed call. The instance is not trusted any more, and the next awakening creates a new one.
-    /// A build on trial is replaced by the one before instead, which continues as if nothing had happened.
+    /// A build on trial is replaced by the previous one instead, which continues without a fault.
     pub(super) fn fault(&mut self, reason: String) {
         if self.roll_back(&reason) {
             return;
@@ -108,7 +108,7 @@ impl Runner {
                 "also failed while going to sleep: {reason}"
             );
         }
-        // What it exported while it fell asleep is no more valid than its earlier exports.
+        // Values that it exported while it fell asleep are invalid too.
         self.engine.variables.retract_exports(self.number);
         self.end_instance();
     }
@@ -117,11 +117,11 @@ impl Runner {
         // The next instance starts without a record of lateness, and so does its health.
         self.late = [false; 2];
         self.end_trial();
-        let left = self
+        let undelivered = self
             .engine
             .panels
             .remove_instance(self.number, self.engine.clock.now());
-        self.engine.report_undelivered(self.number, left);
+        self.engine.report_undelivered(self.number, undelivered);
         self.state = match std::mem::replace(&mut self.state, InstanceState::Changing) {
             // Dropping the instance ends it.
             InstanceState::Slept(_) | InstanceState::Awake { .. } => InstanceState::Absent,

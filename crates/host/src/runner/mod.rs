@@ -1,7 +1,8 @@
 //! Runs one instance, one turn at a time: the loop of the paper's figure 2, the same for every executor
 //! (R16).
 //!
-//! A turn does what is due now and returns when the next one is due. It never waits; the executors do.
+//! A turn runs the work that is due, and returns the deadline of the next turn. It never waits; the executors
+//! do.
 
 mod call_handle;
 mod deadlines;
@@ -46,7 +47,7 @@ pub(crate) struct Runner {
     late: [bool; 2],
     /// The instance ends as soon as it sleeps.
     unloading: bool,
-    /// Set while the present build is on trial.
+    /// Set while the current build is on trial.
     trial: Option<Trial>,
     /// A build took over in this turn; the result is reported at its end.
     takeover_pending: bool,
@@ -54,16 +55,16 @@ pub(crate) struct Runner {
     is_due_at_once: bool,
     /// When its last turn with a check or an iteration ended.
     last_turn: Nanos,
-    /// When its panel was drawn.
+    /// The times of its drawings.
     pace: DrawingPace,
     /// Receives the turns, if they are recorded.
     journal: Option<Arc<Journal>>,
-    /// The record of the present turn.
+    /// The record of the current turn.
     turn_record: Turn,
     overflow: TurnOverflow,
 }
 
-/// Which iterations a turn asks permission for.
+/// The iterations for which a turn requests permission.
 enum IterationRequest {
     Any,
     /// Like `Any`, and in lockstep also a second one at the same instant: its input arrived after the first.
@@ -92,8 +93,8 @@ impl Runner {
 
     /// A runner of the build that is in force for the instance.
     fn with_ports(engine: &Arc<Engine>, number: usize, mut ports: Ports) -> Self {
-        let about = &engine.application.instances[number];
-        let kind = about.schema.kind;
+        let config = &engine.application.instances[number];
+        let kind = config.schema.kind;
         let panel = jde_loader::instance::panel_of(&engine.builds.current(number).table);
         engine.declare_panel(number, panel.map(|panel| panel.touch.is_some()));
         let journal = engine.journal.clone().filter(|_| kind != Kind::Driver);
@@ -106,7 +107,7 @@ impl Runner {
             kind,
             port_access: Arc::new(PortAccess::new(ports)),
             state: InstanceState::Absent,
-            period: about.period_ns,
+            period: config.period_ns,
             anchor: 0,
             last_check: 0,
             last_iteration: 0,
@@ -136,7 +137,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Creates an instance of that build, at this runner's desk.
+    /// Creates an instance of that build with this runner's ports.
     fn create_instance(&self, build: &build::SharedBuild) -> Result<Instance, String> {
         self.engine.check_can_create(self.number)?;
         Instance::create(&self.engine, self.number, build, &self.port_access)
@@ -156,17 +157,17 @@ impl Runner {
         })
     }
 
-    /// Does what is due now. Returns when the next turn is due; `None` if only a signal causes one.
+    /// Takes a turn if it is due now. Returns when the next turn is due; `None` if only a signal causes one.
     pub(crate) fn take_turn(&mut self, inbox: Inbox) -> Option<Nanos> {
         let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.gesture_queued);
         if !inbox.is_empty() {
             self.process_signals(inbox);
         }
-        let mut looked = false;
+        let mut has_run = false;
         if let InstanceState::Awake { due, .. } = self.state {
             let now = self.engine.clock.now();
             self.begin_turn(Turn::new(Turn::CYCLED, self.number));
-            looked = if now >= due {
+            has_run = if now >= due {
                 self.run_cycle(now, due);
                 true
             } else if triggered || promoted && self.engine.is_taking(self.number) {
@@ -177,7 +178,7 @@ impl Runner {
                 false
             };
             self.record_turn();
-            if looked {
+            if has_run {
                 self.draw();
             }
             self.release_values();
@@ -185,7 +186,7 @@ impl Runner {
         if touched {
             self.take_gesture();
         }
-        self.end_turn(looked);
+        self.end_turn(has_run);
         match self.state {
             InstanceState::Awake { due, .. } => Some(due),
             InstanceState::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
@@ -225,12 +226,12 @@ impl Runner {
         }
     }
 
-    /// Its period, ns.
+    /// Returns its period, ns.
     pub(crate) fn period(&self) -> Nanos {
         self.period
     }
 
-    /// The means to give up a call of it from another thread.
+    /// Returns a handle that gives up a call of it from another thread.
     pub(crate) fn call_handle(&self) -> CallHandle {
         CallHandle::new(&self.engine, self.number, &self.port_access)
     }
@@ -249,7 +250,7 @@ impl Runner {
         self.engine.metrics[self.number].record_cycle(start, end - start);
         let missed = self.schedule_next(due, end);
         if self.engine.clock.is_real() {
-            self.judge_cycle(end - start, missed);
+            self.record_cycle_time(end - start, missed);
         }
     }
 
@@ -268,7 +269,7 @@ impl Runner {
     }
 
     /// Evaluates the precondition of a motor schema, and iterates if the rules permit.
-    fn check_and_iterate(&mut self, now: Nanos, leave: IterationRequest) {
+    fn check_and_iterate(&mut self, now: Nanos, request: IterationRequest) {
         let InstanceState::Awake { instance, .. } = &mut self.state else {
             return;
         };
@@ -282,11 +283,11 @@ impl Runner {
         } else {
             None
         };
-        let again_this_instant = self.last_iteration == now + 1 && !self.engine.clock.is_real();
-        let asks = matches!(leave, IterationRequest::Repeat) || !again_this_instant;
-        let first = matches!(leave, IterationRequest::First);
-        let (may, begun) = match checked {
-            Some(check) if asks => {
+        let has_iterated_now = self.last_iteration == now + 1 && !self.engine.clock.is_real();
+        let requests_iteration = matches!(request, IterationRequest::Repeat) || !has_iterated_now;
+        let first = matches!(request, IterationRequest::First);
+        let (is_permitted, begun) = match checked {
+            Some(check) if requests_iteration => {
                 let (checked, begun) = self.engine.report_check_and_request(self.number, check, first);
                 self.turn_record.checked = checked;
                 begun
@@ -295,37 +296,36 @@ impl Runner {
                 self.turn_record.checked = self.engine.report_check(self.number, check);
                 return;
             }
-            None if asks => self.engine.request_iteration(self.number),
+            None if requests_iteration => self.engine.request_iteration(self.number),
             None => return,
         };
         self.turn_record.begun = begun;
-        self.turn_record.way = match leave {
+        self.turn_record.way = match request {
             IterationRequest::Any | IterationRequest::Repeat => Turn::ANY,
             IterationRequest::First => Turn::FIRST,
         };
-        if may {
+        if is_permitted {
             self.last_iteration = now + 1;
             let result = self.iterate();
             self.finish_iteration(result);
         }
     }
 
-    /// Converts the result of a check for the rules. Returns `None` after a failure, which is then reported
-    /// already.
+    /// Converts the result of a check for the rules. Returns `None` after a failure, which it reports.
     fn handle_check_result(
         &mut self,
         now: Nanos,
         result: Result<instance::CheckResult, String>,
     ) -> Option<Check> {
         match result {
-            Ok(answer) => {
-                // The situation arose with the newest value read, but not before the last check, which saw
-                // the earlier situation.
-                let cause = answer.newest.clamp(self.last_check.min(now), now);
+            Ok(result) => {
+                // The newest value read caused the situation, but not before the last check, which read the
+                // earlier values.
+                let cause = result.newest.clamp(self.last_check.min(now), now);
                 self.last_check = now;
                 Some(Check {
-                    ready: answer.ready,
-                    urgency: answer.urgency,
+                    ready: result.ready,
+                    urgency: result.urgency,
                     cause,
                 })
             }
@@ -357,7 +357,7 @@ impl Runner {
         self.turn_record.ended = self.engine.report_iteration_end(self.number);
     }
 
-    /// Records the turn that is over, if there was one.
+    /// Records the turn that has ended, if there was one.
     fn record_turn(&mut self) {
         if let Some(journal) = &self.journal {
             let turn = std::mem::replace(&mut self.turn_record, Turn::new(Turn::CYCLED, self.number));
@@ -390,12 +390,12 @@ impl Runner {
             ..Turn::new(Turn::ARBITRATED, self.number)
         };
         self.engine.metrics[self.number].begin_arbitration(ticket, self.engine.clock.now());
-        let answer = self.call_arbitration(level);
-        let failed = match &answer {
+        let reply = self.call_arbitration(level);
+        let failed = match &reply {
             ArbitrationReply::Failed { reason } => Some(reason.clone()),
             ArbitrationReply::Chosen { .. } => None,
         };
-        self.turn_record.checked = self.engine.report_arbitration(group, ticket, answer);
+        self.turn_record.checked = self.engine.report_arbitration(group, ticket, reply);
         self.record_turn();
         if let Some(reason) = failed
             && !self.roll_back(&reason)
@@ -411,10 +411,10 @@ impl Runner {
                 reason: "the father is not there".into(),
             };
         };
-        let answer = instance.arbitrate(level);
+        let choice = instance.arbitrate(level);
         self.turn_record.looked = instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
-        let (role, reason) = match answer {
-            Ok(answer) => answer,
+        let (role, reason) = match choice {
+            Ok(choice) => choice,
             Err(reason) => return ArbitrationReply::Failed { reason },
         };
         let children = &self.engine.application.instances[self.number].children;

@@ -37,7 +37,7 @@ impl Runner {
     /// longer is not shown.
     pub(super) fn draw(&mut self) {
         let Some(every) = self.engine.panels.requested_interval(self.number) else {
-            return self.judge_no_drawing();
+            return self.record_no_drawing();
         };
         let start = Instant::now();
         let (InstanceState::Slept(instance) | InstanceState::Awake { instance, .. }) = &mut self.state else {
@@ -51,8 +51,8 @@ impl Runner {
         };
         let took = start.elapsed();
         self.pace.record_drawing(start, took, every);
-        let in_time =
-            !self.engine.clock.is_real() || self.judge_drawing(self.engine.clock.scale_machine_time(took));
+        let in_time = !self.engine.clock.is_real()
+            || self.record_drawing_time(self.engine.clock.scale_machine_time(took));
         if !in_time && list.is_ok() {
             let budget = Duration::from_nanos(self.budget());
             list = Err(format!(
@@ -74,7 +74,7 @@ impl Runner {
             return None;
         }
         if self.engine.panels.requested_interval(self.number).is_none() {
-            self.judge_no_drawing();
+            self.record_no_drawing();
             return None;
         }
         self.draw();

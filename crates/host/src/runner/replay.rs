@@ -1,5 +1,5 @@
-//! Repeats a turn in a replay, a step at a time: each step at its original time, with the values that were
-//! seen then.
+//! Repeats a turn in a replay, a step at a time: each step at its original time, with the values that it read
+//! then.
 
 use std::sync::Arc;
 
@@ -13,13 +13,13 @@ use crate::history::History;
 use crate::instance::{self, PortWrite, Ports, ShownValue};
 
 impl Runner {
-    /// Makes its inputs show values of the past.
+    /// Makes its inputs show recorded values.
     pub(crate) fn read_from_history(&mut self, history: impl FnMut(&Reader) -> Arc<History>) {
         self.port_access
             .with_ports(|ports| ports.read_from_history(history));
     }
 
-    /// Makes its inputs show what they showed in that turn; the newest values without a turn.
+    /// Makes its inputs show the values that they showed in that turn; the newest values without a turn.
     pub(crate) fn show_recorded(&mut self, turn: Option<&RecordedTurn>) {
         self.port_access.with_ports(|ports| ports.show_recorded(turn));
     }
@@ -32,27 +32,27 @@ impl Runner {
     pub(crate) fn repeat_check(&mut self) -> Option<Result<instance::CheckResult, String>> {
         match &mut self.state {
             InstanceState::Awake { instance, .. } => {
-                let checked = instance.check();
+                let result = instance.check();
                 instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
-                Some(checked)
+                Some(result)
             }
             InstanceState::Absent | InstanceState::Slept(_) | InstanceState::Changing => None,
         }
     }
 
-    /// What its inputs show.
+    /// Returns the values that its inputs show.
     pub(crate) fn shown_inputs(&mut self) -> Vec<ShownValue> {
         self.port_access
             .with_ports(|ports| ports.shown_values())
             .unwrap_or_default()
     }
 
-    /// What it has written since the last call of this function, in calls that turns record.
+    /// Returns the writes since the last call of this function, in calls that turns record.
     pub(crate) fn take_writes(&mut self) -> Vec<PortWrite> {
-        std::mem::take(&mut self.overflow.wrote)
+        std::mem::take(&mut self.overflow.writes)
     }
 
-    /// The variable that a port writes; `None` if it is not bound to one.
+    /// Returns the variable that a port writes; `None` if it is not bound to one.
     pub(crate) fn written_variable(&mut self, port: usize) -> Option<Arc<Variable>> {
         let variable = |ports: &mut Ports| {
             let written = ports.variable(port).filter(|(_, writes)| *writes);
@@ -68,7 +68,7 @@ impl Runner {
         }
     }
 
-    /// Asks permission to iterate, in the way of that turn.
+    /// Requests permission to iterate, in the way of that turn.
     pub(crate) fn repeat_begin(&mut self, turn: &Turn) -> bool {
         self.is_awake()
             && match turn.way {
@@ -91,9 +91,9 @@ impl Runner {
     pub(crate) fn repeat_gesture(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
         match &mut self.state {
             InstanceState::Slept(instance) | InstanceState::Awake { instance, .. } => {
-                let touched = instance.touch(by, gesture);
+                let result = instance.touch(by, gesture);
                 instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
-                touched
+                result
             }
             InstanceState::Absent | InstanceState::Changing => Ok(()),
         }
@@ -109,7 +109,7 @@ impl Runner {
         self.call_arbitration(level)
     }
 
-    /// Calls the father's own arbitration, and reports the answer to the rules at once.
+    /// Calls the father's own arbitration, and reports the reply to the rules at once.
     pub(crate) fn arbitrate_now(&mut self, group: GroupId, ticket: u64, level: &Level) {
         self.arbitrate(group, ticket, level);
     }

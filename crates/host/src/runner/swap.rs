@@ -1,8 +1,8 @@
 //! Replaces the running instance by one of another build, and restores it if the new one fails on trial.
 //!
-//! The build before is put to sleep and not ended until the trial is over. Unless it failed in that, going
-//! back only wakes it up, which needs no resources. Both are at one desk and are called one after the other
-//! on one thread, so that two never write what belongs to one.
+//! The previous build is put to sleep and not ended until the trial is over. Unless it fails to go to sleep,
+//! a rollback only wakes it up, which needs no resources. Both builds share one access to the ports and are
+//! called in turn on one thread, so they never write the same variable at the same time.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use super::{InstanceState, Runner};
 use crate::instance::Instance;
 use crate::reload::{MIN_TRIAL_TURNS, Swap};
 
-/// A build on trial, with what is needed to go back.
+/// A build on trial, with the data for a rollback.
 pub(super) struct Trial {
     previous_build: build::SharedBuild,
     /// The instance that ran before, asleep; `None` if it failed while going to sleep.
@@ -30,7 +30,7 @@ pub(super) struct Trial {
 /// Why a build could not take over.
 struct SwapError {
     reason: String,
-    /// Why the build before cannot continue either, if it cannot.
+    /// Why the previous build cannot continue either, if it cannot.
     fault: Option<String>,
 }
 
@@ -39,14 +39,14 @@ struct Successor {
     instance: Instance,
     saved_memory: Option<SavedMemory>,
     is_restored: bool,
-    /// Whether the instance before can be used to go back.
+    /// Whether the previous instance can be used for a rollback.
     can_roll_back: bool,
 }
 
 impl Runner {
-    /// Puts another build in the place of the present one.
+    /// Replaces the current build by another one.
     pub(super) fn swap(&mut self, swap: &Swap) {
-        // A build on trial becomes the one to go back to.
+        // A build on trial becomes the one for a rollback.
         self.end_trial();
         let start = Instant::now();
         let result = self.try_swap(swap);
@@ -80,8 +80,8 @@ impl Runner {
         }
     }
 
-    /// Goes back to the build before if the present one is on trial. Returns whether that build continues, so
-    /// that the level need not be informed.
+    /// Goes back to the previous build if the current one is on trial. Returns whether that build continues;
+    /// then the level need not be informed.
     pub(super) fn roll_back(&mut self, reason: &str) -> bool {
         let Some(trial) = self.trial.take() else {
             return false;
@@ -104,28 +104,28 @@ impl Runner {
             self.sleep_for_swap(&mut failed);
         }
         drop(failed);
-        let before = trial
+        let previous = trial
             .previous_instance
             .map_or_else(|| self.create_instance(&trial.previous_build), Ok);
-        let mut before = match before {
-            Ok(before) => before,
+        let mut previous = match previous {
+            Ok(previous) => previous,
             Err(reason) => {
                 self.state = InstanceState::Absent;
                 return self.log_rollback_failure(&reason);
             }
         };
-        let back = resume(&mut before, awake, trial.saved_memory.as_ref());
-        self.install(before, awake);
+        let result = resume(&mut previous, awake, trial.saved_memory.as_ref());
+        self.install(previous, awake);
         self.record_swap(Turn::ROLLED_BACK);
-        match back {
+        match result {
             Ok(_) => true,
             Err(reason) => self.log_rollback_failure(&reason),
         }
     }
 
     /// Ends a turn: a takeover in it has succeeded so far, and a trial may be over.
-    pub(super) fn end_turn(&mut self, looked: bool) {
-        if looked {
+    pub(super) fn end_turn(&mut self, has_run: bool) {
+        if has_run {
             self.last_turn = self.engine.clock.now();
         }
         if std::mem::take(&mut self.takeover_pending) {
@@ -138,14 +138,14 @@ impl Runner {
             *due = self.engine.clock.now();
         }
         if let Some(trial) = &mut self.trial {
-            trial.turns += u32::from(looked);
+            trial.turns += u32::from(has_run);
             if trial.turns >= MIN_TRIAL_TURNS && self.engine.clock.now() >= trial.until {
                 self.end_trial();
             }
         }
     }
 
-    /// Ends the trial, if there is one: the present build stays.
+    /// Ends the trial, if there is one: the current build stays.
     pub(super) fn end_trial(&mut self) {
         if self.trial.take().is_some() {
             self.engine.builds.end_trial(self.number);
@@ -153,8 +153,8 @@ impl Runner {
     }
 
     fn try_swap(&mut self, swap: &Swap) -> Result<Option<CarriedMemory>, String> {
-        let (mut before, due) = match std::mem::replace(&mut self.state, InstanceState::Changing) {
-            InstanceState::Slept(before) => (before, None),
+        let (mut previous, due) = match std::mem::replace(&mut self.state, InstanceState::Changing) {
+            InstanceState::Slept(previous) => (previous, None),
             InstanceState::Awake { instance, due } => (instance, Some(due)),
             InstanceState::Absent => {
                 self.state = InstanceState::Absent;
@@ -163,14 +163,14 @@ impl Runner {
             InstanceState::Changing => return Err("it is between two states of its life".to_owned()),
         };
         let awake = due.is_some();
-        match self.create_successor(&mut before, swap, awake) {
-            Ok(heir) => {
-                let carried = heir.saved_memory.as_ref().filter(|_| heir.is_restored);
-                let carried = carried.map(|remembered| CarriedMemory {
-                    version: remembered.version,
-                    bytes: remembered.bytes.len(),
+        match self.create_successor(&mut previous, swap, awake) {
+            Ok(successor) => {
+                let carried = successor.saved_memory.as_ref().filter(|_| successor.is_restored);
+                let carried = carried.map(|memory| CarriedMemory {
+                    version: memory.version,
+                    bytes: memory.bytes.len(),
                 });
-                let build = Arc::clone(before.build());
+                let build = Arc::clone(previous.build());
                 let on_trial = swap.options.probation > 0;
                 self.engine.builds.record_replacement(
                     self.number,
@@ -179,21 +179,21 @@ impl Runner {
                 );
                 self.trial = on_trial.then(|| Trial {
                     previous_build: build,
-                    previous_instance: heir.can_roll_back.then_some(before),
-                    saved_memory: heir.saved_memory,
+                    previous_instance: successor.can_roll_back.then_some(previous),
+                    saved_memory: successor.saved_memory,
                     until: self.engine.clock.now().saturating_add(swap.options.probation),
                     turns: 0,
                 });
-                self.install(heir.instance, awake);
+                self.install(successor.instance, awake);
                 Ok(carried)
             }
             Err(SwapError { reason, fault }) => {
                 self.state = match due {
                     Some(due) => InstanceState::Awake {
-                        instance: before,
+                        instance: previous,
                         due,
                     },
-                    None => InstanceState::Slept(before),
+                    None => InstanceState::Slept(previous),
                 };
                 if let Some(fault) = fault {
                     self.turn_record = Turn::new(Turn::CYCLED, self.number);
@@ -205,42 +205,42 @@ impl Runner {
         }
     }
 
-    /// Creates an instance of the new build with the memory of the one before, which then sleeps. After a
-    /// refusal the one before is as it was, unless the refusal has a fault.
+    /// Creates an instance of the new build with the memory of the previous one, which then sleeps. After a
+    /// refusal the previous one is as before, unless the refusal has a fault.
     fn create_successor(
         &self,
-        before: &mut Instance,
+        previous: &mut Instance,
         swap: &Swap,
         awake: bool,
     ) -> Result<Successor, SwapError> {
         let refused = |reason| SwapError { reason, fault: None };
-        let remembered = if swap.options.fresh {
+        let memory = if swap.options.fresh {
             None
         } else {
-            let cannot = |reason| {
+            let cannot_save = |reason| {
                 refused(format!(
                     "the present build cannot save what it remembers: {reason}"
                 ))
             };
-            before.save().map_err(cannot)?
+            previous.save().map_err(cannot_save)?
         };
-        let mut heir = self
+        let mut successor = self
             .create_instance(&swap.build)
             .map_err(|reason| refused(format!("it cannot be made: {reason}")))?;
-        let kept = !awake || self.sleep_for_swap(before);
-        match resume(&mut heir, awake, remembered.as_ref()) {
-            Ok(carried) => Ok(Successor {
-                instance: heir,
-                saved_memory: remembered,
-                is_restored: carried,
-                can_roll_back: kept,
+        let can_roll_back = !awake || self.sleep_for_swap(previous);
+        match resume(&mut successor, awake, memory.as_ref()) {
+            Ok(is_restored) => Ok(Successor {
+                instance: successor,
+                saved_memory: memory,
+                is_restored,
+                can_roll_back,
             }),
             Err(reason) => {
                 if awake {
-                    self.sleep_for_swap(&mut heir);
+                    self.sleep_for_swap(&mut successor);
                 }
-                drop(heir);
-                let fault = awake.then(|| resume(before, awake, remembered.as_ref()).err());
+                drop(successor);
+                let fault = awake.then(|| resume(previous, awake, memory.as_ref()).err());
                 Err(SwapError {
                     reason,
                     fault: fault.flatten(),
@@ -249,8 +249,8 @@ impl Runner {
         }
     }
 
-    /// Starts a build where there was no instance, after a fault or an unloading. There is nothing better to
-    /// go back to.
+    /// Starts a build where there was no instance, after a fault or an unloading. A
+    /// rollback is not possible.
     fn start_build(&mut self, swap: &Swap) -> Result<(), String> {
         if self.engine.is_unloaded(self.number) {
             self.engine
@@ -295,7 +295,7 @@ impl Runner {
         slept.is_ok()
     }
 
-    /// Logs that the build before cannot continue either.
+    /// Logs that the previous build cannot continue either. Returns false.
     fn log_rollback_failure(&self, reason: &str) -> bool {
         tracing::error!(
             schema = self.engine.name(self.number),
@@ -304,7 +304,7 @@ impl Runner {
         false
     }
 
-    /// Records for replays that another build takes the turns from here on.
+    /// Records for replays that another build takes the turns from now on.
     fn record_swap(&self, way: u8) {
         if let Some(journal) = &self.journal {
             let now = self.engine.clock.now();
@@ -322,14 +322,14 @@ impl Runner {
 }
 
 /// Continues where another instance left off. Returns whether the saved memory was taken over.
-fn resume(instance: &mut Instance, awake: bool, remembered: Option<&SavedMemory>) -> Result<bool, String> {
+fn resume(instance: &mut Instance, awake: bool, memory: Option<&SavedMemory>) -> Result<bool, String> {
     if awake {
         instance.awake_in_place()?;
     }
     // Last, so that waking up does not erase it.
-    match remembered {
-        Some(remembered) => instance
-            .restore(remembered)
+    match memory {
+        Some(memory) => instance
+            .restore(memory)
             .map_err(|reason| format!("it refuses what was remembered: {reason}")),
         None => Ok(false),
     }

@@ -163,7 +163,7 @@ fn r4_a_father_that_names_a_child_out_of_range_is_overruled_by_priority(executor
     // The father is the same schema in another plugin.
     let text = text.replace(
         "type = \"wild\"",
-        &format!("type = \"wild\"\nstage = {}", scenario.number()),
+        &format!("type = \"wild\"\nscenario = {}", scenario.number()),
     );
     let application =
         parse(&text, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));

@@ -37,10 +37,10 @@ const PAIR: &str = r#"
     roots = ["high", "low"]
     [schemas.robot]
     type = "test/robot"
-    restart = { remedy-off = "5ms", limit = 3 }
+    restart = { back-off = "5ms", limit = 3 }
     [schemas.high]
     type = "test/motor"
-    restart = { remedy-off = "5ms", limit = 2 }
+    restart = { back-off = "5ms", limit = 2 }
     actuators = { base = "robot.velocity" }
     [schemas.low]
     type = "test/motor"
@@ -114,7 +114,7 @@ fn a_schema_that_cannot_be_created_prevents_the_start(executor: Executor) {
     };
     let message = error.to_string();
     assert!(
-        message.starts_with("schema `second` (type `test/fails-to-create`) cannot be made: panicked at "),
+        message.starts_with("schema `second` (type `test/fails-to-create`) cannot be created: panicked at "),
         "{message}"
     );
     assert!(message.ends_with("there is no such device"), "{message}");
@@ -263,8 +263,8 @@ fn restarts_before_the_window_do_not_count(executor: Executor) {
         Call::Iterate | Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => Ok(()),
     });
     let body = PAIR.replace(
-        "restart = { remedy-off = \"5ms\", limit = 2 }",
-        "restart = { remedy-off = \"1ms\", limit = 1, within = \"50ms\" }",
+        "restart = { back-off = \"5ms\", limit = 2 }",
+        "restart = { back-off = \"1ms\", limit = 1, within = \"50ms\" }",
     );
     let mut app = TestApp::start(executor, &scenario, &body);
     assert_eq!(app.schema("high").restarts_left, Some(1));
@@ -316,7 +316,7 @@ fn r15_a_fault_without_a_successor_is_a_switch(executor: Executor) {
         Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => Ok(()),
     });
     let body = PAIR.replace(
-        "restart = { remedy-off = \"5ms\", limit = 2 }",
+        "restart = { back-off = \"5ms\", limit = 2 }",
         "restart = \"never\"",
     );
     let mut app = TestApp::start(executor, &scenario, &body);
@@ -337,7 +337,7 @@ fn a_schema_that_never_restarts_stays_faulted(executor: Executor) {
         }
     });
     let body = PAIR.replace(
-        "restart = { remedy-off = \"5ms\", limit = 2 }",
+        "restart = { back-off = \"5ms\", limit = 2 }",
         "restart = \"never\"",
     );
     let mut app = TestApp::start(executor, &scenario, &body);
@@ -401,7 +401,7 @@ fn a_perceptive_schema_that_faults_is_restarted(executor: Executor) {
         roots = ["low"]
         [schemas.eye]
         type = "test/eye"
-        restart = { remedy-off = "5ms", limit = 2 }
+        restart = { back-off = "5ms", limit = 2 }
         [schemas.low]
         type = "test/motor"
         imports = { input = "eye.out" }

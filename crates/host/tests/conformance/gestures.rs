@@ -239,7 +239,7 @@ fn only_widgets_that_a_panel_shows_can_be_touched(executor: Executor) {
     let refused = touch(&app, "gone", Touch::Pressed).expect_err("the panel shows no such widget");
     assert_eq!(
         refused.to_string(),
-        "the gesture is wrong: `gone`: the panel shows no such widget now"
+        "the gesture is invalid: `gone`: the panel shows no such widget now"
     );
     let refused = touch(&app, "go", Touch::Toggled(true)).expect_err("the widget is a button");
     assert!(matches!(refused, PanelError::InvalidGesture(_)), "{refused}");
@@ -302,7 +302,7 @@ fn gestures_are_refused_when_the_queue_is_full(executor: Executor) {
     assert_eq!(refused, PanelError::QueueFull("motor".to_owned()));
     assert_eq!(
         refused.to_string(),
-        "`motor` has 64 gestures to take up yet; try again"
+        "`motor` has 64 gestures waiting; try again later"
     );
     release(&scenario, &blocked);
     app.until_line("ana@laptop pressed `button-63` of motor");

@@ -295,7 +295,11 @@ fn the_panel_of_an_instance_that_ended_shows_why(executor: Executor) {
     until_shown(&mut app, "motor", "ok");
     let motor = app.index("motor");
     app.operator().unload(motor).expect("the operator may");
-    until_shown(&mut app, "motor", "it is not there: it failed or was unloaded");
+    until_shown(
+        &mut app,
+        "motor",
+        "there is no instance: it failed or was unloaded",
+    );
     assert_eq!(
         touch(&app, "go", Touch::Pressed),
         Err(PanelError::NoInstance("motor".to_owned()))
@@ -316,7 +320,7 @@ fn a_new_viewer_of_an_instance_that_ended_sees_why(executor: Executor) {
     app.until(|app| touch(app, "go", Touch::Pressed) == no_instance);
     let _viewer = view(&app, "motor");
     let shown = drawn(&app, "motor").expect("the reason is shown at once");
-    assert_eq!(text_of(&shown), "it is not there: it failed or was unloaded");
+    assert_eq!(text_of(&shown), "there is no instance: it failed or was unloaded");
     app.stop();
 }
 

@@ -161,7 +161,7 @@ fn the_start_fails_when_the_process_of_a_schema_cannot_start(executor: Executor)
     };
     let error = start_error(None);
     assert!(
-        error.contains("schema `high` wants a process of its own"),
+        error.contains("schema `high` requires a process of its own"),
         "{error}"
     );
     let missing = jde_isolation::Program {

@@ -1,5 +1,5 @@
 //! Inspects plugins in a separate process: a damaged library may end the process that maps it, while the
-//! system's loader works or while its tables are read. One such process inspects many files; if it dies, a
+//! system loads it or while its tables are read. One such process inspects many files; if it dies, a
 //! new one is started.
 //!
 //! ```text
@@ -42,12 +42,12 @@ use super::wire::{Frame, FrameKind, Wire};
 pub use serve::serve;
 
 /// The time limit for the description of one file. A library is mapped in milliseconds; a constructor that
-/// has not returned by then hangs.
+/// takes longer hangs.
 const DESCRIBE_TIMEOUT: Duration = Duration::from_secs(20);
 /// The time limit for one inspection, including the values that it reads. Files are read in milliseconds, a
 /// recording of gigabytes without an index in seconds.
 const INSPECT_TIMEOUT: Duration = Duration::from_secs(5);
-/// Longest part of a dying process's last message that is shown, in characters.
+/// The longest part of a dying process's last message that is shown, in characters.
 const MAX_STDERR_CHARS: usize = 300;
 
 /// A request to the child.
@@ -109,7 +109,7 @@ struct InspectorProcess {
     wire: Wire,
     /// Its standard error, which contains the loader's last message.
     stderr: File,
-    /// It has inspected something before, which may have damaged it.
+    /// Whether it has inspected a file before, which may have damaged it.
     has_inspected: bool,
 }
 
@@ -123,8 +123,8 @@ impl Inspector {
         }
     }
 
-    /// Sends a request to a process. If a process dies that has inspected something before, a new one gets
-    /// the request.
+    /// Sends a request to a process. If a process dies that has inspected a file before, a new one gets the
+    /// request.
     fn request<R>(
         &self,
         timeout: Duration,
@@ -146,7 +146,7 @@ impl Inspector {
                     *current = Some(child);
                     return Ok(response);
                 }
-                // An earlier inspection may have caused this, but hardly a time-out.
+                // An earlier inspection may have caused this error, unless it is a timeout.
                 Err(error) if child.has_inspected && !is_timeout(&error) => {}
                 Err(error) => return Err(RequestError::Died(child.describe_failure(&error, timeout))),
             }
@@ -292,7 +292,7 @@ impl InspectorProcess {
     fn last_stderr_line(&mut self) -> Option<String> {
         self.stderr.rewind().ok()?;
         let mut bytes = Vec::new();
-        // A library can write without end.
+        // A library can write unlimited output.
         Read::by_ref(&mut self.stderr)
             .take(1 << 16)
             .read_to_end(&mut bytes)

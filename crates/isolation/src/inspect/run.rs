@@ -1,4 +1,4 @@
-//! The child's side of an inspection (`jde.inspect`): an instance that never awakes, at the child's table.
+//! The child's side of an inspection (`jde.inspect`): an instance that never awakes, with the child's table.
 //! Requests of the plugin go to the host, which returns modulations and refuses everything else.
 
 #![allow(unsafe_code)]

@@ -1,5 +1,5 @@
-//! The inspecting process: maps the requested files, returns their descriptions, and has their schemas
-//! inspect what their modulations name, until the host closes the stream.
+//! The inspecting process: maps the requested files, returns their descriptions, and lets their schemas
+//! inspect the resources that their modulations name, until the host closes the stream.
 
 use std::io;
 use std::os::fd::AsFd;
@@ -24,7 +24,7 @@ use crate::wire::{Frame, FrameKind, Wire};
 pub fn serve() -> Result<(), ServeError> {
     let mut wire = Wire::new(connect_to_host().map_err(ServeError::NoHost)?);
     let mut mapped = Vec::new();
-    let mut limited = false;
+    let mut is_restricted = false;
     while let Ok(frame) = wire.receive() {
         let Ok(request) = serde_json::from_slice::<InspectorRequest>(&frame.bytes) else {
             return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
@@ -35,7 +35,7 @@ pub fn serve() -> Result<(), ServeError> {
                 Err(error) => InspectorResponse::Refused(error.to_string()),
             },
             InspectorRequest::Inspect { path, number, name } => {
-                if !std::mem::replace(&mut limited, true) {
+                if !std::mem::replace(&mut is_restricted, true) {
                     restrict_to_reading();
                 }
                 // A process that replaced a dead one has mapped nothing yet.

@@ -1,5 +1,5 @@
-//! Checks whether another build of a type fits a running application: every present binding must still hold,
-//! and no new port or role may require one. Collects all reasons against it; changes nothing.
+//! Checks whether another build of a type fits a running application: every current binding must still hold,
+//! and no new port or role may require one. It collects all reasons against it and changes nothing.
 
 use jde_abi::describe::{Child, Kind, Port, Role, Schema};
 use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig};
@@ -17,7 +17,7 @@ pub struct BuildMapping {
     pub notes: Vec<String>,
 }
 
-/// The present build and the new one, with the findings so far.
+/// The current build and the new one, with the findings so far.
 struct CompatibilityCheck<'a> {
     application: &'a Application,
     number: usize,
@@ -29,7 +29,7 @@ struct CompatibilityCheck<'a> {
 /// Maps a build's ports and roles to those of the application.
 ///
 /// # Errors
-/// Every reason why it cannot replace the present build.
+/// Every reason why it cannot replace the current build.
 pub fn map_build(
     application: &Application,
     number: usize,
@@ -127,7 +127,7 @@ impl<'a> CompatibilityCheck<'a> {
         }
     }
 
-    /// Describes why a port of the present build is needed; `None` if it is not.
+    /// Describes why a port of the current build is needed; `None` if it is not.
     fn describe_need(&self, index: usize, binding: &Binding) -> Option<String> {
         let variable = (self.number, index);
         match binding {

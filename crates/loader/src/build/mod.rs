@@ -1,9 +1,8 @@
-//! Builds of schema types: which build each instance runs, and how its port and role numbers map to those of
-//! the application.
+//! Builds of schema types, and the mapping of their port and role numbers to those of the application.
 //!
 //! An application never changes; builds do. The third port of a build may be the application's first, or
-//! unknown to it. So everything outside the instance, including recordings, keeps the application's numbers.
-//! Calls no schema.
+//! unknown to it. So all code outside the instance, including recordings, uses the application's numbers.
+//! It calls no schema.
 
 mod compatibility;
 
@@ -52,8 +51,8 @@ pub enum PortMapping {
 }
 
 impl Build {
-    /// Returns the build against which the application was checked; `schema` is the type as the application
-    /// has it.
+    /// Returns the build against which the application was checked; `schema` is the type in the
+    /// application.
     pub fn original(plugin: LoadedPlugin, number: usize, schema: &describe::Schema) -> Self {
         let mapping = BuildMapping {
             ports: (0..schema.ports.len()).map(PortMapping::Bound).collect(),
@@ -61,9 +60,9 @@ impl Build {
             notes: Vec::new(),
         };
         let table = plugin.schema(number);
-        let state = memory_of(&table).unwrap_or_else(|wrong| {
+        let state = memory_of(&table).unwrap_or_else(|error| {
             tracing::warn!(
-                "the memory of `{}` is not kept across builds: {wrong}",
+                "the memory of `{}` is not kept across builds: {error}",
                 schema.name
             );
             None
@@ -92,7 +91,7 @@ impl Build {
         }
     }
 
-    /// The number of its ports.
+    /// Returns the number of its ports.
     pub fn ports(&self) -> usize {
         self.ports.len()
     }
@@ -113,7 +112,7 @@ impl Build {
         self.roles.iter().position(|own| *own == Some(role))
     }
 
-    /// The number of its roles.
+    /// Returns the number of its roles.
     pub fn roles(&self) -> usize {
         self.roles.len()
     }

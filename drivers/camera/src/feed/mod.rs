@@ -119,7 +119,7 @@ impl Feed {
                 }
                 Ok(false) if now.saturating_sub(*last_frame) >= SILENCE => {
                     let reason = format!(
-                        "{}: no picture came for {} s",
+                        "{}: no picture arrived for {} s",
                         self.source.device(),
                         SILENCE.as_secs()
                     );

@@ -65,7 +65,7 @@ fn start_with(executor: Executor, original: &'static raw::Plugin, body: &str) ->
     plugins.link(original).expect("its tables are valid");
     let text = crate::common::text(executor, &scenario, body).replace(
         "\"counter/counter\"",
-        &format!("\"counter/counter\"\nstage = {}", scenario.number()),
+        &format!("\"counter/counter\"\nscenario = {}", scenario.number()),
     );
     let application =
         parse(&text, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
