@@ -39,11 +39,11 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
             .replace("__about__", kind.about())
             .replace("__dependencies__", &dependencies(kind))
             .replace("__jde__", &jde);
-        let made = path
+        let written = path
             .parent()
             .map_or(Ok(()), fs::create_dir_all)
             .and_then(|()| fs::write(&path, text));
-        made.map_err(Failure::file(&path))?;
+        written.map_err(Failure::file(&path))?;
     }
     let mut out = terminal::out();
     let shown = failure::display_path(&folder);
