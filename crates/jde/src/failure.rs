@@ -131,9 +131,9 @@ impl Failure {
         if self.is_closed_pipe() {
             return ExitCode::SUCCESS;
         }
-        let words = self.render();
+        let text = self.render();
         // If standard error is closed, there is no place left to report to.
-        let _ = terminal::err().write_all(words.as_bytes());
+        let _ = terminal::err().write_all(text.as_bytes());
         ExitCode::from(self.status())
     }
 
@@ -164,15 +164,15 @@ impl Failure {
             Self::Application {
                 faults,
                 missing,
-                skipped_folders: withheld,
+                skipped_folders: skipped,
                 ..
             } => {
-                let how = if *missing { MISSING_PLUGIN_HELP } else { "" };
-                let more = match withheld.as_slice() {
-                    [_, ..] if *missing => describe_skipped_folders(withheld) + "\n",
+                let advice = if *missing { MISSING_PLUGIN_HELP } else { "" };
+                let more = match skipped.as_slice() {
+                    [_, ..] if *missing => describe_skipped_folders(skipped) + "\n",
                     _ => String::new(),
                 };
-                render_faults(faults, Severity::Error) + how + &more
+                render_faults(faults, Severity::Error) + advice + &more
             }
             Self::Usage { message, help } => render_error(message, Some(help)),
             Self::Plugin(PluginError::Missing { name, folders }) => render_error(
@@ -242,42 +242,42 @@ fn render_error(message: &str, help: Option<&str>) -> String {
     render_message(Severity::Error, message, help)
 }
 
-fn render_message(tone: Severity, message: &str, help: Option<&str>) -> String {
-    let (style, tone) = match tone {
+fn render_message(label: Severity, message: &str, help: Option<&str>) -> String {
+    let (style, label) = match label {
         Severity::Error => (BAD, "error"),
         Severity::Warning => (WARN, "warning"),
     };
-    let mut words = format!("{style}{tone}{style:#}{TITLE}: {message}{TITLE:#}\n");
+    let mut text = format!("{style}{label}{style:#}{TITLE}: {message}{TITLE:#}\n");
     if let Some(help) = help {
-        words += &format!("  {TITLE}help{TITLE:#}: {help}\n");
+        text += &format!("  {TITLE}help{TITLE:#}: {help}\n");
     }
-    words
+    text
 }
 
 /// Describes the folders that were not searched for plugins, and the option that searches them.
-pub(crate) fn describe_skipped_folders(withheld: &[PathBuf]) -> String {
-    let folders: Vec<_> = withheld.iter().map(|folder| display_path(folder)).collect();
+pub(crate) fn describe_skipped_folders(skipped: &[PathBuf]) -> String {
+    let folders: Vec<_> = skipped.iter().map(|folder| display_path(folder)).collect();
     format!(
-        "no plugin was looked for in {}, which the recording names: what is there runs with your rights; --trust has them searched",
+        "plugins were not searched for in {}, which the recording names: plugins run with your rights; --trust searches there too",
         folders.join(", ")
     )
 }
 
-fn render_faults(faults: &Faults, tone: Severity) -> String {
-    let mut words = String::new();
+fn render_faults(faults: &Faults, label: Severity) -> String {
+    let mut text = String::new();
     let list = faults.list();
     for fault in list.iter().take(MAX_SHOWN) {
-        words += &render_fault(fault, tone);
-        words.push('\n');
+        text += &render_fault(fault, label);
+        text.push('\n');
     }
     if let more @ 1.. = faults.count().saturating_sub(MAX_SHOWN) {
-        let _ = writeln!(words, "and {more} more");
+        let _ = writeln!(text, "and {more} more");
     }
-    words
+    text
 }
 
 /// A fault with its source line, in the form that compilers use.
-fn render_fault(fault: &Fault, tone: Severity) -> String {
+fn render_fault(fault: &Fault, label: Severity) -> String {
     let help = fault.help.as_deref();
     match &fault.location {
         FaultLocation::Text {
@@ -292,14 +292,18 @@ fn render_fault(fault: &Fault, tone: Severity) -> String {
                 .as_deref()
                 .and_then(|source| line_around(source, span.start));
             let Some((start, text)) = text else {
-                return render_message(tone, &format!("{shown}:{line}:{column}: {}", fault.message), help);
+                return render_message(
+                    label,
+                    &format!("{shown}:{line}:{column}: {}", fault.message),
+                    help,
+                );
             };
             let end = span.end.clamp(span.start, start + text.len());
             let snippet = Snippet::source(text)
                 .path(shown)
                 .line_start(*line)
                 .annotation(AnnotationKind::Primary.span(span.start - start..end - start));
-            let level = match tone {
+            let level = match label {
                 Severity::Error => Level::ERROR,
                 Severity::Warning => Level::WARNING,
             };
@@ -310,9 +314,9 @@ fn render_fault(fault: &Fault, tone: Severity) -> String {
             Renderer::styled().render(&[group]) + "\n"
         }
         FaultLocation::File(file) => {
-            render_message(tone, &format!("{}: {}", display_path(file), fault.message), help)
+            render_message(label, &format!("{}: {}", display_path(file), fault.message), help)
         }
-        FaultLocation::Option(option) => render_message(tone, &format!("{option}: {}", fault.message), help),
+        FaultLocation::Option(option) => render_message(label, &format!("{option}: {}", fault.message), help),
     }
 }
 

@@ -85,7 +85,7 @@ pub(crate) fn load_to_start(given: &Path, overrides: &[Override]) -> Result<Load
 /// # Errors
 /// All faults of the application.
 pub(crate) fn load_application(given: &Path, overrides: &[Override]) -> Result<LoadedApplication, Failure> {
-    load(&paths::find_application(given)?, overrides, |shelf| shelf)
+    load(&paths::find_application(given)?, overrides, |catalogue| catalogue)
 }
 
 fn load(
@@ -93,8 +93,10 @@ fn load(
     overrides: &[Override],
     with: impl FnOnce(PluginCatalogue) -> PluginCatalogue,
 ) -> Result<LoadedApplication, Failure> {
-    let shelf = PluginCatalogue::new(SearchPath::usual(Some(file)), Purpose::Run, Trust::Trusted);
-    check_with(with(shelf), |shelf| jde_app::load(file, overrides, shelf))
+    let catalogue = PluginCatalogue::new(SearchPath::usual(Some(file)), Purpose::Run, Trust::Trusted);
+    check_with(with(catalogue), |catalogue| {
+        jde_app::load(file, overrides, catalogue)
+    })
 }
 
 /// Checks an application, given as a file or by name, without loading any plugin into this process.
@@ -103,9 +105,9 @@ fn load(
 /// All faults of the application.
 pub(crate) fn check(given: &Path, overrides: &[Override]) -> Result<Application, Failure> {
     let file = paths::find_application(given)?;
-    let shelf = PluginCatalogue::new(SearchPath::usual(Some(&file)), Purpose::Describe, Trust::Trusted)
+    let catalogue = PluginCatalogue::new(SearchPath::usual(Some(&file)), Purpose::Describe, Trust::Trusted)
         .with_inspection();
-    let loaded = check_with(shelf, |shelf| jde_app::load(&file, overrides, shelf))?;
+    let loaded = check_with(catalogue, |catalogue| jde_app::load(&file, overrides, catalogue))?;
     Ok(loaded.application)
 }
 
@@ -134,41 +136,43 @@ pub(crate) fn load_attached(
     trust: Trust,
 ) -> Result<LoadedApplication, Failure> {
     let AttachedApplication { name, text, folder } = file;
-    let stood = folder.as_ref().map(|folder| folder.join(name));
-    let path = SearchPath::usual(stood.as_deref().filter(|_| trust == Trust::Trusted));
-    let mut shelf = PluginCatalogue::new(path, Purpose::Run, trust);
+    let original = folder.as_ref().map(|folder| folder.join(name));
+    let path = SearchPath::usual(original.as_deref().filter(|_| trust == Trust::Trusted));
+    let mut catalogue = PluginCatalogue::new(path, Purpose::Run, trust);
     if let (Some(folder), Trust::Untrusted) = (folder, trust) {
         let beside = [folder.clone(), folder.join("plugins")];
-        shelf.report.get_mut().skipped_folders.extend(beside);
+        catalogue.report.get_mut().skipped_folders.extend(beside);
     }
-    let file = stood.unwrap_or_else(|| name.into());
-    check_with(shelf, |shelf| jde_app::parse(text, &file, overrides, shelf))
+    let file = original.unwrap_or_else(|| name.into());
+    check_with(catalogue, |catalogue| {
+        jde_app::parse(text, &file, overrides, catalogue)
+    })
 }
 
 fn check_with(
-    shelf: PluginCatalogue,
+    catalogue: PluginCatalogue,
     check: impl FnOnce(&PluginCatalogue) -> Result<Application, Faults>,
 ) -> Result<LoadedApplication, Failure> {
-    let checked = check(&shelf);
-    shelf.plugins.stop_inspector();
-    let (plugins, noticed) = shelf.into_parts();
+    let checked = check(&catalogue);
+    catalogue.plugins.stop_inspector();
+    let (plugins, report) = catalogue.into_parts();
     let LookupReport {
         unusable,
         missing,
-        skipped_folders: withheld,
+        skipped_folders: skipped,
         ..
-    } = noticed;
+    } = report;
     match checked {
         Ok(application) => Ok(LoadedApplication {
             application,
             plugins,
-            skipped_folders: withheld,
+            skipped_folders: skipped,
         }),
         Err(faults) => Err(Failure::Application {
             faults,
             unusable,
             missing,
-            skipped_folders: withheld,
+            skipped_folders: skipped,
         }),
     }
 }
@@ -196,16 +200,16 @@ impl PluginCatalogue {
 
     /// Returns those folders named by the application that are to be searched.
     fn searchable_folders<'d>(&self, named: &'d [PathBuf]) -> &'d [PathBuf] {
-        let mut noticed = self.report.borrow_mut();
+        let mut report = self.report.borrow_mut();
         match self.trust {
             Trust::Trusted => {
-                noticed.folders = named.to_vec();
+                report.folders = named.to_vec();
                 named
             }
             Trust::Untrusted => {
                 for folder in named {
-                    if !noticed.skipped_folders.contains(folder) {
-                        noticed.skipped_folders.push(folder.clone());
+                    if !report.skipped_folders.contains(folder) {
+                        report.skipped_folders.push(folder.clone());
                     }
                 }
                 &[]
@@ -230,9 +234,9 @@ impl Catalogue for PluginCatalogue {
             Ok(found) => Ok(found.description),
             Err(error) => {
                 let missing = matches!(error, PluginError::Missing { .. });
-                let mut noticed = self.report.borrow_mut();
-                noticed.missing |= missing;
-                noticed.unusable |= !missing;
+                let mut report = self.report.borrow_mut();
+                report.missing |= missing;
+                report.unusable |= !missing;
                 Err(error.to_string())
             }
         }
@@ -241,10 +245,10 @@ impl Catalogue for PluginCatalogue {
     fn inspect(
         &self,
         plugin: &Arc<describe::Plugin>,
-        asked: &Inspection<'_>,
+        inspection: &Inspection<'_>,
     ) -> Result<Vec<Problem>, String> {
         match self.inspects {
-            true => self.plugins.inspect(plugin, asked),
+            true => self.plugins.inspect(plugin, inspection),
             false => Ok(Vec::new()),
         }
     }

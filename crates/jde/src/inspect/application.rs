@@ -20,15 +20,15 @@ use crate::terminal::{FAINT, TITLE, WARN};
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn write(application: &Application, words: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Result<()> {
     let file = failure::display_path(&application.path);
     writeln!(
-        words,
+        output,
         "{TITLE}{}{TITLE:#}  {FAINT}{file}{FAINT:#}",
         application.name
     )?;
     if !application.doc.is_empty() {
-        writeln!(words, "{}", application.doc)?;
+        writeln!(output, "{}", application.doc)?;
     }
     let executor = match application.executor {
         Executor::Threads => "a thread for each schema that is awake",
@@ -39,56 +39,56 @@ pub(crate) fn write(application: &Application, words: &mut dyn Write) -> io::Res
         .map(|(instance, port)| variable_name(application, instance, port));
     let until = mission.map_or_else(
         || "runs until it is stopped".to_owned(),
-        |name| format!("done when {name} says so"),
+        |name| format!("ends when {name} reports the end"),
     );
-    writeln!(words, "{executor}; seed {}; {until}", application.seed)?;
+    writeln!(output, "{executor}; seed {}; {until}", application.seed)?;
 
     for group in application.groups.iter().filter(|group| group.father.is_none()) {
-        write_group(application, group, 0, words)?;
+        write_group(application, group, 0, output)?;
     }
-    let mut apart = application
+    let mut ungrouped = application
         .instances
         .iter()
         .filter(|instance| instance.group.is_none())
         .peekable();
-    if apart.peek().is_some() {
-        writeln!(words, "\n{TITLE}awake while somebody needs them{TITLE:#}")?;
+    if ungrouped.peek().is_some() {
+        writeln!(output, "\n{TITLE}awake while another schema needs them{TITLE:#}")?;
     }
-    for instance in apart {
-        write_instance(application, instance, "", 1, words)?;
+    for instance in ungrouped {
+        write_instance(application, instance, "", 1, output)?;
     }
 
     if !application.link.off {
-        super::link::write(&link_settings(application), words)?;
+        super::link::write(&link_settings(application), output)?;
     }
 
     let contracts = contract(&application.spec());
     if !contracts.is_empty() {
         writeln!(
-            words,
-            "\n{TITLE}contracts{TITLE:#}: the longest from a situation to the first iteration of who answers it"
+            output,
+            "\n{TITLE}contracts{TITLE:#}: the longest time from a situation to the first iteration of the schema that responds"
         )?;
     }
     for contract in contracts {
-        writeln!(words, "  {contract}")?;
+        writeln!(output, "  {contract}")?;
     }
     let warnings = application.warnings();
     if !warnings.is_empty() {
-        writeln!(words)?;
+        writeln!(output)?;
     }
     warnings
         .iter()
-        .try_for_each(|warning| writeln!(words, "{WARN}{warning}{WARN:#}"))
+        .try_for_each(|warning| writeln!(output, "{WARN}{warning}{WARN:#}"))
 }
 
-/// Writes the modulations that have the default of their type, by schema, and those among them that the file
-/// sets all the same.
+/// Writes the modulations that have the default of their type, by schema, and marks those that the file sets
+/// nevertheless.
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn write_defaults(application: &Application, words: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write_defaults(application: &Application, output: &mut dyn Write) -> io::Result<()> {
     writeln!(
-        words,
+        output,
         "\n{TITLE}defaults{TITLE:#}: modulations that have the default of their type"
     )?;
     for instance in &application.instances {
@@ -106,7 +106,7 @@ pub(crate) fn write_defaults(application: &Application, words: &mut dyn Write) -
         let values: Vec<_> = values.collect();
         if !values.is_empty() {
             writeln!(
-                words,
+                output,
                 "  {TITLE}{}{TITLE:#}  {}",
                 instance.name,
                 values.join(", ")
@@ -120,14 +120,14 @@ fn write_group(
     application: &Application,
     group: &GroupConfig,
     depth: usize,
-    words: &mut dyn Write,
+    output: &mut dyn Write,
 ) -> io::Result<()> {
     let indent = "  ".repeat(depth);
     let short = group.father.and_then(|_| group.name.rsplit('/').next());
     let short = short.unwrap_or(&group.name);
     let newline = if depth == 0 { "\n" } else { "" };
     writeln!(
-        words,
+        output,
         "{newline}{indent}{TITLE}{short}{TITLE:#}: {}; nobody ready: {}; patience {}",
         policy(group.policy),
         absence(application, group.absence),
@@ -136,19 +136,19 @@ fn write_group(
     for member in &group.members {
         let instance = &application.instances[*member];
         let role = role(application, *member, group);
-        write_instance(application, instance, &role, depth + 1, words)?;
+        write_instance(application, instance, &role, depth + 1, output)?;
         let own = application
             .groups
             .iter()
             .filter(|group| group.father == Some(*member));
         for group in own {
-            write_group(application, group, depth + 2, words)?;
+            write_group(application, group, depth + 2, output)?;
         }
     }
     Ok(())
 }
 
-/// Returns the name by which the father calls a member, if it differs from the member's own.
+/// Returns the father's name for a member, if it differs from the member's own.
 fn role(application: &Application, member: usize, group: &GroupConfig) -> String {
     let Some(father) = group.father.map(|father| &application.instances[father]) else {
         return String::new();
@@ -166,7 +166,7 @@ fn write_instance(
     instance: &InstanceConfig,
     role: &str,
     depth: usize,
-    words: &mut dyn Write,
+    output: &mut dyn Write,
 ) -> io::Result<()> {
     let indent = "  ".repeat(depth);
     let kind = match instance.schema.kind {
@@ -176,7 +176,7 @@ fn write_instance(
     };
     let plugin = &application.plugins[instance.plugin].name;
     writeln!(
-        words,
+        output,
         "{indent}{TITLE}{}{TITLE:#}{role}  {FAINT}{plugin}/{}, {kind}every {}, at most {}{FAINT:#}",
         instance.name,
         instance.schema.name,
@@ -184,11 +184,11 @@ fn write_instance(
         Millis(instance.budget_ns)
     )?;
     if let Some(isolation) = instance.isolate {
-        writeln!(words, "{indent}    {}", describe_isolation(isolation))?;
+        writeln!(output, "{indent}    {}", describe_isolation(isolation))?;
     }
     for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
         if let Some(line) = describe_binding(application, instance, port, binding) {
-            writeln!(words, "{indent}    {line}")?;
+            writeln!(output, "{indent}    {line}")?;
         }
     }
     Ok(())
@@ -201,9 +201,9 @@ fn describe_isolation(isolation: Isolation) -> String {
         .map(|bytes| format!("at most {:.1} MB of memory", bytes as f64 / 1e6));
     let cpu = isolation
         .cpu
-        .map(|seconds| format!("at most {seconds} s of processor time a call"));
+        .map(|seconds| format!("at most {seconds} s of processor time per call"));
     let network = (!isolation.network).then(|| String::from("no network"));
-    let files = isolation.read_only.then(|| String::from("files only to read"));
+    let files = isolation.read_only.then(|| String::from("files read-only"));
     let limits: Vec<_> = [memory, cpu, network, files].into_iter().flatten().collect();
     let limits = if limits.is_empty() {
         String::from("no limits")
@@ -245,7 +245,7 @@ fn describe_binding(
             };
             let value = format_value(&port.value_type, initial, &port.unit);
             let missing = if is_missing(port, initial) {
-                format!("  {WARN}not there{WARN:#}: it will not start where it is not")
+                format!("  {WARN}missing{WARN:#}: the schema does not start without it")
             } else {
                 String::new()
             };
@@ -307,6 +307,9 @@ fn absence(application: &Application, absence: Absence) -> String {
     match absence {
         Absence::Brake => "brake".to_owned(),
         Absence::Hold { for_ } => format!("hold for {}, then brake", Millis(for_)),
-        Absence::Fallback(id) => format!("{} wins all the same", application.instances[id.index()].name),
+        Absence::Fallback(id) => format!(
+            "{} wins although it is not ready",
+            application.instances[id.index()].name
+        ),
     }
 }

@@ -10,27 +10,27 @@ use crate::terminal::{TITLE, WARN};
 ///
 /// # Errors
 /// The output cannot be written.
-pub(super) fn write(settings: &Settings, words: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(settings: &Settings, output: &mut dyn Write) -> io::Result<()> {
     if !settings.is_networked() {
         return Ok(());
     }
     let list = |what: &str, endpoints: &[String]| {
         (!endpoints.is_empty()).then(|| format!("{what} {}", endpoints.join(", ")))
     };
-    let ways = [
+    let connections = [
         list("listens on", &settings.listen),
         list("connects to", &settings.connect),
         settings.discover.then(|| "finds others by multicast".to_owned()),
     ];
-    let ways: Vec<_> = ways.into_iter().flatten().collect();
-    let may = match settings.access {
-        Access::Read => "may look",
-        Access::Operate => "may look and operate",
+    let connections: Vec<_> = connections.into_iter().flatten().collect();
+    let permission = match settings.access {
+        Access::Read => "may read",
+        Access::Operate => "may read and operate",
     };
     writeln!(
-        words,
-        "\n{TITLE}the network is open{TITLE:#}: {}\n  {} {may}",
-        ways.join("; "),
+        output,
+        "\n{TITLE}the network is open{TITLE:#}: {}\n  {} {permission}",
+        connections.join("; "),
         describe_clients(settings)
     )
 }
@@ -43,14 +43,14 @@ fn describe_clients(settings: &Settings) -> String {
         .and_then(|tls| tls.authority.as_deref());
     let login = settings.login.as_ref();
     match (authority, login) {
-        (Some(authority), None) => format!("whoever has a certificate of {authority}"),
-        (None, Some(login)) => format!("whoever knows the password of `{}`", login.user),
+        (Some(authority), None) => format!("anybody with a certificate of {authority}"),
+        (None, Some(login)) => format!("anybody with the password of `{}`", login.user),
         (Some(authority), Some(login)) => format!(
-            "whoever has a certificate of {authority} and knows the password of `{}`",
+            "anybody with a certificate of {authority} and the password of `{}`",
             login.user
         ),
-        (None, None) if settings.insecure => format!("{WARN}anybody who gets there{WARN:#}"),
-        (None, None) => "whoever has a certificate of the authority and is connected to".to_owned(),
+        (None, None) if settings.insecure => format!("{WARN}anybody who can connect{WARN:#}"),
+        (None, None) => "the connected endpoints with a certificate of the authority".to_owned(),
     }
 }
 
@@ -60,28 +60,28 @@ mod tests {
 
     use super::*;
 
-    fn told(change: impl FnOnce(&mut Settings)) -> String {
+    fn described(change: impl FnOnce(&mut Settings)) -> String {
         let mut settings = Settings::local("robot");
         change(&mut settings);
-        let mut words = Vec::new();
-        write(&settings, &mut words).unwrap();
-        anstream::adapter::strip_str(&String::from_utf8(words).unwrap()).to_string()
+        let mut output = Vec::new();
+        write(&settings, &mut output).unwrap();
+        anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string()
     }
 
     #[test]
     fn an_open_network_is_described_with_who_may_connect() {
-        assert_eq!(told(|_| {}), "");
+        assert_eq!(described(|_| {}), "");
         let listen = || vec!["tcp/0.0.0.0:7447".to_owned()];
         let login = Some(Login {
             user: "lab".to_owned(),
             password: "secret".to_owned(),
         });
-        let known = told(|settings| (settings.listen, settings.login) = (listen(), login));
+        let with_password = described(|settings| (settings.listen, settings.login) = (listen(), login));
         assert_eq!(
-            known,
-            "\nthe network is open: listens on tcp/0.0.0.0:7447\n  whoever knows the password of `lab` may look and operate\n"
+            with_password,
+            "\nthe network is open: listens on tcp/0.0.0.0:7447\n  anybody with the password of `lab` may read and operate\n"
         );
-        let certified = told(|settings| {
+        let with_certificate = described(|settings| {
             settings.listen = vec!["tls/0.0.0.0:7447".to_owned()];
             settings.access = Access::Read;
             settings.tls = Some(Tls {
@@ -91,15 +91,15 @@ mod tests {
             });
         });
         assert!(
-            certified.contains("whoever has a certificate of ca.pem may look\n"),
-            "{certified}"
+            with_certificate.contains("anybody with a certificate of ca.pem may read\n"),
+            "{with_certificate}"
         );
-        let open = told(|settings| (settings.listen, settings.insecure) = (listen(), true));
+        let open = described(|settings| (settings.listen, settings.insecure) = (listen(), true));
         assert!(
-            open.contains("anybody who gets there may look and operate"),
+            open.contains("anybody who can connect may read and operate"),
             "{open}"
         );
-        let met = told(|settings| {
+        let connected = described(|settings| {
             settings.connect = vec!["tls/base:7447".to_owned()];
             settings.tls = Some(Tls {
                 identity: None,
@@ -108,8 +108,8 @@ mod tests {
             });
         });
         assert_eq!(
-            met,
-            "\nthe network is open: connects to tls/base:7447\n  whoever has a certificate of the authority and is connected to may look and operate\n"
+            connected,
+            "\nthe network is open: connects to tls/base:7447\n  the connected endpoints with a certificate of the authority may read and operate\n"
         );
     }
 }

@@ -51,8 +51,8 @@ impl PluginListing {
     pub(crate) fn scan(application: Option<&Path>) -> Result<Self, Failure> {
         let file = application.map(paths::find_application).transpose()?;
         let path = SearchPath::usual(file.as_deref());
-        let shelf = PluginCatalogue::new(path, Purpose::Describe, Trust::Trusted);
-        let (plugins, named) = named_folders(file.as_deref(), shelf)?;
+        let catalogue = PluginCatalogue::new(path, Purpose::Describe, Trust::Trusted);
+        let (plugins, named) = named_folders(file.as_deref(), catalogue)?;
         let mut path = SearchPath::default();
         for folder in named {
             path.push(folder, "named in the application");
@@ -73,12 +73,12 @@ impl PluginListing {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub(crate) fn write(&self, words: &mut dyn Write) -> io::Result<()> {
+    pub(crate) fn write(&self, output: &mut dyn Write) -> io::Result<()> {
         for folder in &self.folders {
-            let missing = if folder.exists { "" } else { ", not there" };
+            let missing = if folder.exists { "" } else { ", missing" };
             let (shown, because) = (failure::display_path(&folder.path), folder.because);
             writeln!(
-                words,
+                output,
                 "{TITLE}{shown}{TITLE:#}  {FAINT}({because}{missing}){FAINT:#}"
             )?;
             let width = folder
@@ -96,18 +96,18 @@ impl PluginListing {
             } in &folder.plugins
             {
                 let schemas = schemas.join(", ");
-                write!(words, "  {name:<width$}  {version}  {schemas}")?;
+                write!(output, "  {name:<width$}  {version}  {schemas}")?;
                 if let Some(other) = hidden_by {
                     write!(
-                        words,
+                        output,
                         "  {WARN}hidden by {}{WARN:#}",
                         failure::display_path(other)
                     )?;
                 }
-                writeln!(words)?;
+                writeln!(output)?;
             }
             for UnusableFile { path, reason } in &folder.unusable {
-                writeln!(words, "  {BAD}{}{BAD:#}: {reason}", failure::display_path(path))?;
+                writeln!(output, "  {BAD}{}{BAD:#}: {reason}", failure::display_path(path))?;
             }
         }
         Ok(())
@@ -115,9 +115,12 @@ impl PluginListing {
 }
 
 /// Returns the folders that an application names, even if it has faults.
-fn named_folders(file: Option<&Path>, shelf: PluginCatalogue) -> Result<(Plugins, Vec<PathBuf>), Failure> {
+fn named_folders(
+    file: Option<&Path>,
+    catalogue: PluginCatalogue,
+) -> Result<(Plugins, Vec<PathBuf>), Failure> {
     if let Some(file) = file
-        && let Err(faults) = jde_app::load(file, &[], &shelf)
+        && let Err(faults) = jde_app::load(file, &[], &catalogue)
         && !file.is_file()
     {
         return Err(Failure::Application {
@@ -127,8 +130,8 @@ fn named_folders(file: Option<&Path>, shelf: PluginCatalogue) -> Result<(Plugins
             skipped_folders: Vec::new(),
         });
     }
-    let (plugins, noticed) = shelf.into_parts();
-    Ok((plugins, noticed.folders))
+    let (plugins, report) = catalogue.into_parts();
+    Ok((plugins, report.folders))
 }
 
 fn scan_folder(
@@ -154,13 +157,18 @@ fn scan_folder(
     for file in files {
         match plugins.describe_file(&file) {
             Ok(plugin) => {
-                let about = &plugin.description;
-                let hidden_by = seen.get(&about.name).cloned();
-                seen.entry(about.name.clone()).or_insert_with(|| file.clone());
+                let description = &plugin.description;
+                let hidden_by = seen.get(&description.name).cloned();
+                seen.entry(description.name.clone())
+                    .or_insert_with(|| file.clone());
                 folder.plugins.push(PluginEntry {
-                    name: about.name.clone(),
-                    version: about.version.clone(),
-                    schemas: about.schemas.iter().map(|schema| schema.name.clone()).collect(),
+                    name: description.name.clone(),
+                    version: description.version.clone(),
+                    schemas: description
+                        .schemas
+                        .iter()
+                        .map(|schema| schema.name.clone())
+                        .collect(),
                     path: file,
                     hidden_by,
                 });

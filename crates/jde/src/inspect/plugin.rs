@@ -29,26 +29,26 @@ pub(super) const PARTS: [(&str, RoleFilter); 6] = [
 ///
 /// # Errors
 /// The output cannot be written.
-pub(crate) fn write(plugin: &Plugin, path: Option<&Path>, words: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write(plugin: &Plugin, path: Option<&Path>, output: &mut dyn Write) -> io::Result<()> {
     let path = path.map_or_else(|| "linked in".to_owned(), failure::display_path);
     let (major, minor) = plugin.abi;
     writeln!(
-        words,
+        output,
         "{TITLE}{} {}{TITLE:#}  {FAINT}{path}, ABI {major}.{minor}{FAINT:#}",
         plugin.name, plugin.version
     )?;
     if !plugin.doc.is_empty() {
-        writeln!(words, "{}", plugin.doc)?;
+        writeln!(output, "{}", plugin.doc)?;
     }
     plugin
         .schemas
         .iter()
-        .try_for_each(|schema| write_schema(plugin, schema, words))
+        .try_for_each(|schema| write_schema(plugin, schema, output))
 }
 
-fn write_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::Result<()> {
+fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io::Result<()> {
     writeln!(
-        words,
+        output,
         "\n{TITLE}{}/{}{TITLE:#}  {}, every {}, at most {} an iteration",
         plugin.name,
         schema.name,
@@ -57,13 +57,13 @@ fn write_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::
         Millis(schema.budget_ns.unwrap_or(schema.period_ns))
     )?;
     if !schema.doc.is_empty() {
-        writeln!(words, "{}", schema.doc)?;
+        writeln!(output, "{}", schema.doc)?;
     }
     if schema.arbitrates {
-        writeln!(words, "Arbitrates among its children itself.")?;
+        writeln!(output, "Arbitrates among its children itself.")?;
     }
     if schema.panel {
-        writeln!(words, "Draws a panel of its own.")?;
+        writeln!(output, "Draws a panel of its own.")?;
     }
     for (title, belongs) in PARTS {
         let ports: Vec<_> = schema.ports.iter().filter(|port| belongs(&port.role)).collect();
@@ -74,7 +74,7 @@ fn write_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::
                 join_lines(&port.doc),
             ]
         });
-        write_section(title, rows.collect(), words)?;
+        write_section(title, rows.collect(), output)?;
     }
     let rows = schema.children.iter().map(|child| {
         let kind = if child.motor {
@@ -92,10 +92,10 @@ fn write_schema(plugin: &Plugin, schema: &Schema, words: &mut dyn Write) -> io::
             join_lines(&child.doc),
         ]
     });
-    write_section("children", rows.collect(), words)
+    write_section("children", rows.collect(), output)
 }
 
-pub(super) fn write_section(title: &str, rows: Vec<[String; 3]>, words: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write_section(title: &str, rows: Vec<[String; 3]>, output: &mut dyn Write) -> io::Result<()> {
     if rows.is_empty() {
         return Ok(());
     }
@@ -106,10 +106,10 @@ pub(super) fn write_section(title: &str, rows: Vec<[String; 3]>, words: &mut dyn
             .unwrap_or(0)
     };
     let (first, second) = (width(0), width(1));
-    writeln!(words, "  {TITLE}{title}{TITLE:#}")?;
+    writeln!(output, "  {TITLE}{title}{TITLE:#}")?;
     for [name, facts, doc] in &rows {
         let line = format!("    {name:<first$}  {facts:<second$}  {FAINT}{doc}{FAINT:#}");
-        writeln!(words, "{}", line.trim_end())?;
+        writeln!(output, "{}", line.trim_end())?;
     }
     Ok(())
 }

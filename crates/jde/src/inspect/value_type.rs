@@ -76,11 +76,11 @@ impl ValueTypeData {
     ///
     /// # Errors
     /// The output cannot be written.
-    pub(crate) fn write(&self, words: &mut dyn Write) -> io::Result<()> {
+    pub(crate) fn write(&self, output: &mut dyn Write) -> io::Result<()> {
         let Self { name, doc, bytes, .. } = self;
-        writeln!(words, "{TITLE}{name}{TITLE:#}  {FAINT}{bytes} bytes{FAINT:#}")?;
+        writeln!(output, "{TITLE}{name}{TITLE:#}  {FAINT}{bytes} bytes{FAINT:#}")?;
         if !doc.is_empty() {
-            writeln!(words, "{doc}")?;
+            writeln!(output, "{doc}")?;
         }
         let fields = self.fields.iter().map(|field| {
             let shape = format!("{} {}", field.shape, field.unit);
@@ -90,7 +90,7 @@ impl ValueTypeData {
                 join_lines(&field.doc),
             ]
         });
-        write_section("fields", fields.collect(), words)?;
+        write_section("fields", fields.collect(), output)?;
         for (title, _) in PARTS {
             let ports = self.ports.iter().filter(|port| port.part == title);
             let rows = ports.map(|port| {
@@ -102,7 +102,7 @@ impl ValueTypeData {
                     join_lines(&port.doc),
                 ]
             });
-            write_section(title, rows.collect(), words)?;
+            write_section(title, rows.collect(), output)?;
         }
         Ok(())
     }
@@ -112,12 +112,12 @@ impl ValueTypeData {
 fn types(plugins: &[DescribedPlugin]) -> BTreeMap<&str, &Type> {
     let mut found = BTreeMap::new();
     let schemas = plugins.iter().flat_map(|plugin| &plugin.description.schemas);
-    let mut waiting: Vec<&Type> = schemas
+    let mut pending: Vec<&Type> = schemas
         .flat_map(|schema| schema.ports.iter().map(|port| &*port.value_type))
         .collect();
-    while let Some(value_type) = waiting.pop() {
+    while let Some(value_type) = pending.pop() {
         found.insert(&*value_type.name, value_type);
-        waiting.extend(value_type.fields.iter().filter_map(|field| match &field.kind {
+        pending.extend(value_type.fields.iter().filter_map(|field| match &field.kind {
             FieldKind::Struct(inner) => Some(&**inner),
             FieldKind::Scalar(_) => None,
         }));
@@ -150,7 +150,7 @@ fn ports(value_type: &Type, plugins: &[DescribedPlugin]) -> Vec<PortData> {
                 .iter()
                 .filter(|port| port.value_type.name == value_type.name);
             ports.extend(of_type.filter_map(|port| {
-                let (part, _) = PARTS.iter().find(|(_, belongs)| belongs(&port.role))?;
+                let (part, _) = PARTS.iter().find(|(_, is_part)| is_part(&port.role))?;
                 Some(PortData {
                     part,
                     schema: format!("{}/{}", plugin.name, schema.name),

@@ -97,11 +97,11 @@ impl FromStr for Filter {
         for part in text.split(',').map(str::trim) {
             match part.split_once('=') {
                 None => filter.default_level = parse_level(part)?,
-                Some((STATE, wanted)) => filter.state_level = Some(parse_level(wanted)?),
+                Some((STATE, level)) => filter.state_level = Some(parse_level(level)?),
                 Some(("", _)) => return Err(format!("`{part}` names no schema; write schema=level")),
-                Some((schema, wanted)) => filter
+                Some((schema, level)) => filter
                     .schema_levels
-                    .push((schema.trim().to_owned(), parse_level(wanted)?)),
+                    .push((schema.trim().to_owned(), parse_level(level)?)),
             }
         }
         Ok(filter)
@@ -114,7 +114,7 @@ fn parse_level(text: &str) -> Result<LevelFilter, String> {
     found.map(|(_, level)| *level).ok_or_else(|| {
         let names: Vec<_> = LEVELS.iter().map(|(name, _)| *name).collect();
         format!(
-            "`{text}` is no level; write {}, or schema=level",
+            "`{text}` is not a level; write {}, or schema=level",
             names.join(", ")
         )
     })
@@ -169,7 +169,7 @@ mod tests {
         let error = "goon=dbug".parse::<Filter>().unwrap_err();
         assert_eq!(
             error,
-            "`dbug` is no level; write off, error, warn, info, debug, trace, or schema=level"
+            "`dbug` is not a level; write off, error, warn, info, debug, trace, or schema=level"
         );
         assert_eq!(
             "=info".parse::<Filter>().unwrap_err(),

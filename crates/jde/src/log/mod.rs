@@ -67,8 +67,8 @@ impl Log {
     /// Keeps all following lines if `keep` is set. Otherwise writes the kept lines and all that follow.
     pub(crate) fn set_buffered(&self, keep: bool) {
         let mut sink = self.sink();
-        let kept = std::mem::replace(&mut sink.buffered, keep.then(VecDeque::new));
-        for line in kept.into_iter().flatten() {
+        let previous_buffer = std::mem::replace(&mut sink.buffered, keep.then(VecDeque::new));
+        for line in previous_buffer.into_iter().flatten() {
             write(&line);
         }
     }
@@ -86,11 +86,11 @@ impl Log {
         let mut sink = self.sink();
         let time = sink.clock.as_ref().map(|handle| handle.now() as f64 / 1e9);
         match &mut sink.buffered {
-            Some(kept) => {
-                if kept.len() == MAX_BUFFERED {
-                    kept.pop_front();
+            Some(buffer) => {
+                if buffer.len() == MAX_BUFFERED {
+                    buffer.pop_front();
                 }
-                kept.push_back(format!("{:.3} {} {line}", time.unwrap_or_default(), name(level)));
+                buffer.push_back(format!("{:.3} {} {line}", time.unwrap_or_default(), name(level)));
             }
             None => {
                 let style = style(level);

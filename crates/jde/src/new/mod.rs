@@ -20,8 +20,8 @@ use name::Name;
 /// # Errors
 /// The name is invalid, the folder exists already, or the files cannot be written.
 pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure> {
-    let taken = |word: &str| kind.files().any(|(file, text)| is_taken(file, text, word));
-    let name = Name::new(name, taken).map_err(|wrong| {
+    let is_used = |word: &str| kind.files().any(|(file, text)| is_taken(file, text, word));
+    let name = Name::new(name, is_used).map_err(|wrong| {
         Failure::usage(
             wrong,
             "write small letters and digits, with single hyphens between: follow-wall",
@@ -39,11 +39,11 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
             .replace("__about__", kind.about())
             .replace("__dependencies__", &dependencies(kind))
             .replace("__jde__", &jde);
-        let made = path
+        let written = path
             .parent()
             .map_or(Ok(()), fs::create_dir_all)
             .and_then(|()| fs::write(&path, text));
-        made.map_err(Failure::file(&path))?;
+        written.map_err(Failure::file(&path))?;
     }
     let mut out = terminal::out();
     let shown = failure::display_path(&folder);
@@ -64,7 +64,7 @@ fn create_folder(folder: &Path) -> Result<(), Failure> {
     match parent.and_then(|()| fs::create_dir(folder)) {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(Failure::usage(
-            format!("{} is there already", failure::display_path(folder)),
+            format!("{} already exists", failure::display_path(folder)),
             "choose another name, or another folder with --path",
         )),
         Err(error) => Err(Failure::file(folder)(error)),
@@ -120,14 +120,14 @@ mod tests {
 
     #[test]
     fn a_template_replaces_types_and_instances_and_no_other_words() {
-        let taken = |kind: Kind, name| kind.files().any(|(file, text)| is_taken(file, text, name));
-        assert!(taken(Kind::Motor, "Twist"));
-        assert!(taken(Kind::Motor, "pioneer"));
-        assert!(taken(Kind::Perceptive, "face"));
-        assert!(taken(Kind::Driver, "Jaws"));
-        assert!(taken(Kind::Application, "guide"));
+        let is_used = |kind: Kind, name| kind.files().any(|(file, text)| is_taken(file, text, name));
+        assert!(is_used(Kind::Motor, "Twist"));
+        assert!(is_used(Kind::Motor, "pioneer"));
+        assert!(is_used(Kind::Perceptive, "face"));
+        assert!(is_used(Kind::Driver, "Jaws"));
+        assert!(is_used(Kind::Application, "guide"));
         for name in ["gripper", "Gripper", "wall", "Wall", "follow"] {
-            assert!(Kind::ALL.iter().all(|kind| !taken(*kind, name)), "{name}");
+            assert!(Kind::ALL.iter().all(|kind| !is_used(*kind, name)), "{name}");
         }
     }
 

@@ -18,17 +18,17 @@ pub(super) struct Name {
 }
 
 impl Name {
-    /// Checks a name. `taken` returns whether the template uses a word for something else.
+    /// Checks a name. `is_taken` returns whether the template uses a word for something else.
     ///
     /// # Errors
     /// The reason why the name is invalid.
-    pub(super) fn new(text: &str, taken: impl Fn(&str) -> bool) -> Result<Self, String> {
+    pub(super) fn new(text: &str, is_taken: impl Fn(&str) -> bool) -> Result<Self, String> {
         let parts: Vec<&str> = text.split('-').collect();
-        let sound = |part: &&str| {
+        let is_valid = |part: &&str| {
             !part.is_empty() && part.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit())
         };
-        let begins = text.starts_with(|c: char| c.is_ascii_lowercase());
-        if !begins || !parts.iter().all(sound) {
+        let starts_with_letter = text.starts_with(|c: char| c.is_ascii_lowercase());
+        if !starts_with_letter || !parts.iter().all(is_valid) {
             return Err(format!("`{}` cannot be a name", text.escape_debug()));
         }
         if text.len() > MAX_LENGTH {
@@ -40,7 +40,7 @@ impl Name {
             .iter()
             .map(|part| part[..1].to_ascii_uppercase() + &part[1..])
             .collect();
-        if RESERVED.split(' ').any(|word| word == text) || taken(text) || taken(&camel) {
+        if RESERVED.split(' ').any(|word| word == text) || is_taken(text) || is_taken(&camel) {
             return Err(format!("the name `{text}` is taken"));
         }
         Ok(Self {

@@ -18,34 +18,38 @@ pub(crate) fn split_variable<'v, 'n>(
     name: &'n str,
     known: impl Iterator<Item = &'v str> + Clone,
 ) -> Result<(&'v str, &'n str), Failure> {
-    let begins = |variable: &&str| {
+    let is_prefix = |variable: &&str| {
         name.strip_prefix(*variable)
             .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
     };
     // The longest match is meant if the name of one variable begins with another's.
-    if let Some(variable) = known.clone().filter(begins).max_by_key(|variable| variable.len()) {
+    if let Some(variable) = known
+        .clone()
+        .filter(is_prefix)
+        .max_by_key(|variable| variable.len())
+    {
         let rest = &name[variable.len()..];
         return Ok((variable, rest.strip_prefix('.').unwrap_or(rest)));
     }
     let mut parts = name.splitn(3, '.');
-    let asked = match (parts.next(), parts.next()) {
+    let variable_name = match (parts.next(), parts.next()) {
         (Some(owner), Some(variable)) => format!("{owner}.{variable}"),
         _ => name.to_owned(),
     };
-    if !asked.contains('.') {
-        let prefix = format!("{asked}.");
-        let of_it: Vec<_> = known
+    if !variable_name.contains('.') {
+        let prefix = format!("{variable_name}.");
+        let its_variables: Vec<_> = known
             .clone()
             .filter(|variable| variable.starts_with(&prefix))
             .collect();
-        if !of_it.is_empty() {
+        if !its_variables.is_empty() {
             return Err(Failure::usage(
-                format!("`{asked}` is a schema, not a variable"),
-                format!("its variables: {}", of_it.join(", ")),
+                format!("`{variable_name}` is a schema, not a variable"),
+                format!("its variables: {}", its_variables.join(", ")),
             ));
         }
     }
-    Err(Failure::unknown("variable", &asked, known))
+    Err(Failure::unknown("variable", &variable_name, known))
 }
 
 #[cfg(test)]

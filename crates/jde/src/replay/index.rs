@@ -108,13 +108,13 @@ impl Entry {
 impl RecordedVariable {
     /// Reads a channel's metadata. `value_type` is the type of its values.
     pub(crate) fn of(channel: &Channel, value_type: Type) -> Self {
-        let said = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
-        let name = match said("variable") {
+        let metadata = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
+        let name = match metadata("variable") {
             // Recordings of other programs have topics instead of variables.
             name if name.is_empty() => channel.topic.trim_start_matches('/').replace('/', "."),
             name => name,
         };
-        let access = match said("access") {
+        let access = match metadata("access") {
             access if access.is_empty() => "export".to_owned(),
             access => access,
         };
@@ -122,8 +122,8 @@ impl RecordedVariable {
             name,
             access,
             value_type: Arc::new(value_type),
-            doc: said("doc"),
-            unit: said("unit"),
+            doc: metadata("doc"),
+            unit: metadata("unit"),
         }
     }
 }
@@ -138,12 +138,12 @@ impl Index {
                 "`jde run APP --record FILE` records them",
             ));
         };
-        let said = |key: &str| recording.metadata("jde").and_then(|said| said.get(key));
+        let metadata = |key: &str| recording.metadata("jde").and_then(|metadata| metadata.get(key));
         // A recording of another program begins with its first message.
-        let start_ns = said("start_ns")
+        let start_ns = metadata("start_ns")
             .and_then(|start| start.parse().ok())
             .unwrap_or(first);
-        let application = said("application").cloned().unwrap_or_else(|| {
+        let application = metadata("application").cloned().unwrap_or_else(|| {
             let stem = file.file_stem().unwrap_or_default();
             stem.to_string_lossy().into_owned()
         });

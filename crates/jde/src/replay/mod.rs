@@ -64,7 +64,10 @@ pub(crate) fn play(options: PlayOptions) -> Result<(), Failure> {
     let file = display_path(&options.file);
     let mut output = terminal::out();
     if let Some(damage) = index.damage() {
-        writeln!(output, "{WARN}{file}{WARN:#}: {damage}; what is before is played")?;
+        writeln!(
+            output,
+            "{WARN}{file}{WARN:#}: {damage}; the part before it is played"
+        )?;
     }
     let board = Arc::new(Board::new());
     let panels = PanelStore::new(index.panels.values());

@@ -164,22 +164,22 @@ fn open_windows(name: &str) -> Result<(), Failure> {
 
 /// Waits for the windows, and logs an error if they could not be shown.
 fn wait_for_windows(mut windows: Child, name: &str) {
-    let mut words = Vec::new();
+    let mut output = Vec::new();
     if let Some(said) = windows.stderr.take() {
         // Reads to the end, so that the windows never wait for a reader. Of long output the beginning is
         // dropped.
         for byte in std::io::BufReader::new(said).bytes().map_while(Result::ok) {
-            if words.len() == 2 * MAX_ERROR_BYTES {
-                words.drain(..MAX_ERROR_BYTES);
+            if output.len() == 2 * MAX_ERROR_BYTES {
+                output.drain(..MAX_ERROR_BYTES);
             }
-            words.push(byte);
+            output.push(byte);
         }
     }
     let ended = windows.wait();
     if !ended.is_ok_and(|status| status.success()) {
-        let words = String::from_utf8_lossy(&words);
-        let last = words.trim().lines().next_back().unwrap_or_default();
-        tracing::warn!("the windows ended with an error; `jde view {name}` says why ({last})");
+        let output = String::from_utf8_lossy(&output);
+        let last = output.trim().lines().next_back().unwrap_or_default();
+        tracing::warn!("the windows ended with an error; `jde view {name}` shows the reason ({last})");
     }
 }
 

@@ -109,7 +109,7 @@ impl ProgressPrinter {
                 time, schema, abandoned, ..
             } => {
                 (time, format!(
-                    "{WARN}the call of {} is left behind{WARN:#}, {abandoned} in all; its next awakening makes a fresh instance",
+                    "{WARN}the call of {} is left behind{WARN:#}, {abandoned} in all; its next awakening creates a new instance",
                     name(*schema)
                 ))
             }
@@ -176,7 +176,7 @@ impl ProgressPrinter {
                 reason,
             } => {
                 (time, format!(
-                    "{BAD}{} goes on with the build before {build}{BAD:#}: {reason}",
+                    "{BAD}{} continues with the build before {build}{BAD:#}: {reason}",
                     name(*schema)
                 ))
             }

@@ -17,7 +17,7 @@ use jde_host::reload::{ReloadOptions, Reloader};
 use jde_loader::Plugins;
 use jde_records::reload::ReloadOutcome;
 
-/// Time between two looks at the files.
+/// Time between two checks of the files.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// How long a file must stay unchanged to count as written. Linkers write in many steps, and copies of large
 /// files arrive in parts.

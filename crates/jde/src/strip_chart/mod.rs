@@ -1,6 +1,6 @@
 //! A strip chart in a terminal: numbers over time, one trace each, drawn as they arrive.
 //!
-//! It reads its numbers through [`Source`] alone, and refuses to know where they come from.
+//! It reads its numbers through [`Source`] alone, and does not depend on where they come from.
 
 mod draw;
 mod traces;

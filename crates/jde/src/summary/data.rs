@@ -1,4 +1,4 @@
-//! The result of a run as data: the object that `--json` prints, and the source of the summary in words.
+//! The result of a run as data: the object that `--json` prints, and the source of the summary as text.
 
 use std::time::Duration;
 

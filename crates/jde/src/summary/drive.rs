@@ -34,13 +34,13 @@ pub(crate) fn world_file(application: &Application) -> Option<PathBuf> {
 /// The world can no longer be read, or the picture cannot be written.
 pub(crate) fn draw(
     handle: &Handle,
-    kept: &RunData,
+    data: &RunData,
     world: Option<&Path>,
     file: &Path,
 ) -> Result<(), Failure> {
-    let Some(trace) = &kept.trace else { return Ok(()) };
+    let Some(trace) = &data.trace else { return Ok(()) };
     let application = handle.application();
-    let takeovers = takeovers(trace, kept);
+    let takeovers = takeovers(trace, data);
     let mut drive = Drive {
         title: application.name.clone(),
         schema_names: application
@@ -101,16 +101,16 @@ fn targets(trace: &DriveTrace) -> Vec<Target> {
 
 /// Returns the takeovers by schemas without motor children. A father takes over together with one of its
 /// children.
-fn takeovers(trace: &DriveTrace, kept: &RunData) -> Vec<Takeover> {
-    let actors: Vec<usize> = kept.statistics.actors().collect();
+fn takeovers(trace: &DriveTrace, data: &RunData) -> Vec<Takeover> {
+    let actors: Vec<usize> = data.statistics.actors().collect();
     let acting = trace.takeovers.iter().filter(|(_, to, _)| actors.contains(to));
     acting
         .flat_map(|(time, to, robots)| robots.iter().map(move |robot| (time, to, robot)))
         .filter_map(|(time, to, robot)| {
-            let place = trace.pose_at(*robot, *time)?;
+            let pose = trace.pose_at(*robot, *time)?;
             Some(Takeover {
-                x: place.x,
-                y: place.y,
+                x: pose.x,
+                y: pose.y,
                 to: *to,
             })
         })
@@ -119,14 +119,14 @@ fn takeovers(trace: &DriveTrace, kept: &RunData) -> Vec<Takeover> {
 
 /// Returns the radius of the simulated robot: the configured one, or the simulator's default.
 fn radius(application: &Application) -> f64 {
-    let given = application.instances.iter().find_map(|instance| {
+    let configured = application.instances.iter().find_map(|instance| {
         modulation(instance, WORLD, FILE)?;
         match modulation(instance, "radius", "m")? {
             Value::Float(radius) => Some(radius),
             _ => None,
         }
     });
-    given.unwrap_or_else(|| RobotConfig::default().radius)
+    configured.unwrap_or_else(|| RobotConfig::default().radius)
 }
 
 /// Returns the initial value of a modulation. A type of one field yields the value of that field.

@@ -1,4 +1,4 @@
-//! The result of a run: its summary, in words or as JSON, and its picture.
+//! The result of a run: its summary, as text or as JSON, and its picture.
 
 mod data;
 mod drive;

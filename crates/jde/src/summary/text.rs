@@ -1,4 +1,4 @@
-//! The summary of a run in words.
+//! The summary of a run as text.
 
 use std::io::{self, Write};
 
@@ -11,21 +11,21 @@ use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 ///
 /// # Errors
 /// The stream cannot be written.
-pub(crate) fn print_summary(summary: &RunSummary, words: &mut dyn Write) -> io::Result<()> {
-    writeln!(words)?;
-    print_headline(summary, words)?;
+pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io::Result<()> {
+    writeln!(output)?;
+    print_headline(summary, output)?;
     for group in summary.groups.iter().filter(|group| !group.winners.is_empty()) {
-        print_group(group, words)?;
+        print_group(group, output)?;
     }
-    writeln!(words)?;
+    writeln!(output)?;
     if let Some(recorded) = &summary.recording {
-        print_recording(recorded, words)?;
+        print_recording(recorded, output)?;
     }
-    print_unread(&summary.unread, words)?;
-    let troubled = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
-    let mut troubled = summary.schemas.iter().filter(troubled).peekable();
-    if troubled.peek().is_none() {
-        return writeln!(words, "no faults, no overruns, nothing refused");
+    print_unread(&summary.unread, output)?;
+    let with_problems = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
+    let mut with_problems = summary.schemas.iter().filter(with_problems).peekable();
+    if with_problems.peek().is_none() {
+        return writeln!(output, "no faults, no overruns, nothing refused");
     }
     for SchemaSummary {
         schema,
@@ -33,12 +33,12 @@ pub(crate) fn print_summary(summary: &RunSummary, words: &mut dyn Write) -> io::
         overruns,
         refused,
         faults,
-    } in troubled
+    } in with_problems
     {
         let style = if *faults > 0 { BAD } else { WARN };
         let (faults, overruns) = (pluralize(*faults, "fault"), pluralize(*overruns, "overrun"));
         writeln!(
-            words,
+            output,
             "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused in {}",
             pluralize(*iterations, "iteration")
         )?;
@@ -46,26 +46,26 @@ pub(crate) fn print_summary(summary: &RunSummary, words: &mut dyn Write) -> io::
     Ok(())
 }
 
-fn print_unread(unread: &Unread, words: &mut dyn Write) -> io::Result<()> {
+fn print_unread(unread: &Unread, output: &mut dyn Write) -> io::Result<()> {
     let Unread {
         output_lines,
         log_lines,
         decisions,
         events,
     } = *unread;
-    let of = [
+    let losses = [
         (
             output_lines,
             "line",
             "of standard output",
-            "nobody read them in time",
+            "they were not read in time",
         ),
-        (log_lines, "line", "of the log", "nobody read them in time"),
+        (log_lines, "line", "of the log", "they were not read in time"),
         (
             decisions,
             "decision",
             "on the way out",
-            "nobody took them in time",
+            "they were not taken in time",
         ),
         (
             events,
@@ -74,15 +74,15 @@ fn print_unread(unread: &Unread, words: &mut dyn Write) -> io::Result<()> {
             "they came too fast to be counted",
         ),
     ];
-    for (count, what, whose, why) in of.into_iter().filter(|(count, ..)| *count > 0) {
+    for (count, what, whose, why) in losses.into_iter().filter(|(count, ..)| *count > 0) {
         let lost = pluralize(count, what);
-        writeln!(words, "{WARN}{lost} {whose} lost{WARN:#}: {why}")?;
+        writeln!(output, "{WARN}{lost} {whose} lost{WARN:#}: {why}")?;
     }
     Ok(())
 }
 
 /// Prints what was recorded.
-pub(crate) fn print_recording(recorded: &RecordingSummary, words: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn print_recording(recorded: &RecordingSummary, output: &mut dyn Write) -> io::Result<()> {
     let Some(files) = &recorded.files else {
         let RecordingSummary {
             file,
@@ -93,23 +93,23 @@ pub(crate) fn print_recording(recorded: &RecordingSummary, words: &mut dyn Write
             parts,
             ..
         } = recorded;
-        write!(words, "recorded {TITLE}{file}{TITLE:#}")?;
+        write!(output, "recorded {TITLE}{file}{TITLE:#}")?;
         if let Some(parts) = parts {
             let files = pluralize(parts.count, "file");
-            write!(words, " in {files}, {} to {}", parts.first, parts.last)?;
+            write!(output, " in {files}, {} to {}", parts.first, parts.last)?;
             if parts.deleted > 0 {
-                write!(words, ", {} deleted", parts.deleted)?;
+                write!(output, ", {} deleted", parts.deleted)?;
             }
             if !parts.left.is_empty() {
                 let left = parts.left.join(", ");
-                write!(words, ", {left} not deleted because another recording writes it")?;
+                write!(output, ", {left} not deleted because another recording writes it")?;
             }
         }
-        write!(words, ": ")?;
-        return print_file(*kept, *lost, *bytes, trouble.as_deref(), words);
+        write!(output, ": ")?;
+        return print_file(*kept, *lost, *bytes, trouble.as_deref(), output);
     };
     if files.is_empty() {
-        writeln!(words, "recorded nothing: no condition came true")?;
+        writeln!(output, "recorded nothing: no condition came true")?;
     }
     for RecordedFile {
         file,
@@ -123,20 +123,20 @@ pub(crate) fn print_recording(recorded: &RecordingSummary, words: &mut dyn Write
     } in files
     {
         write!(
-            words,
+            output,
             "recorded {TITLE}{file}{TITLE:#}, {reason} at {time_s:.3} s"
         )?;
         if let more @ 1.. = fired.saturating_sub(1) {
-            write!(words, " and {more} more")?;
+            write!(output, " and {more} more")?;
         }
-        write!(words, ": ")?;
-        print_file(*kept, *lost, *bytes, trouble.as_deref(), words)?;
+        write!(output, ": ")?;
+        print_file(*kept, *lost, *bytes, trouble.as_deref(), output)?;
     }
     if recorded.short > 0 {
         let short = pluralize(recorded.short, "message");
         writeln!(
-            words,
-            "{WARN}memory was too small{WARN:#}: {short} had to go early; give more with --memory, or take less with --before"
+            output,
+            "{WARN}memory was too small{WARN:#}: {short} were dropped early; raise --memory or lower --before"
         )?;
     }
     Ok(())
@@ -147,17 +147,17 @@ fn print_file(
     lost: u64,
     bytes: u64,
     trouble: Option<&str>,
-    words: &mut dyn Write,
+    output: &mut dyn Write,
 ) -> io::Result<()> {
     let (kept, megabytes) = (pluralize(kept, "message"), bytes as f64 / 1e6);
-    write!(words, "{kept}, {megabytes:.1} MB, ")?;
+    write!(output, "{kept}, {megabytes:.1} MB, ")?;
     match lost {
-        0 => write!(words, "nothing lost")?,
-        lost => write!(words, "{WARN}{lost} lost{WARN:#}")?,
+        0 => write!(output, "nothing lost")?,
+        lost => write!(output, "{WARN}{lost} lost{WARN:#}")?,
     }
     match trouble {
-        None => writeln!(words),
-        Some(trouble) => writeln!(words, "; {BAD}it ends too soon{BAD:#}: {trouble}"),
+        None => writeln!(output),
+        Some(trouble) => writeln!(output, "; {BAD}it ends too soon{BAD:#}: {trouble}"),
     }
 }
 
@@ -167,48 +167,48 @@ pub(crate) fn pluralize(count: u64, what: &str) -> String {
     format!("{count} {what}{plural}")
 }
 
-fn print_headline(summary: &RunSummary, words: &mut dyn Write) -> io::Result<()> {
-    let (style, how) = match summary.outcome {
+fn print_headline(summary: &RunSummary, output: &mut dyn Write) -> io::Result<()> {
+    let (style, result) = match summary.outcome {
         Ending::Done => (GOOD, "the mission is done"),
         Ending::Failed => (BAD, "the mission failed"),
-        Ending::Broken => (BAD, "the application could not go on"),
+        Ending::Broken => (BAD, "the application could not continue"),
         Ending::TimeUp if summary.has_mission => (BAD, "the time was up before the mission was done"),
         Ending::TimeUp => (TITLE, "the time is up"),
         Ending::Stopped => (TITLE, "stopped"),
     };
     write!(
-        words,
-        "{TITLE}{}{TITLE:#}: {style}{how}{style:#}",
+        output,
+        "{TITLE}{}{TITLE:#}: {style}{result}{style:#}",
         summary.application
     )?;
     if !summary.note.is_empty() && summary.note != summary.counts {
-        write!(words, " ({})", summary.note)?;
+        write!(output, " ({})", summary.note)?;
     }
     if let (Some(reached), Some(targets)) = (summary.reached, summary.targets) {
         write!(
-            words,
+            output,
             "; {} {}",
             format_progress(reached, targets),
             summary.counts
         )?;
     }
-    writeln!(words, " in {:.1} s", summary.sim_seconds)?;
+    writeln!(output, " in {:.1} s", summary.sim_seconds)?;
     match summary.collisions {
         None => {}
-        Some(0) => write!(words, "no collision")?,
-        Some(1) => write!(words, "{BAD}1 collision{BAD:#}")?,
-        Some(many) => write!(words, "{BAD}{many} collisions{BAD:#}")?,
+        Some(0) => write!(output, "no collision")?,
+        Some(1) => write!(output, "{BAD}1 collision{BAD:#}")?,
+        Some(many) => write!(output, "{BAD}{many} collisions{BAD:#}")?,
     }
     if let Some(clearance) = summary.min_clearance_m {
-        write!(words, ", never nearer than {clearance:.2} m to anything")?;
+        write!(output, ", never nearer than {clearance:.2} m to anything")?;
     }
     if summary.collisions.is_some() {
-        writeln!(words)?;
+        writeln!(output)?;
     }
     Ok(())
 }
 
-fn print_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
+fn print_group(group: &GroupSummary, output: &mut dyn Write) -> io::Result<()> {
     let width = group
         .winners
         .iter()
@@ -217,13 +217,13 @@ fn print_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
         .unwrap_or(0)
         .max("nobody".len());
     writeln!(
-        words,
+        output,
         "\n{TITLE}{}{TITLE:#}{FAINT}, as WINNER{FAINT:#}",
         group.group
     )?;
     for share in &group.winners {
         writeln!(
-            words,
+            output,
             "  {:<width$}  {:>8.1} s  {:>5.1} %  {FAINT}{}{FAINT:#}",
             share.schema,
             share.seconds,
@@ -234,7 +234,7 @@ fn print_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
     // A shorter time, less than a cycle, is that of the takeovers themselves.
     if group.nobody_seconds >= 0.05 {
         writeln!(
-            words,
+            output,
             "  {FAINT}{:<width$}  {:>8.1} s{FAINT:#}",
             "nobody", group.nobody_seconds
         )?;
@@ -246,7 +246,7 @@ fn print_group(group: &GroupSummary, words: &mut dyn Write) -> io::Result<()> {
             FAINT
         };
         writeln!(
-            words,
+            output,
             "  {style}worst takeover {:.1} ms; its contract allows {:.1} ms{style:#}",
             worst / 1e3,
             group.allowed_takeover_us / 1e3

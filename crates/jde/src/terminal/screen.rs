@@ -87,18 +87,19 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut TerminalScreen) -> io::Resul
             "this view needs a terminal for its input and output: run it without a pipe",
         ));
     }
-    let before = Arc::new(panic::take_hook());
-    let kept = Arc::new(Mutex::new(Vec::new()));
-    let (view_thread, previous, messages) = (thread::current().id(), Arc::clone(&before), Arc::clone(&kept));
+    let previous_hook = Arc::new(panic::take_hook());
+    let messages = Arc::new(Mutex::new(Vec::new()));
+    let view_thread = thread::current().id();
+    let (hook, hook_messages) = (Arc::clone(&previous_hook), Arc::clone(&messages));
     panic::set_hook(Box::new(move |info| {
         if thread::current().id() == view_thread {
             release();
-            previous(info);
+            hook(info);
             return;
         }
-        let mut kept = messages.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() < MAX_PANICS {
-            kept.push(format!(
+        let mut messages = hook_messages.lock().unwrap_or_else(PoisonError::into_inner);
+        if messages.len() < MAX_PANICS {
+            messages.push(format!(
                 "thread '{}' {info}",
                 thread::current().name().unwrap_or("?")
             ));
@@ -110,8 +111,8 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut TerminalScreen) -> io::Resul
     }));
 
     release();
-    panic::set_hook(Box::new(move |info| before(info)));
-    for message in kept.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+    panic::set_hook(Box::new(move |info| previous_hook(info)));
+    for message in messages.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
         let _ = writeln!(err(), "{message}");
     }
     result.unwrap_or_else(|panic| panic::resume_unwind(panic))

@@ -1,7 +1,7 @@
 //! The recent states of every schema: the data of the strips.
 //!
-//! It stores changes instead of samples, so a schema without changes needs no more memory. It refuses to know
-//! the width of the terminal.
+//! It stores changes instead of samples, so a schema without changes needs no more memory. It does not depend
+//! on the width of the terminal.
 
 use std::collections::VecDeque;
 
@@ -26,7 +26,7 @@ pub(super) enum StripState {
     Faulted,
 }
 
-/// The changes of all schemas since the view began.
+/// The changes of all schemas since the view was opened.
 #[derive(Debug, Default)]
 pub(super) struct History {
     changes: Vec<VecDeque<(Nanos, StripState)>>,
@@ -52,12 +52,12 @@ impl History {
             self.changes = vec![VecDeque::new(); snapshot.schemas.len()];
         }
         self.now = snapshot.time;
-        for (lane, schema) in self.changes.iter_mut().zip(&snapshot.schemas) {
-            let trace = StripState::of(schema.state, &schema.health);
-            if lane.back().is_none_or(|(_, last)| *last != trace) {
-                lane.push_back((snapshot.time, trace));
-                if lane.len() > MAX_CHANGES {
-                    lane.pop_front();
+        for (changes, schema) in self.changes.iter_mut().zip(&snapshot.schemas) {
+            let strip_state = StripState::of(schema.state, &schema.health);
+            if changes.back().is_none_or(|(_, last)| *last != strip_state) {
+                changes.push_back((snapshot.time, strip_state));
+                if changes.len() > MAX_CHANGES {
+                    changes.pop_front();
                 }
             }
         }
@@ -70,22 +70,22 @@ impl History {
     /// time advances.
     pub(super) fn slices(&self, schema: usize, slice: Nanos, count: usize) -> Vec<Option<StripState>> {
         let mut slices = vec![None; count];
-        let Some(lane) = self.changes.get(schema) else {
+        let Some(changes) = self.changes.get(schema) else {
             return slices;
         };
         let slice = slice.max(1);
         let first = (self.now / slice + 1).saturating_sub(count as u64);
         let offset = count as u64 - (self.now / slice + 1 - first);
         let mut end = self.now + 1;
-        for &(start, trace) in lane.iter().rev() {
+        for &(start, strip_state) in changes.iter().rev() {
             if end <= first * slice {
                 break;
             }
             // Of two changes at the same time, the earlier one had no duration.
             if start < end {
                 for index in (start / slice).max(first)..=(end - 1) / slice {
-                    let place = &mut slices[(index - first + offset) as usize];
-                    *place = (*place).max(Some(trace));
+                    let entry = &mut slices[(index - first + offset) as usize];
+                    *entry = (*entry).max(Some(strip_state));
                 }
             }
             end = start;
@@ -101,12 +101,12 @@ mod tests {
 
     const MS: Nanos = 1_000_000;
 
-    fn history(looks: &[(Nanos, State)]) -> History {
+    fn history(snapshots: &[(Nanos, State)]) -> History {
         let mut history = History::default();
-        for (time, state) in looks {
-            let mut one = schema("goon");
-            one.state = *state;
-            history.observe(&snapshot(time * MS, vec![one], vec![]));
+        for (time, state) in snapshots {
+            let mut goon = schema("goon");
+            goon.state = *state;
+            history.observe(&snapshot(time * MS, vec![goon], vec![]));
         }
         history
     }

@@ -1,6 +1,6 @@
 //! The keys: they select, request an action, or leave.
 //!
-//! It refuses to judge whether an action makes sense. The application does, and its answer is shown.
+//! It does not check whether an action makes sense. The application does, and its answer is shown.
 
 use jde_core::{Nanos, State};
 use jde_records::snapshot::HoldKind;
@@ -89,7 +89,7 @@ impl ViewState {
                     self.act(app, Action::Period(schema, period));
                     return;
                 }
-                Err(why) => self.status = Some(ActionResult::Refused(why)),
+                Err(reason) => self.status = Some(ActionResult::Refused(reason)),
             },
             KeyCode::Backspace => {
                 typed.pop();
@@ -110,12 +110,12 @@ impl ViewState {
             Action::Period(schema, period) => {
                 format!("{} now runs every {}", name(schema), text::format_setting(period))
             }
-            Action::StopAll => "everything is stopped; g lets it go on".to_owned(),
-            Action::ReleaseAll => "everything goes on as the hierarchy decides".to_owned(),
+            Action::StopAll => "everything is stopped; g releases it".to_owned(),
+            Action::ReleaseAll => "everything is released; the hierarchy decides again".to_owned(),
         };
         self.status = Some(match app.act(action) {
             Ok(()) => ActionResult::Done(done),
-            Err(why) => ActionResult::Refused(why),
+            Err(reason) => ActionResult::Refused(reason),
         });
     }
 

@@ -1,9 +1,9 @@
 //! The oscilloscope in a terminal: the live hierarchy, the winners with the reasons of their selection, and a
 //! few keys for the operator.
 //!
-//! It reads a running application through [`Application`] alone, so that an application of this process and
-//! one across a network look the same. It contains no control: it refuses to decide, to keep time for an
-//! application, and to open connections.
+//! It reads a running application through [`ObservedApplication`] alone, so that an application of this
+//! process and one across a network look the same. It contains no control: it does not decide, keep time for
+//! an application or open connections.
 
 mod draw;
 mod history;

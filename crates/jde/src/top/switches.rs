@@ -30,12 +30,12 @@ impl Switches {
                 known.clone_from(last);
                 continue;
             }
-            let place = self
+            let index = self
                 .entries
                 .iter()
                 .position(|(_, known)| known.time <= last.time)
                 .unwrap_or(self.entries.len());
-            self.entries.insert(place, (group, last.clone()));
+            self.entries.insert(index, (group, last.clone()));
         }
         self.entries.truncate(MAX_SWITCHES);
     }
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::top::tests::{group, schema, snapshot, switch};
 
-    fn seen(switches: &Switches) -> Vec<(usize, u64, Option<u64>)> {
+    fn summary(switches: &Switches) -> Vec<(usize, u64, Option<u64>)> {
         switches
             .iter()
             .map(|(group, switch)| (*group, switch.time, switch.latency))
@@ -65,7 +65,7 @@ mod tests {
         groups[0].last = Some(switch(30));
         groups[1].last = Some(switch(20));
         switches.observe(&snapshot(40, vec![schema("a")], groups.clone()));
-        assert_eq!(seen(&switches), [(0, 30, None), (1, 20, None)]);
+        assert_eq!(summary(&switches), [(0, 30, None), (1, 20, None)]);
 
         groups[0].last = Some(Switch {
             latency: Some(7),
@@ -73,6 +73,9 @@ mod tests {
         });
         groups[1].last = Some(switch(45));
         switches.observe(&snapshot(50, vec![schema("a")], groups));
-        assert_eq!(seen(&switches), [(1, 45, None), (0, 30, Some(7)), (1, 20, None)]);
+        assert_eq!(
+            summary(&switches),
+            [(1, 45, None), (0, 30, Some(7)), (1, 20, None)]
+        );
     }
 }

@@ -33,14 +33,14 @@ pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
         rows: Vec::new(),
     };
     list.push_children(None, "");
-    let mut apart: Vec<usize> = (0..list.listed.len())
+    let mut ungrouped: Vec<usize> = (0..list.listed.len())
         .filter(|&schema| !list.listed[schema])
         .collect();
-    apart.sort_by_key(|&schema| snapshot.schemas[schema].father.is_some());
-    if !apart.is_empty() {
+    ungrouped.sort_by_key(|&schema| snapshot.schemas[schema].father.is_some());
+    if !ungrouped.is_empty() {
         list.rows.push(Row::Heading("drivers and perception"));
     }
-    for schema in apart {
+    for schema in ungrouped {
         list.push_schema(schema, "  ", "  ");
     }
     list.rows

@@ -1,6 +1,6 @@
 //! The state of the view between two redraws: the last snapshot, the history, the selection and the mode.
 //!
-//! It refuses to draw and to read keys: `draw` and `keys` do.
+//! It does not draw or read keys: `draw` and `keys` do.
 
 use jde_core::{Health, Nanos};
 use jde_records::event::Outcome;
@@ -72,7 +72,7 @@ pub(super) enum ActionResult {
 }
 
 impl ViewState {
-    pub(super) fn new(title: &str, paint: Theme, app: &dyn ObservedApplication) -> Self {
+    pub(super) fn new(title: &str, theme: Theme, app: &dyn ObservedApplication) -> Self {
         let snapshot = app.snapshot();
         let rows = tree::rows(&snapshot);
         let first = rows.iter().find_map(|row| match row {
@@ -81,7 +81,7 @@ impl ViewState {
         });
         let mut screen = Self {
             title: escape(title),
-            theme: paint,
+            theme,
             rows,
             snapshot,
             robot: None,
@@ -115,7 +115,7 @@ impl ViewState {
         self.snapshot.schemas.get(self.selected)
     }
 
-    /// Returns the operator who stopped everything, until it goes on.
+    /// Returns the operator who stopped everything, until it is released.
     pub(super) fn stopped_by(&self) -> Option<&str> {
         let mut holds = self
             .snapshot
@@ -145,11 +145,11 @@ impl ViewState {
         let Some(last) = order.len().checked_sub(1) else {
             return;
         };
-        let place = order
+        let row = order
             .iter()
             .position(|schema| *schema == self.selected)
             .unwrap_or(0);
-        self.selected = order[place.saturating_add_signed(by).min(last)];
+        self.selected = order[row.saturating_add_signed(by).min(last)];
     }
 
     /// Returns the name of a schema by its place.

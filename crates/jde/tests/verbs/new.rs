@@ -263,6 +263,6 @@ fn new_refuses_an_existing_folder() {
         folder.path().to_str().unwrap(),
     ]));
     assert_eq!(created.status, Some(2));
-    assert!(created.err.contains("is there already"), "{}", created.err);
+    assert!(created.err.contains("already exists"), "{}", created.err);
     assert_eq!(std::fs::read_dir(&existing).unwrap().count(), 0);
 }

@@ -213,7 +213,7 @@ fn a_replay_loads_plugins_from_the_folders_of_a_recording_only_with_trust() {
     let same = replay(&[]);
     assert_eq!(same.status, Some(0), "{same:?}");
     assert!(
-        same.out.contains("not trusted: no plugin was looked for in"),
+        same.out.contains("not trusted: plugins were not searched for in"),
         "{same:?}"
     );
     assert!(!mark.exists());

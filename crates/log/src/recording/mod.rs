@@ -107,7 +107,7 @@ pub enum ReadError {
     #[error("{} is no MCAP file; give one that `jde run --record` has written", .0.display())]
     NotMcap(PathBuf),
     /// A part of the recording is damaged.
-    #[error("{} is damaged at byte {offset}: {reason}; what is before can be read", path.display())]
+    #[error("{} is damaged at byte {offset}: {reason}; the part before it can be read", path.display())]
     Damaged {
         /// The path of the file.
         path: PathBuf,

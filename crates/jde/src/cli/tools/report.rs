@@ -40,7 +40,7 @@ impl Report {
         let recording = Recording::open(&self.file)?;
         let output = Output::resolve(self.output, &recording, "html", "page")?;
         let schemas = RecordedHierarchy::of_recording(&recording).map_or(0, |cast| cast.schemas.len());
-        let wanted = Wanted {
+        let options = Wanted {
             columns: jde_report::columns(schemas),
             ..Wanted::default()
         };
@@ -48,7 +48,7 @@ impl Report {
             from: self.from,
             to: self.to,
         };
-        let analysis = analysis::read(&recording, stretch, wanted)?;
+        let analysis = analysis::read(&recording, stretch, options)?;
         output.write(jde_report::page(&analysis, &display_path(&self.file)).as_bytes())
     }
 }

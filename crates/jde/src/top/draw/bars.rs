@@ -9,7 +9,7 @@ use crate::escape::escape;
 use crate::top::text;
 use crate::top::view_state::{ActionResult, Mode, ViewState, outcome_text};
 
-/// The key that stops everything, and the one that lets it go on.
+/// The key that stops everything, and the one that releases it.
 const PANIC_KEYS: [(&str, &str); 2] = [("space", "STOP ALL"), ("g", "GO ON")];
 
 /// The keys and their effects; those that a new user needs first are at the left, after the panic key.
@@ -59,9 +59,9 @@ pub(super) fn robot(frame: &mut Frame, area: Rect, screen: &ViewState) {
 
 /// Draws the input in progress, the result of the last action, or that the application has ended.
 pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
-    let answer = match &screen.status {
+    let status_text = match &screen.status {
         Some(ActionResult::Done(what)) => Span::raw(escape(what)),
-        Some(ActionResult::Refused(why)) => Span::styled(escape(why), screen.theme.bad()),
+        Some(ActionResult::Refused(reason)) => Span::styled(escape(reason), screen.theme.bad()),
         None => Span::raw(""),
     };
     let line = match (&screen.mode, &screen.outcome) {
@@ -72,13 +72,13 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
             ),
             Span::raw(typed.clone()),
             Span::styled(" ", screen.theme.selected()),
-            if answer.content.is_empty() {
+            if status_text.content.is_empty() {
                 Span::styled(
                     "  75ms, 0.5s or 20Hz; Enter sets it, Esc does not",
                     screen.theme.faint(),
                 )
             } else {
-                Span::styled(format!("  {}", answer.content), answer.style)
+                Span::styled(format!("  {}", status_text.content), status_text.style)
             },
         ]),
         (Mode::Watch | Mode::Help, Some(outcome)) if screen.status.is_none() => Line::styled(
@@ -88,7 +88,7 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
             ),
             screen.theme.strong(),
         ),
-        (Mode::Watch | Mode::Help, Some(_) | None) => Line::from(answer),
+        (Mode::Watch | Mode::Help, Some(_) | None) => Line::from(status_text),
     };
     frame.render_widget(Paragraph::new(line), area);
 }

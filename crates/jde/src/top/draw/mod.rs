@@ -33,7 +33,7 @@ pub(super) fn draw(frame: &mut Frame, screen: &mut ViewState) {
     let robot = take_top(&mut rest, u16::from(height >= 14 && screen.robot.is_some()));
     let header = take_top(&mut rest, u16::from(height >= 8));
 
-    let wanted = u16::try_from(screen.rows.len()).unwrap_or(u16::MAX);
+    let list_rows = u16::try_from(screen.rows.len()).unwrap_or(u16::MAX);
     let details = panels::details_height(screen, rest.width);
     let details = if rest.height >= MIN_LIST_ROWS + details {
         details
@@ -42,7 +42,7 @@ pub(super) fn draw(frame: &mut Frame, screen: &mut ViewState) {
     };
     let spare = rest.height - details;
     let lower =
-        match spare.saturating_sub(wanted.min(spare.saturating_sub(MIN_LOWER_ROWS).max(MIN_LIST_ROWS))) {
+        match spare.saturating_sub(list_rows.min(spare.saturating_sub(MIN_LOWER_ROWS).max(MIN_LIST_ROWS))) {
             0..3 => 0,
             rows => rows,
         };
@@ -86,16 +86,16 @@ fn draw_lower_panels(frame: &mut Frame, mut area: Rect, screen: &ViewState) {
 }
 
 fn take_top(rest: &mut Rect, rows: u16) -> Rect {
-    let taken = Rect {
+    let used_area = Rect {
         height: rows.min(rest.height),
         ..*rest
     };
     *rest = Rect {
-        y: rest.y + taken.height,
-        height: rest.height - taken.height,
+        y: rest.y + used_area.height,
+        height: rest.height - used_area.height,
         ..*rest
     };
-    taken
+    used_area
 }
 
 fn take_bottom(rest: &mut Rect, rows: u16) -> Rect {

@@ -133,7 +133,7 @@ fn detail_spans(screen: &ViewState, schema: &SchemaView) -> Vec<Span<'static>> {
 /// Returns the line of a switch. Where there is no room for both, the latency is dropped in favour of the
 /// reason.
 fn switch_line(screen: &ViewState, group: usize, switch: &Switch, width: usize) -> Line<'static> {
-    let name = |schema: Option<usize>| schema.map_or("nobody", |place| screen.name(place)).to_owned();
+    let name = |schema: Option<usize>| schema.map_or("nobody", |index| screen.name(index)).to_owned();
     let group = screen
         .snapshot
         .groups

@@ -129,14 +129,14 @@ fn group_line(
     name: usize,
     width: usize,
 ) -> Line<'static> {
-    let paint = screen.theme;
+    let theme = screen.theme;
     let title = format!("{branch}{}", group.name);
     let winner = match group.winner {
         Some(winner) => Span::styled(
             format!("▸ {}", screen.name(winner)),
-            paint.strip_state(StripState::Winner),
+            theme.strip_state(StripState::Winner),
         ),
-        None => Span::styled("▸ nobody", paint.bad()),
+        None => Span::styled("▸ nobody", theme.bad()),
     };
     let switches = if group.switches == 1 { "switch" } else { "switches" };
     let late = group.allowed > 0 && group.worst > group.allowed;
@@ -150,11 +150,11 @@ fn group_line(
         ),
     };
     let chatters = group.chatter.as_ref().map(|chatter| {
-        let [one, other] = chatter
+        let [first, second] = chatter
             .between
             .map(|schema| schema.map_or("nobody", |schema| screen.name(schema)));
-        let text = format!("chatters: {one} ⇄ {other} {} a second", chatter.switches);
-        Span::styled(text, paint.bad())
+        let text = format!("chatters: {first} ⇄ {second} {} a second", chatter.switches);
+        Span::styled(text, theme.bad())
     });
     let pieces = [
         Some(winner),
@@ -163,10 +163,10 @@ fn group_line(
         Some(Span::raw(format!("{} {switches}", group.switches))),
         Some(Span::styled(
             worst,
-            if late { paint.bad() } else { paint.faint() },
+            if late { theme.bad() } else { theme.faint() },
         )),
     ];
-    let mut line = Line::from(Span::styled(text::pad_or_cut(&title, name), paint.strong()));
+    let mut line = Line::from(Span::styled(text::pad_or_cut(&title, name), theme.strong()));
     for (nth, piece) in pieces.into_iter().flatten().enumerate() {
         let gap = if nth == 0 { " " } else { "  " };
         if line.width() + gap.len() + piece.width() > width {

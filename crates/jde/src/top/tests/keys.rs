@@ -131,8 +131,8 @@ fn control_c_leaves_from_everywhere() {
     for keys in ["", "?", "t12"] {
         let mut screen = app.screen();
         press(&mut screen, &app, &typed(keys));
-        let left = screen.handle_key(&app, KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
-        assert_eq!(left, Some(ExitReason::Quit), "after “{keys}”");
+        let exit_reason = screen.handle_key(&app, KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
+        assert_eq!(exit_reason, Some(ExitReason::Quit), "after “{keys}”");
     }
 }
 
@@ -145,6 +145,6 @@ fn an_ended_application_is_shown_until_the_user_leaves() {
     screen.observe(&app);
     assert!(lines(&mut screen, 80, 24)[0].contains("done"));
     assert!(lines(&mut screen, 80, 24).join("\n").contains("has ended: done"));
-    let left = press(&mut screen, &app, &[KeyCode::Enter]);
-    assert_eq!(left, Some(ExitReason::Ended));
+    let exit_reason = press(&mut screen, &app, &[KeyCode::Enter]);
+    assert_eq!(exit_reason, Some(ExitReason::Ended));
 }

@@ -98,7 +98,7 @@ pub(crate) fn navigation() -> Snapshot {
     for child in [2, 3, 4, 5] {
         schemas[child].father = Some(1);
     }
-    for (place, group, state) in [
+    for (index, group, state) in [
         (0, Some(0), State::Checking),
         (1, Some(0), State::Winner),
         (2, Some(1), State::Ready),
@@ -107,9 +107,9 @@ pub(crate) fn navigation() -> Snapshot {
         (5, None, State::Slept),
         (6, None, State::Winner),
     ] {
-        schemas[place].group = group;
-        schemas[place].state = state;
-        schemas[place].authority = state == State::Winner;
+        schemas[index].group = group;
+        schemas[index].state = state;
+        schemas[index].authority = state == State::Winner;
     }
     schemas[3].measured = Some(75_020_000);
     schemas[3].load = 0.123;
@@ -176,7 +176,7 @@ impl ObservedApplication for Fixed {
 
     fn act(&self, action: Action) -> Result<(), String> {
         self.acts.borrow_mut().push(action);
-        self.refuses.map_or(Ok(()), |why| Err(why.to_owned()))
+        self.refuses.map_or(Ok(()), |reason| Err(reason.to_owned()))
     }
 
     fn outcome(&self) -> Option<Outcome> {

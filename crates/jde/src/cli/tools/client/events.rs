@@ -159,7 +159,7 @@ impl Events {
         if unread > 0 {
             writeln!(
                 out,
-                "{WARN}{unread} lines were missed{WARN:#}: nobody read them in time"
+                "{WARN}{unread} lines were missed{WARN:#}: they were not read in time"
             )?;
         }
         if event.missed > 0 && self.all {

@@ -76,7 +76,7 @@ impl Panel {
         let list = sample.list.map_err(failure)?;
         let gesture = match (&self.touch, self.click.as_slice()) {
             (Some(touched), _) => Some(parse_touch(&list, touched)?),
-            (None, [widget, place @ ..]) => Some(parse_click(&list, widget, place)?),
+            (None, [widget, arguments @ ..]) => Some(parse_click(&list, widget, arguments)?),
             (None, []) => None,
         };
         let mut out = terminal::out();
@@ -136,8 +136,8 @@ fn check_has_panel(remote: &Remote, schema: &str) -> Result<(), Failure> {
 /// Returns the newest drawing of a panel. Waits for it for at most [`DRAW_TIMEOUT`].
 fn wait_for_drawing(remote: &Remote, schema: &str) -> Result<PanelSample, Failure> {
     let (sender, receiver) = channel();
-    let gone = sender.clone();
-    remote.on_gone(move || drop(gone.send(None)));
+    let end_sender = sender.clone();
+    remote.on_gone(move || drop(end_sender.send(None)));
     let _watching = remote.watch_panel(schema, Rate::Full, move |sample| {
         // The receiver is dropped after the first drawing.
         let _ = sender.send(Some(sample));
@@ -239,7 +239,7 @@ fn parse_touch(list: &List, text: &str) -> Result<Gesture, Failure> {
 }
 
 /// Returns the gesture of a click at a place.
-fn parse_click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failure> {
+fn parse_click(list: &List, id: &str, arguments: &[String]) -> Result<Gesture, Failure> {
     let wants = match find_widget(list, id)? {
         Item::Canvas { wants, .. } | Item::Scene { wants, .. } | Item::Image { wants, .. } => wants,
         _ => {
@@ -256,7 +256,7 @@ fn parse_click(list: &List, id: &str, place: &[String]) -> Result<Gesture, Failu
         ));
     }
     let mut at = [0.0; 3];
-    for (number, text) in at.iter_mut().zip(place) {
+    for (number, text) in at.iter_mut().zip(arguments) {
         *number = text
             .parse()
             .ok()
@@ -340,8 +340,8 @@ mod tests {
         assert_eq!(touched("ahead=2.5"), Touch::Moved(2.5));
         assert_eq!(touched("ahead = 2.5 m"), Touch::Moved(2.5));
         assert_eq!(touched("gait=run"), Touch::Chose(1));
-        let place = ["-1.5", "2"].map(str::to_owned);
-        let clicked = parse_click(&list(), "field", &place).unwrap();
+        let arguments = ["-1.5", "2"].map(str::to_owned);
+        let clicked = parse_click(&list(), "field", &arguments).unwrap();
         let at = [-1.5, 2.0, 0.0];
         let button = Button::Primary;
         assert_eq!(clicked.touch, Touch::Clicked { at, button });
@@ -361,8 +361,8 @@ mod tests {
         assert!(error("ahead").contains("from 0 to 3 m"));
         assert!(error("gait=rum").contains("did you mean `run`?"));
         assert!(error("field").contains("--click"));
-        let places = ["x", "2"].map(str::to_owned);
-        assert!(parse_click(&list(), "field", &places).is_err());
-        assert!(parse_click(&list(), "clear", &places).is_err());
+        let arguments = ["x", "2"].map(str::to_owned);
+        assert!(parse_click(&list(), "field", &arguments).is_err());
+        assert!(parse_click(&list(), "clear", &arguments).is_err());
     }
 }

@@ -194,7 +194,7 @@ impl Watch {
         if missed > 0 {
             writeln!(
                 out,
-                "{WARN}{missed} values were missed{WARN:#}: nobody read them in time"
+                "{WARN}{missed} values were missed{WARN:#}: they were not read in time"
             )?;
         }
         write!(out, "{FAINT}{:>9.3} s{FAINT:#}  ", sample.time as f64 / 1e9)?;
