@@ -25,13 +25,13 @@ mod wiring;
 mod tests;
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_abi::describe::Kind;
 use jde_app::Application;
 use jde_board::{Board, Watch};
-use jde_core::{ArbitrationReply, Check, Effect, GroupId, Hierarchy, Level, Nanos, SchemaId, Timer};
+use jde_core::{ArbitrationReply, Check, Effect, GroupId, Hierarchy, Nanos, SchemaId, Timer};
 use jde_isolation::Program;
 use jde_isolation::process::ProcessTable;
 use jde_records::event::{Event, Observer, Outcome};
