@@ -1,4 +1,4 @@
-//! The children of a father: their roles, and what the father writes to them. Groups are not formed instance.
+//! The children of a father: their roles, and what the father writes to them. It does not form groups.
 
 use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
 
