@@ -45,8 +45,8 @@ impl Schema for Approach {
             self.far.reset();
             return Ok(false.into());
         };
-        let leave = self.distance.get(cx);
-        let far = self.far.above(ball.ahead(), leave + self.margin.get(cx), leave);
+        let stop = self.distance.get(cx);
+        let far = self.far.above(ball.ahead(), stop + self.margin.get(cx), stop);
         Ok(far.into())
     }
 
@@ -54,9 +54,9 @@ impl Schema for Approach {
         let Some(ball) = ball::read(&self.ball, cx) else {
             return Ok(());
         };
-        let left = ball.ahead() - self.distance.get(cx);
-        let wanted = (self.gain.get(cx) * left).max(self.slowest.get(cx));
-        let speed = wanted.min(self.speed.get(cx)) * ball.bearing.cos().max(0.0);
+        let remaining = ball.ahead() - self.distance.get(cx);
+        let proportional = (self.gain.get(cx) * remaining).max(self.slowest.get(cx));
+        let speed = proportional.min(self.speed.get(cx)) * ball.bearing.cos().max(0.0);
         let fastest = self.turn_rate.get(cx);
         let turn = (self.turn.get(cx) * ball.bearing).clamp(-fastest, fastest);
         self.base.command(cx, Twist::planar(speed, turn));

@@ -58,13 +58,13 @@ impl Component {
 }
 
 impl Blobs {
-    /// Returns the largest mass among those that are `good`, with its runs. `wanted` selects the pixels by
-    /// row and column.
+    /// Returns the largest mass among those that `accept` admits, with its runs. `selected` selects the
+    /// pixels by row and column.
     pub(crate) fn largest(
         &mut self,
         [width, height]: [usize; 2],
-        wanted: impl Fn(usize, usize) -> bool,
-        good: impl Fn(&Component) -> bool,
+        selected: impl Fn(usize, usize) -> bool,
+        accept: impl Fn(&Component) -> bool,
     ) -> Option<(Component, impl Iterator<Item = &Run>)> {
         self.runs.clear();
         // Index of the first run of the row above.
@@ -74,12 +74,12 @@ impl Blobs {
             begin = above.end;
             let mut column = 0;
             while column < width {
-                if !wanted(row, column) {
+                if !selected(row, column) {
                     column += 1;
                     continue;
                 }
                 let from = column;
-                while column < width && wanted(row, column) {
+                while column < width && selected(row, column) {
                     column += 1;
                 }
                 self.add(row, [from, column], &mut above);
@@ -95,7 +95,7 @@ impl Blobs {
         }
         let masses = self.components.iter().enumerate();
         let (best, mass) = masses
-            .filter(|(_, mass)| mass.count > 0 && good(mass))
+            .filter(|(_, mass)| mass.count > 0 && accept(mass))
             .max_by_key(|(_, mass)| mass.count)?;
         Some((*mass, self.runs.iter().filter(move |run| run.parent == best)))
     }

@@ -37,7 +37,7 @@ impl CameraModel {
     /// covers, so that a ball has the same size at the edge of the picture, where it appears elongated, as in
     /// the middle.
     pub(crate) fn observe<'run>(&self, runs: impl Iterator<Item = &'run Run>) -> Observation {
-        let mut sight = Observation::default();
+        let mut observation = Observation::default();
         for run in runs {
             let y = (run.row as f64 + 0.5 - self.middle[1]) / self.focal;
             for column in run.columns[0]..run.columns[1] {
@@ -45,13 +45,13 @@ impl CameraModel {
                 let square = 1.0 + x * x + y * y;
                 let length = square.sqrt();
                 let part = 1.0 / (square * length * self.focal * self.focal);
-                sight.solid_angle += part;
-                for (sum, axis) in sight.direction.iter_mut().zip([x, y, 1.0]) {
+                observation.solid_angle += part;
+                for (sum, axis) in observation.direction.iter_mut().zip([x, y, 1.0]) {
                     *sum += part * axis / length;
                 }
             }
         }
-        sight
+        observation
     }
 
     /// Column and row of a direction, which must point into the picture.

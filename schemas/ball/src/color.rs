@@ -17,7 +17,7 @@ impl Limits {
     pub(crate) fn contain(&self, [r, g, b]: [u8; 3]) -> bool {
         let (most, least) = (r.max(g).max(b), r.min(g).min(b));
         let (value, spread) = (f32::from(most), f32::from(most - least));
-        // Most pixels are rejected here, before the costly computation of the hue.
+        // This rejects most pixels before the costly computation of the hue.
         if !self.value.contains(&(value / 255.0)) || !self.saturation.contains(&(spread / value.max(1.0))) {
             return false;
         }

@@ -96,8 +96,8 @@ impl Schema for Finder {
             |row, column| limits.contain(pixels.at(row, column)),
             |mass| mass.count >= fewest && mass.roundness() >= roundness,
         );
-        let lens = CameraModel::new(size, self.field_of_view.get(cx));
-        let found = found.map(|(mass, runs)| (mass.count as u32, lens.observe(runs)));
+        let camera = CameraModel::new(size, self.field_of_view.get(cx));
+        let found = found.map(|(mass, runs)| (mass.count as u32, camera.observe(runs)));
         if found.is_some() {
             self.since = image.time();
         }
@@ -113,13 +113,13 @@ impl Schema for Finder {
             unseen: image.time().saturating_sub(self.since).as_secs_f64(),
             ..ball
         };
-        let ball = found.map_or(ball, |(_, sight)| {
-            let [bearing, elevation] = sight.angles(pan, tilt);
-            let [column, row] = lens.pixel(sight.direction);
+        let ball = found.map_or(ball, |(_, observation)| {
+            let [bearing, elevation] = observation.angles(pan, tilt);
+            let [column, row] = camera.pixel(observation.direction);
             Ball {
                 bearing,
                 elevation,
-                distance: sight.distance(self.radius.get(cx)),
+                distance: observation.distance(self.radius.get(cx)),
                 column,
                 row,
                 ..ball

@@ -108,18 +108,18 @@ impl Schema for Follower {
             Some(_) => None,
             None => Some(self.blind.unwrap_or(cx.now())),
         };
-        let here = ball.filter(Ball::is_known);
+        let known = ball.filter(Ball::is_known);
         let next = self.next(cx, ball);
         if core::mem::discriminant(&next) != core::mem::discriminant(&self.progress) {
-            self.export_mission(cx, next, here);
+            self.export_mission(cx, next, known);
         }
         self.progress = next;
-        if let (Some(ball), Some(pose)) = (here, self.pose.get(cx)) {
+        if let (Some(ball), Some(pose)) = (known, self.pose.get(cx)) {
             self.target = pose.pose2d().transform(&ball.place());
         }
-        let far = here.filter(|ball| ball.ahead() > self.direct.get(cx));
-        let wanted = far.map_or(Target::NONE, |_| Target::at(self.target));
-        self.avoid_target.set(cx, wanted);
+        let far = known.filter(|ball| ball.ahead() > self.direct.get(cx));
+        let target = far.map_or(Target::NONE, |_| Target::at(self.target));
+        self.avoid_target.set(cx, target);
         self.mission.write(
             cx,
             Mission {
@@ -140,7 +140,7 @@ impl Schema for Follower {
                     Progress::Blocked => "something stayed in the way to the ball",
                 }),
                 target: self.target,
-                distance: here.map_or(0.0, |ball| ball.ahead()),
+                distance: known.map_or(0.0, |ball| ball.ahead()),
                 ..Mission::default()
             },
         );
@@ -186,8 +186,8 @@ impl Follower {
     }
 
     /// Logs the change of progress.
-    fn export_mission(&self, cx: &Context, next: Progress, here: Option<Ball>) {
-        let (ahead, aside) = here.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
+    fn export_mission(&self, cx: &Context, next: Progress, known: Option<Ball>) {
+        let (ahead, aside) = known.map_or((0.0, 0.0), |ball| (ball.ahead(), ball.bearing.to_degrees()));
         let side = if aside < 0.0 { "right" } else { "left" };
         match next {
             Progress::Looking => info!(cx, "lost the ball"),
@@ -223,7 +223,7 @@ impl Arbitrate for Follower {
         ];
         let chosen = order
             .into_iter()
-            .find(|(may, child, _)| *may && level.is_ready(child));
+            .find(|(allowed, child, _)| *allowed && level.is_ready(child));
         Ok(chosen.map_or_else(
             || Verdict::nobody("no child is ready"),
             |(_, child, reason)| Verdict::choose(child, reason),

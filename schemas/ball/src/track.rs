@@ -32,8 +32,8 @@ pub struct Track {
 
 impl Schema for Track {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let here = ball::read(&self.ball, cx).is_some_and(|ball| ball.is_known());
-        Ok((here && self.pan_tilt.get(cx).is_some()).into())
+        let known = ball::read(&self.ball, cx).is_some_and(|ball| ball.is_known());
+        Ok((known && self.pan_tilt.get(cx).is_some()).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {

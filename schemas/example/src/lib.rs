@@ -82,7 +82,7 @@ pub struct Example {
     skipped: u32,
     progress: Progress,
     /// A target set on the panel, which takes precedence over the route.
-    wish: Option<TargetRequest>,
+    requested_target: Option<TargetRequest>,
 }
 
 /// A target set on the panel, and the operator that set it.
@@ -112,9 +112,9 @@ impl Schema for Example {
             }
         }
         let target = self.target(cx);
-        let wanted = target.map_or(Target::NONE, Target::at);
-        self.avoid_target.set(cx, wanted);
-        self.cruise_target.set(cx, wanted);
+        let modulation = target.map_or(Target::NONE, Target::at);
+        self.avoid_target.set(cx, modulation);
+        self.cruise_target.set(cx, modulation);
         let total = self.total(cx);
         let state = if self.has_failed(cx) {
             Mission::FAILED
@@ -129,7 +129,7 @@ impl Schema for Example {
                 state,
                 reached: self.reached,
                 total,
-                target: wanted.pose,
+                target: modulation.pose,
                 distance: target.map_or(0.0, |target| pose.distance_to(&target)),
                 note: self.note(),
                 ..Mission::default()
@@ -142,9 +142,9 @@ impl Schema for Example {
 impl Example {
     /// The current target: the one set on the panel, or else the next of the route.
     fn target(&self, cx: &Context) -> Option<Pose2D> {
-        self.wish
+        self.requested_target
             .as_ref()
-            .map(|wish| wish.position)
+            .map(|requested_target| requested_target.position)
             .or_else(|| self.next(cx))
     }
 
@@ -152,10 +152,10 @@ impl Example {
     fn next(&self, cx: &Context) -> Option<Pose2D> {
         let route = self.route.sample(cx);
         let passed = self.reached.saturating_add(self.skipped);
-        let goes_on = self.rounds.get(cx) == 0 || passed < self.total(cx);
+        let continues = self.rounds.get(cx) == 0 || passed < self.total(cx);
         let place = passed as usize % route.poses.len().max(1);
         let next = route.poses.get(place).copied();
-        next.filter(|_| goes_on && !self.has_failed(cx))
+        next.filter(|_| continues && !self.has_failed(cx))
     }
 
     /// Whether more targets were out of reach than `skips` permits.
@@ -180,7 +180,7 @@ impl Example {
 
     fn arrive(&mut self, cx: &Context, target: Pose2D) {
         let Pose2D { x, y, .. } = target;
-        if let Some(TargetRequest { by, .. }) = self.wish.take() {
+        if let Some(TargetRequest { by, .. }) = self.requested_target.take() {
             info!(cx, "reached the target of {by} at {x:.2}, {y:.2}");
         } else {
             self.reached += 1;
@@ -198,7 +198,7 @@ impl Example {
             "it came no nearer than {nearest:.2} m for {:.0} s",
             waited.as_secs_f64()
         );
-        if let Some(TargetRequest { by, .. }) = self.wish.take() {
+        if let Some(TargetRequest { by, .. }) = self.requested_target.take() {
             warn!(cx, "gives up the target of {by} at {x:.2}, {y:.2}: {how}");
             return;
         }

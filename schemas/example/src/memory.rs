@@ -7,9 +7,17 @@ use super::{Example, TargetRequest};
 impl Memory for Example {
     fn save(&self, _: &Context, saving: &mut Saving) {
         saving.put(&self.reached);
-        let places: Vec<_> = self.wish.iter().map(|wish| wish.position).collect();
+        let places: Vec<_> = self
+            .requested_target
+            .iter()
+            .map(|requested_target| requested_target.position)
+            .collect();
         saving.put_all(&places);
-        saving.put_text(self.wish.as_ref().map_or("", |wish| &wish.by));
+        saving.put_text(
+            self.requested_target
+                .as_ref()
+                .map_or("", |requested_target| &requested_target.by),
+        );
         saving.put(&self.skipped);
     }
 
@@ -17,7 +25,7 @@ impl Memory for Example {
         self.reached = saved.take()?;
         let at = saved.take_all()?.into_iter().next();
         let by = saved.take_text()?.to_owned();
-        self.wish = at.map(|at| TargetRequest { position: at, by });
+        self.requested_target = at.map(|at| TargetRequest { position: at, by });
         // Earlier builds did not save this number.
         self.skipped = saved.take().unwrap_or_default();
         Ok(())

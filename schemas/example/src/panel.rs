@@ -31,8 +31,9 @@ impl Panel for Example {
             }
         });
         pen.row(|pen| {
-            pen.button("clear", "Clear target").enabled(self.wish.is_some());
-            pen.text("Click on the field to send the robot there first.");
+            pen.button("clear", "Clear target")
+                .enabled(self.requested_target.is_some());
+            pen.text("Click on the field to send the robot to_field first.");
         });
         let children = [
             ("brake", &self.brake),
@@ -46,11 +47,11 @@ impl Panel for Example {
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         if let Some([x, y, _]) = gesture.clicked("field") {
             info!(cx, "{} sends the robot to {x:.2}, {y:.2} first", gesture.by());
-            self.wish = Some(TargetRequest {
+            self.requested_target = Some(TargetRequest {
                 position: Pose2D::new(x, y, 0.0),
                 by: gesture.by().to_owned(),
             });
-        } else if gesture.pressed("clear") && self.wish.take().is_some() {
+        } else if gesture.pressed("clear") && self.requested_target.take().is_some() {
             info!(cx, "{} cleared the target; on along the route", gesture.by());
         }
         Ok(())
@@ -62,14 +63,18 @@ impl Example {
     fn status_text(&self, cx: &Context) -> String {
         let away = |target: Pose2D| match self.pose.get(cx) {
             Some(pose) => format!("{:.2} m away", pose.pose2d().distance_to(&target)),
-            None => "and where the robot is nobody knows".to_owned(),
+            None => "at an unknown distance".to_owned(),
         };
         let of = match self.total(cx) {
             0 => String::new(),
             total => format!(" of {total}"),
         };
-        match (&self.wish, self.next(cx)) {
-            (Some(wish), _) => format!("To the target of {}, {}", wish.by, away(wish.position)),
+        match (&self.requested_target, self.next(cx)) {
+            (Some(requested_target), _) => format!(
+                "To the target of {}, {}",
+                requested_target.by,
+                away(requested_target.position)
+            ),
             (None, Some(next)) => format!("To target {}{of}, {}", self.reached + 1, away(next)),
             (None, None) if self.reached > 0 => "All targets are reached".to_owned(),
             (None, None) => "No target".to_owned(),
@@ -79,10 +84,10 @@ impl Example {
     /// Draws the robot, the laser's points and those of the two areas that are known. The scanner is assumed
     /// to be in the middle of the robot, as in the schemas that use it.
     fn draw_around(&self, cx: &Context, field: &mut jde_schema::panel::Plane, pose: &Pose2D) {
-        let there = |x, y| pose.transform(&Pose2D::new(x, y, 0.0));
+        let to_field = |x, y| pose.transform(&Pose2D::new(x, y, 0.0));
         let area = |ahead: &Import<f64>, half_width: &Import<f64>| {
             let (ahead, side) = (*ahead.get(cx)?.value(), *half_width.get(cx)?.value());
-            Some([(0.0, -side), (ahead, -side), (ahead, side), (0.0, side)].map(|(x, y)| there(x, y)))
+            Some([(0.0, -side), (ahead, -side), (ahead, side), (0.0, side)].map(|(x, y)| to_field(x, y)))
         };
         if let Some(area) = area(&self.avoid_ahead, &self.avoid_half_width) {
             field.outline(area).ink(Ink::Warn);
@@ -91,7 +96,7 @@ impl Example {
             field.outline(area).ink(Ink::Bad);
         }
         if let Some(laser) = self.laser.get(cx) {
-            let points = laser.points().map(|point| there(point.x, point.y));
+            let points = laser.points().map(|point| to_field(point.x, point.y));
             field.points(points).ink(Ink::Seen).width(2.5);
         }
         field.robot(pose);

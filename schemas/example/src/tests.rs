@@ -25,33 +25,36 @@ fn stand(bench: &mut Bench<Example>, x: f64, y: f64) -> Mission {
         "pose",
         &Odometry::planar(Time::default(), Pose2D::new(x, y, 1.0), Twist::ZERO),
     );
-    bench.iterate().expect("it leads");
-    bench.exported("mission").expect("it says how far it is")
+    bench.iterate().expect("no fault");
+    bench.exported("mission").expect("a mission")
 }
 
 /// The target of both children.
 #[track_caller]
 fn target(bench: &Bench<Example>) -> Option<Pose2D> {
-    let wanted: Target = bench.modulated("cruise", "target").expect("it was told");
+    let modulation: Target = bench.modulated("cruise", "target").expect("a target");
     assert_eq!(
         bench.modulated("avoid", "target"),
-        Some(wanted),
-        "both go to one place"
+        Some(modulation),
+        "both children have the same target"
     );
-    wanted.get()
+    modulation.get()
 }
 
 #[test]
-fn it_wakes_its_children_even_before_it_knows_where_it_is() {
+fn it_wakes_its_children_before_the_first_pose() {
     let mut bench = father();
-    assert!(bench.check().expect("it checks").ready, "it has no precondition");
-    bench.iterate().expect("it waits for a pose");
+    assert!(
+        bench.check().expect("no fault").ready,
+        "the father has no precondition"
+    );
+    bench.iterate().expect("no fault");
     assert_eq!(bench.awake_children(), ["brake", "avoid", "cruise"]);
     assert_eq!(bench.exported::<Mission>("mission"), None);
 }
 
 #[test]
-fn targets_are_given_one_after_another_to_both_who_approach_them() {
+fn both_driving_children_get_one_target_after_another() {
     let mut bench = father();
     let mission = stand(&mut bench, 0.0, 0.0);
     assert_eq!(
@@ -72,11 +75,11 @@ fn targets_are_given_one_after_another_to_both_who_approach_them() {
         (Mission::DONE, 3, 3)
     );
     assert_eq!((mission.target, mission.distance), (Pose2D::ORIGIN, 0.0));
-    assert_eq!(target(&bench), None, "nobody drives on once all is done");
+    assert_eq!(target(&bench), None, "a done mission has no target");
     assert_eq!(
         stand(&mut bench, 2.0, 0.0).state,
         Mission::DONE,
-        "and nothing takes it back"
+        "a done mission stays done"
     );
 }
 
@@ -86,39 +89,39 @@ fn stand_for(bench: &mut Bench<Example>, seconds: core::ops::RangeInclusive<u64>
         bench.set_now(Duration::from_secs(second));
         stand(bench, x, 0.0)
     });
-    missions.last().expect("it stands there for some time")
+    missions.last().expect("at least one second")
 }
 
 #[test]
-fn a_target_that_comes_no_nearer_fails_the_mission_and_says_so() {
+fn a_target_that_comes_no_nearer_fails_the_mission_with_a_message() {
     let mut bench = father();
     bench.set("patience", 10.0);
     assert_eq!(stand_for(&mut bench, 0..=9, 0.5).state, Mission::RUNNING);
     assert_eq!(
         stand_for(&mut bench, 10..=15, 1.0).state,
         Mission::RUNNING,
-        "it came nearer"
+        "the robot came nearer"
     );
     assert_eq!(stand_for(&mut bench, 16..=19, 0.7).state, Mission::RUNNING);
     let mission = stand_for(&mut bench, 20..=20, 1.02);
     assert_eq!((mission.state, mission.reached), (Mission::FAILED, 0));
     assert_eq!(mission.note.as_str(), "1 target was out of reach");
-    assert_eq!(target(&bench), None, "nobody drives on");
-    let (_, words) = bench.log().last().expect("it says so");
+    assert_eq!(target(&bench), None, "a failed mission has no target");
+    let (_, message) = bench.log().last().expect("a message");
     assert_eq!(
-        words,
+        message,
         "gives up the target at 2.00, 0.00: it came no nearer than 1.00 m for 10 s; the mission fails"
     );
     bench.set("skips", 1_u32);
     assert_eq!(
         stand_for(&mut bench, 21..=21, 1.0).state,
         Mission::RUNNING,
-        "somebody lets it go on"
+        "a larger `skips` continues the mission"
     );
 }
 
 #[test]
-fn it_may_pass_by_a_target_and_goes_on_to_the_next() {
+fn it_skips_a_target_if_permitted_and_continues_with_the_next() {
     let mut bench = father();
     bench.set("patience", 10.0);
     bench.set("skips", 1_u32);
@@ -134,14 +137,14 @@ fn it_may_pass_by_a_target_and_goes_on_to_the_next() {
 }
 
 #[test]
-fn it_waits_for_ever_if_told_to_and_while_another_drives() {
+fn patience_may_be_unlimited_and_does_not_count_while_another_schema_drives() {
     let mut bench = father();
     bench.set("patience", 10.0);
     stand_for(&mut bench, 0..=5, 0.0);
     assert_eq!(
         stand_for(&mut bench, 1000..=1004, 0.0).state,
         Mission::RUNNING,
-        "somebody drove by hand meanwhile"
+        "another schema drove meanwhile"
     );
     assert_eq!(stand_for(&mut bench, 1005..=1006, 0.0).state, Mission::FAILED);
     let mut bench = father();
@@ -161,7 +164,7 @@ fn a_target_is_reached_within_the_tolerance_of_2007() {
 }
 
 #[test]
-fn without_targets_it_runs_on_and_wants_nothing() {
+fn without_targets_it_runs_and_sets_no_target() {
     let mut bench = Bench::<Example>::new();
     for rounds in [1_u32, 0] {
         bench.set("rounds", rounds);
@@ -195,7 +198,7 @@ fn targets_count_over_all_rounds() {
 }
 
 #[test]
-fn rounds_without_end_are_never_done() {
+fn a_mission_with_unlimited_rounds_is_never_done() {
     let mut bench = father();
     bench.set("rounds", 0_u32);
     for reached in 1..=7 {
@@ -209,28 +212,28 @@ fn rounds_without_end_are_never_done() {
     assert_eq!(
         target(&bench),
         Some(CORNERS[1]),
-        "on to the second target of the third round"
+        "the second target of the third round"
     );
 }
 
 #[test]
-fn r8_a_route_written_anew_counts_at_once() {
+fn r8_a_new_route_takes_effect_at_once() {
     let mut bench = father();
     stand(&mut bench, 0.0, 0.0);
-    let elsewhere = Pose2D::new(-1.0, -1.0, 0.0);
+    let position = Pose2D::new(-1.0, -1.0, 0.0);
     bench.set(
         "route",
         Route {
-            poses: Seq::from_slice(&[elsewhere]).expect("one fits"),
+            poses: Seq::from_slice(&[position]).expect("one fits"),
         },
     );
     assert_eq!(stand(&mut bench, 0.0, 0.0).total, 1);
-    assert_eq!(target(&bench), Some(elsewhere));
+    assert_eq!(target(&bench), Some(position));
 }
 
 /// The decision when these children are READY. `error` is the heading error that `avoid` reports as urgency,
 /// rad.
-fn decided(turning: Option<f64>, ready: &[&str], error: f64) -> Decision {
+fn decide(turning: Option<f64>, ready: &[&str], error: f64) -> Decision {
     let mut bench = father();
     if let Some(turning) = turning {
         bench.set("turning", turning);
@@ -247,48 +250,48 @@ fn decided(turning: Option<f64>, ready: &[&str], error: f64) -> Decision {
         "avoid",
         Precondition::from(ready.contains(&"avoid")).urgency(error),
     );
-    bench.arbitrate("base").expect("it decides")
+    bench.arbitrate("base").expect("no fault")
 }
 
 #[track_caller]
-fn chooses(decision: Decision, child: Option<&str>, reason: &str) {
+fn check_choice(decision: Decision, child: Option<&str>, reason: &str) {
     assert_eq!((decision.child.as_deref(), &*decision.reason), (child, reason));
 }
 
 #[test]
-fn r3_on_overlap_the_brake_wins_then_who_avoids_then_who_cruises() {
+fn r3_on_a_collision_brake_precedes_avoid_and_avoid_precedes_cruise() {
     let (brake, avoid) = ("on overlap the brake wins", "something is in the way");
-    chooses(
-        decided(None, &["brake", "avoid", "cruise"], 0.0),
+    check_choice(
+        decide(None, &["brake", "avoid", "cruise"], 0.0),
         Some("brake"),
         brake,
     );
-    chooses(decided(None, &["brake", "avoid"], 3.1), Some("brake"), brake);
-    chooses(decided(None, &["brake", "cruise"], 0.0), Some("brake"), brake);
-    chooses(decided(None, &["avoid", "cruise"], 0.0), Some("avoid"), avoid);
+    check_choice(decide(None, &["brake", "avoid"], 3.1), Some("brake"), brake);
+    check_choice(decide(None, &["brake", "cruise"], 0.0), Some("brake"), brake);
+    check_choice(decide(None, &["avoid", "cruise"], 0.0), Some("avoid"), avoid);
 }
 
 #[test]
-fn an_avoider_that_would_turn_on_the_spot_may_win_where_that_is_allowed() {
+fn avoid_may_win_against_brake_if_it_would_turn_on_the_spot_and_that_is_permitted() {
     let allowed = Some(0.7);
     let reason = "it turns on the spot, which is safe under the brake's nose";
-    chooses(decided(allowed, &["brake", "avoid"], 0.7), Some("avoid"), reason);
-    chooses(
-        decided(allowed, &["brake", "avoid"], 0.69),
+    check_choice(decide(allowed, &["brake", "avoid"], 0.7), Some("avoid"), reason);
+    check_choice(
+        decide(allowed, &["brake", "avoid"], 0.69),
         Some("brake"),
         "on overlap the brake wins",
     );
-    chooses(
-        decided(allowed, &["brake", "cruise"], 3.1),
+    check_choice(
+        decide(allowed, &["brake", "cruise"], 3.1),
         Some("brake"),
         "on overlap the brake wins",
     );
 }
 
 #[test]
-fn r3_on_absence_nobody_wins() {
-    chooses(decided(None, &[], 3.1), None, "no child is ready");
-    chooses(decided(Some(0.7), &[], 3.1), None, "no child is ready");
+fn r3_on_absence_no_child_wins() {
+    check_choice(decide(None, &[], 3.1), None, "no child is ready");
+    check_choice(decide(Some(0.7), &[], 3.1), None, "no child is ready");
 }
 
 #[test]
@@ -308,28 +311,28 @@ fn click(bench: &mut Bench<Example>, x: f64, y: f64) {
     let button = Button::Primary;
     bench
         .touch("field", Touch::Clicked { at, button })
-        .expect("it takes clicks");
+        .expect("no fault");
 }
 
 #[test]
-fn a_target_that_was_clicked_comes_before_the_rest_of_the_route() {
+fn a_clicked_target_precedes_the_rest_of_the_route() {
     let mut bench = father();
     stand(&mut bench, 0.0, 0.0);
     click(&mut bench, -1.0, 0.5);
     let mission = stand(&mut bench, 0.0, 0.5);
-    let wish = Pose2D::new(-1.0, 0.5, 0.0);
-    assert_eq!((mission.target, mission.distance), (wish, 1.0));
-    assert_eq!(target(&bench), Some(wish));
+    let clicked = Pose2D::new(-1.0, 0.5, 0.0);
+    assert_eq!((mission.target, mission.distance), (clicked, 1.0));
+    assert_eq!(target(&bench), Some(clicked));
     let mission = stand(&mut bench, -0.9, 0.5);
     assert_eq!(
         (mission.target, mission.reached),
         (CORNERS[0], 0),
-        "it is none of the route"
+        "the clicked target is not part of the route"
     );
-    assert_eq!(target(&bench), Some(CORNERS[0]), "and then on along the route");
-    let said: Vec<_> = bench.log().iter().map(|(_, text)| &**text).collect();
+    assert_eq!(target(&bench), Some(CORNERS[0]), "the route continues");
+    let messages: Vec<_> = bench.log().iter().map(|(_, text)| &**text).collect();
     assert_eq!(
-        said,
+        messages,
         [
             "ana@laptop sends the robot to -1.00, 0.50 first",
             "reached the target of ana@laptop at -1.00, 0.50",
@@ -338,32 +341,36 @@ fn a_target_that_was_clicked_comes_before_the_rest_of_the_route() {
 }
 
 #[test]
-fn a_target_that_was_clicked_can_be_cleared() {
+fn a_clicked_target_can_be_cleared() {
     let mut bench = father();
     stand(&mut bench, 0.0, 0.0);
-    assert!(!bench.draw().expect("it shows").can_press("clear"));
+    assert!(!bench.draw().expect("no fault").can_press("clear"));
     click(&mut bench, -1.0, 0.5);
-    assert!(bench.draw().expect("it shows").can_press("clear"));
-    bench.touch("clear", Touch::Pressed).expect("it can be");
+    assert!(bench.draw().expect("no fault").can_press("clear"));
+    bench.touch("clear", Touch::Pressed).expect("no fault");
     stand(&mut bench, 0.0, 0.0);
     assert_eq!(target(&bench), Some(CORNERS[0]));
 }
 
 #[test]
-fn the_mission_is_not_done_before_the_target_that_was_clicked_is_reached() {
+fn the_mission_is_not_done_before_the_clicked_target_is_reached() {
     let mut bench = father();
     for corner in &CORNERS[..2] {
         stand(&mut bench, corner.x, corner.y);
     }
     click(&mut bench, 5.0, 5.0);
-    assert_eq!(stand(&mut bench, 0.0, 1.0).reached, 2, "the last comes after it");
+    assert_eq!(
+        stand(&mut bench, 0.0, 1.0).reached,
+        2,
+        "the last target of the route follows"
+    );
     let mission = stand(&mut bench, 5.0, 5.0);
     assert_eq!((mission.state, mission.target), (Mission::RUNNING, CORNERS[2]));
     assert_eq!(stand(&mut bench, 0.0, 1.0).state, Mission::DONE);
 }
 
 #[test]
-fn its_panel_shows_the_field_as_the_robot_sees_it() {
+fn its_panel_shows_robot_scan_areas_and_children() {
     let mut bench = father();
     bench.import(
         "laser",
@@ -385,11 +392,11 @@ fn its_panel_shows_the_field_as_the_robot_sees_it() {
     let pose = Pose2D::new(1.0, 0.0, core::f64::consts::FRAC_PI_2);
     bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
     bench.set_child("cruise", State::Winner);
-    bench.iterate().expect("it leads");
-    let panel = bench.draw().expect("it shows");
+    bench.iterate().expect("no fault");
+    let panel = bench.draw().expect("no fault");
     assert_eq!(panel.texts()[1], "To target 1 of 3, 1.00 m away");
 
-    let near = |[x, y]: [f64; 2], wanted: [f64; 2]| (x - wanted[0]).hypot(y - wanted[1]) < 1e-6;
+    let near = |[x, y]: [f64; 2], expected: [f64; 2]| (x - expected[0]).hypot(y - expected[1]) < 1e-6;
     let shapes = panel.shapes("field");
     let robot = shapes.iter().any(|shape| match shape {
         Shape::Robot { pose: [x, y, theta] } => {
@@ -402,7 +409,7 @@ fn its_panel_shows_the_field_as_the_robot_sees_it() {
         Shape::Points { points, .. } => points.len() == 1 && near(points[0], [1.0, 2.0]),
         _ => false,
     });
-    assert!(hit, "2 m ahead of a robot that looks along y: {shapes:#?}");
+    assert!(hit, "2 m ahead of a robot that faces along y: {shapes:#?}");
     let areas = shapes.iter().filter_map(|shape| match shape {
         Shape::Line {
             points, closed: true, ..
@@ -423,7 +430,7 @@ fn its_panel_shows_the_field_as_the_robot_sees_it() {
 }
 
 #[test]
-fn its_panel_shows_what_there_is_before_anything_is_known() {
+fn its_panel_works_without_inputs() {
     let mut bench = Bench::<Example>::new();
     for port in [
         "laser",
@@ -434,7 +441,7 @@ fn its_panel_shows_what_there_is_before_anything_is_known() {
     ] {
         bench.unbind(port);
     }
-    let panel = bench.draw().expect("it shows");
+    let panel = bench.draw().expect("no fault");
     assert_eq!(panel.texts()[1], "No target");
     assert!(
         !panel
@@ -445,17 +452,17 @@ fn its_panel_shows_what_there_is_before_anything_is_known() {
 }
 
 #[test]
-fn another_build_of_it_goes_on_where_it_was() {
+fn another_instance_continues_the_mission_from_the_saved_memory() {
     let mut old = father();
     for corner in &CORNERS[..2] {
         stand(&mut old, corner.x, corner.y);
     }
     click(&mut old, 5.0, 5.0);
     let mut new = father();
-    new.restore(&old.save().expect("it saves")).expect("it restores");
+    new.restore(&old.save().expect("no fault")).expect("no fault");
     assert_eq!(stand(&mut new, 0.0, 0.0).reached, 2);
     stand(&mut old, 0.0, 0.0);
-    let there = target(&new).expect("it goes somewhere");
-    assert_eq!((there.x, there.y), (5.0, 5.0), "where somebody clicked");
-    assert_eq!(target(&old), Some(there));
+    let restored = target(&new).expect("a target");
+    assert_eq!((restored.x, restored.y), (5.0, 5.0), "the clicked target");
+    assert_eq!(target(&old), Some(restored));
 }

@@ -17,20 +17,20 @@ fn scan(room: f32) -> LaserScan {
     scan
 }
 
-/// Which of the two children are READY with this much room.
+/// Returns whether each of the two children is READY with this much room.
 fn ready(room: f32) -> (bool, bool) {
     let (mut first, mut second) = (Bench::<Hijo1>::new(), Bench::<Hijo2>::new());
     first.import("laser", &scan(room));
     second.import("laser", &scan(room));
     (
-        first.check().expect("it checks").ready,
-        second.check().expect("it checks").ready,
+        first.check().expect("no fault").ready,
+        second.check().expect("no fault").ready,
     )
 }
 
 #[test]
-fn they_overlap_from_4_5_to_5_metres() {
-    for (room, who) in [
+fn the_preconditions_overlap_from_4_5_to_5_metres() {
+    for (room, expected) in [
         (0.99, (false, false)),
         (1.0, (false, true)),
         (4.49, (false, true)),
@@ -39,39 +39,39 @@ fn they_overlap_from_4_5_to_5_metres() {
         (5.01, (true, false)),
         (8.0, (true, false)),
     ] {
-        assert_eq!(ready(room), who, "{room} m");
+        assert_eq!(ready(room), expected, "{room} m");
     }
 }
 
 #[test]
-fn a_beam_that_meets_nothing_has_all_the_room_it_can_see() {
+fn a_beam_without_a_return_counts_as_the_maximum_range() {
     assert_eq!(ready(f32::INFINITY), (true, false));
     assert_eq!(ready(f32::NEG_INFINITY), (false, false), "too near to measure");
     assert_eq!(ready(f32::NAN), (false, false), "no reading");
 }
 
 #[test]
-fn without_a_scan_nobody_is_ready() {
-    assert!(!Bench::<Hijo1>::new().check().expect("it checks").ready);
-    assert!(!Bench::<Hijo2>::new().check().expect("it checks").ready);
+fn without_a_scan_no_child_is_ready() {
+    assert!(!Bench::<Hijo1>::new().check().expect("no fault").ready);
+    assert!(!Bench::<Hijo2>::new().check().expect("no fault").ready);
     let mut bench = Bench::<Hijo1>::new();
     bench.import("laser", &LaserScan::default());
-    assert!(!bench.check().expect("it checks").ready, "a scan without beams");
+    assert!(!bench.check().expect("no fault").ready, "a scan without beams");
 }
 
 #[test]
-fn the_first_is_fast_and_the_second_slow() {
+fn the_first_child_is_fast_and_the_second_slow() {
     let (mut first, mut second) = (Bench::<Hijo1>::new(), Bench::<Hijo2>::new());
-    first.iterate().expect("it drives");
-    second.iterate().expect("it drives");
+    first.iterate().expect("no fault");
+    second.iterate().expect("no fault");
     assert_eq!(first.commanded("base"), Some(Twist::planar(0.2, 0.0)));
     assert_eq!(second.commanded("base"), Some(Twist::planar(0.1, 0.0)));
 }
 
 #[test]
-fn r4_the_father_wakes_both_and_leaves_the_choice_to_the_order_in_which_he_names_them() {
+fn r4_the_father_wakes_both_children_which_compete_by_their_order() {
     let mut bench = Bench::<Padre>::new();
-    bench.iterate().expect("it wakes them");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.awake_children(), ["first", "second"]);
     assert_eq!(bench.policy("first"), None, "priority is the default");
     let groups: Vec<&str> = bench
@@ -80,7 +80,7 @@ fn r4_the_father_wakes_both_and_leaves_the_choice_to_the_order_in_which_he_names
         .iter()
         .map(|child| &*child.group)
         .collect();
-    assert_eq!(groups, ["base", "base"], "they compete");
+    assert_eq!(groups, ["base", "base"], "both children are in one group");
 }
 
 #[test]

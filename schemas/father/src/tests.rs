@@ -1,4 +1,4 @@
-//! It wakes every child that the application names, also none, and one that an operator holds.
+//! The father wakes every child that the application names, whatever their number.
 
 use jde_schema::State;
 use jde_schema::bench::Bench;
@@ -12,27 +12,27 @@ fn all_children_are_woken_whatever_their_number() {
     for number in [0, 1, 20] {
         let mut all = Bench::<All>::new();
         all.name_children(&named[..number]);
-        all.iterate().expect("it wakes them");
+        all.iterate().expect("no fault");
         assert_eq!(all.awake_children(), names[..number]);
     }
 }
 
 #[test]
-fn one_that_went_to_sleep_is_woken_again() {
+fn a_child_that_went_to_sleep_is_woken_again() {
     let mut all = Bench::<All>::new();
     all.name_children(&[("left", "left"), ("right", "right")]);
-    all.iterate().expect("it wakes them");
+    all.iterate().expect("no fault");
     all.set_child("right", State::Slept);
     assert_eq!(all.awake_children(), ["left"]);
-    all.iterate().expect("it wakes it again");
+    all.iterate().expect("no fault");
     assert_eq!(all.awake_children(), ["left", "right"]);
 }
 
 #[test]
-fn r7_without_authority_nobody_is_woken() {
+fn r7_without_authority_no_child_is_woken() {
     let mut all = Bench::<All>::new();
     all.name_children(&[("left", "left"), ("right", "right")]);
     all.set_authority(false);
-    all.iterate().expect("to be refused is no fault");
+    all.iterate().expect("a refusal is no fault");
     assert!(all.awake_children().is_empty());
 }

@@ -27,8 +27,8 @@ pub struct Device {
     /// Faults of this instance so far.
     #[export]
     misdeeds: Export<u64>,
-    looks: u64,
-    bad: u64,
+    iterations: u64,
+    faults: u64,
 }
 
 impl Schema for Device {
@@ -37,8 +37,8 @@ impl Schema for Device {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.looks += 1;
-        self.beats.write(cx, self.looks);
+        self.iterations += 1;
+        self.beats.write(cx, self.iterations);
         match self.misbehave(cx, Place::Iterate)? {
             Some(Trouble::Silence) => self.moves.retract(cx),
             Some(Trouble::Nan) => self.moves.write(cx, f64::NAN),
@@ -56,12 +56,12 @@ impl Schema for Device {
 }
 
 impl Device {
-    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
+    fn misbehave(&mut self, cx: &Context, call: Place) -> Result<Option<Trouble>> {
         let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        let due = requested(&trouble, &place, here);
+        let due = requested(&trouble, &place, call);
         if let Some(trouble) = due {
-            self.bad += 1;
-            self.misdeeds.write(cx, self.bad);
+            self.faults += 1;
+            self.misdeeds.write(cx, self.faults);
             cause(trouble)?;
         }
         Ok(due)

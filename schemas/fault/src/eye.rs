@@ -30,8 +30,8 @@ pub struct Eye {
     /// Faults of this instance so far.
     #[export]
     misdeeds: Export<u64>,
-    looks: u64,
-    bad: u64,
+    iterations: u64,
+    faults: u64,
 }
 
 impl Schema for Eye {
@@ -40,20 +40,20 @@ impl Schema for Eye {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.looks += 1;
-        self.beats.write(cx, self.looks);
-        let habit = self.misbehave(cx, Place::Iterate)?;
-        if habit == Some(Trouble::Silence) {
+        self.iterations += 1;
+        self.beats.write(cx, self.iterations);
+        let trouble = self.misbehave(cx, Place::Iterate)?;
+        if trouble == Some(Trouble::Silence) {
             return Ok(());
         }
         let Some(input) = self.input.get(cx) else {
             self.laser.retract(cx);
             return Ok(());
         };
-        for _ in 0..if habit == Some(Trouble::Flood) { FLOOD } else { 1 } {
+        for _ in 0..if trouble == Some(Trouble::Flood) { FLOOD } else { 1 } {
             let mut laser = self.laser.loan(cx);
             *laser = *input;
-            if habit == Some(Trouble::Nan) {
+            if trouble == Some(Trouble::Nan) {
                 laser.range_max = f32::NAN;
                 laser.ranges.resize(0);
             }
@@ -70,12 +70,12 @@ impl Schema for Eye {
 }
 
 impl Eye {
-    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
+    fn misbehave(&mut self, cx: &Context, call: Place) -> Result<Option<Trouble>> {
         let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        let due = requested(&trouble, &place, here);
+        let due = requested(&trouble, &place, call);
         if let Some(trouble) = due {
-            self.bad += 1;
-            self.misdeeds.write(cx, self.bad);
+            self.faults += 1;
+            self.misdeeds.write(cx, self.faults);
             cause(trouble)?;
         }
         Ok(due)

@@ -13,7 +13,7 @@ pub use motor::Motor;
 
 jde_schema::export!(
     "fault",
-    "Schemas that misbehave as they are told, to try what becomes of the others.",
+    "Schemas that misbehave on request, to test the effects on other schemas.",
     [Motor, Eye, Device]
 );
 

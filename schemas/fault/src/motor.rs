@@ -78,8 +78,8 @@ pub struct Motor {
     /// Target of the first child.
     #[modulates(child = "a", name = "target", optional)]
     target_of_a: Modulates<Target>,
-    looks: u64,
-    bad: u64,
+    checks: u64,
+    faults: u64,
     /// The fault to cause when the instance is dropped, as requested at the last check.
     end: Option<Trouble>,
 }
@@ -90,41 +90,41 @@ impl Schema for Motor {
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        self.looks += 1;
-        self.beats.write(cx, self.looks);
+        self.checks += 1;
+        self.beats.write(cx, self.checks);
         self.end = self.due(cx, Place::End);
-        let habit = self.misbehave(cx, Place::Check)?;
-        if habit == Some(Trouble::Trespass) {
+        let trouble = self.misbehave(cx, Place::Check)?;
+        if trouble == Some(Trouble::Trespass) {
             self.base.command(cx, Twist::planar(TRESPASS, 0.0));
             self.wake_all(cx);
         }
-        let ready = match habit {
-            Some(Trouble::Chatter) => self.looks.is_multiple_of(2),
+        let ready = match trouble {
+            Some(Trouble::Chatter) => self.checks.is_multiple_of(2),
             _ => self.is_its_turn(cx) && (!self.needs.is_bound(cx) || self.needs.get(cx).is_some()),
         };
         Ok(Precondition::from(ready).urgency(self.urge.get(cx)))
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let habit = self.misbehave(cx, Place::Iterate)?;
-        if habit == Some(Trouble::Meddle) {
+        let trouble = self.misbehave(cx, Place::Iterate)?;
+        if trouble == Some(Trouble::Meddle) {
             self.meddle(cx);
         } else {
             self.wake_all(cx);
         }
         self.target_of_a.set(cx, self.target.get(cx));
-        let wanted = Twist::planar(self.speed.get(cx), self.turn.get(cx));
-        let twist = match habit {
+        let command = Twist::planar(self.speed.get(cx), self.turn.get(cx));
+        let twist = match trouble {
             Some(Trouble::Silence) => return Ok(()),
             Some(Trouble::Nan) => Twist::planar(f64::NAN, 0.0),
             Some(Trouble::Infinity) => Twist::planar(0.0, f64::INFINITY),
             Some(Trouble::Beyond) => Twist::planar(BEYOND, -BEYOND),
-            _ => wanted,
+            _ => command,
         };
-        if habit == Some(Trouble::Flood) {
+        if trouble == Some(Trouble::Flood) {
             for _ in 0..FLOOD {
-                self.base.command(cx, wanted);
-                self.beats.write(cx, self.looks);
+                self.base.command(cx, command);
+                self.beats.write(cx, self.checks);
                 debug!(cx, "and on, and on");
             }
         }
@@ -159,14 +159,14 @@ impl Memory for Motor {
         {
             panic!("{error}");
         }
-        saving.put(&self.looks);
+        saving.put(&self.checks);
     }
 
     fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
         if let Some(trouble) = self.due(cx, Place::Restore) {
             cause(trouble)?;
         }
-        self.looks = saved.take()?;
+        self.checks = saved.take()?;
         Ok(())
     }
 }
@@ -183,20 +183,20 @@ impl Drop for Motor {
 }
 
 impl Motor {
-    /// Causes the fault that is due here, and returns which one it is.
-    fn misbehave(&mut self, cx: &Context, here: Place) -> Result<Option<Trouble>> {
-        let due = self.due(cx, here);
+    /// Causes the fault that is requested for this call, and returns it.
+    fn misbehave(&mut self, cx: &Context, call: Place) -> Result<Option<Trouble>> {
+        let due = self.due(cx, call);
         if let Some(trouble) = due {
-            self.bad += 1;
-            self.misdeeds.write(cx, self.bad);
+            self.faults += 1;
+            self.misdeeds.write(cx, self.faults);
             cause(trouble)?;
         }
         Ok(due)
     }
 
-    fn due(&self, cx: &Context, here: Place) -> Option<Trouble> {
+    fn due(&self, cx: &Context, call: Place) -> Option<Trouble> {
         let (trouble, place): (Word, Word) = (self.trouble.get(cx), self.place.get(cx));
-        requested(&trouble, &place, here)
+        requested(&trouble, &place, call)
     }
 
     fn is_its_turn(&self, cx: &Context) -> bool {
@@ -214,7 +214,7 @@ impl Motor {
 
     fn meddle(&self, cx: &Context) {
         for (number, child) in (0_u64..).zip(self.children()) {
-            match (self.bad + number) % 4 {
+            match (self.faults + number) % 4 {
                 0 | 1 => child.wake(cx),
                 2 => child.sleep(cx),
                 _ => child.set_policy(cx, Policy::URGENCY),

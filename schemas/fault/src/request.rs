@@ -85,13 +85,13 @@ const TROUBLES: [(&str, Trouble); 18] = [
     ("meddle", Trouble::Meddle),
 ];
 
-/// The fault that `here` must cause, or `None`.
-pub(crate) fn requested(trouble: &Word, place: &Word, here: Place) -> Option<Trouble> {
-    lookup(&PLACES, place).filter(|place| *place == here)?;
+/// Returns the fault that `call` must cause, or `None`.
+pub(crate) fn requested(trouble: &Word, place: &Word, call: Place) -> Option<Trouble> {
+    lookup(&PLACES, place).filter(|place| *place == call)?;
     lookup(&TROUBLES, trouble)
 }
 
-fn lookup<T: Copy>(words: &[(&str, T)], word: &Word) -> Option<T> {
-    let found = words.iter().find(|(known, _)| *known == word.as_str());
+fn lookup<T: Copy>(table: &[(&str, T)], word: &Word) -> Option<T> {
+    let found = table.iter().find(|(known, _)| *known == word.as_str());
     found.map(|(_, meaning)| *meaning)
 }

@@ -5,26 +5,26 @@ use jde_schema::prelude::*;
 
 use crate::{Device, Eye, Motor};
 
-fn word(word: &str) -> Text<16> {
-    Text::try_from(word).expect("it is short")
+fn word(text: &str) -> Text<16> {
+    Text::try_from(text).expect("at most 16 bytes")
 }
 
 #[test]
-fn who_is_not_told_drives_by_turns_and_does_nothing_wrong() {
+fn a_motor_without_a_request_is_ready_periodically_and_causes_no_fault() {
     let mut bench = Bench::<Motor>::new();
     bench.unbind("needs");
     bench.set("off", 1.0);
     bench.set("speed", 0.2);
-    assert!(bench.check().expect("it checks").ready);
-    bench.iterate().expect("it iterates");
+    assert!(bench.check().expect("no fault").ready);
+    bench.iterate().expect("no fault");
     assert_eq!(bench.commanded::<Twist>("base"), Some(Twist::planar(0.2, 0.0)));
     bench.set_now(Duration::from_millis(1500));
-    assert!(!bench.check().expect("it checks").ready);
+    assert!(!bench.check().expect("no fault").ready);
     assert_eq!(bench.exported::<u64>("misdeeds"), None);
 }
 
 #[test]
-fn trouble_is_made_in_the_call_that_was_named_and_in_no_other() {
+fn a_fault_is_caused_only_in_the_requested_call() {
     let mut bench = Bench::<Motor>::new();
     bench.set("trouble", word("error"));
     bench.set("place", word("iterate"));
@@ -40,12 +40,12 @@ fn trouble_is_made_in_the_call_that_was_named_and_in_no_other() {
 }
 
 #[test]
-fn eyes_and_devices_fail_as_they_are_told() {
+fn eyes_and_devices_cause_the_requested_fault() {
     let mut eye = Bench::<Eye>::new();
     eye.set("trouble", word("error"));
     assert!(eye.iterate().is_err());
     let mut device = Bench::<Device>::new();
-    device.iterate().expect("nobody told it to");
+    device.iterate().expect("no fault is requested");
     device.set("trouble", word("error"));
     assert!(device.iterate().is_err());
 }

@@ -1,7 +1,10 @@
 //! Faults that any call can cause on purpose. Faults in commanded or exported values are made where the
 //! values are written.
 
-#![allow(unsafe_code, reason = "a wild pointer is one of the troubles")]
+#![allow(
+    unsafe_code,
+    reason = "one of the faults is a write through an invalid pointer"
+)]
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -47,9 +50,9 @@ pub(crate) fn cause(trouble: Trouble) -> Result {
             Ok(())
         }
         Trouble::Eat => {
-            let mut kept = Vec::new();
+            let mut blocks = Vec::new();
             loop {
-                kept.push(black_box(vec![1_u8; 1 << 20]));
+                blocks.push(black_box(vec![1_u8; 1 << 20]));
             }
         }
         Trouble::Silence

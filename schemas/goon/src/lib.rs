@@ -59,8 +59,8 @@ enum Band {
 
 impl Schema for Goon {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let knows = self.laser.get(cx).is_some() && self.local_target(cx).is_some();
-        Ok((knows && self.is_free(cx)).into())
+        let has_inputs = self.laser.get(cx).is_some() && self.local_target(cx).is_some();
+        Ok((has_inputs && self.is_free(cx)).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {

@@ -37,7 +37,7 @@ fn free() -> Bench<Goon> {
 }
 
 fn ready(bench: &mut Bench<Goon>) -> bool {
-    bench.check().expect("it checks").ready
+    bench.check().expect("no fault").ready
 }
 
 /// Asserts the command when the target is this many degrees to the left.
@@ -49,8 +49,8 @@ fn drives(degrees: f64, linear: f64, angular: f64) {
         "target",
         Target::at(Pose2D::new(1.0 + 4.0 * cos, 1.0 + 4.0 * sin, 0.0)),
     );
-    bench.iterate().expect("it drives");
-    let twist: Twist = bench.commanded("base").expect("it commands");
+    bench.iterate().expect("no fault");
+    let twist: Twist = bench.commanded("base").expect("a command");
     let (along, turn) = (twist.linear.x, twist.angular.z);
     assert!(
         (along - linear).abs() < 1e-9 && (turn - angular).abs() < 1e-9,
@@ -82,11 +82,11 @@ fn from_40_degrees_it_turns_toward_the_target_on_the_spot() {
 }
 
 #[test]
-fn the_heading_counts_the_short_way_round() {
+fn the_heading_error_is_the_smaller_angle() {
     let mut bench = free();
     stand(&mut bench, Pose2D::new(5.0, 5.0, 3.0));
     bench.set("target", Target::at(Pose2D::new(1.0, 4.9, 0.0)));
-    bench.iterate().expect("it drives");
+    bench.iterate().expect("no fault");
     // The target is at -178.6 degrees, and the robot faces 171.9 degrees.
     assert_eq!(bench.commanded("base"), Some(Twist::planar(0.4, 0.0)));
 }
@@ -94,7 +94,7 @@ fn the_heading_counts_the_short_way_round() {
 #[test]
 fn it_is_ready_while_the_area_ahead_is_free() {
     let mut bench = free();
-    assert!(ready(&mut bench), "nothing in sight");
+    assert!(ready(&mut bench), "no obstacle");
     for (point, free) in [
         ((2.99, 0.0), false),
         ((3.01, 0.0), true),
@@ -127,10 +127,10 @@ fn without_a_target_a_scan_or_a_pose_it_is_not_ready() {
 }
 
 #[test]
-fn a_target_that_is_taken_away_while_it_wins_stops_it() {
+fn it_stops_when_the_target_is_removed_while_it_is_winner() {
     let mut bench = free();
     bench.set("target", Target::NONE);
-    bench.iterate().expect("it stops");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
 }
 
@@ -148,7 +148,7 @@ fn speeds_and_bands_are_modulated() {
     }
     for (heading, twist) in [(0.19, (0.9, 0.0)), (0.21, (0.3, -0.5)), (1.01, (0.0, -0.5))] {
         stand(&mut bench, Pose2D::new(1.0, 1.0, heading));
-        bench.iterate().expect("it drives");
+        bench.iterate().expect("no fault");
         assert_eq!(
             bench.commanded("base"),
             Some(Twist::planar(twist.0, twist.1)),
@@ -158,8 +158,8 @@ fn speeds_and_bands_are_modulated() {
 }
 
 #[test]
-fn its_panel_says_what_it_does_about_the_heading_error() {
-    for (degrees, words) in [
+fn its_panel_shows_the_reaction_to_the_heading_error() {
+    for (degrees, expected) in [
         (5.0, "straight and fast"),
         (-20.0, "slowly while turning"),
         (90.0, "turns on the spot"),
@@ -170,8 +170,8 @@ fn its_panel_says_what_it_does_about_the_heading_error() {
             "target",
             Target::at(Pose2D::new(1.0 + 4.0 * cos, 1.0 + 4.0 * sin, 0.0)),
         );
-        let panel = bench.draw().expect("it shows");
-        assert_eq!(panel.texts(), [words], "at {degrees}°");
+        let panel = bench.draw().expect("no fault");
+        assert_eq!(panel.texts(), [expected], "at {degrees}°");
         assert!((panel.value("heading error") - degrees.to_radians()).abs() < 1e-9);
         assert!((panel.value("target ahead") - 4.0).abs() < 1e-9);
     }
@@ -182,7 +182,7 @@ fn its_panel_shows_whether_its_area_is_free() {
     let mut bench = free();
     for (obstacle, ink) in [(None, Ink::Good), (Some((2.0, 0.5)), Ink::Bad)] {
         bench.import("laser", &scan(obstacle));
-        let panel = bench.draw().expect("it shows");
+        let panel = bench.draw().expect("no fault");
         let area = panel.shapes("area").iter().find_map(|shape| match shape {
             Shape::Line {
                 points,
@@ -194,5 +194,5 @@ fn its_panel_shows_whether_its_area_is_free() {
         assert_eq!(area, Some(([3.0, 1.0], Color::Ink(ink))));
     }
     bench.set("target", Target::NONE);
-    assert_eq!(bench.draw().expect("it shows").texts(), ["No target, or no pose"]);
+    assert_eq!(bench.draw().expect("no fault").texts(), ["No target, or no pose"]);
 }

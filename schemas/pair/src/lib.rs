@@ -19,7 +19,7 @@ pub struct Listener {
     /// The number to log.
     #[import(trigger)]
     count: Import<u64>,
-    said: u64,
+    logged: u64,
 }
 
 impl Schema for Talker {
@@ -32,12 +32,16 @@ impl Schema for Talker {
 
 impl Schema for Listener {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok(self.count.get(cx).is_some_and(|count| *count != self.said).into())
+        Ok(self
+            .count
+            .get(cx)
+            .is_some_and(|count| *count != self.logged)
+            .into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.said = *self.count.require(cx)?.value();
-        info!(cx, "heard {}", self.said);
+        self.logged = *self.count.require(cx)?.value();
+        info!(cx, "heard {}", self.logged);
         Ok(())
     }
 }

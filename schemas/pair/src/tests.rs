@@ -6,39 +6,39 @@ use jde_schema::bench::Bench;
 use super::*;
 
 fn ready(listener: &mut Bench<Listener>) -> bool {
-    listener.check().expect("it checks").ready
+    listener.check().expect("no fault").ready
 }
 
-fn heard(listener: &Bench<Listener>) -> Vec<&str> {
-    listener.log().iter().map(|(_, words)| &**words).collect()
+fn messages(listener: &Bench<Listener>) -> Vec<&str> {
+    listener.log().iter().map(|(_, text)| &**text).collect()
 }
 
 #[test]
-fn the_talker_counts_from_1_and_goes_on_after_a_sleep() {
+fn the_talker_counts_from_1_and_continues_after_a_sleep() {
     let mut talker = Bench::<Talker>::new();
     assert_eq!(talker.exported::<u64>("count"), None);
     for count in 1..=3_u64 {
-        talker.iterate().expect("it counts");
+        talker.iterate().expect("no fault");
         assert_eq!(talker.exported("count"), Some(count));
     }
-    talker.sleep().expect("it sleeps");
-    talker.awake().expect("it wakes");
-    talker.iterate().expect("it counts");
+    talker.sleep().expect("no fault");
+    talker.awake().expect("no fault");
+    talker.iterate().expect("no fault");
     assert_eq!(talker.exported("count"), Some(4_u64), "a sleep keeps its memory");
 }
 
 #[test]
-fn the_listener_is_ready_for_a_number_it_has_not_said() {
+fn the_listener_is_ready_for_a_number_that_it_has_not_logged() {
     let mut listener = Bench::<Listener>::new();
-    assert!(!ready(&mut listener), "nobody has said anything");
+    assert!(!ready(&mut listener), "there is no number");
     listener.import("count", &7_u64);
     assert!(ready(&mut listener));
-    listener.iterate().expect("it says it");
-    assert!(!ready(&mut listener), "it has said that");
+    listener.iterate().expect("no fault");
+    assert!(!ready(&mut listener), "the number is logged");
     listener.import("count", &8_u64);
     assert!(ready(&mut listener));
-    listener.iterate().expect("it says it");
-    assert_eq!(heard(&listener), ["heard 7", "heard 8"]);
+    listener.iterate().expect("no fault");
+    assert_eq!(messages(&listener), ["heard 7", "heard 8"]);
     assert!(
         listener
             .log()
@@ -48,8 +48,8 @@ fn the_listener_is_ready_for_a_number_it_has_not_said() {
 }
 
 #[test]
-fn a_listener_that_must_speak_without_a_number_says_which_import_is_missing() {
+fn a_listener_without_a_number_fails_and_names_the_import() {
     let mut listener = Bench::<Listener>::new();
-    let reason = listener.iterate().expect_err("there is nothing to say").reason;
+    let reason = listener.iterate().expect_err("the import has no value").reason;
     assert_eq!(reason, "import `count` has no value");
 }

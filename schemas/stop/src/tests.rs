@@ -25,16 +25,16 @@ fn scan(points: &[(f64, f64)]) -> LaserScan {
 fn ready(points: &[(f64, f64)]) -> bool {
     let mut bench = Bench::<Stop>::new();
     bench.import("laser", &scan(points));
-    bench.check().expect("it checks").ready
+    bench.check().expect("no fault").ready
 }
 
-/// Whether the schema is READY for a reading straight ahead.
+/// Returns whether the schema is READY for a reading straight ahead.
 fn ready_at(reading: f32) -> bool {
     let mut bench = Bench::<Stop>::new();
     let mut scan = scan(&[]);
     scan.ranges.as_mut_slice()[360] = reading;
     bench.import("laser", &scan);
-    bench.check().expect("it checks").ready
+    bench.check().expect("no fault").ready
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn the_area_reaches_30_cm_to_each_side() {
     for side in [1.0, -1.0] {
         assert!(ready(&[(0.4, 0.29 * side)]));
         assert!(!ready(&[(0.4, 0.31 * side)]));
-        assert!(!ready(&[(0.1, 0.59 * side)]), "near, but beside");
+        assert!(!ready(&[(0.1, 0.59 * side)]), "near, but beside the area");
     }
 }
 
@@ -61,19 +61,19 @@ fn the_area_is_a_rectangle_and_not_a_disc() {
 #[test]
 fn without_a_scan_it_is_not_ready() {
     let mut bench = Bench::<Stop>::new();
-    assert!(!bench.check().expect("it checks").ready);
+    assert!(!bench.check().expect("no fault").ready);
 }
 
 #[test]
-fn a_scan_without_beams_or_returns_shows_nothing() {
+fn a_scan_without_beams_or_returns_contains_no_obstacle() {
     let mut bench = Bench::<Stop>::new();
     bench.import("laser", &LaserScan::default());
-    assert!(!bench.check().expect("it checks").ready);
+    assert!(!bench.check().expect("no fault").ready);
     assert!(!ready(&[]));
 }
 
 #[test]
-fn readings_that_are_no_distance_are_taken_as_rep_117_says() {
+fn readings_that_are_not_distances_are_treated_by_rep_117() {
     assert!(ready_at(f32::NEG_INFINITY), "too near to measure is near");
     assert!(!ready_at(f32::INFINITY), "no return");
     assert!(!ready_at(f32::NAN), "no reading");
@@ -85,22 +85,22 @@ fn readings_that_are_no_distance_are_taken_as_rep_117_says() {
 fn the_area_is_modulated() {
     let mut bench = Bench::<Stop>::new();
     bench.import("laser", &scan(&[(0.9, 0.45)]));
-    assert!(!bench.check().expect("it checks").ready);
+    assert!(!bench.check().expect("no fault").ready);
     bench.set("ahead", 1.0);
-    assert!(!bench.check().expect("it checks").ready, "still beside");
+    assert!(!bench.check().expect("no fault").ready, "still beside the area");
     bench.set("half_width", 0.5);
-    assert!(bench.check().expect("it checks").ready);
+    assert!(bench.check().expect("no fault").ready);
 }
 
 #[test]
-fn it_commands_the_base_to_stand() {
+fn it_commands_zero_speed() {
     let mut bench = Bench::<Stop>::new();
-    bench.iterate().expect("it needs no scan for that");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
 }
 
 #[test]
-fn r7_without_authority_its_command_is_refused_and_no_fault() {
+fn r7_a_command_without_authority_is_refused_and_no_fault() {
     let mut bench = Bench::<Stop>::new();
     bench.set_authority(false);
     bench.iterate().expect("a refusal is not a fault");
@@ -111,7 +111,7 @@ fn r7_without_authority_its_command_is_refused_and_no_fault() {
 fn its_panel_shows_its_area_and_the_nearest_obstacle_in_it() {
     let mut bench = Bench::<Stop>::new();
     let area = |bench: &mut Bench<Stop>| {
-        let panel = bench.draw().expect("it shows");
+        let panel = bench.draw().expect("no fault");
         let areas = panel.shapes("area").iter().find_map(|shape| match shape {
             Shape::Line {
                 points,
@@ -126,7 +126,7 @@ fn its_panel_shows_its_area_and_the_nearest_obstacle_in_it() {
     assert_eq!((corner, color), ([0.6, 0.3], Color::Ink(Ink::Good)));
     assert_eq!(panel.texts(), ["nothing ahead"]);
     bench.import("laser", &scan(&[(0.5, 0.0), (2.0, 1.0)]));
-    assert!(bench.check().expect("it checks").ready);
+    assert!(bench.check().expect("no fault").ready);
     let ((_, color), panel) = area(&mut bench);
     assert_eq!(color, Color::Ink(Ink::Bad));
     assert!((panel.value("nearest ahead") - 0.5).abs() < 1e-6);

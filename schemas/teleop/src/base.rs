@@ -28,7 +28,7 @@ pub struct Base {
     /// Highest turn rate.
     #[modulation(default = 1.0, unit = "rad/s", min = 0.0)]
     turn: Modulation<f64>,
-    /// Highest increase of the speed per second. Decreases are not limited here, only by the base.
+    /// Highest increase of the speed per second. Only the base limits decreases.
     #[modulation(default = 0.6, unit = "m/s2", min = 0.01)]
     acceleration: Modulation<f64>,
     /// Highest increase of the turn rate per second.
@@ -43,12 +43,12 @@ pub struct Base {
 
 impl Schema for Base {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok(self.wanted(cx).is_some().into())
+        Ok(self.requested_twist(cx).is_some().into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let twist = match self.wanted(cx) {
-            Some(wanted) => self.limited(cx, &wanted),
+        let twist = match self.requested_twist(cx) {
+            Some(requested) => self.limited(cx, &requested),
             None => Twist::ZERO,
         };
         self.last = Some((twist, cx.now()));
@@ -58,12 +58,12 @@ impl Schema for Base {
 }
 
 impl Base {
-    fn wanted(&self, cx: &Context) -> Option<Twist> {
-        let want = self.want.sample(cx);
-        is_in_force(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(want.twist)
+    fn requested_twist(&self, cx: &Context) -> Option<Twist> {
+        let wish = self.want.sample(cx);
+        is_in_force(cx, wish.wanted, wish.time(), self.patience.get(cx)).then_some(wish.twist)
     }
 
-    fn limited(&self, cx: &Context, wanted: &Twist) -> Twist {
+    fn limited(&self, cx: &Context, requested: &Twist) -> Twist {
         let now = cx.now();
         let fresh = |(_, time): &(Twist, Duration)| now.saturating_sub(*time) <= PAUSE;
         let (last, passed) = match self.last.filter(fresh) {
@@ -79,10 +79,10 @@ impl Base {
             step: self.turn_acceleration.get(cx) * passed,
         };
         let mut twist = Twist::planar(
-            linear.of(wanted.linear.x, last.linear.x),
-            angular.of(wanted.angular.z, last.angular.z),
+            linear.of(requested.linear.x, last.linear.x),
+            angular.of(requested.angular.z, last.angular.z),
         );
-        twist.linear.y = linear.of(wanted.linear.y, last.linear.y);
+        twist.linear.y = linear.of(requested.linear.y, last.linear.y);
         twist
     }
 }
@@ -98,9 +98,9 @@ struct Limit {
 impl Limit {
     /// Returns the speed to command for a wish after the speed `last`. It decreases at once, increases step
     /// by step, and passes through 0 when the sign changes.
-    fn of(&self, wanted: f64, last: f64) -> f64 {
-        let wanted = wanted.clamp(-self.max, self.max);
-        let before = if wanted * last > 0.0 { last.abs() } else { 0.0 };
-        wanted.abs().min(before + self.step).copysign(wanted)
+    fn of(&self, requested: f64, last: f64) -> f64 {
+        let target = requested.clamp(-self.max, self.max);
+        let before = if target * last > 0.0 { last.abs() } else { 0.0 };
+        target.abs().min(before + self.step).copysign(target)
     }
 }

@@ -34,16 +34,16 @@ pub struct Head {
 
 impl Schema for Head {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok((self.wanted(cx).is_some() && self.pan_tilt.get(cx).is_some()).into())
+        Ok((self.requested_rates(cx).is_some() && self.pan_tilt.get(cx).is_some()).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
         let Some(now) = self.pan_tilt.get(cx) else {
             return Ok(());
         };
-        let want = self.wanted(cx).unwrap_or(Look::NONE);
+        let rates = self.requested_rates(cx).unwrap_or(Look::NONE);
         let most = self.turn.get(cx);
-        let (pan, tilt) = (want.pan.clamp(-most, most), want.tilt.clamp(-most, most));
+        let (pan, tilt) = (rates.pan.clamp(-most, most), rates.tilt.clamp(-most, most));
         self.head.command(
             cx,
             PanTilt {
@@ -60,8 +60,8 @@ impl Schema for Head {
 }
 
 impl Head {
-    fn wanted(&self, cx: &Context) -> Option<Look> {
-        let want = self.want.sample(cx);
-        is_in_force(cx, want.wanted, want.time(), self.patience.get(cx)).then_some(*want.value())
+    fn requested_rates(&self, cx: &Context) -> Option<Look> {
+        let wish = self.want.sample(cx);
+        is_in_force(cx, wish.wanted, wish.time(), self.patience.get(cx)).then_some(*wish.value())
     }
 }

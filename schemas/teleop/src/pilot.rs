@@ -34,9 +34,9 @@ impl Schema for Pilot {
         let patience = self.patience.get(cx);
         let drive = self.drive.get(cx);
         let look = self.look.get(cx);
-        let drives = drive.is_some_and(|wish| is_in_force(cx, wish.wanted, wish.time(), patience));
-        let looks = look.is_some_and(|wish| is_in_force(cx, wish.wanted, wish.time(), patience));
-        Ok((drives || looks).into())
+        let drive_wish = drive.is_some_and(|wish| is_in_force(cx, wish.wanted, wish.time(), patience));
+        let head_wish = look.is_some_and(|wish| is_in_force(cx, wish.wanted, wish.time(), patience));
+        Ok((drive_wish || head_wish).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {

@@ -12,7 +12,7 @@ use force::{Field, Forces};
 /// Drives the base around an obstacle in the area ahead while approaching the target.
 ///
 /// The target attracts, every laser return repels, and the base follows the sum with the bands and speeds of
-/// 2007. The urgency is the absolute heading error, rad, so that a father can tell whether the schema would
+/// 2007. The urgency is the absolute heading error, rad, so that a father knows whether the schema would
 /// turn on the spot.
 #[derive(Describe)]
 #[schema(motor, period = "75ms", budget = "20ms")]

@@ -36,9 +36,12 @@ fn scan(density: usize, returns: &[(i32, f32)]) -> LaserScan {
 }
 
 #[track_caller]
-fn near(is: (f64, f64), wanted: (f64, f64), tolerance: f64) {
-    let apart = (is.0 - wanted.0).hypot(is.1 - wanted.1);
-    assert!(apart <= tolerance, "{is:?} is not {wanted:?} ± {tolerance}");
+fn near(actual: (f64, f64), expected: (f64, f64), tolerance: f64) {
+    let distance = (actual.0 - expected.0).hypot(actual.1 - expected.1);
+    assert!(
+        distance <= tolerance,
+        "{actual:?} is not {expected:?} ± {tolerance}"
+    );
 }
 
 /// The sum of forces for a target at (x, y) in the robot's frame and returns one degree wide.
@@ -95,14 +98,14 @@ fn pushes_add_up_as_vectors() {
 }
 
 #[test]
-fn a_wall_pushes_as_hard_through_more_beams() {
+fn the_push_of_a_wall_does_not_depend_on_the_number_of_beams() {
     let wall: Vec<(i32, f32)> = (20..70).map(|degrees| (degrees, 0.6)).collect();
     let target = Pose2D::new(3.0, 1.0, 0.0);
     let coarse = FIELD.forces(&target, &scan(1, &wall)).sum();
     let fine = FIELD.forces(&target, &scan(4, &wall)).sum();
     // The additional beams are up to 0.75 degrees farther to the left.
     near(fine, coarse, 0.01);
-    assert!(coarse.1 < -0.1, "it does push: {coarse:?}");
+    assert!(coarse.1 < -0.1, "the wall does not push: {coarse:?}");
 }
 
 #[test]
@@ -146,8 +149,8 @@ fn bench(degrees: f64, returns: &[(i32, f32)]) -> Bench<Vff> {
 #[track_caller]
 fn drives(degrees: f64, linear: f64, angular: f64) {
     let mut bench = bench(degrees, &[]);
-    bench.iterate().expect("it drives");
-    let twist: Twist = bench.commanded("base").expect("it commands");
+    bench.iterate().expect("no fault");
+    let twist: Twist = bench.commanded("base").expect("a command");
     let (along, turn) = (twist.linear.x, twist.angular.z);
     assert!(
         (along - linear).abs() < 1e-9 && (turn - angular).abs() < 1e-9,
@@ -179,9 +182,9 @@ fn from_40_degrees_it_turns_toward_the_force_on_the_spot() {
 }
 
 #[test]
-fn it_is_as_urgent_as_its_heading_error() {
+fn its_urgency_is_its_heading_error() {
     for degrees in [0.0, 30.0, -30.0, 170.0, -170.0] {
-        let urgency = bench(degrees, &[]).check().expect("it checks").urgency;
+        let urgency = bench(degrees, &[]).check().expect("no fault").urgency;
         assert!(
             (urgency - f64::abs(degrees).to_radians()).abs() < 1e-6,
             "{urgency} rad at {degrees}°"
@@ -192,8 +195,8 @@ fn it_is_as_urgent_as_its_heading_error() {
 #[test]
 fn in_a_symmetric_scene_it_does_not_turn() {
     let mut bench = bench(0.0, &[(-40, 0.9), (40, 0.9), (-60, 0.7), (60, 0.7), (0, 2.0)]);
-    assert!(bench.check().expect("it checks").ready);
-    bench.iterate().expect("it drives");
+    assert!(bench.check().expect("no fault").ready);
+    bench.iterate().expect("no fault");
     assert_eq!(bench.commanded("base"), Some(Twist::planar(0.2, 0.0)));
 }
 
@@ -203,8 +206,8 @@ fn it_turns_away_from_a_wall_on_one_side() {
     let right: Vec<(i32, f32)> = left.iter().map(|(degrees, range)| (-degrees, *range)).collect();
     for (wall, sign) in [(left, -1.0), (right, 1.0)] {
         let mut bench = bench(0.0, &wall);
-        bench.iterate().expect("it drives");
-        let twist: Twist = bench.commanded("base").expect("it commands");
+        bench.iterate().expect("no fault");
+        let twist: Twist = bench.commanded("base").expect("a command");
         assert!(twist.angular.z * sign > 0.0, "{} rad/s", twist.angular.z);
     }
 }
@@ -222,7 +225,7 @@ fn it_is_ready_while_an_obstacle_stands_in_its_area() {
     ] {
         let mut bench = bench(0.0, &[point]);
         assert_eq!(
-            bench.check().expect("it checks").ready,
+            bench.check().expect("no fault").ready,
             ready,
             "an obstacle at {point:?}"
         );
@@ -230,7 +233,7 @@ fn it_is_ready_while_an_obstacle_stands_in_its_area() {
 }
 
 #[test]
-fn with_a_margin_an_obstacle_must_go_farther_than_it_came() {
+fn the_margin_gives_hysteresis_to_the_precondition() {
     let mut bench = bench(0.0, &[]);
     bench.set("margin", 0.2);
     for (range, ready) in [
@@ -242,19 +245,19 @@ fn with_a_margin_an_obstacle_must_go_farther_than_it_came() {
         (3.1, false),
     ] {
         bench.import("laser", &scan(1, &[(0, range)]));
-        assert_eq!(bench.check().expect("it checks").ready, ready, "at {range} m");
+        assert_eq!(bench.check().expect("no fault").ready, ready, "at {range} m");
     }
     bench.import("laser", &scan(1, &[(45, 1.40)]));
-    assert!(bench.check().expect("it checks").ready);
+    assert!(bench.check().expect("no fault").ready);
     bench.import("laser", &scan(1, &[(45, 1.60)]));
     assert!(
-        bench.check().expect("it checks").ready,
-        "the area grows to the sides too"
+        bench.check().expect("no fault").ready,
+        "the area does not grow to the sides"
     );
 }
 
 #[test]
-fn without_a_target_a_scan_or_a_pose_it_is_not_ready_and_stands() {
+fn without_a_target_a_scan_or_a_pose_it_is_not_ready_and_commands_zero_speed() {
     let mut without_target = bench(0.0, &[(0, 1.0)]);
     without_target.set("target", Target::NONE);
     let mut without_pose = Bench::<Vff>::new();
@@ -267,19 +270,19 @@ fn without_a_target_a_scan_or_a_pose_it_is_not_ready_and_stands() {
     );
     without_scan.set("target", Target::at(Pose2D::ORIGIN));
     for mut bench in [without_target, without_pose, without_scan] {
-        assert!(!bench.check().expect("it checks").ready);
-        bench.iterate().expect("it stops");
+        assert!(!bench.check().expect("no fault").ready);
+        bench.iterate().expect("no fault");
         assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
     }
 }
 
 #[test]
-fn the_target_is_seen_from_where_the_robot_looks() {
+fn the_target_is_converted_to_the_frame_of_the_robot() {
     let mut bench = bench(0.0, &[]);
     let pose = Pose2D::new(4.0, -3.0, FRAC_PI_2);
     bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
     assert!(
-        bench.check().expect("it checks").urgency < 1e-6,
+        bench.check().expect("no fault").urgency < 1e-6,
         "the target at 4, 0 lies straight ahead"
     );
 }
@@ -287,11 +290,11 @@ fn the_target_is_seen_from_where_the_robot_looks() {
 #[test]
 fn its_panel_shows_the_forces_that_it_follows() {
     let mut bench = bench(0.0, &[(90, 0.4), (89, 0.4)]);
-    bench.iterate().expect("it drives");
-    let panel = bench.draw().expect("it shows");
+    bench.iterate().expect("no fault");
+    let panel = bench.draw().expect("no fault");
     assert!((panel.value("attraction") - 0.7).abs() < 1e-9);
-    let push = 2.0 * 0.3 * 1.5 / 20.0 * 0.5_f64.to_radians().cos();
-    assert!((panel.value("repulsion") - push).abs() < 1e-6);
+    let expected_push = 2.0 * 0.3 * 1.5 / 20.0 * 0.5_f64.to_radians().cos();
+    assert!((panel.value("repulsion") - expected_push).abs() < 1e-6);
     let tips: Vec<_> = panel
         .shapes("area")
         .iter()
@@ -303,25 +306,21 @@ fn its_panel_shows_the_forces_that_it_follows() {
             _ => None,
         })
         .collect();
-    let [(pull, _), (pushed, _), (both, color)] = tips[..] else {
+    let [(pull, _), (push, _), (sum, color)] = tips[..] else {
         panic!("three forces: {tips:?}")
     };
-    assert!(pushed[1] < 0.0, "away from the wall on the left");
-    near(
-        (both[0], both[1]),
-        (pull[0] + pushed[0], pull[1] + pushed[1]),
-        1e-9,
-    );
+    assert!(push[1] < 0.0, "the force points away from the wall on the left");
+    near((sum[0], sum[1]), (pull[0] + push[0], pull[1] + push[1]), 1e-9);
     assert_eq!(color, Color::Ink(Ink::Accent));
-    let error = both[1].atan2(both[0]);
+    let error = sum[1].atan2(sum[0]);
     assert!((panel.value("heading error") - error).abs() < 1e-9);
 }
 
 #[test]
-fn its_panel_shows_the_area_that_was_looked_at() {
+fn its_panel_shows_the_area_of_the_last_check() {
     let mut bench = bench(0.0, &[]);
     bench.set("margin", 0.2);
-    for (range, wanted) in [
+    for (range, expected) in [
         (3.1, ([3.0, 1.0], Ink::Good)),
         (2.9, ([3.0, 1.0], Ink::Warn)),
         (3.1, ([3.2, 1.2], Ink::Warn)),
@@ -329,8 +328,8 @@ fn its_panel_shows_the_area_that_was_looked_at() {
         (3.1, ([3.0, 1.0], Ink::Good)),
     ] {
         bench.import("laser", &scan(1, &[(0, range)]));
-        bench.check().expect("it checks");
-        let panel = bench.draw().expect("it shows");
+        bench.check().expect("no fault");
+        let panel = bench.draw().expect("no fault");
         let area = panel.shapes("area").iter().find_map(|shape| match shape {
             Shape::Line {
                 points,
@@ -339,24 +338,24 @@ fn its_panel_shows_the_area_that_was_looked_at() {
             } => Some((points[2], stroke.color)),
             _ => None,
         });
-        let (corner, ink) = wanted;
+        let (corner, ink) = expected;
         assert_eq!(area, Some((corner, Color::Ink(ink))), "at {range} m");
     }
 }
 
 #[test]
-fn another_build_of_it_knows_that_an_obstacle_stood_there() {
+fn another_instance_restores_whether_an_obstacle_was_in_the_area() {
     let mut old = bench(0.0, &[]);
     old.import("laser", &scan(1, &[(0, 2.9)]));
-    assert!(old.check().expect("it checks").ready);
-    let saved = old.save().expect("it saves");
+    assert!(old.check().expect("no fault").ready);
+    let saved = old.save().expect("no fault");
     for (restored, ready) in [(false, false), (true, true)] {
         let mut new = bench(0.0, &[]);
         new.set("margin", 0.2);
         if restored {
-            new.restore(&saved).expect("it restores");
+            new.restore(&saved).expect("no fault");
         }
         new.import("laser", &scan(1, &[(0, 3.1)]));
-        assert_eq!(new.check().expect("it checks").ready, ready);
+        assert_eq!(new.check().expect("no fault").ready, ready);
     }
 }

@@ -6,7 +6,7 @@ use jde_schema::prelude::*;
 
 use crate::Finder;
 use crate::ball::Ball;
-use crate::tests::{GREY, ORANGE, Painted, WIDE, near, paint, roomy, seconds};
+use crate::tests::{GREY, ORANGE, Painted, WIDE, near, paint, seconds, with_large_stack};
 
 const SIZE: [usize; 2] = [320, 240];
 
@@ -21,13 +21,13 @@ fn finder() -> Bench<Finder> {
 
 fn show(bench: &mut Bench<Finder>, balls: &[Painted]) -> Ball {
     bench.import("image", &*paint(SIZE, balls));
-    bench.iterate().expect("it sees");
-    bench.exported("ball").expect("it says what it sees")
+    bench.iterate().expect("no fault");
+    bench.exported("ball").expect("a ball")
 }
 
 #[test]
-fn bearing_elevation_and_distance_are_those_of_the_ball_all_over_the_picture() {
-    roomy(|| {
+fn bearing_elevation_and_distance_are_right_all_over_the_picture() {
+    with_large_stack(|| {
         for distance in [0.7, 1.0, 2.5] {
             for x in [-0.6, -0.3, 0.0, 0.4, 0.6] {
                 for y in [-0.4, 0.0, 0.35] {
@@ -48,40 +48,40 @@ fn bearing_elevation_and_distance_are_those_of_the_ball_all_over_the_picture() {
 
 #[test]
 fn a_ball_of_twice_the_radius_is_twice_as_far() {
-    roomy(|| {
+    with_large_stack(|| {
         let mut bench = finder();
         let balls = [([0.0, 0.2, 1.0], 0.1, ORANGE)];
-        let near_by = show(&mut bench, &balls).distance;
+        let distance = show(&mut bench, &balls).distance;
         bench.set("radius", 0.2);
-        near(show(&mut bench, &balls).distance, 2.0 * near_by, 1e-9);
+        near(show(&mut bench, &balls).distance, 2.0 * distance, 1e-9);
     });
 }
 
 #[test]
-fn the_head_turns_what_the_camera_sees_into_the_frame_of_the_base() {
-    roomy(|| {
+fn the_position_of_the_head_converts_angles_to_the_frame_of_the_base() {
+    with_large_stack(|| {
         let mut bench = Bench::<Finder>::new();
         bench.set("field_of_view", WIDE);
-        let look = PanTilt {
+        let head = PanTilt {
             pan: -0.8,
             tilt: 0.3,
             ..PanTilt::default()
         };
-        bench.import("pan_tilt", &look);
+        bench.import("pan_tilt", &head);
         let ball = show(&mut bench, &[([0.0, 0.0, 1.0], 0.1, ORANGE)]);
         near(ball.bearing, -0.8, 0.003);
         near(ball.elevation, -0.3, 0.003);
         assert_eq!(ball.header.frame_id.as_str(), "base_link");
         // Without the position of the head, that of the ball is unknown.
         bench.retract("pan_tilt");
-        bench.iterate().expect("it waits");
+        bench.iterate().expect("no fault");
         assert_eq!(bench.exported::<Ball>("ball"), None);
     });
 }
 
 #[test]
-fn of_several_balls_the_largest_counts_and_other_colours_do_not() {
-    roomy(|| {
+fn the_largest_ball_of_the_colour_is_found() {
+    with_large_stack(|| {
         let far = ([-1.0, 0.0, 3.0], 0.1, ORANGE);
         let close = ([0.4, 0.0, 1.0], 0.1, ORANGE);
         let blue = ([0.0, 0.0, 0.5], 0.1, [38, 92, 190]);
@@ -91,8 +91,8 @@ fn of_several_balls_the_largest_counts_and_other_colours_do_not() {
 }
 
 #[test]
-fn what_is_too_small_or_not_round_is_no_ball() {
-    roomy(|| {
+fn a_mass_that_is_too_small_or_not_round_is_rejected() {
+    with_large_stack(|| {
         let tiny = ([0.0, 0.0, 12.0], 0.1, ORANGE);
         assert!(!show(&mut finder(), &[tiny]).seen.get());
         let mut bench = finder();
@@ -107,8 +107,8 @@ fn what_is_too_small_or_not_round_is_no_ball() {
 }
 
 #[test]
-fn half_a_ball_is_one_and_looks_farther_by_less_than_half() {
-    roomy(|| {
+fn a_ball_that_is_half_hidden_is_found_and_appears_at_most_half_farther() {
+    with_large_stack(|| {
         // The edge of a very large grey ball hides the right half.
         let cover = ([5.0, 0.0, 0.5], 5.0, GREY);
         let ball = show(&mut finder(), &[cover, ([0.0, 0.0, 1.0], 0.1, ORANGE)]);
@@ -118,13 +118,13 @@ fn half_a_ball_is_one_and_looks_farther_by_less_than_half() {
 }
 
 #[test]
-fn a_lost_ball_is_where_it_was_and_the_time_is_counted() {
-    roomy(|| {
+fn a_lost_ball_keeps_its_position_and_the_time_is_counted() {
+    with_large_stack(|| {
         let mut bench = finder();
         bench.set_now(seconds(1.0));
-        let never = show(&mut bench, &[]);
+        let initial = show(&mut bench, &[]);
         assert_eq!(
-            (never.seen.get(), never.unseen, never.is_known()),
+            (initial.seen.get(), initial.unseen, initial.is_known()),
             (false, 0.0, false)
         );
         bench.set_now(seconds(2.0));
@@ -140,28 +140,31 @@ fn a_lost_ball_is_where_it_was_and_the_time_is_counted() {
         assert_eq!((lost.unseen, lost.count, lost.is_known()), (0.25, 0, true));
         assert_eq!((lost.bearing, lost.distance), (ball.bearing, ball.distance));
         bench.set_now(seconds(3.5));
-        assert!(!show(&mut bench, &[]).is_known(), "it is not believed for long");
+        assert!(
+            !show(&mut bench, &[]).is_known(),
+            "the position is not used for long"
+        );
     });
 }
 
 #[test]
-fn no_new_picture_is_no_news_and_no_picture_at_all_takes_it_back() {
-    roomy(|| {
+fn the_ball_is_kept_without_a_new_picture_and_retracted_without_any_picture() {
+    with_large_stack(|| {
         let mut bench = finder();
         bench.set_now(seconds(1.0));
         show(&mut bench, &[([0.0, 0.0, 1.0], 0.1, ORANGE)]);
         bench.set_now(seconds(2.0));
-        bench.iterate().expect("it waits");
+        bench.iterate().expect("no fault");
         assert_eq!(bench.exported_at("ball"), Some(seconds(1.0)));
         bench.retract("image");
-        bench.iterate().expect("it waits");
+        bench.iterate().expect("no fault");
         assert_eq!(bench.exported::<Ball>("ball"), None);
     });
 }
 
 #[test]
-fn blue_may_come_first_and_rows_may_be_longer_than_their_pixels() {
-    roomy(|| {
+fn bgr_pictures_and_rows_with_padding_are_accepted() {
+    with_large_stack(|| {
         let mut image = paint(SIZE, &[([0.3, 0.0, 1.0], 0.1, ORANGE)]);
         for pixel in image.data.as_mut_slice().as_chunks_mut::<3>().0 {
             pixel.reverse();
@@ -172,28 +175,28 @@ fn blue_may_come_first_and_rows_may_be_longer_than_their_pixels() {
         image.width = 300;
         let mut bench = finder();
         bench.import("image", &*image);
-        bench.iterate().expect("it sees");
-        let ball: Ball = bench.exported("ball").expect("it says what it sees");
+        bench.iterate().expect("no fault");
+        let ball: Ball = bench.exported("ball").expect("a ball");
         near(ball.column, 208.0, 0.7);
     });
 }
 
 #[test]
-fn a_picture_that_cannot_be_read_is_told_in_words() {
-    roomy(|| {
-        let refused = |image: &Image, words: &[&str]| {
+fn a_picture_that_cannot_be_read_is_a_fault_with_a_reason() {
+    with_large_stack(|| {
+        let check = |image: &Image, expected: &[&str]| {
             let mut bench = finder();
             bench.import("image", image);
-            let reason = bench.iterate().expect_err("it cannot read that").reason;
-            for word in words {
-                assert!(reason.contains(word), "`{word}` is not in: {reason}");
+            let reason = bench.iterate().expect_err("the picture is invalid").reason;
+            for text in expected {
+                assert!(reason.contains(text), "`{text}` is not in: {reason}");
             }
         };
         let mut image = paint(SIZE, &[]);
         image.encoding = Text::new("mono8");
-        refused(&image, &["`image`", "mono8", "rgb8"]);
+        check(&image, &["`image`", "mono8", "rgb8"]);
         image.encoding = Text::new("rgb8");
         image.height = 241;
-        refused(&image, &["320 x 241", "960 bytes", "230400"]);
+        check(&image, &["320 x 241", "960 bytes", "230400"]);
     });
 }

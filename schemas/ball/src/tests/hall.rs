@@ -6,7 +6,7 @@ use jde_sim::{CameraConfig, HeadCommand, Pose2, RobotConfig, RobotId, World};
 
 use crate::Finder;
 use crate::ball::Ball;
-use crate::tests::{near, roomy};
+use crate::tests::{near, with_large_stack};
 
 const HALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../worlds/hall.toml");
 /// The position of the hall's orange ball, and that of the camera on a Pioneer: ahead of the robot's middle,
@@ -23,10 +23,10 @@ struct Hall {
 
 impl Hall {
     fn new() -> Self {
-        let mut world = World::load(HALL, 1).expect("the hall is there");
+        let mut world = World::load(HALL, 1).expect("a valid world");
         let robot = world
             .add_robot("second", RobotConfig::default())
-            .expect("it has room");
+            .expect("a free position");
         Self {
             world,
             robot,
@@ -35,7 +35,7 @@ impl Hall {
     }
 
     /// Returns the ball that the finder publishes for a robot at this pose with this head position.
-    fn look(&mut self, pose: Pose2, pan: f64, tilt: f64) -> Ball {
+    fn find(&mut self, pose: Pose2, pan: f64, tilt: f64) -> Ball {
         self.world.place(self.robot, pose).expect("there is room");
         let head = HeadCommand {
             pan,
@@ -43,7 +43,9 @@ impl Hall {
             pan_speed: 10.0,
             tilt_speed: 10.0,
         };
-        self.world.command_head(self.robot, head).expect("it is finite");
+        self.world
+            .command_head(self.robot, head)
+            .expect("a finite command");
         self.world.advance_to(self.world.now() + 3_000_000_000);
         let camera = CameraConfig::default();
         let mut image = Box::new(Image::default());
@@ -53,22 +55,22 @@ impl Hall {
         let data = image.data.resize(camera.bytes());
         self.world
             .picture(self.robot, &camera, data)
-            .expect("it has room");
-        let look = PanTilt {
+            .expect("a free position");
+        let position = PanTilt {
             pan,
             tilt,
             ..PanTilt::default()
         };
-        self.finder.import("pan_tilt", &look);
+        self.finder.import("pan_tilt", &position);
         self.finder.import("image", &*image);
-        self.finder.iterate().expect("it sees");
-        self.finder.exported("ball").expect("it says what it sees")
+        self.finder.iterate().expect("no fault");
+        self.finder.exported("ball").expect("a ball")
     }
 }
 
 #[test]
-fn the_ball_of_the_hall_is_found_where_it_lies() {
-    roomy(|| {
+fn the_ball_of_the_hall_is_found_at_its_position() {
+    with_large_stack(|| {
         let mut hall = Hall::new();
         let places = [
             (1.5, 5.6),
@@ -81,7 +83,7 @@ fn the_ball_of_the_hall_is_found_where_it_lies() {
         for (x, y) in places {
             for (turned, pan) in [(0.0, 0.0), (0.25, -0.1), (-0.3, 0.5), (0.9, -0.8)] {
                 let heading = f64::atan2(BALL[1] - y, BALL[0] - x) + turned;
-                let ball = hall.look(Pose2 { x, y, heading }, pan, 0.15);
+                let ball = hall.find(Pose2 { x, y, heading }, pan, 0.15);
                 let (sin, cos) = heading.sin_cos();
                 let eye = [x + AHEAD * cos, y + AHEAD * sin];
                 let (dx, dy) = (BALL[0] - eye[0], BALL[1] - eye[1]);
@@ -97,8 +99,8 @@ fn the_ball_of_the_hall_is_found_where_it_lies() {
 }
 
 #[test]
-fn nothing_else_in_the_hall_is_taken_for_the_ball() {
-    roomy(|| {
+fn no_other_object_of_the_hall_is_taken_for_the_ball() {
+    with_large_stack(|| {
         let mut hall = Hall::new();
         // From around the ball, in all directions but toward it, while people walk.
         for place in [[5.8, 5.0], [7.3, 3.2], [3.2, 2.0]] {
@@ -106,7 +108,7 @@ fn nothing_else_in_the_hall_is_taken_for_the_ball() {
             for step in 1..12 {
                 let heading = toward + 0.5 * f64::from(step) + 0.1;
                 let [x, y] = place;
-                let ball = hall.look(Pose2 { x, y, heading }, 0.0, 0.1);
+                let ball = hall.find(Pose2 { x, y, heading }, 0.0, 0.1);
                 assert!(!ball.seen.get(), "from {x}, {y} to {heading}: {ball:?}");
             }
         }

@@ -38,18 +38,18 @@ pub(crate) fn paint([width, height]: [usize; 2], balls: &[Painted]) -> Box<Image
                 (row as f64 + 0.5 - height as f64 / 2.0) / focal,
                 1.0,
             ];
-            let met = balls
+            let hit = balls
                 .iter()
-                .find(|(middle, radius, _)| meets(ray, *middle, *radius));
+                .find(|(middle, radius, _)| hits(ray, *middle, *radius));
             let at = 3 * (row * width + column);
-            data[at..at + 3].copy_from_slice(&met.map_or(GREY, |(_, _, color)| *color));
+            data[at..at + 3].copy_from_slice(&hit.map_or(GREY, |(_, _, color)| *color));
         }
     }
     image
 }
 
 /// Whether a ray from the camera passes a point within `radius`.
-fn meets(ray: [f64; 3], middle: [f64; 3], radius: f64) -> bool {
+fn hits(ray: [f64; 3], middle: [f64; 3], radius: f64) -> bool {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let along = dot(ray, middle);
     along > 0.0 && dot(middle, middle) - along * along / dot(ray, ray) <= radius * radius
@@ -79,15 +79,15 @@ pub(crate) fn seconds(seconds: f64) -> Duration {
 }
 
 #[track_caller]
-pub(crate) fn near(value: f64, wanted: f64, tolerance: f64) {
+pub(crate) fn near(value: f64, expected: f64, tolerance: f64) {
     assert!(
-        (value - wanted).abs() <= tolerance,
-        "{value} is not {wanted} +- {tolerance}"
+        (value - expected).abs() <= tolerance,
+        "{value} is not {expected} +- {tolerance}"
     );
 }
 
 /// Runs a test on a thread with a stack large enough for pictures of nearly a megabyte each.
-pub(crate) fn roomy(test: impl FnOnce() + Send + 'static) {
+pub(crate) fn with_large_stack(test: impl FnOnce() + Send + 'static) {
     let thread = thread::Builder::new().stack_size(64 << 20).spawn(test);
     if let Err(panic) = thread.expect("a thread starts").join() {
         resume_unwind(panic);

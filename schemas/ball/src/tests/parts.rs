@@ -19,7 +19,10 @@ fn limits(from_deg: f32, to_deg: f32) -> Limits {
 fn a_colour_is_within_limits_of_hue_saturation_and_value() {
     let orange = limits(14.0, 36.0);
     assert!(orange.contain([240, 124, 24]));
-    assert!(orange.contain([120, 62, 12]), "half the light changes no hue");
+    assert!(
+        orange.contain([120, 62, 12]),
+        "half the light does not change the hue"
+    );
     assert!(!orange.contain([60, 31, 6]), "too dark");
     assert!(!orange.contain([240, 190, 150]), "too pale");
     assert!(!orange.contain([242, 201, 32]), "yellow");
@@ -52,7 +55,7 @@ fn a_range_of_hues_may_go_through_red() {
 }
 
 #[test]
-fn without_limits_all_is_wanted_and_grey_needs_no_hue() {
+fn limits_of_the_full_range_contain_all_colours_and_grey_needs_no_hue() {
     let all = Limits {
         hue: [0.0, TAU],
         saturation: 0.0..=1.0,
@@ -73,16 +76,16 @@ fn without_limits_all_is_wanted_and_grey_needs_no_hue() {
 /// Number of pixels of the largest mass in a drawing that is round enough.
 fn largest(drawing: &[&str], roundness: f64) -> Option<usize> {
     let size = [drawing[0].len(), drawing.len()];
-    let wanted = |row: usize, column: usize| drawing[row].as_bytes()[column] == b'#';
+    let selected = |row: usize, column: usize| drawing[row].as_bytes()[column] == b'#';
     let mut blobs = Blobs::default();
-    let (mass, runs) = blobs.largest(size, wanted, |mass| mass.roundness() >= roundness)?;
+    let (mass, runs) = blobs.largest(size, selected, |mass| mass.roundness() >= roundness)?;
     let sum: usize = runs.map(|run| run.columns[1] - run.columns[0]).sum();
-    assert_eq!(sum, mass.count, "its runs are all its pixels");
+    assert_eq!(sum, mass.count, "the runs contain all pixels of the mass");
     Some(mass.count)
 }
 
 #[test]
-fn pixels_that_touch_are_one_mass_even_by_a_corner() {
+fn pixels_that_touch_at_an_edge_or_corner_are_one_mass() {
     assert_eq!(largest(&["##..", "..##", "...."], 0.0), Some(4));
     assert_eq!(largest(&["..##", "##..", "...."], 0.0), Some(4));
     assert_eq!(largest(&["##.##", "....."], 0.0), Some(2));
@@ -91,7 +94,7 @@ fn pixels_that_touch_are_one_mass_even_by_a_corner() {
 }
 
 #[test]
-fn branches_that_meet_further_down_are_one_mass() {
+fn branches_that_join_in_a_later_row_are_one_mass() {
     let comb = ["#.#.#.#", "#.#.#.#", "#######", "......."];
     assert_eq!(largest(&comb, 0.0), Some(15));
     let spiral = ["#####", "....#", "###.#", "#...#", "#####"];
@@ -99,14 +102,14 @@ fn branches_that_meet_further_down_are_one_mass() {
 }
 
 /// Number of pixels of the largest mass, found by visiting neighbours one by one.
-fn walked(wanted: &[bool], width: usize) -> usize {
-    let height = wanted.len() / width;
-    let mut left = wanted.to_vec();
+fn largest_by_flood_fill(selected: &[bool], width: usize) -> usize {
+    let height = selected.len() / width;
+    let mut remaining = selected.to_vec();
     let mut largest = 0;
-    for start in 0..left.len() {
+    for start in 0..remaining.len() {
         let (mut count, mut next) = (0, vec![start]);
         while let Some(place) = next.pop() {
-            if !core::mem::take(&mut left[place]) {
+            if !core::mem::take(&mut remaining[place]) {
                 continue;
             }
             count += 1;
@@ -122,12 +125,12 @@ fn walked(wanted: &[bool], width: usize) -> usize {
 }
 
 #[test]
-fn in_noise_of_any_density_masses_are_those_that_a_walk_over_their_pixels_finds() {
+fn in_noise_of_any_density_the_largest_mass_equals_that_of_a_flood_fill() {
     let mut random = 88_172_645_463_325_252_u64;
     let mut blobs = Blobs::default();
     for percent in (5..100).step_by(5) {
         for (width, height) in [(1, 40), (40, 1), (37, 23), (64, 48)] {
-            let wanted: Vec<bool> = (0..width * height)
+            let selected: Vec<bool> = (0..width * height)
                 .map(|_| {
                     random ^= random << 13;
                     random ^= random >> 7;
@@ -137,17 +140,17 @@ fn in_noise_of_any_density_masses_are_those_that_a_walk_over_their_pixels_finds(
                 .collect();
             let found = blobs.largest(
                 [width, height],
-                |row, column| wanted[row * width + column],
+                |row, column| selected[row * width + column],
                 |_| true,
             );
             let found = found.map(|(mass, runs)| {
                 let pixels: usize = runs.map(|run| run.columns[1] - run.columns[0]).sum();
-                assert_eq!(pixels, mass.count, "its runs are all of it");
+                assert_eq!(pixels, mass.count, "the runs contain all pixels of the mass");
                 pixels
             });
             assert_eq!(
                 found.unwrap_or(0),
-                walked(&wanted, width),
+                largest_by_flood_fill(&selected, width),
                 "{percent} % of {width} x {height}"
             );
         }
@@ -155,12 +158,12 @@ fn in_noise_of_any_density_masses_are_those_that_a_walk_over_their_pixels_finds(
 }
 
 #[test]
-fn the_last_column_belongs_to_its_row_alone() {
+fn the_last_column_does_not_touch_the_next_row() {
     assert_eq!(largest(&["...#", "#...", "...."], 0.0), Some(1));
 }
 
 #[test]
-fn what_is_long_or_hollow_is_not_round() {
+fn long_and_hollow_masses_are_not_round() {
     let square = ["....", ".##.", ".##.", "...."];
     assert_eq!(largest(&square, 0.9), Some(4));
     assert_eq!(largest(&["########", "........"], 0.4), None);
@@ -169,22 +172,22 @@ fn what_is_long_or_hollow_is_not_round() {
     assert_eq!(
         largest(&["########", "........", "##......", "##......"], 0.9),
         Some(4),
-        "the round one, though the other is larger"
+        "the round mass, although the other is larger"
     );
 }
 
 #[test]
-fn left_and_up_are_positive_and_the_head_adds_its_own() {
+fn left_and_up_are_positive_and_the_angles_of_the_head_are_added() {
     let angles = |toward: [f64; 3], pan: f64, tilt: f64| {
-        let sight = Observation {
+        let observation = Observation {
             direction: toward,
             solid_angle: 1.0,
         };
-        sight.angles(pan, tilt)
+        observation.angles(pan, tilt)
     };
-    let check = |[bearing, elevation]: [f64; 2], wanted: [f64; 2]| {
-        near(bearing, wanted[0], 1e-9);
-        near(elevation, wanted[1], 1e-9);
+    let check = |[bearing, elevation]: [f64; 2], expected: [f64; 2]| {
+        near(bearing, expected[0], 1e-9);
+        near(elevation, expected[1], 1e-9);
     };
     check(angles([0.0, 0.0, 1.0], 0.0, 0.0), [0.0, 0.0]);
     check(angles([-1.0, 0.0, 1.0], 0.0, 0.0), [45_f64.to_radians(), 0.0]);

@@ -7,24 +7,24 @@ use super::ms;
 use crate::{Base, Drive};
 
 fn ready(bench: &mut Bench<Base>) -> bool {
-    bench.check().expect("it checks").ready
+    bench.check().expect("no fault").ready
 }
 
 fn commanded(bench: &mut Bench<Base>) -> Twist {
-    bench.iterate().expect("it drives");
-    bench.commanded("base").expect("it commands")
+    bench.iterate().expect("no fault");
+    bench.commanded("base").expect("a command")
 }
 
-fn want(bench: &mut Bench<Base>, linear: f64, angular: f64) {
+fn set_wish(bench: &mut Bench<Base>, linear: f64, angular: f64) {
     bench.set("want", Drive::at(Twist::planar(linear, angular)));
 }
 
 #[test]
-fn it_is_ready_while_something_is_wanted_and_to_stand_still_is_something() {
+fn it_is_ready_while_there_is_a_wish_also_to_stand_still() {
     let mut bench = Bench::<Base>::new();
-    assert!(!ready(&mut bench), "nobody wants anything");
-    want(&mut bench, 0.0, 0.0);
-    assert!(ready(&mut bench), "to stand still");
+    assert!(!ready(&mut bench), "there is no wish");
+    set_wish(&mut bench, 0.0, 0.0);
+    assert!(ready(&mut bench), "a wish to stand still");
     bench.set("want", Drive::NONE);
     assert!(!ready(&mut bench));
 }
@@ -32,29 +32,29 @@ fn it_is_ready_while_something_is_wanted_and_to_stand_still_is_something() {
 #[test]
 fn a_wish_that_is_not_renewed_counts_for_half_a_second() {
     let mut bench = Bench::<Base>::new();
-    want(&mut bench, 0.2, 0.0);
+    set_wish(&mut bench, 0.2, 0.0);
     bench.set_now(ms(500));
     assert!(ready(&mut bench));
     bench.set_now(ms(501));
-    assert!(!ready(&mut bench), "whoever wanted it is gone");
-    want(&mut bench, 0.2, 0.0);
-    assert!(ready(&mut bench), "and is back");
+    assert!(!ready(&mut bench), "the wish has expired");
+    set_wish(&mut bench, 0.2, 0.0);
+    assert!(ready(&mut bench), "the wish is renewed");
     bench.set("patience", 0.1);
     bench.set_now(ms(602));
     assert!(!ready(&mut bench), "the patience is modulated");
 }
 
 #[test]
-fn without_a_wish_it_stands_still() {
+fn without_a_valid_wish_it_commands_zero_speed() {
     let mut bench = Bench::<Base>::new();
     assert_eq!(commanded(&mut bench), Twist::ZERO);
-    want(&mut bench, 0.2, 0.1);
+    set_wish(&mut bench, 0.2, 0.1);
     bench.set_now(ms(501));
     assert_eq!(commanded(&mut bench), Twist::ZERO);
 }
 
 #[test]
-fn no_wish_makes_it_faster_than_its_limits() {
+fn a_wish_does_not_exceed_the_limits() {
     let mut bench = Bench::<Base>::new();
     let fast = Twist {
         linear: Vector3 {
@@ -85,12 +85,12 @@ fn no_wish_makes_it_faster_than_its_limits() {
 }
 
 #[test]
-fn it_speeds_up_step_by_step_and_slows_down_at_once() {
+fn it_accelerates_step_by_step_and_slows_down_at_once() {
     let mut bench = Bench::<Base>::new();
     let mut speeds = Vec::new();
     for step in 0..20 {
         bench.set_now(ms(50 * step));
-        want(&mut bench, 0.3, 0.0);
+        set_wish(&mut bench, 0.3, 0.0);
         speeds.push(commanded(&mut bench).linear.x);
     }
     let steps: Vec<_> = speeds.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -99,25 +99,25 @@ fn it_speeds_up_step_by_step_and_slows_down_at_once() {
         "{speeds:?}"
     );
     assert!((speeds[0] - 0.03).abs() < 1e-9 && (speeds[19] - 0.3).abs() < 1e-9);
-    want(&mut bench, 0.1, 0.0);
+    set_wish(&mut bench, 0.1, 0.0);
     assert_eq!(commanded(&mut bench).linear.x, 0.1, "slower at once");
     bench.set_now(ms(1000));
-    want(&mut bench, -0.3, 0.0);
+    set_wish(&mut bench, -0.3, 0.0);
     assert!(
         (commanded(&mut bench).linear.x + 0.03).abs() < 1e-9,
-        "back from standing"
+        "backward from zero speed"
     );
 }
 
 #[test]
-fn after_a_pause_it_speeds_up_from_standing() {
+fn after_a_pause_it_accelerates_from_zero_speed() {
     let mut bench = Bench::<Base>::new();
     for step in 0..20 {
         bench.set_now(ms(50 * step));
-        want(&mut bench, 0.3, 0.0);
+        set_wish(&mut bench, 0.3, 0.0);
         commanded(&mut bench);
     }
     bench.set_now(ms(3000));
-    want(&mut bench, 0.3, 0.0);
+    set_wish(&mut bench, 0.3, 0.0);
     assert!((commanded(&mut bench).linear.x - 0.03).abs() < 1e-9);
 }

@@ -6,7 +6,7 @@ use jde_schema::prelude::*;
 use super::ms;
 use crate::{Head, Look};
 
-fn looking(pan: f64, tilt: f64) -> Bench<Head> {
+fn bench_with_head_at(pan: f64, tilt: f64) -> Bench<Head> {
     let mut bench = Bench::new();
     let now = PanTilt {
         pan,
@@ -18,30 +18,30 @@ fn looking(pan: f64, tilt: f64) -> Bench<Head> {
 }
 
 fn ready(bench: &mut Bench<Head>) -> bool {
-    bench.check().expect("it checks").ready
+    bench.check().expect("no fault").ready
 }
 
 fn commanded(bench: &mut Bench<Head>) -> PanTilt {
-    bench.iterate().expect("it turns");
-    bench.commanded("head").expect("it commands")
+    bench.iterate().expect("no fault");
+    bench.commanded("head").expect("a command")
 }
 
 #[test]
-fn it_is_ready_while_something_is_wanted_and_the_head_is_heard() {
-    let mut bench = looking(0.0, 0.0);
+fn it_is_ready_while_there_is_a_wish_and_the_position_of_the_head_is_known() {
+    let mut bench = bench_with_head_at(0.0, 0.0);
     assert!(!ready(&mut bench));
     bench.set("want", Look::at(0.0, 0.1));
     assert!(ready(&mut bench));
     bench.set_now(ms(501));
-    assert!(!ready(&mut bench), "whoever wanted it is gone");
+    assert!(!ready(&mut bench), "the wish has expired");
     bench.set("want", Look::at(0.0, 0.1));
     bench.retract("pan_tilt");
-    assert!(!ready(&mut bench), "no word of the head");
+    assert!(!ready(&mut bench), "the position of the head is unknown");
 }
 
 #[test]
-fn it_sends_the_head_a_little_ahead_of_where_it_looks_at_the_speed_that_is_wanted() {
-    let mut bench = looking(0.5, -0.2);
+fn it_commands_a_position_with_a_small_lead_at_the_wished_speed() {
+    let mut bench = bench_with_head_at(0.5, -0.2);
     bench.set("want", Look::at(-0.4, 0.2));
     let head = commanded(&mut bench);
     assert_eq!((head.pan_velocity, head.tilt_velocity), (0.4, 0.2));
@@ -50,8 +50,8 @@ fn it_sends_the_head_a_little_ahead_of_where_it_looks_at_the_speed_that_is_wante
 }
 
 #[test]
-fn an_axis_of_which_nothing_is_wanted_is_held() {
-    let mut bench = looking(0.5, -0.2);
+fn an_axis_without_a_wish_is_held() {
+    let mut bench = bench_with_head_at(0.5, -0.2);
     bench.set("want", Look::at(0.4, 0.0));
     assert_eq!(commanded(&mut bench).tilt_velocity, 0.0);
     bench.set_now(ms(501));
@@ -60,8 +60,8 @@ fn an_axis_of_which_nothing_is_wanted_is_held() {
 }
 
 #[test]
-fn no_wish_makes_it_faster_than_its_limit() {
-    let mut bench = looking(0.0, 0.0);
+fn a_wish_does_not_exceed_the_limit() {
+    let mut bench = bench_with_head_at(0.0, 0.0);
     bench.set("want", Look::at(9.0, -9.0));
     let head = commanded(&mut bench);
     assert_eq!((head.pan_velocity, head.tilt_velocity), (0.8, 0.8));
