@@ -144,7 +144,7 @@ impl Example {
     fn target(&self, cx: &Context) -> Option<Pose2D> {
         self.requested_target
             .as_ref()
-            .map(|requested_target| requested_target.position)
+            .map(|request| request.position)
             .or_else(|| self.next(cx))
     }
 

@@ -10,13 +10,13 @@ impl Memory for Example {
         let places: Vec<_> = self
             .requested_target
             .iter()
-            .map(|requested_target| requested_target.position)
+            .map(|request| request.position)
             .collect();
         saving.put_all(&places);
         saving.put_text(
             self.requested_target
                 .as_ref()
-                .map_or("", |requested_target| &requested_target.by),
+                .map_or("", |request| &request.by),
         );
         saving.put(&self.skipped);
     }

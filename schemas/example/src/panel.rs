@@ -33,7 +33,7 @@ impl Panel for Example {
         pen.row(|pen| {
             pen.button("clear", "Clear target")
                 .enabled(self.requested_target.is_some());
-            pen.text("Click on the field to send the robot to_field first.");
+            pen.text("Click on the field to send the robot there first.");
         });
         let children = [
             ("brake", &self.brake),
