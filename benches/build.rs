@@ -4,8 +4,8 @@ use std::process::Command;
 
 fn main() {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let said = Command::new(rustc).arg("--version").output();
-    let version = said.map(|said| String::from_utf8_lossy(&said.stdout).trim().to_owned());
+    let output = Command::new(rustc).arg("--version").output();
+    let version = output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
     println!(
         "cargo::rustc-env=JDE_BENCH_COMPILER={}",
         version.unwrap_or_default()

@@ -1,7 +1,7 @@
-"""Has ir-sim, a simulator of robots in Python, measure a scan of its laser, and prints how long one takes, in nanoseconds.
+"""Measures a laser scan of ir-sim, a simulator of robots in Python, and prints the time of one scan in nanoseconds.
 
-The world comes as JSON on the standard input: `walls` (two points each, m), `at` (m), `beams`, `degrees`, `range` (m), `seconds`.
-The ranges follow, so that whoever asked can see that it measured the same.
+The world is JSON on the standard input: `walls` (two points each, m), `at` (m), `beams`, `degrees`, `range` (m), `seconds`.
+It also prints the ranges, so that the caller can check that it measured the same.
 """
 
 import json
@@ -13,26 +13,26 @@ import time
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 logging.disable(logging.CRITICAL)
-# It greets on the standard output.
-told, sys.stdout = sys.stdout, sys.stderr
+# ir-sim prints a greeting on the standard output.
+output, sys.stdout = sys.stdout, sys.stderr
 import irsim  # noqa: E402
 import numpy as np  # noqa: E402
 import yaml  # noqa: E402
 
-asked = json.load(sys.stdin)
-walls = [{"shape": {"name": "linestring", "vertices": wall}, "state": [0, 0, 0]} for wall in asked["walls"]]
+request = json.load(sys.stdin)
+walls = [{"shape": {"name": "linestring", "vertices": wall}, "state": [0, 0, 0]} for wall in request["walls"]]
 sensor = {
     "name": "lidar2d",
     "range_min": 0,
-    "range_max": asked["range"],
-    "angle_range": np.deg2rad(asked["degrees"]).item(),
-    "number": asked["beams"],
+    "range_max": request["range"],
+    "angle_range": np.deg2rad(request["degrees"]).item(),
+    "number": request["beams"],
     "noise": False,
 }
 robot = {
     "kinematics": {"name": "diff"},
     "shape": {"name": "circle", "radius": 0.25},
-    "state": [*asked["at"], 0],
+    "state": [*request["at"], 0],
     "goal": [1, 1, 0],
     "sensors": [sensor],
 }
@@ -45,9 +45,9 @@ laser = env.robot.lidar
 state = env.robot.state
 laser.step(state)
 times, start = [], time.perf_counter()
-while time.perf_counter() - start < asked["seconds"]:
+while time.perf_counter() - start < request["seconds"]:
     begun = time.perf_counter_ns()
     laser.step(state)
     times.append(time.perf_counter_ns() - begun)
 times.sort()
-json.dump({"scan_ns": times[len(times) // 2], "ranges": laser.range_data.tolist()}, told)
+json.dump({"scan_ns": times[len(times) // 2], "ranges": laser.range_data.tolist()}, output)

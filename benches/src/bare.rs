@@ -39,7 +39,7 @@ pub(crate) fn sleepers(grids: &[Grid], time: Duration) -> Slept {
     over.store(true, Ordering::Relaxed);
     let late = threads
         .into_iter()
-        .map(|thread| thread.join().expect("it only sleeps"))
+        .map(|thread| thread.join().expect("the thread does not panic"))
         .collect();
     Slept { late, processor }
 }
@@ -61,7 +61,7 @@ fn sleeper(mut due: u64, period: u64, over: &AtomicBool) -> Vec<u64> {
 
 /// Wakes one thread from another once per period, for `time`. Returns how long each wake-up took, ns.
 pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
-    let (bell, sent, over) = (AtomicU32::new(0), AtomicU64::new(0), AtomicBool::new(false));
+    let (signal, sent, over) = (AtomicU32::new(0), AtomicU64::new(0), AtomicBool::new(false));
     let mut took = Vec::with_capacity(10_000);
     std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -71,18 +71,19 @@ pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
                 due += nanos(period);
                 sleep_until(due);
                 sent.store(now(), Ordering::Relaxed);
-                ring(&bell);
+                notify(&signal);
             }
             over.store(true, Ordering::Relaxed);
-            ring(&bell);
+            notify(&signal);
         });
         let mut seen = 0;
         loop {
-            while bell.load(Ordering::Acquire) == seen {
-                // The loop checks the value again after any return: a wake-up, a signal, or an earlier ring.
-                let _ = futex::wait(&bell, futex::Flags::PRIVATE, seen, None);
+            while signal.load(Ordering::Acquire) == seen {
+                // The loop checks the value again after any return: a wake-up, a signal of the system, or an
+                // earlier change.
+                let _ = futex::wait(&signal, futex::Flags::PRIVATE, seen, None);
             }
-            seen = bell.load(Ordering::Acquire);
+            seen = signal.load(Ordering::Acquire);
             let after = now();
             if over.load(Ordering::Relaxed) {
                 break;
@@ -93,10 +94,10 @@ pub(crate) fn hand_over(period: Duration, time: Duration) -> Vec<u64> {
     took
 }
 
-fn ring(bell: &AtomicU32) {
-    bell.fetch_add(1, Ordering::Release);
+fn notify(signal: &AtomicU32) {
+    signal.fetch_add(1, Ordering::Release);
     // It does not matter whether the other thread waits already.
-    let _ = futex::wake(bell, futex::Flags::PRIVATE, 1);
+    let _ = futex::wake(signal, futex::Flags::PRIVATE, 1);
 }
 
 /// Returns the processor time of the whole process, ns.

@@ -66,7 +66,7 @@ pub(crate) fn run(text: &str, time: Duration) -> Result<Run> {
     drop(running);
     Ok(Run {
         notes: schemas::notes(),
-        woken: woken.get().copied().context("nobody was woken")?,
+        woken: woken.get().copied().context("no schema was woken")?,
         processor,
         missed,
     })

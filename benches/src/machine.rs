@@ -17,8 +17,8 @@ pub(crate) struct Machine {
     kernel: String,
     /// The compiler that built the benches.
     compiler: String,
-    /// The load average of the last minute before the measurement. Figures of a machine that is busy
-    /// otherwise are less reliable.
+    /// The load average of the last minute before the measurement. Figures of a busy
+    /// machine are less reliable.
     load: f64,
 }
 
@@ -51,7 +51,7 @@ impl Machine {
     }
 
     /// Returns the description as one line.
-    pub(crate) fn words(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         format!(
             "{} processors of {}, {} GB, Linux {}, {}; load {} before",
             self.processors,

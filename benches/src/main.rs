@@ -60,14 +60,14 @@ struct Cli {
 
 /// The content of the file of `--save`.
 #[derive(Serialize)]
-struct Kept<'a> {
+struct Saved<'a> {
     machine: &'a Machine,
     quick: bool,
-    lines: Vec<KeptLine<'a>>,
+    lines: Vec<SavedLine<'a>>,
 }
 
 #[derive(Serialize)]
-struct KeptLine<'a> {
+struct SavedLine<'a> {
     row: &'a str,
     #[serde(flatten)]
     line: &'a Line,
@@ -130,22 +130,22 @@ fn main() -> Result<ExitCode> {
             }
         }
     }
-    println!("\n{}\n", machine.words());
+    println!("\n{}\n", machine.summary());
     println!("{}", table(&measured, Paint(paints())));
     // An incomplete table does not replace the project's table.
     if cli.page.is_some() && !whole {
-        eprintln!("nothing is kept: a row could not be measured");
+        eprintln!("nothing is saved: a row could not be measured");
         return Ok(ExitCode::FAILURE);
     }
     if let Some(file) = cli.save {
         let lines = measured
             .iter()
             .flat_map(|(row, lines)| lines.iter().map(move |line| (row, line)));
-        let kept = Kept {
+        let saved = Saved {
             machine: &machine,
             quick: scope.quick,
             lines: lines
-                .map(|(row, line)| KeptLine {
+                .map(|(row, line)| SavedLine {
                     row,
                     line,
                     by: line.ratio(),
@@ -153,14 +153,14 @@ fn main() -> Result<ExitCode> {
                 })
                 .collect(),
         };
-        let text = serde_json::to_string_pretty(&kept)? + "\n";
+        let text = serde_json::to_string_pretty(&saved)? + "\n";
         std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
     }
     if let Some(file) = cli.page {
         let page =
             std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
         let page = page::put_into(&page, &page::markdown(&measured))
-            .with_context(|| format!("{} has no table to put this one in place of", file.display()))?;
+            .with_context(|| format!("{} has no table to replace", file.display()))?;
         std::fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
     }
     Ok(if whole {
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_have_names_of_their_own() {
+    fn row_names_are_unique() {
         let mut names: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
         names.sort_unstable();
         names.dedup();

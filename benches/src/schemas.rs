@@ -92,7 +92,7 @@ pub(crate) struct Large {
 /// Publishes a small and a large value in turn.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
-pub(crate) struct Teller {
+pub(crate) struct Sender {
     /// 64 bytes.
     #[export]
     small: Export<Small>,
@@ -105,7 +105,7 @@ pub(crate) struct Teller {
 /// Times reads of other schemas' exports.
 #[derive(Describe)]
 #[schema(motor, period = "20ms")]
-pub(crate) struct Gazer {
+pub(crate) struct TimedReader {
     /// 8 bytes.
     #[import]
     seen: Import<f64>,
@@ -181,7 +181,7 @@ impl Schema for Cruise {
     }
 }
 
-impl Schema for Teller {
+impl Schema for Sender {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.turn = !self.turn;
         if self.turn {
@@ -197,17 +197,20 @@ impl Schema for Teller {
     }
 }
 
-impl Schema for Gazer {
+impl Schema for TimedReader {
     /// Times the reads once, as soon as both values exist. Is never ready.
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         if let (Some(seen), Some(small)) = (self.seen.get(cx), self.small.get(cx)) {
             let effort = EFFORT.lock().unwrap_or_else(PoisonError::into_inner).take();
             if let Some(effort) = effort {
-                let looks = [
-                    timed(effort, || *self.seen.get(cx).expect("it stays"), *seen),
-                    timed(effort, || *self.small.get(cx).expect("it stays"), *small),
+                let read_times = [
+                    timed(effort, || *self.seen.get(cx).expect("the value stays"), *seen),
+                    timed(effort, || *self.small.get(cx).expect("the value stays"), *small),
                 ];
-                LOOKS.lock().unwrap_or_else(PoisonError::into_inner).extend(looks);
+                READ_TIMES
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .extend(read_times);
             }
         }
         Ok(false.into())
@@ -219,64 +222,64 @@ impl Schema for Gazer {
 }
 
 /// The times of a schema's repeated reads of one value.
-pub(crate) struct Looks {
+pub(crate) struct ReadTimes {
     pub(crate) bytes: usize,
     /// Reads through the import.
-    pub(crate) asked: Rounds,
+    pub(crate) import: Rounds,
     /// Reads of the same value in a mutex, by the same code.
-    pub(crate) locked: Rounds,
+    pub(crate) mutex: Rounds,
 }
 
-/// The effort for the next `Gazer` that has both values.
+/// The effort for the next `TimedReader` that has both values.
 static EFFORT: Mutex<Option<Effort>> = Mutex::new(None);
-/// The results of `Gazer`.
-static LOOKS: Mutex<Vec<Looks>> = Mutex::new(Vec::new());
+/// The results of `TimedReader`.
+static READ_TIMES: Mutex<Vec<ReadTimes>> = Mutex::new(Vec::new());
 
 /// Times a schema's reads of values of 8 and 64 bytes, in an application in lockstep.
-pub(crate) fn looks(effort: Effort) -> anyhow::Result<Vec<Looks>> {
-    const GAZER: &str = r#"
-        roots = ["teller", "gazer"]
+pub(crate) fn time_reads(effort: Effort) -> anyhow::Result<Vec<ReadTimes>> {
+    const APPLICATION: &str = r#"
+        roots = ["sender", "timed-reader"]
         [schemas.robot]
         type = "pace/robot"
-        [schemas.teller]
-        type = "pace/teller"
-        [schemas.gazer]
-        type = "pace/gazer"
-        imports = { seen = "robot.seen", small = "teller.small" }
+        [schemas.sender]
+        type = "pace/sender"
+        [schemas.timed-reader]
+        type = "pace/timed-reader"
+        imports = { seen = "robot.seen", small = "sender.small" }
     "#;
     EFFORT
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
         .replace(effort);
-    Periods::of(GAZER, &plugins()?)?.pass(200);
-    let looks = std::mem::take(&mut *LOOKS.lock().unwrap_or_else(PoisonError::into_inner));
-    anyhow::ensure!(!looks.is_empty(), "the schema saw nothing");
-    Ok(looks)
+    Periods::of(APPLICATION, &plugins()?)?.pass(200);
+    let read_times = std::mem::take(&mut *READ_TIMES.lock().unwrap_or_else(PoisonError::into_inner));
+    anyhow::ensure!(!read_times.is_empty(), "the schema read nothing");
+    Ok(read_times)
 }
 
-fn timed<T: Copy>(effort: Effort, ask: impl Fn() -> T, value: T) -> Looks {
-    let mutex = Mutex::new(value);
-    let lock = || *black_box(&mutex).lock().unwrap_or_else(PoisonError::into_inner);
-    let [asked, locked] = interleave(
+fn timed<T: Copy>(effort: Effort, read: impl Fn() -> T, value: T) -> ReadTimes {
+    let locked = Mutex::new(value);
+    let lock = || *black_box(&locked).lock().unwrap_or_else(PoisonError::into_inner);
+    let [import, mutex] = interleave(
         effort,
-        [&mut |times| (0..times).for_each(|_| see(ask())), &mut |times| {
+        [&mut |times| (0..times).for_each(|_| see(read())), &mut |times| {
             (0..times).for_each(|_| see(lock()))
         }],
     );
-    Looks {
+    ReadTimes {
         bytes: size_of::<T>(),
-        asked,
-        locked,
+        import,
+        mutex,
     }
 }
 
-/// Defines a father with very many children.
-macro_rules! crowd {
+/// Defines a father with a hundred children.
+macro_rules! wide_father {
     ($($child:ident)+) => {
         /// Wakes all its children once.
         #[derive(Describe)]
         #[schema(motor, period = "50ms")]
-        pub(crate) struct Crowd {
+        pub(crate) struct WideFather {
             $(
                 /// One of many children.
                 #[child(group = "all", optional)]
@@ -285,7 +288,7 @@ macro_rules! crowd {
             woken: bool,
         }
 
-        impl Schema for Crowd {
+        impl Schema for WideFather {
             fn awake(&mut self, _: &Context) -> Result {
                 self.woken = false;
                 Ok(())
@@ -304,7 +307,7 @@ macro_rules! crowd {
         pub(crate) const ROLES: &[&str] = &[$(stringify!($child)),+];
     };
 }
-crowd! {
+wide_father! {
     c00 c01 c02 c03 c04 c05 c06 c07 c08 c09 c10 c11 c12 c13 c14 c15 c16 c17 c18 c19
     c20 c21 c22 c23 c24 c25 c26 c27 c28 c29 c30 c31 c32 c33 c34 c35 c36 c37 c38 c39
     c40 c41 c42 c43 c44 c45 c46 c47 c48 c49 c50 c51 c52 c53 c54 c55 c56 c57 c58 c59
@@ -315,7 +318,7 @@ crowd! {
 static PLUGIN: raw::Plugin = jde_schema::plugin!(
     "pace",
     "Schemas of the benches.",
-    [Beat, Leaf, Robot, Brake, Cruise, Teller, Gazer, Crowd]
+    [Beat, Leaf, Robot, Brake, Cruise, Sender, TimedReader, WideFather]
 );
 
 /// Returns a catalogue with the plugin of these schemas.

@@ -1,4 +1,4 @@
-//! A row of copper-rs tasks that pass a value on, for comparison with schemas that do the same. It follows
+//! A chain of copper-rs tasks that forward a value, for comparison with schemas that do the same. It follows
 //! copper-rs's example `caterpillar`. Its macro generates the code from the graph in `caterpillar.ron`.
 //! Measures nothing.
 
@@ -8,7 +8,7 @@ use cu29::prelude::*;
 /// The first task. Its output alternates between 0 and 1.
 #[derive(Reflect)]
 struct Head {
-    said: f64,
+    value: f64,
 }
 
 /// A task in the middle: outputs its input.
@@ -18,7 +18,7 @@ struct Segment;
 /// The last task. It fails if its input is the same as in the pass before.
 #[derive(Reflect)]
 struct Tail {
-    heard: f64,
+    last: f64,
 }
 
 impl Freezable for Head {}
@@ -30,12 +30,12 @@ impl CuSrcTask for Head {
     type Output<'m> = output_msg!(f64);
 
     fn new(_: Option<&ComponentConfig>, (): ()) -> CuResult<Self> {
-        Ok(Self { said: 0.0 })
+        Ok(Self { value: 0.0 })
     }
 
     fn process(&mut self, _: &CuContext, output: &mut Self::Output<'_>) -> CuResult<()> {
-        self.said = 1.0 - self.said;
-        output.set_payload(self.said);
+        self.value = 1.0 - self.value;
+        output.set_payload(self.value);
         Ok(())
     }
 }
@@ -55,8 +55,8 @@ impl CuTask for Segment {
         input: &Self::Input<'_>,
         output: &mut Self::Output<'_>,
     ) -> CuResult<()> {
-        let said = input.payload().copied();
-        output.set_payload(said.unwrap_or_default());
+        let value = input.payload().copied();
+        output.set_payload(value.unwrap_or_default());
         Ok(())
     }
 }
@@ -66,12 +66,12 @@ impl CuSinkTask for Tail {
     type Input<'m> = input_msg!(f64);
 
     fn new(_: Option<&ComponentConfig>, (): ()) -> CuResult<Self> {
-        Ok(Self { heard: 0.0 })
+        Ok(Self { last: 0.0 })
     }
 
     fn process(&mut self, _: &CuContext, input: &Self::Input<'_>) -> CuResult<()> {
-        let said = input.payload().copied().filter(|said| *said != self.heard);
-        self.heard = said.ok_or_else(|| CuError::from("what the first says does not arrive"))?;
+        let value = input.payload().copied().filter(|value| *value != self.last);
+        self.last = value.ok_or_else(|| CuError::from("the value of the first task does not arrive"))?;
         Ok(())
     }
 }
@@ -100,7 +100,7 @@ pub fn caterpillar(clock: Clock) -> Result<impl FnMut(u64)> {
     Ok(move |times| {
         for _ in 0..times {
             let passed = running.run_one_iteration();
-            assert!(passed.is_ok(), "it hands the value on: {passed:?}");
+            assert!(passed.is_ok(), "a task failed: {passed:?}");
         }
     })
 }

@@ -37,7 +37,8 @@ pub enum Goal {
     /// The figure of jde is at least this.
     Least(Figure),
     /// No goal: the figure is only reported.
-    Told,
+    #[serde(rename = "told")]
+    Reported,
 }
 
 /// The other side of a comparison.
@@ -75,7 +76,8 @@ pub enum Verdict {
     /// The goal is missed.
     Missed,
     /// There is no goal.
-    Told,
+    #[serde(rename = "told")]
+    Reported,
 }
 
 impl Figure {
@@ -139,7 +141,9 @@ impl Line {
         goal: Goal,
     ) -> Self {
         let mut line = Self::beside(what, ours, name, theirs, goal);
-        line.yardstick.iter_mut().for_each(|it| it.given = true);
+        line.yardstick
+            .iter_mut()
+            .for_each(|yardstick| yardstick.given = true);
         line
     }
 
@@ -166,14 +170,14 @@ impl Line {
     /// Returns whether the goal is met.
     pub fn verdict(&self) -> Verdict {
         let ours = self.ours.value();
-        let theirs = self.yardstick.as_ref().map(|it| it.figure.value());
+        let theirs = self.yardstick.as_ref().map(|yardstick| yardstick.figure.value());
         let met = match self.goal {
             Goal::AtMost(times) => self.ratio().is_some_and(|ratio| ratio <= times),
             Goal::TimesFaster(times) => self.ratio().is_some_and(|ratio| 1.0 / ratio >= times),
             Goal::Above(margin) => theirs.is_some_and(|theirs| ours - theirs <= margin.value()),
             Goal::Below(most) => ours <= most.value(),
             Goal::Least(least) => ours >= least.value(),
-            Goal::Told => return Verdict::Told,
+            Goal::Reported => return Verdict::Reported,
         };
         if met { Verdict::Met } else { Verdict::Missed }
     }
@@ -201,7 +205,7 @@ impl fmt::Display for Goal {
             Self::Above(margin) => write!(f, "{margin} above at most"),
             Self::Below(most) => write!(f, "at most {most}"),
             Self::Least(least) => write!(f, "{least} or more"),
-            Self::Told => f.write_str("-"),
+            Self::Reported => f.write_str("-"),
         }
     }
 }
@@ -211,7 +215,7 @@ impl fmt::Display for Verdict {
         f.write_str(match self {
             Self::Met => "met",
             Self::Missed => "MISSED",
-            Self::Told => "-",
+            Self::Reported => "-",
         })
     }
 }
@@ -246,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_is_met_up_to_its_limit_and_no_further() {
+    fn a_goal_is_met_up_to_its_limit() {
         assert_eq!(line(2.0, 1.0, Goal::AtMost(2.0)).verdict(), Verdict::Met);
         assert_eq!(line(2.1, 1.0, Goal::AtMost(2.0)).verdict(), Verdict::Missed);
         assert_eq!(line(1.0, 3.0, Goal::TimesFaster(3.0)).verdict(), Verdict::Met);
@@ -254,26 +258,26 @@ mod tests {
         let above = Goal::Above(Figure::Time(100.0));
         assert_eq!(line(101.0, 1.0, above).verdict(), Verdict::Met);
         assert_eq!(line(102.0, 1.0, above).verdict(), Verdict::Missed);
-        assert_eq!(line(101.0, 1.0, above).ratio(), None, "a difference was wanted");
+        assert_eq!(line(101.0, 1.0, above).ratio(), None, "the goal is a difference");
         let below = Goal::Below(Figure::Time(10.0));
         assert_eq!(
             Line::alone("it", Figure::Time(11.0), below).verdict(),
             Verdict::Missed
         );
         assert_eq!(
-            Line::alone("it", Figure::Time(11.0), Goal::Told).verdict(),
-            Verdict::Told
+            Line::alone("it", Figure::Time(11.0), Goal::Reported).verdict(),
+            Verdict::Reported
         );
     }
 
     #[test]
-    fn what_is_compared_with_nothing_cannot_be_met_as_a_ratio() {
+    fn a_ratio_without_a_yardstick_is_missed() {
         let line = Line::alone("it", Figure::Time(1.0), Goal::AtMost(2.0));
         assert_eq!(line.verdict(), Verdict::Missed);
     }
 
     #[test]
-    fn the_median_of_pairs_counts_where_there_is_one() {
+    fn the_median_of_pairs_replaces_the_ratio_of_medians() {
         assert_eq!(
             line(3.0, 1.0, Goal::AtMost(2.0)).paired(1.9).verdict(),
             Verdict::Met

@@ -31,7 +31,7 @@ impl Grid {
 
     /// Returns the delays of turns after their deadlines, ns. `woken` is when all schemas were woken, `times`
     /// is when the turns began. The deadline of a turn is the first one after the turn before it. Turns that
-    /// follow one before `from` are left out.
+    /// follow one before `from` are omitted.
     pub fn late(self, woken: u64, times: &[u64], from: u64) -> Vec<u64> {
         let first = woken + self.first;
         let due = |before: u64| match before.checked_sub(first) {
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_is_late_by_more_than_a_period_is_so_and_skips() {
+    fn a_turn_late_by_more_than_a_period_skips_deadlines() {
         let grid = Grid {
             first: 90,
             period: 100,
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn those_of_one_period_are_a_step_apart_and_the_last_is_due_after_it() {
+    fn first_deadlines_are_a_step_apart_and_the_last_is_after_one_period() {
         let ms = Duration::from_millis;
         let firsts = |periods: &[Duration]| {
             Grid::all(periods)
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_in_time_is_found_wherever_the_grid_lies() {
+    fn delays_do_not_depend_on_the_position_of_the_grid() {
         for first in [0, 3, 97] {
             let times = [0, 102, 201, 340, 400].map(|time| first + time);
             let late: Vec<f64> = after_the_earliest(&times, 100);

@@ -15,7 +15,7 @@ pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
         let verdict = match line.verdict() {
             Verdict::Missed => "**missed**",
             Verdict::Met => "met",
-            Verdict::Told => "",
+            Verdict::Reported => "",
         };
         let cells = cells(line).map(|cell| match cell.strip_suffix(" us") {
             _ if cell == "-" => String::new(),
@@ -50,13 +50,13 @@ mod tests {
                 Figure::Time(1e3),
                 Goal::AtMost(2.0),
             ),
-            Line::alone("b", Figure::Count(3.0), Goal::Told),
+            Line::alone("b", Figure::Count(3.0), Goal::Reported),
         ];
         vec![(String::from("row"), lines)]
     }
 
     #[test]
-    fn a_line_is_a_row_and_what_is_missed_is_seen() {
+    fn a_line_is_a_row_and_a_missed_goal_is_marked() {
         let expected = "\
 | what | ours | yardstick | its | ratio | goal | |
 | --- | --- | --- | --- | --- | --- | --- |
@@ -75,7 +75,7 @@ mod tests {
         assert_eq!(
             put_into(&replaced, &table).as_ref(),
             Some(&replaced),
-            "it is found again"
+            "the table is not found again"
         );
         assert_eq!(put_into("| another |\n", &table), None);
     }

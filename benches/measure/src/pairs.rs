@@ -1,4 +1,4 @@
-//! Measures several operations in turn, so that the load of the machine affects all of them alike, and
+//! Measures several operations in turn, so that the load of the machine affects all of them equally, and
 //! compares what was measured in the same round. Never compares one run with another.
 
 use std::hint::black_box;
@@ -64,16 +64,16 @@ pub fn interleave<const SIDES: usize>(effort: Effort, mut sides: [Side<'_>; SIDE
     all.map(Rounds)
 }
 
-/// Returns how many operations of a side take about the wanted time.
-fn batch(wanted: Duration, side: &mut Side<'_>) -> u64 {
+/// Returns how many operations of a side take about the target time.
+fn batch(target: Duration, side: &mut Side<'_>) -> u64 {
     let mut count = 1;
     loop {
         let start = Instant::now();
         side(count);
         let took = start.elapsed();
-        if took * 2 >= wanted {
+        if took * 2 >= target {
             let each = took.as_nanos() as f64 / count as f64;
-            return ((wanted.as_nanos() as f64 / each) as u64).max(1);
+            return ((target.as_nanos() as f64 / each) as u64).max(1);
         }
         count *= 2;
     }

@@ -13,7 +13,7 @@ impl Paint {
         let code = match verdict {
             Verdict::Met => "32",
             Verdict::Missed => "31",
-            Verdict::Told => "2",
+            Verdict::Reported => "2",
         };
         if self.0 {
             format!("\x1b[{code}m{text}\x1b[0m")
@@ -50,13 +50,13 @@ pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
             );
         }
     }
-    let count = |wanted| lines.iter().filter(|line| line.verdict() == wanted).count();
+    let count = |verdict| lines.iter().filter(|line| line.verdict() == verdict).count();
     let _ = write!(
         text,
-        "\n{} met, {} missed, {} told only",
+        "\n{} met, {} missed, {} reported only",
         count(Verdict::Met),
         count(Verdict::Missed),
-        count(Verdict::Told)
+        count(Verdict::Reported)
     );
     text
 }
@@ -65,8 +65,11 @@ pub fn table(rows: &[(String, Vec<Line>)], paint: Paint) -> String {
 pub(crate) fn cells(line: &Line) -> [String; 7] {
     let (name, theirs) = match &line.yardstick {
         None => (String::from("-"), String::from("-")),
-        Some(it) if it.given => (format!("{} (given)", it.name), it.figure.to_string()),
-        Some(it) => (it.name.clone(), it.figure.to_string()),
+        Some(yardstick) if yardstick.given => (
+            format!("{} (given)", yardstick.name),
+            yardstick.figure.to_string(),
+        ),
+        Some(yardstick) => (yardstick.name.clone(), yardstick.figure.to_string()),
     };
     [
         line.what.clone(),
@@ -80,7 +83,7 @@ pub(crate) fn cells(line: &Line) -> [String; 7] {
     ]
 }
 
-/// Aligns words to the left and numbers to the right.
+/// Aligns texts to the left and numbers to the right.
 fn row(cells: &[String], widths: &[usize]) -> String {
     let aligned = cells
         .iter()
@@ -99,7 +102,7 @@ mod tests {
     use crate::figure::{Figure, Goal};
 
     #[test]
-    fn a_figure_from_elsewhere_says_so() {
+    fn a_figure_from_elsewhere_is_marked() {
         let lines = vec![
             Line::given(
                 "a",
@@ -116,7 +119,7 @@ what       ours  yardstick        theirs  ratio  goal       met
 a       5.00 ns  theirs (given)  10.0 ns   0.50  faster     met
 longer        3  -                     -      -  at most 0  MISSED
 
-1 met, 1 missed, 0 told only";
+1 met, 1 missed, 0 reported only";
         assert_eq!(table(&[(String::from("row"), lines)], Paint(false)), expected);
     }
 }

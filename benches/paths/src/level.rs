@@ -70,10 +70,10 @@ impl Level {
     /// If the rules do not permit the iteration, or leave no record.
     pub fn iterate(&mut self) {
         self.time += MS;
-        let may = self.hierarchy.begin(self.time, self.winner, &mut self.effects);
-        assert!(may, "the winner may iterate");
+        let permitted = self.hierarchy.begin(self.time, self.winner, &mut self.effects);
+        assert!(permitted, "the winner may not iterate");
         self.hierarchy.end(self.time, self.winner, &mut self.effects);
-        self.logged();
+        self.check_record();
     }
 
     /// The last candidate becomes ready, or stops being ready.
@@ -84,7 +84,7 @@ impl Level {
         self.time += MS;
         self.ready = !self.ready;
         self.check(self.last, self.ready);
-        self.logged();
+        self.check_record();
     }
 
     fn check(&mut self, id: SchemaId, ready: bool) {
@@ -97,11 +97,11 @@ impl Level {
     }
 
     /// Checks that the selection left a record, and discards all effects.
-    fn logged(&mut self) {
-        let told = black_box(&self.effects)
+    fn check_record(&mut self) {
+        let recorded = black_box(&self.effects)
             .iter()
-            .any(|it| matches!(it, Effect::Decided(_)));
-        assert!(told, "each selection leaves a record");
+            .any(|effect| matches!(effect, Effect::Decided(_)));
+        assert!(recorded, "the selection left no record");
         self.effects.clear();
     }
 }

@@ -40,8 +40,8 @@ impl Schema for Act {
 
 impl Schema for Echo {
     fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
-        let told = self.input.get(cx).map(|told| *told);
-        self.out.write(cx, told.unwrap_or_default());
+        let value = self.input.get(cx).map(|input| *input);
+        self.out.write(cx, value.unwrap_or_default());
         Ok(())
     }
 }
@@ -83,7 +83,10 @@ fn main() -> Result<()> {
         PATHS.iter().for_each(|(name, _)| println!("{name}"));
         return Ok(());
     };
-    let times = arguments.next().context("say how many times")?.parse()?;
+    let times = arguments
+        .next()
+        .context("the number of times is missing")?
+        .parse()?;
     let Some((_, pass)) = PATHS.iter().find(|(known, _)| *known == name) else {
         bail!("there is no path `{name}`");
     };

@@ -44,6 +44,6 @@ impl Periods {
     pub fn pass(&mut self, periods: u64) {
         self.now += periods * PERIOD;
         let ended = self.lockstep.run_until(self.now);
-        assert!(ended.is_none(), "nobody ends it");
+        assert!(ended.is_none(), "the application ended");
     }
 }

@@ -8,7 +8,7 @@ use jde_schema::prelude::*;
 /// The environment variable that names the file for the notes of [`Clockwork`].
 const NOTES: &str = "JDE_BENCH_NOTES";
 /// The environment variable that names the file to which [`First`] writes at its first iteration.
-const HEARS: &str = "JDE_BENCH_FIRST";
+const FIRST: &str = "JDE_BENCH_FIRST";
 
 /// A perceptive schema that exports nothing.
 #[derive(Describe)]
@@ -28,17 +28,17 @@ pub struct Act {
     input: Import<f64>,
 }
 
-/// The first of a row. Its output alternates between 0 and 1.
+/// The first of a chain. Its output alternates between 0 and 1.
 #[derive(Describe)]
 #[schema(perceptive, period = "1ms")]
 pub struct Head {
     /// 0 or 1.
     #[export]
     out: Export<f64>,
-    said: f64,
+    value: f64,
 }
 
-/// One of a row. It exports its input.
+/// One of a chain. It exports its input.
 #[derive(Describe)]
 #[schema(perceptive, period = "1ms")]
 pub struct Segment {
@@ -54,7 +54,7 @@ pub struct Segment {
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 pub struct First {
-    told: bool,
+    reported: bool,
 }
 
 /// Records when its periods begin, and is never ready.
@@ -112,25 +112,25 @@ impl Schema for Act {
 
 impl Schema for Head {
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.said = 1.0 - self.said;
-        self.out.write(cx, self.said);
+        self.value = 1.0 - self.value;
+        self.out.write(cx, self.value);
         Ok(())
     }
 }
 
 impl Schema for Segment {
     fn iterate(&mut self, cx: &Context) -> Result {
-        let said = self.input.get(cx).map(|said| *said);
-        self.out.write(cx, said.unwrap_or_default());
+        let value = self.input.get(cx).map(|input| *input);
+        self.out.write(cx, value.unwrap_or_default());
         Ok(())
     }
 }
 
 impl Schema for First {
     fn iterate(&mut self, _: &Context) -> Result {
-        if !self.told {
-            self.told = true;
-            let file = std::env::var_os(HEARS).ok_or("nobody hears of it")?;
+        if !self.reported {
+            self.reported = true;
+            let file = std::env::var_os(FIRST).ok_or("JDE_BENCH_FIRST names no file")?;
             fs::write(file, "iterated")?;
         }
         Ok(())
@@ -139,6 +139,6 @@ impl Schema for First {
 
 jde_schema::export!(
     "bench-000",
-    "Schemas that do next to nothing.",
+    "Schemas that do almost nothing.",
     [Idle, Act, Head, Segment, First, Clockwork]
 );

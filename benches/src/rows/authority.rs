@@ -15,11 +15,11 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let access = Access::Command {
         validity: 500_000_000,
     };
-    let (commanded, handed) = (variable(TWIST, access, 1)?, variable(TWIST, access, 1)?);
+    let (commanded, granted) = (variable(TWIST, access, 1)?, variable(TWIST, access, 1)?);
     commanded.grant(1);
     let mut writer = commanded.writer(1, "writer")?;
-    let _writer = handed.writer(1, "writer")?;
-    let [command, hand] = interleave(
+    let _writer = granted.writer(1, "writer")?;
+    let [command, grant] = interleave(
         scope.effort(),
         [
             &mut |times| {
@@ -30,15 +30,15 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
             },
             &mut |times| {
                 for _ in 0..times {
-                    handed.grant(1);
-                    handed.withdraw(1);
+                    granted.grant(1);
+                    granted.withdraw(1);
                 }
             },
         ],
     );
-    let line = |what: &str, rounds: &Rounds| Line::alone(what, Figure::Time(rounds.median()), Goal::Told);
+    let line = |what: &str, rounds: &Rounds| Line::alone(what, Figure::Time(rounds.median()), Goal::Reported);
     Ok(vec![
         line("publish a command of 48 B", &command),
-        line("grant authority and withdraw it", &hand),
+        line("grant authority and withdraw it", &grant),
     ])
 }

@@ -25,7 +25,7 @@ const BATCH: u64 = 64;
 type Write<'a> = Box<dyn FnMut(u64) + Send + 'a>;
 /// A reader. It returns the number that it found, or `None` if the words differ.
 type Read<'a> = Box<dyn FnMut() -> Option<u64> + Send + 'a>;
-/// One way to share a value between a writer and readers.
+/// One method to share a value between a writer and readers.
 type Method = fn(Setting) -> Result<Window>;
 
 /// The parameters of a measurement.
@@ -33,8 +33,8 @@ type Method = fn(Setting) -> Result<Window>;
 struct Setting {
     readers: usize,
     time: Duration,
-    /// Whether each thread has a processor of its own.
-    apart: bool,
+    /// Whether each thread has its own processor.
+    own_processors: bool,
 }
 
 /// The result of one window. `read` and `write` are processor times of one operation, ns; `new` is the share
@@ -47,7 +47,7 @@ struct Window {
     fewest: u64,
 }
 
-/// The results of all windows of one way.
+/// The results of all windows of one method.
 struct Windows {
     read: Rounds,
     write: Rounds,
@@ -60,31 +60,31 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
-    let ways: [(&str, Method); 4] = [
-        ("ours", ours::<WORDS>),
+    let methods: [(&str, Method); 4] = [
+        ("ours", with_jde::<WORDS>),
         ("triple_buffer", triple::<WORDS>),
         ("arc-swap", swapped::<WORDS>),
         ("arc-swap, cached", cached::<WORDS>),
     ];
-    let crowd = Setting {
+    let contended = Setting {
         readers: 3,
         time: Duration::from_millis(scope.either(50, 150)),
-        apart: false,
+        own_processors: false,
     };
-    let all = in_turns(scope, crowd, &ways)?;
-    let [read, write] = judged(&ways, &all, Goal::AtMost(1.5));
+    let all = measure_in_turns(scope, contended, &methods)?;
+    let [read, write] = judged(&methods, &all, Goal::AtMost(1.5));
     let mut lines = vec![
         read(format!("contended read of {size}, CPU time")),
         write(format!("contended write of {size}, CPU time")),
         Line::alone(
             format!("contended reads of {size} that find a new value"),
             Figure::Share(100.0 * all[0].new.median()),
-            Goal::Told,
+            Goal::Reported,
         ),
         Line::alone(
             format!(
                 "reads of {size} of whoever had fewest in {} ms",
-                crowd.time.as_millis()
+                contended.time.as_millis()
             ),
             Figure::Count(all[0].fewest as f64),
             Goal::Least(Figure::Count(1.0)),
@@ -92,15 +92,15 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
     ];
     let pair = Setting {
         readers: 1,
-        apart: true,
-        ..crowd
+        own_processors: true,
+        ..contended
     };
     if processors().len() >= 2 {
-        // The case for which triple buffers are made. arc-swap is left out: its writer is slower, so its
+        // The case for which triple buffers are made. arc-swap is omitted: its writer is slower, so its
         // reader would find fewer new values.
-        let ways = &ways[..2];
-        let all = in_turns(scope, pair, ways)?;
-        let [read, write] = judged(ways, &all, Goal::Told);
+        let methods = &methods[..2];
+        let all = measure_in_turns(scope, pair, methods)?;
+        let [read, write] = judged(methods, &all, Goal::Reported);
         let share = |place: usize| Figure::Share(100.0 * all[place].new.median());
         lines.extend([
             read(format!("one reads {size}, one writes, a processor each: a read")),
@@ -108,22 +108,22 @@ fn of<const WORDS: usize>(scope: &Scope, size: &str) -> Result<Vec<Line>> {
             Line::beside(
                 format!("one reads {size}, one writes: reads that find a new value"),
                 share(0),
-                ways[1].0,
+                methods[1].0,
                 share(1),
-                Goal::Told,
+                Goal::Reported,
             ),
         ]);
     }
     Ok(lines)
 }
 
-/// Runs each way once per round. Each round begins with a different way.
-fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Method)]) -> Result<Vec<Windows>> {
-    let mut windows: Vec<Vec<Window>> = ways.iter().map(|_| Vec::new()).collect();
+/// Runs each method once per round. Each round begins with a different method.
+fn measure_in_turns(scope: &Scope, setting: Setting, methods: &[(&str, Method)]) -> Result<Vec<Windows>> {
+    let mut windows: Vec<Vec<Window>> = methods.iter().map(|_| Vec::new()).collect();
     for round in 0..scope.either(3, 15) {
-        for turn in 0..ways.len() {
-            let place = (round + turn) % ways.len();
-            windows[place].push(ways[place].1(setting)?);
+        for turn in 0..methods.len() {
+            let place = (round + turn) % methods.len();
+            windows[place].push(methods[place].1(setting)?);
         }
     }
     let all = windows.iter().map(|windows| Windows {
@@ -139,9 +139,9 @@ fn in_turns(scope: &Scope, setting: Setting, ways: &[(&str, Method)]) -> Result<
     Ok(all.collect())
 }
 
-/// Compares reads and writes of jde with the best other way for each.
+/// Compares reads and writes of jde with the best other method for each.
 fn judged<'a>(
-    ways: &'a [(&'a str, Method)],
+    methods: &'a [(&'a str, Method)],
     all: &'a [Windows],
     goal: Goal,
 ) -> [impl Fn(String) -> Line + use<'a>; 2] {
@@ -151,7 +151,7 @@ fn judged<'a>(
             let took = |place: &usize| side(&all[*place]).median();
             let best = (1..all.len()).min_by(|a, b| took(a).total_cmp(&took(b)));
             let best = best.unwrap_or_default();
-            let (name, _) = ways[best];
+            let (name, _) = methods[best];
             Line::beside(
                 what,
                 Figure::Time(took(&0)),
@@ -166,20 +166,22 @@ fn judged<'a>(
 
 /// Returns the processors that this process may use.
 fn processors() -> Vec<usize> {
-    let may = sched_getaffinity(None).unwrap_or_default();
+    let permitted = sched_getaffinity(None).unwrap_or_default();
     (0..CpuSet::MAX_CPU)
-        .filter(|number| may.is_set(*number))
+        .filter(|number| permitted.is_set(*number))
         .collect()
 }
 
-fn ours<const WORDS: usize>(setting: Setting) -> Result<Window> {
+fn with_jde<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let variable = variable(WORDS, Access::Export, setting.readers)?;
     let mut writer: TypedWriter<Words<WORDS>> = TypedWriter::open(&variable, 1, "writer")?;
     writer.write([0; WORDS], 0, 0)?;
     let mut reads: Vec<Read> = Vec::new();
     for _ in 0..setting.readers {
         let mut reader: TypedReader<Words<WORDS>> = TypedReader::open(&variable, "reader")?;
-        reads.push(Box::new(move || reader.borrow().and_then(|words| agreed(&words))));
+        reads.push(Box::new(move || {
+            reader.borrow().and_then(|words| number_in_all_words(&words))
+        }));
     }
     let write = move |number| {
         let mut loan = writer.loan();
@@ -195,7 +197,7 @@ fn triple<const WORDS: usize>(setting: Setting) -> Result<Window> {
     for _ in 0..setting.readers {
         let (input, mut output) = triple_buffer::TripleBuffer::new(&[0u64; WORDS]).split();
         inputs.push(input);
-        reads.push(Box::new(move || agreed(output.read())));
+        reads.push(Box::new(move || number_in_all_words(output.read())));
     }
     let write = move |number| {
         for input in &mut inputs {
@@ -212,7 +214,7 @@ fn swapped<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let mut reads: Vec<Read> = Vec::new();
     for _ in 0..setting.readers {
         let shared = Arc::clone(&shared);
-        reads.push(Box::new(move || agreed(&shared.load())));
+        reads.push(Box::new(move || number_in_all_words(&shared.load())));
     }
     let write = move |number| shared.store(Arc::new([number; WORDS]));
     window(setting, Box::new(write), reads)
@@ -224,7 +226,7 @@ fn cached<const WORDS: usize>(setting: Setting) -> Result<Window> {
     let mut reads: Vec<Read> = Vec::new();
     for _ in 0..setting.readers {
         let mut cache = Cache::new(Arc::clone(&shared));
-        reads.push(Box::new(move || agreed(cache.load())));
+        reads.push(Box::new(move || number_in_all_words(cache.load())));
     }
     let write = move |number| shared.store(Arc::new([number; WORDS]));
     window(setting, Box::new(write), reads)
@@ -275,7 +277,7 @@ fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window
         let (mut all, mut fresh, mut spent, mut fewest) = (0, 0, 0, u64::MAX);
         for reader in readers {
             let (count, new, took, sound) = reader.join().expect("a reader returns");
-            ensure!(sound, "a reader saw a torn value, or an older one after a newer");
+            ensure!(sound, "a reader got a torn value, or an older one after a newer");
             (all, fresh) = (all + count, fresh + new);
             (spent, fewest) = (spent + took, fewest.min(count));
         }
@@ -291,16 +293,16 @@ fn window(setting: Setting, mut write: Write, reads: Vec<Read>) -> Result<Window
 impl Setting {
     /// Binds the calling thread to its processor if each has its own.
     fn settle(self, number: usize) {
-        if self.apart {
+        if self.own_processors {
             let mut own = CpuSet::new();
             own.set(processors()[number]);
-            sched_setaffinity(None, &own).expect("it may run there");
+            sched_setaffinity(None, &own).expect("the processor is permitted");
         }
     }
 }
 
 /// Returns the number in all words, or `None` if they differ.
-fn agreed<const WORDS: usize>(words: &Words<WORDS>) -> Option<u64> {
+fn number_in_all_words<const WORDS: usize>(words: &Words<WORDS>) -> Option<u64> {
     let differs = words.iter().fold(0, |differs, word| differs | (word ^ words[0]));
     (differs == 0).then_some(words[0])
 }

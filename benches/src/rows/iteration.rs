@@ -13,8 +13,8 @@ use jde_paths::Periods;
 use crate::loaded;
 use crate::scope::Scope;
 
-/// The number of schemas in the row that passes a value on.
-const ROW: usize = 17;
+/// The number of schemas in the chain that forwards a value.
+const CHAIN: usize = 17;
 
 /// A perceptive schema. Another schema with a period of one hour imports from it and so keeps it awake.
 const PERCEPTIVE: &str = r#"
@@ -69,29 +69,41 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         let name = "empty C function through a pointer";
         beside(what, ours, name, &call, Goal::Above(Figure::Time(100.0)))
     };
-    let what = format!("{ROW} schemas hand a value on");
+    let what = format!("{CHAIN} schemas hand a value on");
     Ok(vec![
         above("iteration of a perceptive schema", &perceives),
         above("check, iteration and selection of a motor schema", &acts),
-        beside(&what, &forwards, "copper-rs, compiled in", &running, Goal::Told),
-        beside(&what, &forwards, "copper-rs, its clock held", &held, Goal::Told),
+        beside(
+            &what,
+            &forwards,
+            "copper-rs, compiled in",
+            &running,
+            Goal::Reported,
+        ),
+        beside(
+            &what,
+            &forwards,
+            "copper-rs, its clock held",
+            &held,
+            Goal::Reported,
+        ),
     ])
 }
 
 /// Checks that the last schema's value is the first one's, since the figures would be worthless otherwise.
 /// copper-rs checks this in each pass.
 fn forwards(row: &mut Periods) -> Result<()> {
-    let last = format!("s{}.out", ROW - 1);
+    let last = format!("s{}.out", CHAIN - 1);
     let mut before = None;
     for _ in 0..10 {
         row.pass(1);
-        let said = row.value("s0.out")?;
-        let heard = row.value(&last)?;
+        let first_value = row.value("s0.out")?;
+        let last_value = row.value(&last)?;
         ensure!(
-            said.is_some() && said != before && heard == said,
-            "the first says {said:?} after {before:?}, and the last {heard:?}"
+            first_value.is_some() && first_value != before && last_value == first_value,
+            "the first exports {first_value:?} after {before:?}, and the last {last_value:?}"
         );
-        before = said;
+        before = first_value;
     }
     Ok(())
 }
@@ -101,14 +113,14 @@ extern "C" fn nothing(_: *mut u8) -> i32 {
     0
 }
 
-/// An application with a row of schemas. Each exports the value of the one before.
+/// An application with a chain of schemas. Each exports the value of the one before.
 fn row() -> String {
-    let last = ROW - 1;
+    let last = CHAIN - 1;
     let mut text = format!(
         "roots = [\"hub\"]\n[schemas.hub]\ntype = \"bench-000/act\"\nperiod = \"3600s\"\nimports = {{ input = \"s{last}.out\" }}\n\
          [schemas.s0]\ntype = \"bench-000/head\"\n"
     );
-    for number in 1..ROW {
+    for number in 1..CHAIN {
         let before = number - 1;
         let _ = writeln!(
             text,

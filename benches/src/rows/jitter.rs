@@ -93,6 +93,6 @@ pub(crate) fn lateness(run: &live::Run, grids: &[Grid]) -> Result<Vec<f64>> {
             all.extend(late.into_iter().map(|late| late as f64));
         }
     }
-    ensure!(!all.is_empty(), "nobody woke");
+    ensure!(!all.is_empty(), "no schema woke");
     Ok(all)
 }

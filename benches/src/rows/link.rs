@@ -31,7 +31,7 @@ const PERIOD: Duration = Duration::from_millis(20);
 const ROUND: usize = 25;
 
 const APPLICATION: &str =
-    "roots = [\"teller\"]\n[schemas.teller]\ntype = \"pace/teller\"\nperiod = \"20ms\"\n";
+    "roots = [\"sender\"]\n[schemas.sender]\ntype = \"pace/sender\"\nperiod = \"20ms\"\n";
 
 /// The transfer times of values, ns.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -64,8 +64,8 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         publisher.wait().map_err(|error| anyhow!("{error}"))
     };
     let (small, large) = (publisher("bench/small")?, publisher("bench/large")?);
-    let mut guest = Guest::start(folder.path())?;
-    let room = vec![1u8; size_of::<Large>()];
+    let mut listener = ListenerProcess::start(folder.path())?;
+    let payload = vec![1u8; size_of::<Large>()];
     let start = Instant::now();
     let time = Duration::from_secs(scope.either(2, 20));
     let mut turn = 0u32;
@@ -79,20 +79,20 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         } else {
             size_of::<Large>()
         };
-        let mut message = room[..bytes].to_vec();
-        // The timer starts here: from here on Zenoh handles the message.
+        let mut message = payload[..bytes].to_vec();
+        // The timer starts now, because from now on Zenoh handles the message.
         message[..8].copy_from_slice(&bare::now().to_ne_bytes());
         publisher
             .put(message)
             .wait()
             .map_err(|error| anyhow!("{error}"))?;
     }
-    let heard = guest.end()?;
+    let received = listener.end()?;
     drop(running);
     let line = |what: &str, ours: &[u64], theirs: &[u64]| -> Result<Line> {
         ensure!(
             !ours.is_empty() && !theirs.is_empty(),
-            "nothing came: {} and {}",
+            "no value arrived: {} and {}",
             ours.len(),
             theirs.len()
         );
@@ -106,8 +106,8 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
         ))
     };
     Ok(vec![
-        line("64 B", &heard.small, &heard.bare_small)?,
-        line("900 kB", &heard.large, &heard.bare_large)?,
+        line("64 B", &received.small, &received.bare_small)?,
+        line("900 kB", &received.large, &received.bare_large)?,
     ])
 }
 
@@ -121,14 +121,14 @@ fn rounds(times: &[u64]) -> Rounds {
 
 /// The other process: receives both kinds until its standard input closes, and prints the times.
 pub(crate) fn listen(folder: &Path) -> Result<()> {
-    let heard: Arc<Mutex<Received>> = Arc::default();
+    let received: Arc<Mutex<Received>> = Arc::default();
     let note = |of: fn(&mut Received) -> &mut Vec<u64>| {
-        let heard = Arc::clone(&heard);
+        let received = Arc::clone(&received);
         move |bytes: &[u8]| {
             let now = bare::now();
             if let Some(sent) = bytes.first_chunk() {
-                let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
-                of(&mut heard).push(now.saturating_sub(u64::from_ne_bytes(*sent)));
+                let mut received = received.lock().unwrap_or_else(PoisonError::into_inner);
+                of(&mut received).push(now.saturating_sub(u64::from_ne_bytes(*sent)));
             }
         }
     };
@@ -136,19 +136,22 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
     rustix::process::nice(NICE)?;
     let client = Client::connect(&Reach::Local(Folders::at(folder)))?;
     let remote = client.application(None)?;
-    let (small, large) = (note(|heard| &mut heard.small), note(|heard| &mut heard.large));
+    let (small, large) = (
+        note(|received| &mut received.small),
+        note(|received| &mut received.large),
+    );
     let watching = [
-        remote.watch("teller.small", Rate::Full, move |sample| {
+        remote.watch("sender.small", Rate::Full, move |sample| {
             small(sample.bytes.as_deref().unwrap_or(&[]))
         })?,
-        remote.watch("teller.large", Rate::Full, move |sample| {
+        remote.watch("sender.large", Rate::Full, move |sample| {
             large(sample.bytes.as_deref().unwrap_or(&[]))
         })?,
     ];
     let session = session(folder, "connect")?;
     let (small, large) = (
-        note(|heard| &mut heard.bare_small),
-        note(|heard| &mut heard.bare_large),
+        note(|received| &mut received.bare_small),
+        note(|received| &mut received.bare_large),
     );
     let subscribed = [
         subscribe(&session, "bench/small", small)?,
@@ -157,8 +160,8 @@ pub(crate) fn listen(folder: &Path) -> Result<()> {
     println!("ready");
     std::io::stdin().read_to_end(&mut Vec::new())?;
     drop((watching, subscribed));
-    let heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
-    println!("{}", serde_json::to_string(&*heard)?);
+    let received = received.lock().unwrap_or_else(PoisonError::into_inner);
+    println!("{}", serde_json::to_string(&*received)?);
     Ok(())
 }
 
@@ -208,9 +211,9 @@ fn session(folder: &Path, end: &'static str) -> Result<Session> {
 }
 
 /// The other process; killed when dropped.
-struct Guest(Child);
+struct ListenerProcess(Child);
 
-impl Guest {
+impl ListenerProcess {
     /// Starts the process and waits until it listens.
     fn start(folder: &Path) -> Result<Self> {
         let mut command = Command::new(std::env::current_exe()?);
@@ -219,29 +222,29 @@ impl Guest {
             .arg(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped());
-        let mut guest = Self(command.spawn()?);
+        let mut listener = Self(command.spawn()?);
         let mut ready = [0; 6];
-        let stdout = guest.0.stdout.as_mut().context("its output is piped")?;
+        let stdout = listener.0.stdout.as_mut().context("its output is piped")?;
         stdout
             .read_exact(&mut ready)
             .context("the other process does not listen")?;
-        Ok(guest)
+        Ok(listener)
     }
 
     /// Ends the process and returns its times.
     fn end(&mut self) -> Result<Received> {
         drop(self.0.stdin.take());
-        let mut said = String::new();
+        let mut output = String::new();
         self.0
             .stdout
             .take()
             .context("its output is piped")?
-            .read_to_string(&mut said)?;
-        Ok(serde_json::from_str(&said)?)
+            .read_to_string(&mut output)?;
+        Ok(serde_json::from_str(&output)?)
     }
 }
 
-impl Drop for Guest {
+impl Drop for ListenerProcess {
     fn drop(&mut self) {
         // The process may have ended before.
         let _ = self.0.kill();

@@ -94,13 +94,13 @@ fn drive(scope: &Scope, folder: &Path, application: &Path, record: bool) -> Resu
     let before = children()?;
     product::read(&mut command)?;
     let processor = children()? - before;
-    let began = fs::read_to_string(&notes).context("nobody noted anything")?;
+    let began = fs::read_to_string(&notes).context("the schema wrote no notes")?;
     let began = began
         .lines()
         .skip(1)
         .map(|line| Ok(line.parse()?))
         .collect::<Result<Vec<u64>>>()?;
-    ensure!(began.len() > 1, "it noted {} periods", began.len());
+    ensure!(began.len() > 1, "the schema recorded {} periods", began.len());
     Ok(Run {
         processor: 100.0 * processor / f64::from(seconds),
         late: after_the_earliest(&began, PERIOD),

@@ -112,7 +112,7 @@ pub(crate) fn ten_thousand(scope: &Scope) -> Result<Vec<Line>> {
         Line::alone(
             "memory of each of them, all told",
             Figure::Bytes(memory as f64 / awake as f64),
-            Goal::Told,
+            Goal::Reported,
         ),
     ])
 }
@@ -131,7 +131,7 @@ fn deep() -> String {
         let children: Vec<String> = children.collect();
         let _ = writeln!(
             text,
-            "[schemas.f{level}]\ntype = \"pace/crowd\"\nchildren = {{ {} }}",
+            "[schemas.f{level}]\ntype = \"pace/wide-father\"\nchildren = {{ {} }}",
             children.join(", ")
         );
         for place in usize::from(level + 1 < DEEP)..ROLES.len() {

@@ -27,7 +27,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
             &mut |times| (0..times).for_each(|_| busy.advance_to(busy.now() + jde_sim::STEP_NS)),
         ],
     );
-    let line = |what: String, ns: f64| Line::alone(what, Figure::Time(ns), Goal::Told);
+    let line = |what: String, ns: f64| Line::alone(what, Figure::Time(ns), Goal::Reported);
     let mut lines = vec![
         line(String::from("sonar ring, 16 cones"), sonars.median()),
         line(

@@ -55,9 +55,9 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
             world.place(robot, *pose)?;
             world.laser(robot, &laser, &mut ranges)?;
             cast(by_tree, rays, &mut theirs);
-            same(&ranges, &theirs)?;
+            check_ranges(&ranges, &theirs)?;
             cast(by_polyline, rays, &mut lines_of);
-            same(&ranges, &lines_of)?;
+            check_ranges(&ranges, &lines_of)?;
         }
         // Each round visits all poses, so that both sides measure the same scans.
         let circuit = |times: u64, world: &mut World, robot, laser: &LaserConfig, ranges: &mut [f32]| {
@@ -95,8 +95,13 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
             ("parry2d, the same tree", &alone),
         );
         lines.push(beside(&what, &ours, shape, Goal::AtMost(1.1)));
-        lines.push(beside(&what, &ours, same_tree, Goal::Told));
-        lines.push(beside(&format!("{what}, with noise"), &noise, shape, Goal::Told));
+        lines.push(beside(&what, &ours, same_tree, Goal::Reported));
+        lines.push(beside(
+            &format!("{what}, with noise"),
+            &noise,
+            shape,
+            Goal::Reported,
+        ));
         if let Some(python) = &scope.python {
             world.place(robot, poses[0])?;
             world.laser(robot, &laser, &mut ranges)?;
@@ -116,7 +121,7 @@ pub(crate) fn laser(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 /// Checks that both sides measure the same ranges; otherwise the comparison would be worthless.
-fn same(ours: &[f32], theirs: &[f32]) -> Result<()> {
+fn check_ranges(ours: &[f32], theirs: &[f32]) -> Result<()> {
     let differs = |(ours, theirs): (&f32, &f32)| ours != theirs && (ours - theirs).abs() > 1e-3;
     match ours.iter().zip(theirs).position(differs) {
         Some(beam) => Err(anyhow!(
@@ -129,7 +134,7 @@ fn same(ours: &[f32], theirs: &[f32]) -> Result<()> {
 }
 
 /// Returns a generator of numbers from 0 to 1 that are the same in every run: Knuth's MMIX. Its upper bits
-/// are random enough here.
+/// are random enough for this purpose.
 fn random() -> impl FnMut() -> f64 {
     let mut state = 1u64;
     move || {
@@ -143,7 +148,7 @@ fn random() -> impl FnMut() -> f64 {
 /// Checks that most beams measure the same; otherwise the comparison would be worthless. ir-sim spreads its
 /// beams over the closed field of view: in a full circle the last beam equals the first, and those between
 /// deviate slightly from jde's. Therefore a beam may miss a wall that its counterpart meets.
-fn alike(ours: &[f32], theirs: &[f32], most: f32) -> Result<()> {
+fn check_most_ranges(ours: &[f32], theirs: &[f32], most: f32) -> Result<()> {
     ensure!(
         ours.len() == theirs.len(),
         "ir-sim has {} beams of {}",
@@ -257,7 +262,7 @@ fn polyline(walls: &[[[f64; 2]; 2]]) -> Polyline {
 
 /// The input of the ir-sim program.
 #[derive(Serialize)]
-struct Asked<'a> {
+struct ScanRequest<'a> {
     walls: &'a [[[f64; 2]; 2]],
     at: [f64; 2],
     beams: usize,
@@ -268,7 +273,7 @@ struct Asked<'a> {
 
 /// The output of the ir-sim program.
 #[derive(Deserialize)]
-struct Scanned {
+struct ScanResult {
     scan_ns: f64,
     /// Beams without an echo have the greatest range.
     ranges: Vec<f32>,
@@ -283,7 +288,7 @@ fn ir_sim(
     at: &Pose2,
     ours: &[f32],
 ) -> Result<f64> {
-    let asked = Asked {
+    let request = ScanRequest {
         walls,
         at: [at.x, at.y],
         beams: laser.beams,
@@ -293,13 +298,13 @@ fn ir_sim(
     };
     let mut command = Command::new(python);
     command.arg(scope.root.join("benches/peers/ir_sim.py"));
-    let said = product::run_with_input(&mut command, &serde_json::to_string(&asked)?)?;
-    let scanned: Scanned = serde_json::from_str(&said)?;
-    alike(ours, &scanned.ranges, laser.range_max as f32)?;
+    let output = product::run_with_input(&mut command, &serde_json::to_string(&request)?)?;
+    let scanned: ScanResult = serde_json::from_str(&output)?;
+    check_most_ranges(ours, &scanned.ranges, laser.range_max as f32)?;
     Ok(scanned.scan_ns)
 }
 
-/// The fields of the summary of `jde demo --json` that are used here.
+/// The fields of the summary of `jde demo --json` that this row uses.
 #[derive(Deserialize)]
 struct Summary {
     sim_seconds: f64,
@@ -314,8 +319,8 @@ pub(crate) fn demo(scope: &Scope) -> Result<Vec<Line>> {
         command
             .args(["demo", "--lockstep", "--json", "--seed", "1", "--out"])
             .arg(folder.path());
-        let said = product::read(&mut command)?;
-        let last = said.lines().last().context("`jde demo` says nothing")?;
+        let output = product::read(&mut command)?;
+        let last = output.lines().last().context("`jde demo` printed nothing")?;
         let summary: Summary = serde_json::from_str(last)?;
         speeds.push(summary.sim_seconds / summary.wall_seconds);
     }

@@ -82,22 +82,22 @@ fn start(scope: &Scope, folder: &Path) -> Result<f64> {
         &application,
         "roots = [\"first\"]\n[schemas.first]\ntype = \"bench-000/first\"\n",
     )?;
-    let hears = folder.join("hears");
+    let pipe = folder.join("first.pipe");
     // The file of the previous run may exist.
-    let _ = fs::remove_file(&hears);
-    mknodat(CWD, &hears, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
+    let _ = fs::remove_file(&pipe);
+    mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
     let mut command = product::jde(scope, folder);
     command
         .args(["run", "--plain"])
         .arg(&application)
-        .env("JDE_BENCH_FIRST", &hears);
+        .env("JDE_BENCH_FIRST", &pipe);
     command.stdout(product::nowhere()?).stderr(product::nowhere()?);
     let start = Instant::now();
     let child = Stopped(command.spawn().context("cannot start `jde run`")?);
     // Returns when the schema has written and closed the pipe.
-    let said = fs::read_to_string(&hears)?;
+    let message = fs::read_to_string(&pipe)?;
     let took = start.elapsed();
-    ensure!(said == "iterated", "{application:?} did not iterate");
+    ensure!(message == "iterated", "{application:?} did not iterate");
     drop(child);
     Ok(took.as_nanos() as f64)
 }
@@ -136,18 +136,18 @@ fn reload(scope: &Scope, folder: &Path, times: usize) -> Result<(Vec<f64>, Vec<f
         let beside = folder.join("beside");
         fs::write(&beside, [&library, format!("build {number}").as_bytes()].concat())?;
         fs::rename(&beside, &file)?;
-        let how = ReloadOptions {
+        let options = ReloadOptions {
             probation: 0,
             fresh: false,
         };
         let reloaded = reloader
-            .reload("bench", "act", how)
+            .reload("bench", "act", options)
             .map_err(|refused| anyhow!("{refused}"))?;
-        for (name, became) in reloaded.schemas {
-            let ReloadOutcome::Reloaded(took) = became else {
-                return Err(anyhow!("{name}: {became:?}"));
+        for (name, outcome) in reloaded.schemas {
+            let ReloadOutcome::Reloaded(took) = outcome else {
+                return Err(anyhow!("{name}: {outcome:?}"));
             };
-            gaps.push(took.gap.context("it is awake")? as f64);
+            gaps.push(took.gap.context("the schema is awake")? as f64);
             exchanges.push(took.took as f64);
         }
         // The new build gets some turns.

@@ -33,7 +33,7 @@ pub(crate) fn read(scope: &Scope) -> Result<Vec<Line>> {
 }
 
 /// Times reads of a value that is not written meanwhile. `black_box` hides the place of the value, so that
-/// each side looks it up in every read.
+/// each side loads it in every read.
 fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let bytes = WORDS * 8;
     let (_writer, mut reader) = ends::<WORDS>(Access::Export)?;
@@ -44,14 +44,14 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let mut kept = blackboard.entry.get();
     let swap = ArcSwap::from_pointee(plain);
     let mut cache = Cache::new(&swap);
-    let [ours, stamped, copy, locked, got, looked, cached] = interleave(
+    let [ours, stamped, copy, locked, got, kept_entry, cached] = interleave(
         scope.effort(),
         [
-            &mut |times| (0..times).for_each(|_| look(black_box(&mut reader))),
+            &mut |times| (0..times).for_each(|_| copy_newest(black_box(&mut reader))),
             &mut |times| (0..times).for_each(|_| see(black_box(&mut other).get())),
             &mut |times| (0..times).for_each(|_| see(*black_box(&plain))),
             &mut |times| {
-                (0..times).for_each(|_| see(*black_box(&mutex).lock().expect("nobody panics")));
+                (0..times).for_each(|_| see(*black_box(&mutex).lock().expect("no thread panics")));
             },
             &mut |times| (0..times).for_each(|_| see(*black_box(&blackboard.entry).get())),
             &mut |times| {
@@ -70,15 +70,19 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     Ok(vec![
         line("plain copy", &copy, Goal::AtMost(2.0)),
         line("std Mutex", &locked, Goal::TimesFaster(3.0)),
-        line("iceoryx2 blackboard, get", &got, Goal::Told),
-        line("iceoryx2 blackboard, kept while up to date", &looked, Goal::Told),
-        line("arc-swap, cached", &cached, Goal::Told),
+        line("iceoryx2 blackboard, get", &got, Goal::Reported),
+        line(
+            "iceoryx2 blackboard, kept while up to date",
+            &kept_entry,
+            Goal::Reported,
+        ),
+        line("arc-swap, cached", &cached, Goal::Reported),
         beside(
             &format!("{what} with a copy of the stamp"),
             &stamped,
             "plain copy",
             &copy,
-            Goal::Told,
+            Goal::Reported,
         ),
     ])
 }
@@ -96,15 +100,15 @@ fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
             &mut |times| {
                 for time in 0..times {
                     see(black_box(&mut writer).write(black_box(plain), time, time));
-                    look(black_box(&mut reader));
+                    copy_newest(black_box(&mut reader));
                 }
             },
             &mut |times| (0..times).for_each(|_| black_box(&topic).pass(black_box(plain))),
             &mut |times| (0..times).for_each(|_| black_box(&blackboard).pass(black_box(plain))),
             &mut |times| {
                 for _ in 0..times {
-                    *black_box(&mutex).lock().expect("nobody panics") = black_box(plain);
-                    see(*black_box(&mutex).lock().expect("nobody panics"));
+                    *black_box(&mutex).lock().expect("no thread panics") = black_box(plain);
+                    see(*black_box(&mutex).lock().expect("no thread panics"));
                 }
             },
         ],
@@ -113,17 +117,17 @@ fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let line = |name, theirs, goal| beside(&what, &ours, name, theirs, goal);
     Ok(vec![
         line("iceoryx2 publish-subscribe", &sent, Goal::TimesFaster(10.0)),
-        line("iceoryx2 blackboard", &updated, Goal::Told),
-        line("std Mutex", &locked, Goal::Told),
+        line("iceoryx2 blackboard", &updated, Goal::Reported),
+        line("std Mutex", &locked, Goal::Reported),
     ])
 }
 
 /// Times reads of a schema through the ABI, beside a mutex in the same place.
 fn by_a_schema(scope: &Scope) -> Result<Vec<Line>> {
-    let looks = schemas::looks(scope.effort())?;
-    let lines = looks.iter().map(|look| {
-        let what = format!("read {} B by a schema, through the ABI", look.bytes);
-        beside(&what, &look.asked, "std Mutex", &look.locked, Goal::Told)
+    let reads = schemas::time_reads(scope.effort())?;
+    let lines = reads.iter().map(|read| {
+        let what = format!("read {} B by a schema, through the ABI", read.bytes);
+        beside(&what, &read.import, "std Mutex", &read.mutex, Goal::Reported)
     });
     Ok(lines.collect())
 }
@@ -141,7 +145,7 @@ fn beside(what: &str, ours: &Rounds, name: &str, theirs: &Rounds, goal: Goal) ->
 
 /// Copies the newest value from its place, as the yardsticks do. Its stamp is available but not read.
 #[inline(always)]
-fn look<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
+fn copy_newest<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
     if let Some(value) = reader.borrow() {
         see(*value);
     }
@@ -205,9 +209,9 @@ impl<const WORDS: usize> Topic<WORDS> {
 
     /// Publishes a value and receives it.
     fn pass(&self, value: Words<WORDS>) {
-        let room = self.publisher.loan_uninit().expect("there is room for one");
-        room.write_payload(value).send().expect("there is a subscriber");
-        let received = self.subscriber.receive().expect("it is connected");
+        let sample = self.publisher.loan_uninit().expect("there is room for one");
+        sample.write_payload(value).send().expect("there is a subscriber");
+        let received = self.subscriber.receive().expect("the subscriber is connected");
         see(received.map(|sample| *sample.payload()));
     }
 }
@@ -255,7 +259,7 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     }
     let free = variable(IMAGE, Access::Export, 3)?;
     let mut alone = free.writer(1, "writer")?;
-    let [among, without] = interleave(
+    let [with_readers, without] = interleave(
         scope.effort(),
         [
             &mut |times| (0..times).for_each(|time| publish(&mut writer, time)),
@@ -264,12 +268,12 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     );
     let holding = Line::beside(
         "publish 900 kB while three readers hold one each",
-        Figure::Time(among.median()),
+        Figure::Time(with_readers.median()),
         "while nobody reads",
         Figure::Time(without.median()),
         Goal::AtMost(1.2),
     )
-    .paired(among.by(&without));
+    .paired(with_readers.by(&without));
     drop(readers);
     Ok(vec![size, holding])
 }

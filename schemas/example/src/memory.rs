@@ -13,11 +13,7 @@ impl Memory for Example {
             .map(|request| request.position)
             .collect();
         saving.put_all(&places);
-        saving.put_text(
-            self.requested_target
-                .as_ref()
-                .map_or("", |request| &request.by),
-        );
+        saving.put_text(self.requested_target.as_ref().map_or("", |request| &request.by));
         saving.put(&self.skipped);
     }
 
