@@ -1,10 +1,10 @@
 /*
  * The standard types of sensors and actuators, with the fields of their ROS 2 interfaces: SI units, axes of REP-103.
- * For each there is a structure, and its description `<structure>_type` for tables of ports.
+ * Each has a structure, and a description `<structure>_type` for tables of ports.
  *
- * Texts are UTF-8 without a NUL. Elements beyond a length mean nothing; a length beyond the capacity is a lie.
+ * Texts are UTF-8 without a NUL. Elements beyond a length are ignored; a length beyond the capacity is invalid.
  *
- * Made from crates/types; `cargo xtask headers` renews it.
+ * Generated from crates/types; `cargo xtask headers` renews it.
  */
 #ifndef JDE_TYPES_H
 #define JDE_TYPES_H

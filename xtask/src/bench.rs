@@ -64,8 +64,8 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
             Err(error) if choice.keeps_all() => {
                 return Err(error.context(format!("cannot install {PACKAGE}")));
             }
-            // The package is one yardstick of one row; all other rows need no Python.
-            Err(error) => println!("{PACKAGE} is left out: {error:#}"),
+            // Only one row compares with the package. All other rows need no Python.
+            Err(error) => println!("{PACKAGE} is omitted: {error:#}"),
         }
     }
     benches.stdin(Stdio::null());
@@ -112,23 +112,23 @@ impl Choice {
         matches!(self.save, Some(None))
     }
 
-    /// Checks that the project's table is only replaced by a whole one of full effort.
+    /// Checks that the project's table is only replaced by a complete one of full effort.
     fn check(&self) -> Result<()> {
         if self.keeps_all() && (self.quick || !self.row.is_empty()) {
             bail!(
-                "`--save` alone keeps the whole table: name a file, as in `--save some.json`, to keep another"
+                "`--save` alone replaces the whole table; to save another one, name a file, as in `--save some.json`"
             );
         }
         Ok(())
     }
 
     /// Returns the arguments for the benches, with absolute paths because the benches run in another folder.
-    fn arguments(&self, root: &Path, here: &Path) -> Vec<PathBuf> {
+    fn arguments(&self, root: &Path, current: &Path) -> Vec<PathBuf> {
         let rows = self.row.iter().flat_map(|row| ["--row", row]).map(PathBuf::from);
         let flags = [("--list", self.list), ("--quick", self.quick)];
         let flags = flags.into_iter().filter(|(_, given)| *given);
         let save = self.save.iter().flat_map(|file| match file {
-            Some(file) => vec!["--save".into(), here.join(file)],
+            Some(file) => vec!["--save".into(), current.join(file)],
             None => vec![
                 "--save".into(),
                 root.join(TABLE),
@@ -156,8 +156,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_chosen_is_handed_on() {
-        let some = choice(&["read", "demo"], true, Some(Some("kept.json")));
+    fn the_options_are_passed_to_the_benches() {
+        let some = choice(&["read", "demo"], true, Some(Some("some.json")));
         let expected = [
             "--row",
             "read",
@@ -165,9 +165,9 @@ mod tests {
             "demo",
             "--quick",
             "--save",
-            "here/kept.json",
+            "current/some.json",
         ];
-        let arguments = |choice: &Choice| choice.arguments(Path::new("root"), Path::new("here"));
+        let arguments = |choice: &Choice| choice.arguments(Path::new("root"), Path::new("current"));
         assert_eq!(arguments(&some), expected.map(PathBuf::from));
         let expected = [
             "--save",
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_of_the_project_is_kept_whole_or_not_at_all() {
+    fn only_a_complete_measurement_replaces_the_table_of_the_project() {
         assert!(choice(&[], false, Some(None)).check().is_ok());
         assert!(choice(&["read"], false, Some(None)).check().is_err());
         assert!(choice(&[], true, Some(None)).check().is_err());

@@ -1,5 +1,5 @@
-//! Runs clients of the link in Python against an application: the programs of `docs/protocol.md`, unchanged, and
-//! peers without credentials. A part of the step `peers`.
+//! Runs clients of the link in Python against an application: the programs of `docs/protocol.md`, unchanged,
+//! and peers without credentials. A part of the step `peers`.
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -40,10 +40,10 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
         let mut command = Command::new(python);
         command.arg(&file);
         shell::show(&command, context.paint);
-        let said = shell::read_within(&mut command, PATIENCE)
+        let output = shell::read_within(&mut command, PATIENCE)
             .with_context(|| format!("a program of {PAGE} failed"))?;
-        ensure!(!said.trim().is_empty(), "a program of {PAGE} found nothing");
-        print!("{said}");
+        ensure!(!output.trim().is_empty(), "a program of {PAGE} found nothing");
+        print!("{output}");
     }
     let mut rogue = Command::new(python);
     rogue
@@ -77,7 +77,7 @@ fn programs(page: &str) -> Vec<String> {
 
 /// Starts a robot that listens on the loopback interface. Returns its endpoint and its process.
 fn robot(context: &Context) -> Result<(String, RobotProcess)> {
-    // The port is free again before the robot binds it; no other program here asks for ports.
+    // The port is free again before the robot binds it. No other program of this step requests a port.
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let endpoint = format!("tcp/127.0.0.1:{port}");
     let folder_of_plugins = context.target.join("debug");
@@ -124,7 +124,7 @@ mod tests {
     use super::programs;
 
     #[test]
-    fn the_programs_of_a_page_are_its_blocks_of_python() {
+    fn the_programs_of_a_page_are_its_python_blocks() {
         let page = "a\n```sh\nls\n```\n```python\nimport json\nprint(1)\n```\nb\n```python\nx\n```\n";
         assert_eq!(programs(page), ["import json\nprint(1)\n", "x\n"]);
     }

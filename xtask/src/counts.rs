@@ -1,6 +1,6 @@
 //! The gate of the hot paths: counts the instructions of each path with valgrind and compares them with the
 //! counts in the repository. The number of instructions does not depend on the load of the machine, so the
-//! tolerance can be narrow. Times are measured by the benches, not here.
+//! tolerance can be narrow. The benches measure times.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -83,7 +83,7 @@ fn differences(kept: &BTreeMap<String, u64>, counted: &BTreeMap<String, u64>) ->
     for (path, now) in counted {
         let Some(then) = kept.get(path) else {
             faults.push(format!(
-                "`{path}` takes {now} instructions, and {BASELINE_FILE} does not know it"
+                "`{path}` takes {now} instructions, and {BASELINE_FILE} does not contain it"
             ));
             continue;
         };
@@ -109,7 +109,7 @@ fn count(root: &Path, paint: Paint) -> Result<BTreeMap<String, u64>> {
         let twice = collected(&program, name, 2 * TIMES)?;
         let each = twice
             .checked_sub(once)
-            .context("passing a path twice takes less than once")?
+            .context("running a path twice takes fewer instructions than once")?
             / TIMES;
         Ok((name.to_owned(), each))
     });
@@ -140,16 +140,16 @@ fn collected(program: &Path, path: &str, times: u64) -> Result<u64> {
         .args([path, &times.to_string()])
         .output()
         .context("cannot start valgrind")?;
-    let said = String::from_utf8_lossy(&output.stderr);
+    let messages = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
-        bail!("the path `{path}` ended with {}:\n{said}", output.status);
+        bail!("the path `{path}` ended with {}:\n{messages}", output.status);
     }
-    sum(&said).with_context(|| format!("valgrind does not say what it collected:\n{said}"))
+    sum(&messages).with_context(|| format!("valgrind does not state what it collected:\n{messages}"))
 }
 
 /// Returns the total in valgrind's output.
-fn sum(said: &str) -> Option<u64> {
-    let (_, rest) = said.split_once("Collected : ")?;
+fn sum(output: &str) -> Option<u64> {
+    let (_, rest) = output.split_once("Collected : ")?;
     rest.split_whitespace().next()?.parse().ok()
 }
 
@@ -171,14 +171,14 @@ mod tests {
     }
 
     #[test]
-    fn the_sum_is_found_in_what_valgrind_says() {
-        let said = "==1== Events    : Ir\n==1== Collected : 7408310\n==1== \n";
-        assert_eq!(sum(said), Some(7_408_310));
+    fn the_sum_is_parsed_from_the_output_of_valgrind() {
+        let output = "==1== Events    : Ir\n==1== Collected : 7408310\n==1== \n";
+        assert_eq!(sum(output), Some(7_408_310));
         assert_eq!(sum("==1== killed\n"), None);
     }
 
     #[test]
-    fn a_small_difference_passes_and_a_greater_one_is_named_both_ways() {
+    fn a_small_difference_passes_and_a_larger_one_in_either_direction_is_reported() {
         let kept = counts(&[("read", 100), ("select", 1000)]);
         assert_eq!(
             differences(&kept, &counts(&[("read", 102), ("select", 971)])),
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_that_come_and_go_are_named() {
+    fn new_and_removed_paths_are_reported() {
         let found = differences(&counts(&[("gone", 1)]), &counts(&[("new", 2)]));
         assert_eq!(found.len(), 2);
         assert!(found[0].starts_with("`new` takes 2 instructions"), "{found:?}");

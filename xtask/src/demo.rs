@@ -40,8 +40,8 @@ fn decisions(context: &Context, seed: &str) -> Result<String> {
 fn digest(output: &str) -> Option<String> {
     let (_, after) = output.split_once(DIGEST)?;
     let line = after.lines().next()?;
-    let mut words = line.split(|c: char| !c.is_ascii_hexdigit());
-    words.find(|word| word.len() == DIGITS).map(str::to_owned)
+    let mut numbers = line.split(|c: char| !c.is_ascii_hexdigit());
+    numbers.find(|number| number.len() == DIGITS).map(str::to_owned)
 }
 
 #[cfg(test)]
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_digest_is_not_taken_for_one() {
+    fn other_text_is_not_taken_for_a_digest() {
         let digits = "0".repeat(DIGITS);
         for output in [
             "".to_owned(),

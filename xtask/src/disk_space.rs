@@ -14,13 +14,13 @@ const FULL_BUILD_BYTES: u64 = 13_000_000_000;
 /// Returns a warning to print before anything is built, or `None` if there is room.
 ///
 /// # Errors
-/// If `df` or `du` does not work here.
+/// If `df` or `du` fails.
 pub(crate) fn warning(target: &Path) -> Result<Option<String>> {
-    let there = target.ancestors().find(|path| path.exists());
-    let there = there.context("no folder above that of builds exists")?;
+    let existing = target.ancestors().find(|path| path.exists());
+    let existing = existing.context("no folder above that of builds exists")?;
     let mut df = Command::new("df");
     let free = number(shell::read(
-        df.args(["--block-size=1", "--output=avail"]).arg(there),
+        df.args(["--block-size=1", "--output=avail"]).arg(existing),
     )?)?;
     if free >= FULL_BUILD_BYTES {
         return Ok(None);
@@ -51,9 +51,9 @@ fn is_short(free: u64, built: u64) -> bool {
 
 /// Returns the first number of an output, which may have a heading.
 fn number(output: String) -> Result<u64> {
-    let mut words = output.split_whitespace();
-    words
-        .find_map(|word| word.parse().ok())
+    let mut fields = output.split_whitespace();
+    fields
+        .find_map(|field| field.parse().ok())
         .with_context(|| format!("there is no number in `{}`", output.trim()))
 }
 
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_built_need_not_be_built_again() {
+    fn existing_builds_count_as_available_space() {
         assert!(is_short(FULL_BUILD_BYTES - 1, 0));
         assert!(!is_short(FULL_BUILD_BYTES, 0));
         assert!(is_short(FULL_BUILD_BYTES / 2, FULL_BUILD_BYTES / 4));
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn the_number_is_found_below_a_title_and_before_a_path() {
+    fn the_number_is_parsed_below_a_heading_and_before_a_path() {
         assert_eq!(
             number("      Avail\n5400000000\n".to_owned()).unwrap(),
             5_400_000_000
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_not_there_yet_is_on_the_disk_of_those_above() {
+    fn a_folder_that_does_not_exist_is_on_the_disk_of_its_parent() {
         let folder = tempfile::tempdir().unwrap();
         warning(&folder.path().join("not/there/yet")).unwrap();
     }

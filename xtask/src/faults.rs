@@ -13,9 +13,9 @@ use crate::paint::Paint;
 use crate::shell;
 
 /// Runs the campaign with these arguments. Its exit status becomes that of this program.
-pub(crate) fn run(root: &Path, dev: bool, words: &[OsString], paint: Paint) -> Result<ExitCode> {
+pub(crate) fn run(root: &Path, dev: bool, arguments: &[OsString], paint: Paint) -> Result<ExitCode> {
     let mut cargo = shell::cargo();
-    // `cargo build` alone leaves the campaign out, since users do not need it.
+    // `cargo build` alone omits the campaign, since users do not need it.
     cargo.args(["build", "--workspace"]).current_dir(root);
     if !dev {
         cargo.arg("--release");
@@ -26,6 +26,6 @@ pub(crate) fn run(root: &Path, dev: bool, words: &[OsString], paint: Paint) -> R
         .join(if dev { "debug" } else { "release" })
         .join("jde-faults");
     // Replaces this process, so that Ctrl-C reaches the campaign alone.
-    let error = std::process::Command::new(&program).args(words).exec();
+    let error = std::process::Command::new(&program).args(arguments).exec();
     Err(error).with_context(|| format!("cannot start {}", program.display()))
 }

@@ -54,9 +54,9 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         return Ok(StepOutcome::Passed);
     }
     for workspace in [BENCHES, FUZZERS] {
-        // The fuzzers link C++ code, which nothing else here needs.
+        // The fuzzers link C++ code, which no other part of the build needs.
         if workspace == FUZZERS && !shell::succeeds(Command::new("c++").arg("--version")) {
-            println!("{FUZZERS} is left out: there is no C++ compiler");
+            println!("{FUZZERS} is omitted: there is no C++ compiler");
             continue;
         }
         let mut cargo = context.cargo(&["clippy", "--workspace", "--all-targets"]);

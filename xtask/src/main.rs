@@ -71,13 +71,13 @@ struct Faults {
     dev: bool,
     /// The arguments of the campaign.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-    words: Vec<std::ffi::OsString>,
+    arguments: Vec<std::ffi::OsString>,
 }
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   cargo xtask test              format, lints and tests
-  cargo xtask test --all        also model checks, memory checks, the demonstration, programs of others, documentation
+  cargo xtask test --all        also model checks, memory checks, the demonstration, independent programs, documentation
   cargo xtask test -p jde-link  lints and tests of one package
   cargo xtask test --only tidy")]
 struct Test {
@@ -153,7 +153,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Counts { renew: false } => counts::check(&root, paint)?,
         Verb::Counts { renew: true } => counts::renew(&root, paint)?,
         Verb::Bench(choice) => return bench::run(&root, &choice, paint),
-        Verb::Faults(Faults { dev, words }) => return faults::run(&root, dev, &words, paint),
+        Verb::Faults(Faults { dev, arguments }) => return faults::run(&root, dev, &arguments, paint),
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -170,19 +170,19 @@ mod tests {
     }
 
     #[test]
-    fn the_root_holds_the_workspace() {
+    fn the_root_contains_the_workspace() {
         let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
         assert!(manifest.contains("[workspace]"));
     }
 
     #[test]
-    fn what_the_campaign_is_told_reaches_it_as_it_was_typed() {
+    fn the_arguments_of_the_campaign_are_passed_unchanged() {
         let cli = Cli::try_parse_from(["xtask", "faults", "--dev", "--seed", "7", "--help"]).unwrap();
-        let Verb::Faults(Faults { dev, words }) = cli.verb else {
+        let Verb::Faults(Faults { dev, arguments }) = cli.verb else {
             panic!("another verb");
         };
         assert!(dev);
-        assert_eq!(words, ["--seed", "7", "--help"]);
+        assert_eq!(arguments, ["--seed", "7", "--help"]);
         assert!(Cli::try_parse_from(["xtask", "faults", "--help"]).is_ok());
     }
 

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use crate::shell;
 
-/// The output of `cargo metadata`, as far as it is used here.
+/// The output of `cargo metadata`, as far as this program uses it.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Metadata {
     pub(crate) packages: Vec<Package>,
@@ -99,7 +99,7 @@ impl Metadata {
             .args(options)
             .current_dir(root);
         serde_json::from_str(&shell::read(&mut command)?)
-            .context("`cargo metadata` answers in an unknown form")
+            .context("the output of `cargo metadata` has an unknown form")
     }
 
     /// Returns the packages of this workspace, in cargo's order.

@@ -1,4 +1,4 @@
-//! Tests with independent programs that know nothing of jde: clients of the Pioneer protocol drive the
+//! Tests with independent programs, which contain no code of jde: clients of the Pioneer protocol drive the
 //! simulated robot, the libraries of MCAP and ROS 2 read recordings, the programs of `docs/protocol.md`
 //! inspect a running application, and ROS 2 and jde drive each other's robots.
 
@@ -40,7 +40,7 @@ const PANELS: &str = "crates/log/tests/peers/read_panels.py";
 /// Drives ahead, turns and stops. Fails if the robot does not follow.
 const CLIENT: &str = "crates/p2os-server/tests/peers/soar_client.py";
 /// A client from outside the repository, used if the file exists. It drives ahead and prints.
-const ELSEWHERE: &str = "../shared/p2os/soar_client.py";
+const EXTERNAL_CLIENT: &str = "../shared/p2os/soar_client.py";
 /// The time after which the server ends, and with it the client's serial line.
 const LIMIT: &str = "90s";
 /// The command that installs what the step lacks.
@@ -53,12 +53,12 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let python = environment(context)?;
     let client = context.root.join(CLIENT);
     drive(context, &python, &client)?;
-    let elsewhere = context.root.join(ELSEWHERE);
-    if elsewhere.is_file() {
-        let said = drive(context, &python, &elsewhere)?;
+    let external = context.root.join(EXTERNAL_CLIENT);
+    if external.is_file() {
+        let output = drive(context, &python, &external)?;
         ensure!(
-            said.contains("connected in"),
-            "the client at {ELSEWHERE} did not connect: {said}"
+            output.contains("connected in"),
+            "the client at {EXTERNAL_CLIENT} did not connect: {output}"
         );
     }
     read_recording(context, &python)?;
@@ -81,10 +81,10 @@ fn read_recording(context: &Context, python: &Path) -> Result<()> {
     shell::show(&record, context.paint);
     // 30 s are too short for the mission, so the exit status is 1. The reader checks the recording.
     let output = record.output().context("cannot start `jde run`")?;
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let summary = String::from_utf8_lossy(&output.stdout).into_owned();
     ensure!(
-        said.contains("nothing lost"),
-        "the run was not recorded whole: {said}{}",
+        summary.contains("nothing lost"),
+        "the run was not recorded completely: {summary}{}",
         String::from_utf8_lossy(&output.stderr)
     );
     let mut printer = shell::cargo();
@@ -156,8 +156,8 @@ fn drive(context: &Context, python: &Path, client: &Path) -> Result<String> {
     let mut command = Command::new(python);
     command.arg(client).arg(&server.line);
     shell::show(&command, context.paint);
-    let said = shell::read(&mut command).context("the client failed")?;
-    print!("{said}");
+    let output = shell::read(&mut command).context("the client failed")?;
+    print!("{output}");
     let summary = server.end()?;
     ensure!(
         summary.contains("\"sessions\":1"),
@@ -167,7 +167,7 @@ fn drive(context: &Context, python: &Path, client: &Path) -> Result<String> {
         !summary.contains("\"travelled_m\":0.0"),
         "the robot did not move: {summary}"
     );
-    Ok(said)
+    Ok(output)
 }
 
 /// A running `jde sim`; killed when dropped.
@@ -191,8 +191,8 @@ impl Server {
             .stderr(Stdio::piped())
             .spawn()
             .context("cannot start `jde sim`")?;
-        let words = process.stderr.take().context("it has no standard error")?;
-        let mut lines = BufReader::new(words).lines();
+        let messages = process.stderr.take().context("it has no standard error")?;
+        let mut lines = BufReader::new(messages).lines();
         let line = lines.by_ref().find_map(|line| {
             let line = line.ok()?;
             Some(line.split_once("serial:")?.1.trim().to_owned())
@@ -202,7 +202,7 @@ impl Server {
         let Some(line) = line else {
             // Standard error ended without the line, so the server ended by itself.
             let _ = process.kill();
-            bail!("`jde sim` told of no serial line");
+            bail!("`jde sim` reported no serial line");
         };
         Ok(Self { process, line })
     }

@@ -82,28 +82,28 @@ const SCREEN: Tool = Tool {
 
 /// The library that the feature `gamepad` needs at build time.
 const LIBUDEV: Tool = Tool {
-    name: "libudev, to build what reads game pads",
+    name: "libudev, to build the support for game pads",
     probe: &["pkg-config", "--exists", "libudev"],
     from: Source::Apt(&["libudev-dev", "pkg-config"]),
 };
 
-/// Returns whether support for game pads can be built here.
+/// Returns whether this machine can build the support for game pads.
 pub(crate) fn has_libudev() -> bool {
     LIBUDEV.works()
 }
 
-/// Returns whether windows can be opened here.
+/// Returns whether this machine can open windows.
 pub(crate) fn has_screen() -> bool {
     SCREEN.works()
 }
 
-/// Installs missing tools if allowed; otherwise prints how to. Fails if a tool is still missing that no run
-/// can do without: in CI any tool, elsewhere the C compiler.
+/// Installs missing tools if allowed; otherwise prints how to. Fails if a required tool is still
+/// missing: in CI any tool, elsewhere the C compiler.
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
-    // Little room is not fatal: some steps need less, and cargo reports a full disk.
+    // Too little room is not fatal: some steps need less, and cargo reports a full disk.
     match disk_space::warning(&context.target) {
         Ok(warning) => warning.iter().for_each(|warning| println!("{warning}")),
-        Err(error) => println!("whether there is room on the disk cannot be told: {error:#}"),
+        Err(error) => println!("the free space on the disk is unknown: {error:#}"),
     }
     let missing: Vec<&Tool> = TOOLS.iter().filter(|tool| !tool.works()).collect();
     let privilege = Privilege::detect();
@@ -116,7 +116,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
             }
         }
     } else if !commands.is_empty() {
-        println!("nothing is installed unasked; with --install these would be run:");
+        println!("missing tools are installed only with --install, which runs:");
         commands
             .iter()
             .for_each(|command| println!("    {}", command.join(" ")));
@@ -150,7 +150,7 @@ pub(crate) const INSTALL_VALGRIND: &str = "sudo apt-get install valgrind libc6-d
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Privilege {
     Root,
-    /// `sudo` asks for no password.
+    /// `sudo` without a password.
     Sudo,
     None,
 }
@@ -197,9 +197,9 @@ fn installation(missing: &[&Tool], privilege: Privilege) -> Vec<Vec<&'static str
     commands
 }
 
-fn to_command(words: &[&str]) -> Command {
-    let mut command = Command::new(words[0]);
-    command.args(&words[1..]);
+fn to_command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(arguments[0]);
+    command.args(&arguments[1..]);
     command
 }
 
@@ -226,17 +226,17 @@ mod tests {
         let missing: Vec<&Tool> = TOOLS.iter().filter(|tool| names.contains(&tool.name)).collect();
         installation(&missing, privilege)
             .iter()
-            .map(|words| words.join(" "))
+            .map(|command| command.join(" "))
             .collect()
     }
 
     #[test]
-    fn nothing_is_installed_where_nothing_is_missing() {
+    fn no_command_is_needed_if_no_tool_is_missing() {
         assert_eq!(commands(Privilege::Root, &[]), [""; 0]);
     }
 
     #[test]
-    fn the_machine_is_changed_only_if_asked_for_or_by_root_where_nobody_watches() {
+    fn tools_are_installed_only_on_request_or_as_root_in_ci() {
         let may = |install, ci, privilege| may_install(&Context::of_a_test(install, ci), privilege);
         for privilege in [Privilege::Root, Privilege::Sudo, Privilege::None] {
             assert!(!may(false, false, privilege), "{privilege:?}");
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn packages_come_in_one_go_and_ask_nothing() {
+    fn packages_are_installed_by_one_command_without_questions() {
         let install = "env DEBIAN_FRONTEND=noninteractive apt-get install --yes -qq --no-install-recommends";
         assert_eq!(
             commands(Privilege::Sudo, &["a C compiler", "valgrind"]),
@@ -261,13 +261,13 @@ mod tests {
     }
 
     #[test]
-    fn who_may_not_install_packages_still_gets_components() {
+    fn components_are_installed_without_the_right_to_install_packages() {
         let commands = commands(Privilege::None, &["valgrind", "rustfmt", "clippy"]);
         assert_eq!(commands, ["rustup component add rustfmt clippy"]);
     }
 
     #[test]
-    fn the_command_to_install_valgrind_is_the_one_used_here() {
+    fn the_documented_command_installs_valgrind() {
         let valgrind = TOOLS.iter().find(|tool| tool.name == "valgrind").unwrap();
         assert_eq!(valgrind.how(), INSTALL_VALGRIND);
     }

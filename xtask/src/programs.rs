@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn every_job_runs_and_those_that_fail_are_named() {
+    fn every_job_runs_and_failed_jobs_are_reported() {
         assert!(run_all(vec![job("true"), job("echo hello")], Paint::plain()).is_ok());
         let failing = "echo 'test a ... ok'; echo 'test b ... FAILED'; exit 1";
         let jobs = vec![job("true"), job(failing), job("true"), job("kill -9 $$")];
@@ -246,13 +246,13 @@ mod tests {
     }
 
     #[test]
-    fn both_outputs_of_a_command_are_read() {
+    fn standard_output_and_standard_error_are_read() {
         let (text, passed) = output(&mut job("echo one; echo two >&2; exit 3").command).unwrap();
         assert_eq!((text.as_str(), passed), ("one\ntwo\n", false));
     }
 
     #[test]
-    fn the_tests_of_all_programs_that_passed_are_counted() {
+    fn passed_tests_are_counted() {
         let output = "test result: ok. 12 passed; 0 failed\nx\ntest result: ok. 3 passed; 0 failed\n";
         let line = report("a", output, true, Duration::from_millis(1500), Paint::plain());
         assert_eq!(line, "ok a: 15 passed in 1.5 s");

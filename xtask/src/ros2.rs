@@ -35,9 +35,9 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     };
     clear()?;
     fs::create_dir_all(&folder)?;
-    let done = talk(context, python);
+    let result = run_peers(context, python);
     clear()?;
-    done
+    result
 }
 
 /// The folder for the peers' temporary files. Peers that are killed after a failure cannot remove them.
@@ -54,7 +54,7 @@ fn peer(context: &Context, python: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-fn talk(context: &Context, python: &Path) -> Result<()> {
+fn run_peers(context: &Context, python: &Path) -> Result<()> {
     let mut router = Peer::start(context, python, &["router"])?;
     let port = router.line()?;
     drive(context, python, &port)?;
@@ -68,23 +68,23 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
     // it.
     command.args(["--set", "pioneer.laser_range=30"]);
     shell::show(&command, context.paint);
-    let ours = command
+    let application = command
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .spawn()
         .context("cannot start `jde run ros2`")?;
-    let mut ours = ChildGuard(ours);
+    let mut application = ChildGuard(application);
     let mut program = peer(context, python, &["drive", port]);
     print!(
         "{}",
         shell::read(&mut program).context("the program of ROS 2 failed")?
     );
     ensure!(
-        ours.0.try_wait()?.is_none(),
-        "`jde run ros2` ended before it was asked to"
+        application.0.try_wait()?.is_none(),
+        "`jde run ros2` ended too early"
     );
-    shell::read(Command::new("kill").args(["-TERM", &ours.0.id().to_string()]))?;
-    let status = ours.0.wait()?;
+    shell::read(Command::new("kill").args(["-TERM", &application.0.id().to_string()]))?;
+    let status = application.0.wait()?;
     ensure!(status.success(), "`jde run ros2` ended with {status}");
     Ok(())
 }
@@ -93,7 +93,7 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
 fn serve(context: &Context, python: &Path, port: &str) -> Result<()> {
     let mut robot = Peer::start(context, python, &["serve", port])?;
     let ready = robot.line()?;
-    ensure!(ready == "ready", "the robot of ROS 2 says {ready}");
+    ensure!(ready == "ready", "the robot of ROS 2 printed {ready}");
     let mut command = jde(context, "ros2-robot", "robot", port);
     shell::show(&command, context.paint);
     // It succeeds if the robot has reached all its targets.
@@ -120,10 +120,10 @@ impl Peer {
             .stdout(Stdio::piped())
             .spawn()
             .context("cannot start the peer")?;
-        let words = process.stdout.take().context("it has no standard output")?;
+        let output = process.stdout.take().context("it has no standard output")?;
         Ok(Self {
             process,
-            output: BufReader::new(words),
+            output: BufReader::new(output),
         })
     }
 
@@ -131,7 +131,7 @@ impl Peer {
     fn line(&mut self) -> Result<String> {
         let mut line = String::new();
         self.output.read_line(&mut line)?;
-        ensure!(line.ends_with('\n'), "the peer ended, and said why above");
+        ensure!(line.ends_with('\n'), "the peer ended; see its error above");
         Ok(line.trim().to_owned())
     }
 

@@ -1,5 +1,5 @@
-//! Starts other programs, without standard input. Errors name the command. `run` also shows the command before
-//! it runs. This module knows nothing of the purpose of a command.
+//! Starts other programs, without standard input. Errors name the command. `run` also shows the command
+//! before it runs. This module does not depend on the purpose of a command.
 
 use std::io::read_to_string;
 use std::process::{Command, Stdio};
@@ -17,10 +17,10 @@ pub(crate) fn cargo() -> Command {
     // Removes the variables in which cargo describes this package. Otherwise some packages, and all that use
     // them, would be rebuilt whenever direct calls of cargo alternate with calls through this program.
     for (name, _) in std::env::vars_os() {
-        let told = name
+        let describes_package = name
             .to_str()
-            .is_some_and(|name| CARGO_VARIABLES.iter().any(|told| name.starts_with(told)));
-        if told {
+            .is_some_and(|name| CARGO_VARIABLES.iter().any(|prefix| name.starts_with(prefix)));
+        if describes_package {
             cargo.env_remove(name);
         }
     }
@@ -65,9 +65,9 @@ pub(crate) fn read_within(command: &mut Command, patience: Duration) -> Result<S
         .spawn()
         .with_context(|| cannot_start(command))?;
     let output = child.stdout.take().context("its output is piped")?;
-    let (tell, told) = channel();
-    thread::spawn(move || tell.send(read_to_string(output)));
-    let Ok(output) = told.recv_timeout(patience) else {
+    let (sender, receiver) = channel();
+    thread::spawn(move || sender.send(read_to_string(output)));
+    let Ok(output) = receiver.recv_timeout(patience) else {
         child.kill()?;
         child.wait()?;
         bail!("`{}` did not end within {patience:?}", line(command));
@@ -118,12 +118,12 @@ fn line(command: &Command) -> String {
         .join(" ")
 }
 
-fn quoted(word: &str) -> String {
+fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_=/.,:@+*%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
+    if !argument.is_empty() && argument.chars().all(plain) {
+        argument.to_owned()
     } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
+        format!("'{}'", argument.replace('\'', r"'\''"))
     }
 }
 
@@ -132,21 +132,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cargo_is_not_told_of_this_package() {
+    fn cargo_does_not_get_the_variables_of_this_package() {
         let cargo = cargo();
-        let forgotten: Vec<_> = cargo.get_envs().filter(|(_, value)| value.is_none()).collect();
+        let removed: Vec<_> = cargo.get_envs().filter(|(_, value)| value.is_none()).collect();
         for name in ["CARGO_PKG_NAME", "CARGO_MANIFEST_DIR"] {
             assert!(std::env::var_os(name).is_some(), "cargo runs this test");
-            assert!(
-                forgotten.iter().any(|(forgotten, _)| *forgotten == name),
-                "{name}"
-            );
+            assert!(removed.iter().any(|(removed, _)| *removed == name), "{name}");
         }
         assert!(!line(&cargo).contains("CARGO_"), "{}", line(&cargo));
     }
 
     #[test]
-    fn a_command_is_shown_as_one_would_type_it() {
+    fn a_command_is_shown_in_shell_syntax() {
         let mut command = Command::new("/usr/bin/cargo");
         command
             .args(["test", "--test", "it's"])
@@ -170,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn who_never_ends_is_ended_and_named() {
+    fn a_command_that_does_not_end_is_killed_and_reported() {
         let mut command = Command::new("tail");
         command.args(["-f", "/dev/null"]);
         let error = read_within(&mut command, Duration::from_millis(10)).unwrap_err();

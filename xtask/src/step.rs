@@ -1,5 +1,5 @@
-//! Runs steps one after another. Prints each step's title, its time and, if it fails, what to do. Knows
-//! nothing of what the steps do.
+//! Runs steps one after another. Prints each step's title, its time and, if it fails, what to do. It
+//! does not depend on what the steps do.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -15,7 +15,7 @@ pub(crate) struct Step<C> {
     pub(crate) title: &'static str,
     /// What to do if the step fails.
     pub(crate) help: &'static str,
-    /// Whether the step runs only when all steps are asked for, or this one by name.
+    /// Whether the step runs only with `--all`, or by its name.
     pub(crate) is_heavy: bool,
     /// If one of these steps failed, this step is skipped, since it would report nothing new.
     pub(crate) needs: &'static [&'static str],
@@ -26,7 +26,7 @@ pub(crate) struct Step<C> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum StepOutcome {
     Passed,
-    /// The step could not run here, for this reason.
+    /// The step could not run on this machine, for this reason.
     Skipped(String),
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct StepSelection {
     pub(crate) fail_fast: bool,
     /// Whether heavy steps run too.
     pub(crate) all: bool,
-    /// The only steps to run, heavy or not; empty for no such choice.
+    /// The only steps to run, heavy or not; empty to select by `all`.
     pub(crate) only: Vec<String>,
     pub(crate) skip: Vec<String>,
 }
@@ -73,12 +73,12 @@ pub(crate) fn run_all<C>(steps: &[Step<C>], context: &C, choice: &StepSelection,
         let title = format!("[{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.title);
         println!("\n{}", paint.bold(&title));
         let start = Instant::now();
-        let ending = report
+        let result = report
             .reason_to_skip(step, choice)
             .map_or_else(|| run(step, context), StepResult::Skipped);
         let time = start.elapsed();
-        println!("{}", ending.line(step.name, time, paint));
-        report.lines.push((step.name, ending, time));
+        println!("{}", result.line(step.name, time, paint));
+        report.lines.push((step.name, result, time));
     }
     report
 }
@@ -98,35 +98,36 @@ impl StepReport {
     pub(crate) fn has_failed(&self) -> bool {
         self.lines
             .iter()
-            .any(|(_, ending, _)| matches!(ending, StepResult::Failed { .. }))
+            .any(|(_, result, _)| matches!(result, StepResult::Failed { .. }))
     }
 
     /// Returns one line per step, and the counts alone on the last line, for programs that parse them.
     pub(crate) fn summary(&self, paint: Paint) -> String {
         let mut text = format!("\n{}\n", paint.bold("Summary"));
-        for (name, ending, time) in &self.lines {
-            let _ = writeln!(text, "{}", ending.line(name, *time, paint));
+        for (name, result, time) in &self.lines {
+            let _ = writeln!(text, "{}", result.line(name, *time, paint));
         }
-        let count =
-            |wanted: fn(&StepResult) -> bool| self.lines.iter().filter(|line| wanted(&line.1)).count();
-        let passed = count(|ending| matches!(ending, StepResult::Passed));
-        let failed = count(|ending| matches!(ending, StepResult::Failed { .. }));
-        let skipped = count(|ending| matches!(ending, StepResult::Skipped(_)));
+        let count = |is_counted: fn(&StepResult) -> bool| {
+            self.lines.iter().filter(|line| is_counted(&line.1)).count()
+        };
+        let passed = count(|result| matches!(result, StepResult::Passed));
+        let failed = count(|result| matches!(result, StepResult::Failed { .. }));
+        let skipped = count(|result| matches!(result, StepResult::Skipped(_)));
         let total = self.lines.iter().map(|line| line.2).sum();
-        let _ = writeln!(text, "all of it in {}", duration(total));
+        let _ = writeln!(text, "total time {}", duration(total));
         let _ = write!(text, "\n{passed} passed, {failed} failed, {skipped} skipped");
         text
     }
 
     fn reason_to_skip<C>(&self, step: &Step<C>, choice: &StepSelection) -> Option<String> {
         if choice.skip.iter().any(|skip| skip == step.name) {
-            return Some("as asked".to_owned());
+            return Some("by --skip".to_owned());
         }
         if choice.fail_fast && self.has_failed() {
-            return Some("a step before it failed".to_owned());
+            return Some("an earlier step failed".to_owned());
         }
-        let failed = self.lines.iter().find(|(name, ending, _)| {
-            step.needs.contains(name) && matches!(ending, StepResult::Failed { .. })
+        let failed = self.lines.iter().find(|(name, result, _)| {
+            step.needs.contains(name) && matches!(result, StepResult::Failed { .. })
         })?;
         Some(format!("{} failed", failed.0))
     }
@@ -211,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn independent_steps_run_on_after_a_failure() {
+    fn independent_steps_run_after_a_failure() {
         let (ran, counts, failed) = outcome(&StepSelection {
             all: true,
             ..StepSelection::default()
@@ -222,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_runs_after_a_failure_when_asked() {
+    fn no_step_runs_after_a_failure_with_fail_fast() {
         let (ran, counts, _) = outcome(&StepSelection {
             fail_fast: true,
             all: true,
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_alone_runs_without_what_it_needs() {
+    fn a_step_selected_by_name_runs_without_the_steps_that_it_needs() {
         let (ran, counts, failed) = outcome(&StepSelection {
             only: vec!["test".to_owned()],
             ..StepSelection::default()
@@ -270,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_says_what_to_do() {
+    fn a_failure_shows_its_help() {
         let report = run_all(
             &steps(),
             &Trace::default(),
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_read_at_a_glance() {
+    fn durations_are_formatted_in_seconds_or_minutes() {
         assert_eq!(duration(Duration::from_millis(1_250)), "1.2 s");
         assert_eq!(duration(Duration::from_secs(125)), "2 min 05 s");
     }

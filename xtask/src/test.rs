@@ -1,5 +1,5 @@
-//! The steps of `cargo xtask test` in their order. Each step runs one or two commands; a longer step has a
-//! file of its own. The steps share one build as far as their flags allow.
+//! The steps of `cargo xtask test` in their order. Each step runs one or two commands; a longer step has its
+//! own file. The steps share one build as far as their flags allow.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -26,7 +26,7 @@ pub(crate) struct Context {
     linting_compiler: Option<PathBuf>,
 }
 
-/// What the user asks of all steps.
+/// The options for all steps.
 #[derive(Debug, Default)]
 pub(crate) struct Options {
     /// Whether missing programs may be installed.
@@ -62,7 +62,7 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "tidy",
-        title: "what the compiler cannot see",
+        title: "what the compiler cannot check",
         help: "see each place above",
         is_heavy: false,
         needs: &[],
@@ -71,15 +71,15 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "advisories",
         title: "no library with a known vulnerability",
-        help: "see above: update the library, or say in deny.toml why it does no harm",
+        help: "see above: update the library, or state in deny.toml why it is harmless",
         is_heavy: true,
         needs: &[],
         run: advisories,
     },
     Step {
         name: "headers",
-        title: "the C headers are those of the Rust",
-        help: "run `cargo xtask headers` and look at what changed",
+        title: "the C headers match the Rust source",
+        help: "run `cargo xtask headers` and review the changes",
         is_heavy: false,
         needs: &[],
         run: headers,
@@ -102,7 +102,7 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "tests",
-        title: "all tests, those in the documentation too",
+        title: "all tests, including those in the documentation",
         help: "see above; `cargo test -p <crate> <name>` runs one again",
         is_heavy: false,
         needs: &["build"],
@@ -111,7 +111,7 @@ const STEPS: &[Step<Context>] = &[
     Step {
         name: "loom",
         title: "the cells of variables and the gate of calls, in every interleaving of their threads",
-        help: "see above; the trace names the interleaving that breaks one",
+        help: "see above; the trace shows the interleaving that fails",
         is_heavy: true,
         needs: &["build"],
         run: loom,
@@ -126,16 +126,16 @@ const STEPS: &[Step<Context>] = &[
     },
     Step {
         name: "demo",
-        title: "the demonstration, twice to the same bit",
-        help: "two runs of one seed must take the same decisions (R16); look for a clock, a hash map or a thread",
+        title: "the demonstration gives identical decisions twice",
+        help: "two runs of one seed must make the same decisions (R16); search for a clock, a hash map or a thread",
         is_heavy: true,
         needs: &["build"],
         run: demo::run,
     },
     Step {
         name: "peers",
-        title: "programs of others drive the simulated robot and read recordings",
-        help: "see what the client and the server say above",
+        title: "independent programs drive the simulated robot and read recordings",
+        help: "see the output of the client and the server above",
         is_heavy: true,
         needs: &["build"],
         run: peers::run,
@@ -312,7 +312,7 @@ fn tests(context: &Context) -> Result<StepOutcome> {
         command,
     });
     if context.options.package.is_none() {
-        // The tests of measuring and judging. The programs that the benches compare with take minutes to
+        // The tests of the package `measure`. The programs that the benches compare with take minutes to
         // build; only the lints build them.
         let mut command = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
         command.arg("--target-dir").arg(&context.target);
@@ -337,8 +337,8 @@ fn tests(context: &Context) -> Result<StepOutcome> {
     Ok(StepOutcome::Passed)
 }
 
-/// Uses separate flags, and therefore a target folder of its own. In a shared folder each would rebuild the
-/// other's crates.
+/// Uses separate flags, and therefore its own target folder. In a shared folder the two builds would rebuild
+/// each other's crates.
 fn loom(context: &Context) -> Result<StepOutcome> {
     let packages = ["--package", "jde-board", "--package", "jde-gate"];
     let mut cargo = context.cargo(&["test", "--release", "--test", "loom"]);
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_fails_only_where_nobody_looks() {
+    fn a_missing_program_is_a_failure_only_in_ci() {
         let context = |ci| Context::of_a_test(false, ci);
         let error = context(true)
             .missing_tool("valgrind", "install it")

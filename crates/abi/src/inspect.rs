@@ -1,4 +1,5 @@
-//! The host's end of the ability to inspect what modulations name: its table, and a list of problems to lend to it. Calls no schema.
+//! The host's side of the ability to inspect what modulations name: its table, and the list that collects the
+//! problems. Calls no schema.
 
 #![allow(unsafe_code)]
 
@@ -7,24 +8,24 @@ use core::{ptr, slice};
 
 use crate::{raw, table};
 
-/// Longest text of a problem that is kept, in bytes.
+/// The longest text of a problem, in bytes. The rest is dropped.
 const LONGEST: usize = 1000;
 
-/// What an inspection found.
+/// A problem that an inspection found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// The schema would start all the same, and wait for what is missing.
+    /// Whether the schema would start nevertheless, and wait for what is missing.
     pub unavailable: bool,
-    /// The port of the modulation, as the plugin says.
+    /// The port of the modulation, as the plugin states it.
     pub port: u32,
-    /// What is wrong and what to do, as the plugin says.
+    /// What is wrong and what to do, as the plugin states it.
     pub words: String,
 }
 
-/// How a type of schema inspects what its modulations name.
+/// Returns the table of a schema type's inspection, if it has one.
 ///
 /// # Errors
-/// What is wrong with its table, in words.
+/// A message that states what is wrong with its table.
 ///
 /// # Safety
 /// `schema` follows the rules of [`raw`].
@@ -37,10 +38,8 @@ pub unsafe fn of(schema: &raw::Schema) -> Result<Option<raw::Inspect>, String> {
     }
 }
 
-/// Lends a list of problems for one call; answers with what the call did, and with what was added by it.
-///
-/// # Errors
-/// The second is what the host could not take, in words.
+/// Lends a list of problems to one call. Returns the result of the call, and the problems that it added or
+/// the reason why the host refused them.
 pub fn lend<R>(inspect: impl FnOnce(*const raw::Problems) -> R) -> (R, Result<Vec<Problem>, String>) {
     let mut found: Result<Vec<Problem>, String> = Ok(Vec::new());
     let problems = raw::Problems {
@@ -60,9 +59,9 @@ unsafe extern "C" fn add(
     text: *const c_char,
     length: u64,
 ) -> i32 {
-    // SAFETY: what `lend` put there, which nothing else uses until the call for which it was lent has returned.
+    // SAFETY: the list of `lend`, which nothing else uses until the call to which it was lent has returned.
     let found = unsafe { &mut *found.cast::<Result<Vec<Problem>, String>>() };
-    let Ok(before) = found else {
+    let Ok(problems) = found else {
         return raw::BAD_ARGUMENT;
     };
     let unavailable = match kind {
@@ -77,13 +76,13 @@ unsafe extern "C" fn add(
         *found = Err(String::from("it reports a problem whose text is null"));
         return raw::BAD_ARGUMENT;
     }
-    if before.len() == raw::PROBLEMS_MOST as usize {
+    if problems.len() == raw::PROBLEMS_MOST as usize {
         return raw::BAD_ARGUMENT;
     }
     let length = usize::try_from(length).unwrap_or(LONGEST).min(LONGEST);
-    // SAFETY: the plugin vouches for the length, and no more of it is read.
+    // SAFETY: the plugin guarantees the length, and no more bytes are read.
     let bytes = unsafe { slice::from_raw_parts(text.cast::<u8>(), length) };
-    before.push(Problem {
+    problems.push(Problem {
         unavailable,
         port,
         words: String::from_utf8_lossy(bytes).into_owned(),
@@ -95,21 +94,21 @@ unsafe extern "C" fn add(
 mod tests {
     use super::*;
 
-    /// Adds each, as kind, port and text.
-    fn added(each: &[(u32, u32, Option<&str>)]) -> (Vec<i32>, Result<Vec<Problem>, String>) {
-        lend(|problems| {
+    /// Adds problems, each given as kind, port and text.
+    fn add_all(problems: &[(u32, u32, Option<&str>)]) -> (Vec<i32>, Result<Vec<Problem>, String>) {
+        lend(|list| {
             let add = |(kind, port, text): &(u32, u32, Option<&str>)| {
-                let (at, length) = text.map_or((ptr::null(), 4), |text| (text.as_ptr(), text.len()));
-                // SAFETY: the list that was lent, and a text of that length; null is looked at.
-                unsafe { ((*problems).add)((*problems).found, *kind, *port, at.cast(), length as u64) }
+                let (pointer, length) = text.map_or((ptr::null(), 4), |text| (text.as_ptr(), text.len()));
+                // SAFETY: the list that was lent, and a text of that length; null is checked.
+                unsafe { ((*list).add)((*list).found, *kind, *port, pointer.cast(), length as u64) }
             };
-            each.iter().map(add).collect()
+            problems.iter().map(add).collect()
         })
     }
 
     #[test]
     fn problems_are_kept_in_their_order() {
-        let (codes, found) = added(&[
+        let (codes, found) = add_all(&[
             (raw::PROBLEM_WRONG, 3, Some("no file")),
             (raw::PROBLEM_UNAVAILABLE, 1, Some("no line")),
         ]);
@@ -126,23 +125,23 @@ mod tests {
     }
 
     #[test]
-    fn garbage_is_refused_in_words() {
-        let (codes, found) = added(&[(7, 0, Some("what")), (raw::PROBLEM_WRONG, 0, Some("late"))]);
+    fn an_unknown_kind_or_a_null_text_is_refused() {
+        let (codes, found) = add_all(&[(7, 0, Some("what")), (raw::PROBLEM_WRONG, 0, Some("late"))]);
         assert_eq!(codes, [raw::BAD_ARGUMENT; 2]);
         assert_eq!(
             found,
             Err(String::from("it reports a problem of the unknown kind 7"))
         );
-        let (_, found) = added(&[(raw::PROBLEM_WRONG, 0, None)]);
+        let (_, found) = add_all(&[(raw::PROBLEM_WRONG, 0, None)]);
         assert!(found.expect_err("a null text").contains("null"));
     }
 
     #[test]
-    fn what_is_too_long_is_cut_and_what_is_too_much_is_left_out() {
+    fn long_texts_are_cut_and_problems_beyond_the_limit_are_dropped() {
         let long = "x".repeat(LONGEST + 1);
         let most = raw::PROBLEMS_MOST as usize;
-        let (codes, found) = added(&vec![(raw::PROBLEM_WRONG, 0, Some(&*long)); most + 1]);
-        let found = found.expect("they are problems");
+        let (codes, found) = add_all(&vec![(raw::PROBLEM_WRONG, 0, Some(&*long)); most + 1]);
+        let found = found.expect("valid problems");
         assert_eq!((found.len(), found[0].words.len()), (most, LONGEST));
         assert_eq!((codes[most - 1], codes[most]), (raw::OK, raw::BAD_ARGUMENT));
     }

@@ -1,10 +1,13 @@
-//! The C ABI between the host and its plugins: versioned tables, and a checked way to read them.
+//! The C ABI between the host and its plugins: versioned tables, and functions that check and read them.
 //!
-//! [`raw`] holds the tables exactly as they cross the boundary; `include/jde.h` is made from it. [`describe`] holds what a
-//! plugin says of itself as ordinary owned Rust, and [`read`] is the one door between the two: it checks every table before
-//! anything believes it; [`table`] is how tables of different minor versions meet; [`state`] and [`inspect`] are the host's ends of what schemas save and of
-//! what they say of their modulations; [`mod@unit`] is which
-//! units there are. This crate loads nothing, starts nothing and depends on nothing.
+//! - [`raw`] contains the tables exactly as they cross the boundary. `include/jde.h` is generated from it.
+//! - [`describe`] contains the description of a plugin as owned Rust values.
+//! - [`read`] converts the tables to descriptions, and checks every table before it is used.
+//! - [`table`] reads and writes tables of different minor versions.
+//! - [`state`] and [`inspect`] are the host's sides of saving a memory and of inspecting modulations.
+//! - [`mod@unit`] defines the known units.
+//!
+//! This crate loads nothing, starts nothing and depends on nothing.
 
 pub mod describe;
 pub mod inspect;

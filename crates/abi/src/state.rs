@@ -1,5 +1,5 @@
-//! Both ends of the ability to save what a schema remembers, as hosts use them: its table, and a saver to lend to it. Calls no
-//! schema.
+//! The host's side of the ability to save a schema's memory: its table, and the saver that collects the
+//! bytes. Calls no schema.
 
 #![allow(unsafe_code)]
 
@@ -8,10 +8,10 @@ use core::ptr;
 
 use crate::{raw, table};
 
-/// Why bytes were not kept.
+/// More bytes than a schema may save.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooMany {
-    /// How many there were at least.
+    /// The number of bytes, at least.
     pub bytes: u64,
 }
 
@@ -19,7 +19,7 @@ impl core::fmt::Display for TooMany {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(
             f,
-            "it saves {} bytes or more, and at most {} are kept",
+            "it saves {} bytes or more, and at most {} are saved",
             self.bytes,
             raw::STATE_MOST
         )
@@ -28,13 +28,13 @@ impl core::fmt::Display for TooMany {
 
 impl core::error::Error for TooMany {}
 
-/// How a type of schema saves and restores what it remembers.
+/// Returns the table of a schema type's memory, if it has one.
 ///
 /// # Errors
-/// What is wrong with its table, in words.
+/// A message that states what is wrong with its table.
 ///
 /// # Safety
-/// `schema` was read by [`crate::read::plugin`] and found right, and its functions follow the rules of [`raw`].
+/// [`crate::read::plugin`] has accepted `schema`, and its functions follow the rules of [`raw`].
 pub unsafe fn of(schema: &raw::Schema) -> Result<Option<raw::State>, String> {
     // SAFETY: the caller's.
     let state = unsafe { table::ability::<raw::State>(schema, raw::ABILITY_STATE) };
@@ -46,28 +46,28 @@ pub unsafe fn of(schema: &raw::Schema) -> Result<Option<raw::State>, String> {
     }
 }
 
-/// Lends a saver for one call; answers with what the call did, and with what was saved by it.
+/// Lends a saver to one call. Returns the result of the call, and the bytes that it saved.
 pub fn lend<R>(save: impl FnOnce(*const raw::Saver) -> R) -> (R, Result<Vec<u8>, TooMany>) {
-    let mut kept: Result<Vec<u8>, TooMany> = Ok(Vec::new());
+    let mut saved: Result<Vec<u8>, TooMany> = Ok(Vec::new());
     let saver = raw::Saver {
         size: size_of::<raw::Saver>() as u32,
         reserved: 0,
-        saving: ptr::from_mut(&mut kept).cast(),
+        saving: ptr::from_mut(&mut saved).cast(),
         write,
     };
     let result = save(&raw const saver);
-    (result, kept)
+    (result, saved)
 }
 
 unsafe extern "C" fn write(saving: *mut raw::Saving, bytes: *const c_void, length: u64) -> i32 {
-    // SAFETY: what `lend` put there, which nothing else uses until the call for which it was lent has returned.
-    let kept = unsafe { &mut *saving.cast::<Result<Vec<u8>, TooMany>>() };
-    let Ok(before) = kept else {
+    // SAFETY: the buffer of `lend`, which nothing else uses until the call to which it was lent has returned.
+    let saved = unsafe { &mut *saving.cast::<Result<Vec<u8>, TooMany>>() };
+    let Ok(buffer) = saved else {
         return raw::BAD_ARGUMENT;
     };
-    let bytes_then = (before.len() as u64).saturating_add(length);
-    if bytes_then > raw::STATE_MOST {
-        *kept = Err(TooMany { bytes: bytes_then });
+    let total = (buffer.len() as u64).saturating_add(length);
+    if total > raw::STATE_MOST {
+        *saved = Err(TooMany { bytes: total });
         return raw::BAD_ARGUMENT;
     }
     if length == 0 {
@@ -76,8 +76,8 @@ unsafe extern "C" fn write(saving: *mut raw::Saving, bytes: *const c_void, lengt
     if bytes.is_null() {
         return raw::BAD_ARGUMENT;
     }
-    // SAFETY: the plugin vouches for the length.
-    before.extend_from_slice(unsafe { core::slice::from_raw_parts(bytes.cast::<u8>(), length as usize) });
+    // SAFETY: the plugin guarantees the length.
+    buffer.extend_from_slice(unsafe { core::slice::from_raw_parts(bytes.cast::<u8>(), length as usize) });
     raw::OK
 }
 
@@ -85,7 +85,7 @@ unsafe extern "C" fn write(saving: *mut raw::Saving, bytes: *const c_void, lengt
 mod tests {
     use super::*;
 
-    fn saved(parts: &[&[u8]]) -> (Vec<i32>, Result<Vec<u8>, TooMany>) {
+    fn save_parts(parts: &[&[u8]]) -> (Vec<i32>, Result<Vec<u8>, TooMany>) {
         lend(|saver| {
             let write = |part: &&[u8]| {
                 // SAFETY: the saver that was lent, and bytes of that length.
@@ -96,36 +96,36 @@ mod tests {
     }
 
     #[test]
-    fn what_is_saved_in_parts_is_kept_in_their_order() {
-        let (codes, kept) = saved(&[b"one", b"", b"two"]);
+    fn parts_are_saved_in_their_order() {
+        let (codes, saved) = save_parts(&[b"one", b"", b"two"]);
         assert_eq!(codes, [raw::OK; 3]);
-        assert_eq!(kept.as_deref(), Ok(&b"onetwo"[..]));
-        assert_eq!(saved(&[]).1.as_deref(), Ok(&[][..]));
+        assert_eq!(saved.as_deref(), Ok(&b"onetwo"[..]));
+        assert_eq!(save_parts(&[]).1.as_deref(), Ok(&[][..]));
     }
 
     #[test]
-    fn beyond_the_limit_nothing_is_kept() {
+    fn nothing_is_kept_beyond_the_limit() {
         let most = vec![7; raw::STATE_MOST as usize];
         assert_eq!(
-            saved(&[&most]).1.map(|kept| kept.len() as u64),
+            save_parts(&[&most]).1.map(|saved| saved.len() as u64),
             Ok(raw::STATE_MOST)
         );
-        let (codes, kept) = saved(&[&most, b"x", b"y"]);
+        let (codes, saved) = save_parts(&[&most, b"x", b"y"]);
         assert_eq!(codes, [raw::OK, raw::BAD_ARGUMENT, raw::BAD_ARGUMENT]);
-        let too_many = kept.expect_err("too many");
+        let too_many = saved.expect_err("too many");
         assert_eq!(too_many.bytes, raw::STATE_MOST + 1);
         assert!(too_many.to_string().contains("16777216"));
     }
 
     #[test]
-    fn a_null_pointer_to_bytes_is_refused_and_what_was_saved_stays() {
-        let (code, kept) = lend(|saver| {
-            // SAFETY: the saver that was lent; null is looked at.
+    fn a_null_pointer_is_refused_and_earlier_bytes_are_kept() {
+        let (code, saved) = lend(|saver| {
+            // SAFETY: the saver that was lent; null is checked.
             unsafe {
                 ((*saver).write)((*saver).saving, c"a".as_ptr().cast(), 1);
                 ((*saver).write)((*saver).saving, ptr::null(), 4)
             }
         });
-        assert_eq!((code, kept.as_deref()), (raw::BAD_ARGUMENT, Ok(&b"a"[..])));
+        assert_eq!((code, saved.as_deref()), (raw::BAD_ARGUMENT, Ok(&b"a"[..])));
     }
 }

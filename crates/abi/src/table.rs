@@ -1,5 +1,6 @@
-//! How tables of different minor versions meet: whoever reads takes what the shorter of the two has, whoever fills in what another
-//! lent fills in no more than that has room for. It follows no pointer within a table; that is for [`crate::read`].
+//! Reads and writes tables of different minor versions. A reader copies as many bytes as the shorter of the
+//! two tables has. A writer fills in no more than the receiver's table has. Follows no pointer within a
+//! table; [`crate::read`] does.
 
 #![allow(unsafe_code)]
 
@@ -12,11 +13,12 @@ use crate::raw;
 /// A table that states its size.
 ///
 /// # Safety
-/// It is in C layout, and a `u32` at `SIZE_AT` is its size; a value all of whose bytes from `LEAST` on are 0 is valid.
+/// It is in C layout, and a `u32` at `SIZE_AT` is its size. A value whose bytes from `LEAST` on are all 0 is
+/// valid.
 pub unsafe trait Table: Copy {
-    /// Bytes it had in the minor version that brought it. A shorter one is no such table.
+    /// Its size in bytes in the minor version that introduced it. A shorter table is invalid.
     const LEAST: usize;
-    /// Where its size is. That of a plugin comes after its mark and its version.
+    /// The offset of its size. In a plugin, the magic number and the version precede the size.
     const SIZE_AT: usize = 0;
 }
 
@@ -25,11 +27,11 @@ pub unsafe trait Table: Copy {
 pub enum Unreadable {
     /// The pointer is null or not aligned.
     Pointer,
-    /// It is shorter than it ever was.
+    /// It is shorter than in every version.
     Short {
-        /// Bytes that it says it has.
+        /// The size that it states, in bytes.
         stated: u32,
-        /// Bytes that it had at least, in every version.
+        /// The least size in any version, in bytes.
         least: usize,
     },
 }
@@ -50,7 +52,8 @@ impl fmt::Display for Unreadable {
 
 impl core::error::Error for Unreadable {}
 
-/// A copy of a table as this version has it: what a shorter one lacks is 0, none or null; what a longer one has beyond is left.
+/// Returns a copy of a table in the layout of this version. What a shorter table lacks is 0, `None` or null.
+/// What a longer table has beyond is ignored.
 ///
 /// # Errors
 /// [`Unreadable`].
@@ -71,35 +74,38 @@ pub unsafe fn read<T: Table>(table: *const T) -> Result<T, Unreadable> {
     }
     let mut copy = MaybeUninit::<T>::zeroed();
     let bytes = size_of::<T>().min(stated as usize);
-    // SAFETY: both have that many bytes; what is beyond them may be 0 by the contract of `Table`.
+    // SAFETY: both have that many bytes. The bytes beyond may be 0 by the contract of `Table`.
     unsafe {
         ptr::copy_nonoverlapping(table.cast::<u8>(), copy.as_mut_ptr().cast::<u8>(), bytes);
         Ok(copy.assume_init())
     }
 }
 
-/// Fills in a table that the other side lent, as far as its size says. The size stays; one that says too little counts as the least.
+/// Fills in a table that the other side lent, up to the size that it states, and keeps that size. A size
+/// below the least counts as the least.
 ///
 /// # Safety
-/// `room` points to a table of as many bytes as it states, or of the least; nobody else uses it meanwhile.
-pub unsafe fn write<T: Table>(room: *mut T, value: &T) {
+/// `out` points to a table of as many bytes as it states, or of the least size. Nothing else uses it
+/// meanwhile.
+pub unsafe fn write<T: Table>(out: *mut T, value: &T) {
     const SIZE: usize = size_of::<u32>();
-    const { assert!(T::SIZE_AT == 0, "what is lent begins with its size") };
-    let room = room.cast::<u8>();
+    const { assert!(T::SIZE_AT == 0, "a table that is lent begins with its size") };
+    let out = out.cast::<u8>();
     // SAFETY: the caller's.
-    let stated = unsafe { room.cast::<u32>().read() } as usize;
+    let stated = unsafe { out.cast::<u32>().read() } as usize;
     let value = ptr::from_ref(value).cast::<u8>();
-    // SAFETY: the caller's; the bytes of a table are those of its fields, and the value has as many as are copied.
+    // SAFETY: the caller's. The bytes of a table are those of its fields, and the value has as many as are
+    // copied.
     unsafe {
         if stated >= size_of::<T>() {
-            ptr::copy_nonoverlapping(value.add(SIZE), room.add(SIZE), size_of::<T>() - SIZE);
+            ptr::copy_nonoverlapping(value.add(SIZE), out.add(SIZE), size_of::<T>() - SIZE);
         } else {
-            ptr::copy_nonoverlapping(value.add(SIZE), room.add(SIZE), stated.max(T::LEAST) - SIZE);
+            ptr::copy_nonoverlapping(value.add(SIZE), out.add(SIZE), stated.max(T::LEAST) - SIZE);
         }
     }
 }
 
-/// What a type of schema gives for the id of an ability; nothing if it has none.
+/// Returns the table of an ability of a schema type, by its id. `None` if the type does not have the ability.
 ///
 /// # Errors
 /// [`Unreadable`].
@@ -110,20 +116,20 @@ pub unsafe fn ability<T: Table>(schema: &raw::Schema, id: &str) -> Result<Option
     let Some(ability) = schema.ability else {
         return Ok(None);
     };
-    let id = std::ffi::CString::new(id).expect("an id holds no NUL");
+    let id = std::ffi::CString::new(id).expect("an id contains no NUL");
     // SAFETY: the caller's function, and a text that lives for the call.
     let table = unsafe { ability(id.as_ptr()) }.cast::<T>();
     if table.is_null() {
         return Ok(None);
     }
-    // SAFETY: what a plugin gives for that id is such a table.
+    // SAFETY: a plugin returns such a table for that id.
     unsafe { read(table) }.map(Some)
 }
 
 macro_rules! tables {
     ($($table:ident $least:literal),* $(,)?) => { $(
-        // SAFETY: it is in C layout and states its size there; its fields are numbers, pointers and functions that may be missing,
-        // but for functions within the least.
+        // SAFETY: it is in C layout and states its size there. Its fields are numbers, pointers and optional
+        // functions; functions that are not optional are within the least size.
         unsafe impl Table for raw::$table {
             const SIZE_AT: usize = core::mem::offset_of!(raw::$table, size);
             const LEAST: usize = {
@@ -134,7 +140,8 @@ macro_rules! tables {
     )* };
 }
 
-// The sizes are those of a machine of 64 bits. A new table enters with the size it has; none of these numbers ever changes.
+// The sizes are those of a 64-bit machine. A new table is entered with its size. None of these numbers ever
+// changes.
 tables! {
     Plugin 64, Schema 128, Port 80, Child 40, Type 48, Field 64,
     Precondition 16, Level 32, Candidate 24, Verdict 136, ChildStatus 16, Host 128,
@@ -145,14 +152,14 @@ tables! {
 
 const _: () = assert!(
     size_of::<raw::Sample>() == 40,
-    "it states no size, so it never changes"
+    "a sample states no size, so its layout never changes"
 );
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A table as a later version has it.
+    /// A table in the layout of a later version.
     #[repr(C)]
     #[derive(Clone, Copy, Debug, PartialEq)]
     struct Later {
@@ -175,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_shorter_table_what_is_missing_is_nothing() {
+    fn fields_that_a_shorter_table_lacks_are_0() {
         // SAFETY: it has at least the bytes that it states.
         let read = |size| unsafe { read(&raw const *Box::new(later(size))) };
         let second = |size| read(size).map(|table| (table.first, table.second));
@@ -185,15 +192,15 @@ mod tests {
     }
 
     #[test]
-    fn of_a_longer_table_what_is_beyond_is_left() {
+    fn bytes_beyond_the_own_layout_of_a_longer_table_are_ignored() {
         let longer = (later(24), 3_u64);
         // SAFETY: it has the bytes that it states.
         assert_eq!(unsafe { read(&raw const longer.0) }, Ok(later(24)));
     }
 
     #[test]
-    fn a_pointer_to_nothing_is_no_table() {
-        // SAFETY: null and what is not aligned are looked at.
+    fn a_null_or_misaligned_pointer_is_refused() {
+        // SAFETY: null and alignment are checked.
         unsafe {
             assert_eq!(read::<Later>(ptr::null()), Err(Unreadable::Pointer));
             assert_eq!(
@@ -204,16 +211,16 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_written_past_what_was_lent() {
+    fn nothing_is_written_beyond_the_stated_size() {
         for (stated, second) in [(0, 9), (8, 9), (12, 0xF_0000_0002), (16, 2), (99, 2)] {
-            let mut room = Later {
+            let mut out = Later {
                 size: stated,
                 first: 9,
                 second: if stated == 12 { 0xF_0000_0009 } else { 9 },
             };
-            // SAFETY: room for all that may be written.
-            unsafe { write(&raw mut room, &later(16)) };
-            assert_eq!((room.size, room.first, room.second), (stated, 1, second));
+            // SAFETY: it has room for all bytes that may be written.
+            unsafe { write(&raw mut out, &later(16)) };
+            assert_eq!((out.size, out.first, out.second), (stated, 1, second));
         }
     }
 }

@@ -1,39 +1,40 @@
-//! Units of numbers: SI's, as people write them, and a few words that are none of SI's and mean something on robots. Knows
-//! dimensions, so that a length is never taken for an angle; does not know temperatures (their scales have different zeros).
+//! Units of numbers: those of SI in the usual notation, and a few others that robots need. Distinguishes
+//! dimensions, so that a length is never taken for an angle. Does not convert temperatures, whose scales have
+//! different zeros.
 
 use std::f64::consts::PI;
 
-/// Powers of metre, radian, second, kilogram and ampere. An angle has a dimension of its own here: where a radian is just
-/// a number, "3 rad" would pass for a length of 3.
+/// Powers of metre, radian, second, kilogram and ampere. An angle has its own dimension: if a radian were
+/// only a number, "3 rad" could be taken for a plain 3.
 pub type Dimension = [i32; 5];
 
-/// Largest power in a unit: beyond any that robots use, below any overflow.
+/// The largest power in a unit: above any that robots use, and far below an overflow.
 const MOST_POWER: i32 = 9;
 
-/// The prefixes and symbols that are known, for messages.
+/// The known prefixes and symbols, for messages.
 pub const KNOWN: &str = "m, km, cm, mm, um, rad, mrad, deg, rev, s, ms, us, ns, min, h, Hz, kHz, rpm, kg, g, A, mA, Ah, N, J, W, Wh, V, \
                          mV, Pa, %, 1, with * and / between them and powers behind (m/s2, kg*m2)";
 
-/// What a number or a text may be that has no dimension: nothing is converted to or from it.
+/// Units without a dimension, of numbers and texts. Nothing is converted to or from them.
 pub const OTHERS: &[&str] = &[
     "path", "file", "px", "pixel", "cell", "voxel", "bit", "byte", "degC", "K", "dB", "lx",
 ];
 
-/// A unit: SI units each, as a quotient so that 700 mm is 0.7 m to the bit, and its dimension.
+/// A unit: its size in SI units and its dimension. The size is a quotient, so that 700 mm is exactly 0.7 m.
 #[derive(Clone, Copy, Debug)]
 pub struct Unit {
-    /// SI units, times the divisor.
+    /// The dividend of the size in SI units.
     pub number: f64,
-    /// See there.
+    /// The divisor of the size in SI units.
     pub divisor: f64,
     /// Its dimension.
     pub dimension: Dimension,
 }
 
-/// Refuses what is no unit; an empty one is none and right.
+/// Refuses a text that is not a unit. An empty text means no unit and is accepted.
 ///
 /// # Errors
-/// In words, with what is known.
+/// A message with the known units.
 pub fn check(text: &str) -> Result<(), String> {
     if parse(text).is_some() || OTHERS.contains(&text) {
         return Ok(());
@@ -44,7 +45,7 @@ pub fn check(text: &str) -> Result<(), String> {
     ))
 }
 
-/// Whether numbers in the two units may stand for each other unchanged.
+/// Returns whether a number has the same meaning in both units.
 #[must_use]
 pub fn same(one: &str, other: &str) -> bool {
     one == other
@@ -56,7 +57,7 @@ pub fn same(one: &str, other: &str) -> bool {
         }
 }
 
-/// Reads a unit such as "m", "rad/s", "m/s2", "m/s^2" or "kg*m2".
+/// Parses a unit such as "m", "rad/s", "m/s2", "m/s^2" or "kg*m2".
 #[must_use]
 pub fn parse(text: &str) -> Option<Unit> {
     let mut unit = Unit {
@@ -82,7 +83,7 @@ pub fn parse(text: &str) -> Option<Unit> {
     Some(unit)
 }
 
-/// "s2" and "s^2" are `s` twice.
+/// Splits a factor into a symbol and its power: "s2" and "s^2" are `s` with the power 2.
 fn power(factor: &str) -> Option<(&str, i32)> {
     if let Some(atom) = factor.strip_suffix('²') {
         return Some((atom, 2));
@@ -173,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_are_the_same_however_they_are_spelt() {
+    fn equal_units_in_different_notations_are_the_same() {
         assert!(same("rad/s", "rad / s"));
         assert!(same("m/s2", "m/s^2"));
         assert!(same("pixel", "pixel"));
@@ -184,15 +185,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_unit_is_refused_and_what_is_one_is_not() {
+    fn known_units_are_accepted_and_others_are_refused() {
         for unit in ["", "m", "rad/s2", "kg*m2", "1/s", "%", "path", "px", "Ah", "degC"] {
             assert_eq!(check(unit), Ok(()), "{unit}");
         }
         for unit in ["metre", "meters", "M", "sec", "m s", "m//s", "paths"] {
-            let said = check(unit).expect_err(unit);
+            let message = check(unit).expect_err(unit);
             assert!(
-                said.starts_with(&format!("`{unit}` is no unit; use m, km")),
-                "{said}"
+                message.starts_with(&format!("`{unit}` is no unit; use m, km")),
+                "{message}"
             );
         }
         for known in KNOWN.split(", with").next().unwrap_or_default().split(", ") {

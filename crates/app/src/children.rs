@@ -1,4 +1,4 @@
-//! The children of a father: their roles, and what the father writes to them. Groups are not formed here.
+//! The children of a father: their roles, and what the father writes to them. It does not form groups.
 
 use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
 
@@ -35,7 +35,7 @@ pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usi
             let message = format!("{what_role} names {} a second time", quote(name.text));
             report
                 .fault(&name.span, message)
-                .advise("one schema plays one role: define a second instance of the same type");
+                .advise("a schema can have only one role: define a second instance of the same type");
         }
         let role = find_role(report, drafts, index, &role, child, &name).filter(|_| !twice);
         all.push(NamedChild { role, child, name });
@@ -43,12 +43,12 @@ pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usi
     let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
     if roles.iter().any(|role| role.many) {
         // The members of the groups give the order of children that the type does not name.
-        all.sort_by_key(|kin| kin.role);
+        all.sort_by_key(|child| child.role);
     }
     for role in roles.iter().filter(|role| !role.optional) {
         if !section.is_set("children", &role.name) {
             let kind = kind_noun(if role.motor { Kind::Motor } else { Kind::Perceptive });
-            let message = format!("{} has nobody in its role {}", section.label, quote(&role.name));
+            let message = format!("{} has no child in its role {}", section.label, quote(&role.name));
             report
                 .fault(&section.key_span("children"), message)
                 .advise(format!("add children.{} = \"NAME\", naming {kind}", role.name));
@@ -96,16 +96,16 @@ fn find_role(
 /// Binds a father's writes to its children.
 pub(super) fn bind_modulations(
     report: &mut FaultReport,
-    here: &InstanceContext,
-    kin: &[NamedChild],
+    instance: &InstanceContext,
+    children: &[NamedChild],
     bindings: &mut [Binding],
 ) {
-    for (port, binding) in here.schema.ports.iter().zip(bindings) {
+    for (port, binding) in instance.schema.ports.iter().zip(bindings) {
         if let (Role::ChildModulation { child: role }, Binding::ChildModulation { target }) =
             (&port.role, binding)
-            && let Some(kin) = kin.iter().find(|kin| kin.role == Some(*role))
+            && let Some(child) = children.iter().find(|child| child.role == Some(*role))
         {
-            *target = modulation_target(report, here, port, *role, kin);
+            *target = modulation_target(report, instance, port, *role, child);
         }
     }
 }
@@ -113,27 +113,27 @@ pub(super) fn bind_modulations(
 /// Returns the target of a father's port at the child in that role.
 fn modulation_target(
     report: &mut FaultReport,
-    here: &InstanceContext,
+    instance: &InstanceContext,
     port: &Port,
     role: usize,
-    kin: &NamedChild,
+    child: &NamedChild,
 ) -> Option<ChildTarget> {
-    let schema = here.drafts.schema(kin.child)?;
+    let schema = instance.drafts.schema(child.child)?;
     let what = format!(
         "{} that {} writes to {}",
         quote(&port.name),
-        here.section().label,
-        quote(&here.schema.children[role].name)
+        instance.section().label,
+        quote(&instance.schema.children[role].name)
     );
     if port.name == PERIOD.0 {
         if !is_period(&port.value_type) {
             let (takes, has) = (quote(PERIOD.1), quote(&port.value_type.name));
             report.fault(
-                &kin.name.span,
+                &child.name.span,
                 format!("{what} is {has}, and a period is {takes}"),
             );
         }
-        return Some(ChildTarget::Period(kin.child));
+        return Some(ChildTarget::Period(child.child));
     }
     let is_modulation = |other: &&Port| matches!(other.role, Role::Modulation { .. });
     let place = schema
@@ -141,18 +141,26 @@ fn modulation_target(
         .iter()
         .position(|other| other.name == port.name && is_modulation(&other));
     if let Some(place) = place {
-        let found = (kin.child, place);
-        return variable::can_bind(report, here.drafts, &what, port, found, &kin.name.span, || None)
-            .then_some(ChildTarget::Port(kin.child, place));
+        let found = (child.child, place);
+        return variable::can_bind(
+            report,
+            instance.drafts,
+            &what,
+            port,
+            found,
+            &child.name.span,
+            || None,
+        )
+        .then_some(ChildTarget::Port(child.child, place));
     }
     if !port.optional {
         let modulations = schema.ports.iter().filter(is_modulation);
         report
             .fault(
-                &kin.name.span,
+                &child.name.span,
                 format!(
                     "{what} is a modulation, and {} has none of that name",
-                    quote(kin.name.text)
+                    quote(child.name.text)
                 ),
             )
             .suggest(

@@ -48,14 +48,14 @@ pub(super) fn refuse_conflicts(
                         &span,
                         format!("{user} commands {command} by two of its actuators"),
                     )
-                    .advise("bind each of its actuators to a command of its own");
+                    .advise("bind each of its actuators to a different command");
             } else {
                 report
                     .fault(
                         &span,
                         format!("{rival} and {user} could command {command} at the same time: {why}"),
                     )
-                    .advise("leave the command to one of them, or let them compete in one group");
+                    .advise("bind the command in only one of them, or let them compete in one group");
             }
         }
     }

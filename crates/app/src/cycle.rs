@@ -32,9 +32,9 @@ pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)
             *next += 1;
             if on_path[*to] {
                 let from = path.iter().position(|(node, _)| node == to).unwrap_or_default();
-                let way = path[from..].iter().map(|(node, _)| *node).chain([*to]);
+                let cycle = path[from..].iter().map(|(node, _)| *node).chain([*to]);
                 if found.len() < MAX_CYCLES {
-                    found.push((way.collect(), span.clone()));
+                    found.push((cycle.collect(), span.clone()));
                 }
             } else if !done[*to] {
                 on_path[*to] = true;
@@ -49,26 +49,26 @@ pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)
 mod tests {
     use super::find_cycles;
 
-    fn ways(edges: &[&[usize]]) -> Vec<Vec<usize>> {
+    fn cycles(edges: &[&[usize]]) -> Vec<Vec<usize>> {
         let edges: Vec<Vec<_>> = edges
             .iter()
             .map(|to| to.iter().map(|to| (*to, 0..0)).collect())
             .collect();
-        find_cycles(&edges).into_iter().map(|(way, _)| way).collect()
+        find_cycles(&edges).into_iter().map(|(cycle, _)| cycle).collect()
     }
 
     #[test]
-    fn each_way_round_is_found_once() {
-        assert_eq!(ways(&[&[1], &[2], &[1], &[3]]), [vec![1, 2, 1], vec![3, 3]]);
+    fn each_cycle_is_found_once() {
+        assert_eq!(cycles(&[&[1], &[2], &[1], &[3]]), [vec![1, 2, 1], vec![3, 3]]);
     }
 
     #[test]
-    fn two_ways_to_one_place_are_no_way_round() {
-        assert_eq!(ways(&[&[1, 2], &[3], &[3], &[]]), Vec::<Vec<usize>>::new());
+    fn two_paths_to_one_node_are_not_a_cycle() {
+        assert_eq!(cycles(&[&[1, 2], &[3], &[3], &[]]), Vec::<Vec<usize>>::new());
     }
 
     #[test]
-    fn a_very_long_way_needs_no_stack() {
+    fn a_very_long_cycle_does_not_overflow_the_stack() {
         let edges: Vec<_> = (0..100_000)
             .map(|node| vec![((node + 1) % 100_000, 0..0)])
             .collect();

@@ -59,9 +59,7 @@ impl<'a> Drafts<'a> {
         if top.get("schemas").is_none() {
             report
                 .file_fault("there is no `schemas`, so the application has nothing to run")
-                .advise(
-                    "define each schema in a table of its own: [schemas.NAME] with type = \"PLUGIN/SCHEMA\"",
-                );
+                .advise("define each schema in its own table: [schemas.NAME] with type = \"PLUGIN/SCHEMA\"");
         }
         let Some(schemas) = top.section(report, "schemas", "`schemas`") else {
             return drafts;

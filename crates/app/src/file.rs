@@ -19,7 +19,7 @@ pub(super) fn read(path: &Path) -> Result<String, Faults> {
         report
             .fault(
                 &(good..good + 1),
-                "this byte is no UTF-8, and application files are",
+                "this byte is not UTF-8, which application files must be",
             )
             .advise("save the file as UTF-8");
         report.into_faults()

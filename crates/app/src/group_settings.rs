@@ -24,7 +24,7 @@ pub(super) struct GroupSettings {
     budget_ns: Nanos,
 }
 
-/// The group that the rules are for.
+/// The group whose settings are read.
 pub(super) struct GroupContext<'n> {
     /// Whether the father has an arbitration function.
     pub(super) arbitrates: bool,
@@ -38,8 +38,8 @@ pub(super) struct GroupContext<'n> {
 
 impl GroupSettings {
     /// Reads the keys of a group; without a section, returns the defaults.
-    pub(super) fn read(report: &mut FaultReport, section: Option<&Section>, among: &GroupContext) -> Self {
-        let arbitrates = among.arbitrates;
+    pub(super) fn read(report: &mut FaultReport, section: Option<&Section>, context: &GroupContext) -> Self {
+        let arbitrates = context.arbitrates;
         let default = if arbitrates {
             Policy::FATHER
         } else {
@@ -53,7 +53,7 @@ impl GroupSettings {
                 budget_ns: DEFAULT_BUDGET,
             };
         };
-        let keys = &KEYS[usize::from(!among.lists)..];
+        let keys = &KEYS[usize::from(!context.lists)..];
         section.refuse_unknown(report, &[keys, &policy_keys()].concat());
         let time = |report: &mut FaultReport, key: &str| {
             let node = section.get(key)?;
@@ -61,7 +61,7 @@ impl GroupSettings {
         };
         Self {
             policy: policy(report, section, default, arbitrates, &time),
-            absence: absence(report, section, among, &time),
+            absence: absence(report, section, context, &time),
             patience_ns: time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
             budget_ns: time(report, "budget").unwrap_or(DEFAULT_BUDGET),
         }
@@ -101,14 +101,14 @@ fn policy(
     time: &impl Fn(&mut FaultReport, &str) -> Option<Nanos>,
 ) -> Policy {
     let written = section.text(report, "policy");
-    let word = written.as_ref().map(|written| written.text);
-    let kind = word.and_then(PolicyKind::named);
+    let name = written.as_ref().map(|written| written.text);
+    let kind = name.and_then(PolicyKind::named);
     for key in policy_keys() {
         let users = POLICIES
             .iter()
             .filter(|kind| parameter_keys(kind).any(|of| of == key));
         let users: Vec<&str> = users.map(|kind| kind.name).collect();
-        only_with(report, section, key, "policy", &users, word);
+        only_with(report, section, key, "policy", &users, name);
     }
     let (Some(written), Some(kind)) = (&written, kind) else {
         if let Some(written) = written {
@@ -149,7 +149,7 @@ fn policy(
             .fault(
                 &written.span,
                 format!(
-                    "{} is \"father\", and no father with an arbitration of its own is above",
+                    "{} is \"father\", and the group has no father with an arbitration",
                     section.key("policy")
                 ),
             )
@@ -162,14 +162,14 @@ fn absence(
     report: &mut FaultReport,
     section: &Section,
     &GroupContext {
-        members_noun: members_are,
+        members_noun,
         members,
         ..
     }: &GroupContext,
     time: &impl Fn(&mut FaultReport, &str) -> Option<Nanos>,
 ) -> Absence {
     let written = section.text(report, "absence");
-    let word = written.as_ref().map(|written| written.text);
+    let name = written.as_ref().map(|written| written.text);
     let hold = time(report, "hold");
     let fallback = section.text(report, "fallback").and_then(|role| {
         let member = members.iter().find(|(name, _)| *name == role.text);
@@ -178,17 +178,17 @@ fn absence(
                 .fault(
                     &role.span,
                     format!(
-                        "{} is {}, which is nobody in the group",
+                        "{} is {}, which is not a member of the group",
                         section.key("fallback"),
                         quote(role.text)
                     ),
                 )
-                .suggest(role.text, members_are, members.iter().map(|(name, _)| *name));
+                .suggest(role.text, members_noun, members.iter().map(|(name, _)| *name));
         }
         member.map(|(_, child)| *child)
     });
-    only_with(report, section, "hold", "absence", &["hold"], word);
-    only_with(report, section, "fallback", "absence", &["fallback"], word);
+    only_with(report, section, "hold", "absence", &["hold"], name);
+    only_with(report, section, "fallback", "absence", &["fallback"], name);
     let Some(written) = written else {
         return Absence::Brake;
     };
@@ -235,7 +235,10 @@ fn number_of(report: &mut FaultReport, section: &Section, parameter: &NumberPara
         Some(value) if value.is_finite() && value >= 0.0 => value,
         Some(_) => {
             report
-                .fault(&node.span(), format!("{what} is no finite number, 0 or more"))
+                .fault(
+                    &node.span(),
+                    format!("{what} is not a finite number of 0 or more"),
+                )
                 .advise(format!("give {}", parameter.meaning));
             0.0
         }
@@ -263,7 +266,7 @@ fn only_with(
         report
             .fault(
                 &section.key_span(key),
-                format!("{} only goes with {of} = \"{needed}\"", section.key(key)),
+                format!("{} has an effect only with {of} = \"{needed}\"", section.key(key)),
             )
             .advise(format!("remove it, or write {of} = \"{needed}\""));
     }
@@ -274,7 +277,7 @@ fn require_key(
     report: &mut FaultReport,
     section: &Section,
     key: &str,
-    word: &str,
+    value: &str,
     needed: &str,
     example: &str,
 ) {
@@ -283,7 +286,7 @@ fn require_key(
         report
             .fault(
                 &span,
-                format!("{} is \"{word}\", which needs `{needed}`", section.key(key)),
+                format!("{} is \"{value}\", which requires `{needed}`", section.key(key)),
             )
             .advise(format!("add {needed} = {example}"));
     }

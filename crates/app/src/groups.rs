@@ -1,4 +1,4 @@
-//! Groups: which schemas compete with each other. How they compete is read in `rules`.
+//! Groups: which schemas compete with each other. `group_settings` reads how they compete.
 
 use jde_abi::describe::Child;
 
@@ -20,14 +20,14 @@ pub(super) fn of_roots(
     let members: Vec<_> = roots.iter().map(|(root, _)| *root).collect();
     let names = members.iter().map(|root| (drafts.get(*root).name, *root));
     let lists = level.name != "roots";
-    let among = GroupContext {
+    let context = GroupContext {
         arbitrates: false,
         lists,
         members_noun: if lists { "members" } else { "schemas in `roots`" },
         members: &names.collect::<Vec<_>>(),
     };
-    let rules = GroupSettings::read(report, level.section.as_ref(), &among);
-    rules.group(level.name.clone(), None, members)
+    let settings = GroupSettings::read(report, level.section.as_ref(), &context);
+    settings.group(level.name.clone(), None, members)
 }
 
 /// Returns the groups of one father, in the order in which it names their first members.
@@ -35,13 +35,13 @@ pub(super) fn of_father(
     report: &mut FaultReport,
     drafts: &Drafts,
     father: usize,
-    kin: &[NamedChild],
+    children: &[NamedChild],
 ) -> Vec<GroupConfig> {
     let Some(schema) = drafts.schema(father) else {
         return Vec::new();
     };
     let section = &drafts.get(father).section;
-    let settings = section.section(report, "groups", section.key("groups"));
+    let sections = section.section(report, "groups", section.key("groups"));
     let many = schema.children.iter().any(|child| child.many);
     let mut known: Vec<&str> = Vec::new();
     for role in schema.children.iter().filter(|role| role.motor) {
@@ -49,8 +49,8 @@ pub(super) fn of_father(
             known.push(&role.group);
         }
     }
-    if let Some(settings) = &settings {
-        for (name, node) in settings.entries().filter(|(name, _)| !known.contains(&name.text)) {
+    if let Some(sections) = &sections {
+        for (name, node) in sections.entries().filter(|(name, _)| !known.contains(&name.text)) {
             if many && node.get_ref().get("members").is_some() {
                 // None of its members is a child, which has been reported.
                 continue;
@@ -60,7 +60,7 @@ pub(super) fn of_father(
                 format!("{} has no group {}", section.label, quote(name.text)),
             );
             if many {
-                fault.advise("say whose it is: members = [...], of its `children`");
+                fault.advise("list its members: members = [...], of its `children`");
             } else {
                 fault.suggest(name.text, "groups", known.iter().copied());
             }
@@ -68,9 +68,9 @@ pub(super) fn of_father(
     }
     let mut groups = Vec::new();
     for group in known {
-        let members: Vec<(&Child, usize)> = kin
+        let members: Vec<(&Child, usize)> = children
             .iter()
-            .filter_map(|kin| Some((&schema.children[kin.role?], kin.child)))
+            .filter_map(|child| Some((&schema.children[child.role?], child.child)))
             .filter(|(role, _)| role.motor && role.group == group)
             .collect();
         let names: Vec<_> = members
@@ -78,22 +78,22 @@ pub(super) fn of_father(
             .map(|(role, child)| (role.name.as_str(), *child))
             .collect();
         let what = format!("group {} of {}", quote(group), section.label);
-        let rules = settings
+        let group_section = sections
             .as_ref()
-            .and_then(|settings| settings.section(report, group, what));
-        let among = GroupContext {
+            .and_then(|sections| sections.section(report, group, what));
+        let context = GroupContext {
             arbitrates: schema.arbitrates,
             lists: many,
             members_noun: "roles of this group",
             members: &names,
         };
-        let rules = GroupSettings::read(report, rules.as_ref(), &among);
+        let settings = GroupSettings::read(report, group_section.as_ref(), &context);
         if !members.is_empty() {
             let name = format!("{}/{group}", drafts.get(father).name);
             let members = members.into_iter().map(|(_, child)| child).collect();
             groups.push((
-                first_member_position(kin, &names),
-                rules.group(name, Some(father), members),
+                first_member_position(children, &names),
+                settings.group(name, Some(father), members),
             ));
         }
     }
@@ -101,7 +101,7 @@ pub(super) fn of_father(
     groups.into_iter().map(|(_, group)| group).collect()
 }
 
-fn first_member_position(kin: &[NamedChild], members: &[(&str, usize)]) -> Option<usize> {
+fn first_member_position(children: &[NamedChild], members: &[(&str, usize)]) -> Option<usize> {
     let (_, first) = members.first()?;
-    kin.iter().position(|kin| kin.child == *first)
+    children.iter().position(|child| child.child == *first)
 }

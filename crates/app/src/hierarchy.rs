@@ -26,15 +26,15 @@ impl<'a> DeclaredHierarchy<'a> {
         let mut names = roots.levels.iter().flat_map(|level| &level.members);
         let mut complete = roots.complete && names.all(|root| drafts.index_of(root.text).is_some());
         let roots = self::read_roots(report, drafts, roots);
-        let kin = (0..drafts.len())
+        let children = (0..drafts.len())
             .map(|index| {
-                let kin = children::read(report, drafts, index);
-                complete &= drafts.get(index).section.entry_count("children") == kin.len();
-                kin
+                let named = children::read(report, drafts, index);
+                complete &= drafts.get(index).section.entry_count("children") == named.len();
+                named
             })
             .collect();
         Self {
-            children: kin,
+            children,
             roots,
             complete,
         }
@@ -44,13 +44,13 @@ impl<'a> DeclaredHierarchy<'a> {
     /// cycles, and schemas that are never woken.
     pub(super) fn fathers(&self, report: &mut FaultReport, drafts: &Drafts) -> Vec<Option<usize>> {
         let mut fathers = vec![None; drafts.len()];
-        for (father, kin) in self.children.iter().enumerate() {
-            for kin in kin.iter().filter(|kin| is_motor(drafts, kin.child)) {
-                match fathers[kin.child] {
-                    None => fathers[kin.child] = Some(father),
+        for (father, children) in self.children.iter().enumerate() {
+            for child in children.iter().filter(|child| is_motor(drafts, child.child)) {
+                match fathers[child.child] {
+                    None => fathers[child.child] = Some(father),
                     // The same father twice is a fault of its roles, and has been reported.
                     Some(earlier) if earlier == father => {}
-                    Some(earlier) => refuse_second_father(report, drafts, kin, earlier, father),
+                    Some(earlier) => refuse_second_father(report, drafts, child, earlier, father),
                 }
             }
         }
@@ -59,7 +59,7 @@ impl<'a> DeclaredHierarchy<'a> {
                 let (root, father) = (drafts.quoted(*root), drafts.quoted(father));
                 report
                     .fault(span, format!("the root {root} has a father, {father}"))
-                    .advise("take it out of `roots`, or out of its father's `children`");
+                    .advise("remove it from `roots`, or from its father's `children`");
             }
         }
         self.refuse_cycles(report, drafts);
@@ -71,22 +71,27 @@ impl<'a> DeclaredHierarchy<'a> {
         let edges: Vec<Vec<Edge>> = self
             .children
             .iter()
-            .map(|kin| kin.iter().map(|kin| (kin.child, kin.name.span.clone())).collect())
+            .map(|children| {
+                let edges = children.iter();
+                edges
+                    .map(|child| (child.child, child.name.span.clone()))
+                    .collect()
+            })
             .collect();
-        for (way, span) in find_cycles(&edges) {
-            let names: Vec<_> = way.iter().map(|index| drafts.get(*index).name).collect();
+        for (cycle, span) in find_cycles(&edges) {
+            let names: Vec<_> = cycle.iter().map(|index| drafts.get(*index).name).collect();
             report
                 .fault(
                     &span,
                     format!("{} is its own father: {}", quote(names[0]), names.join(" -> ")),
                 )
-                .advise("take one of them out of its father's `children`");
+                .advise("remove one of them from its father's `children`");
         }
     }
 
     fn refuse_orphans(&self, report: &mut FaultReport, drafts: &Drafts) {
         let mut woken = vec![false; drafts.len()];
-        for index in self.children.iter().flatten().map(|kin| kin.child) {
+        for index in self.children.iter().flatten().map(|child| child.child) {
             woken[index] = true;
         }
         for (root, _) in self.roots.iter().flatten() {
@@ -97,7 +102,10 @@ impl<'a> DeclaredHierarchy<'a> {
                 report
                     .fault(
                         &draft.section.span,
-                        format!("nobody wakes the motor {}", draft.section.label),
+                        format!(
+                            "no father wakes the motor {}, and it is no root",
+                            draft.section.label
+                        ),
                     )
                     .advise("name it in `roots`, or in the `children` of a father");
             }
@@ -143,7 +151,7 @@ fn read_level(
                     &root.span,
                     format!("the root {name} is {kind}, and only motor schemas compete"),
                 )
-                .advise("take it out of `roots`; it is awake while a schema that needs it is");
+                .advise("remove it from `roots`; it is awake while a schema that needs it is");
             continue;
         }
         known.push(index);
@@ -155,18 +163,18 @@ fn read_level(
 fn refuse_second_father(
     report: &mut FaultReport,
     drafts: &Drafts,
-    kin: &NamedChild,
+    duplicate: &NamedChild,
     first: usize,
     second: usize,
 ) {
     let (child, first, second) = (
-        drafts.quoted(kin.child),
+        drafts.quoted(duplicate.child),
         drafts.quoted(first),
         drafts.quoted(second),
     );
     report
         .fault(
-            &kin.name.span,
+            &duplicate.name.span,
             format!("{child} has two fathers, {first} and {second}"),
         )
         .advise("define a second instance of the same type for the other");

@@ -1,5 +1,5 @@
-//! Has schemas inspect what their modulations name (`jde.inspect`), and reports the problems at the values.
-//! Calls no plugin itself.
+//! Requests that schemas inspect what their modulations name (`jde.inspect`), and reports the problems at the
+//! values. Calls no plugin itself.
 
 use std::sync::Arc;
 
@@ -25,27 +25,27 @@ pub(super) fn report_problems(
     report: &mut FaultReport,
     catalogue: &dyn Catalogue,
     plugin: &Arc<Plugin>,
-    (here, asked): (&InstanceContext, &Inspection),
+    (instance, inspection): (&InstanceContext, &Inspection),
     overrides: &[Override],
 ) {
-    let section = here.section();
-    let problems = match catalogue.inspect(plugin, asked) {
+    let section = instance.section();
+    let problems = match catalogue.inspect(plugin, inspection) {
         Ok(problems) => problems,
         Err(reason) => {
             let plugin = quote(&plugin.name);
             let message = format!(
-                "{}: the plugin {plugin} cannot inspect it: {reason}; mend the plugin",
+                "{}: the plugin {plugin} cannot inspect it: {reason}; correct the plugin",
                 section.label
             );
             return report.concern(&section.span, message);
         }
     };
     for problem in problems {
-        let Some(port) = here.schema.modulation(problem.port) else {
+        let Some(port) = instance.schema.modulation(problem.port) else {
             let (plugin, number) = (quote(&plugin.name), problem.port);
             let message = format!(
                 "{}: the plugin {plugin} cannot inspect it: it reports a problem of modulation {number}, and there is none with that \
-                 number; mend the plugin",
+                 number; correct the plugin",
                 section.label
             );
             report.concern(&section.span, message);
@@ -55,17 +55,17 @@ pub(super) fn report_problems(
             .get(&port.name)
             .map_or(section.span.clone(), |node| node.span());
         let message = format!("{}: {}", section.key(&port.name), problem.words);
-        let say = |report: &mut FaultReport| {
+        let add = |report: &mut FaultReport| {
             if problem.unavailable {
                 report.concern(&span, message);
             } else {
                 report.fault(&span, message);
             }
         };
-        let is_of = |given: &&Override| given.schema == asked.name && given.variable == port.name;
+        let is_of = |given: &&Override| given.schema == inspection.name && given.variable == port.name;
         match overrides.iter().rfind(is_of) {
-            Some(given) => report.in_option(given.to_string(), say),
-            None => say(report),
+            Some(given) => report.in_option(given.to_string(), add),
+            None => add(report),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The `isolate` key of a schema: it runs in a process of its own, with limits. Starts no process.
+//! The `isolate` key of a schema, which runs it in its own process with limits. Starts no process.
 
 use serde::{Deserialize, Serialize};
 use toml::de::DeValue;
@@ -37,14 +37,14 @@ pub(super) fn isolation(report: &mut FaultReport, section: &Section) -> Option<I
     let node = section.get("isolate")?;
     match node.get_ref() {
         DeValue::Table(_) => {}
-        DeValue::String(word) => {
-            if word != "process" {
+        DeValue::String(mode) => {
+            if mode != "process" {
                 report
                     .fault(
                         &node.span(),
-                        format!("{what} is {}, which is no way to isolate", quote(word)),
+                        format!("{what} is {}, which is not a way to isolate", quote(mode)),
                     )
-                    .suggest(word, "ways", ["process"]);
+                    .suggest(mode, "ways", ["process"]);
             }
             return Some(Isolation::default());
         }
@@ -109,7 +109,7 @@ fn memory(report: &mut FaultReport, what: &str, node: &Node) -> Option<u64> {
     let bytes = bytes.filter(|bytes| *bytes > 0);
     if bytes.is_none() {
         report
-            .fault(&node.span(), format!("{what} is no size of memory"))
+            .fault(&node.span(), format!("{what} is not a size of memory"))
             .advise("write a size such as \"200 MB\" or \"1 GiB\", or a number of bytes");
     }
     bytes

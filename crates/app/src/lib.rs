@@ -1,12 +1,12 @@
 //! Applications: their schemas, the bindings and the hierarchy, all checked before anything starts.
 //!
 //! [`load`] turns an application file into an [`Application`], in which every name is a number and every
-//! value is encoded, or into the list of all its [`Faults`]. Nothing here opens a library (the [`Catalogue`]
-//! does), starts a schema or prints.
+//! value is encoded, or into the list of all its [`Faults`]. This crate opens no library (the
+//! [`Catalogue`] does), starts no schema and prints nothing.
 //!
 //! ```toml
 //! name     = "patrol"                 # the file's name if left out
-//! doc      = "Walks its round."
+//! doc      = "Patrols the corridor."
 //! roots    = ["teleop", "patrol"]     # the top level (R13), in priority order; or [roots.NAME] with members
 //! plugins  = ["../target/release"]    # more folders to look for plugins in
 //! seed     = 7                        # 0 if left out
@@ -248,16 +248,16 @@ pub trait Catalogue {
     /// Returns the plugin of that name, from the usual folders or `extra_dirs`.
     ///
     /// # Errors
-    /// Why it cannot be used, in words that complete "plugin `x` cannot be used: ".
+    /// Why it cannot be used. The text completes "plugin `x` cannot be used: ".
     fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String>;
 
-    /// Has a schema type of that plugin inspect what its modulations name, and returns the problems. Empty
+    /// Requests an inspection of what the modulations of a schema type name, and returns the problems. Empty
     /// where no inspection is possible.
     ///
     /// # Errors
-    /// Why the type could not be inspected, or that its answer was invalid.
-    fn inspect(&self, plugin: &Arc<Plugin>, asked: &Inspection<'_>) -> Result<Vec<Problem>, String> {
-        let _ = (plugin, asked);
+    /// Why the type could not be inspected, or that its result was invalid.
+    fn inspect(&self, plugin: &Arc<Plugin>, inspection: &Inspection<'_>) -> Result<Vec<Problem>, String> {
+        let _ = (plugin, inspection);
         Ok(Vec::new())
     }
 

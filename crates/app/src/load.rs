@@ -43,13 +43,13 @@ pub fn parse(
     read(text, path, overrides, catalogue, false)
 }
 
-/// Reads and checks a text. With `look`, also checks that required files exist.
+/// Reads and checks a text. With `check_files`, also checks that required files exist.
 fn read(
     text: &str,
     path: &Path,
     overrides: &[Override],
     catalogue: &dyn Catalogue,
-    look: bool,
+    check_files: bool,
 ) -> Result<Application, Faults> {
     let mut report = FaultReport::new(path, text);
     let (document, errors) = DeTable::parse_recoverable(text);
@@ -60,15 +60,15 @@ fn read(
     }
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut outline = Outline::read(&mut report, document.get_ref(), &file);
-    outline.check_files = look;
+    outline.check_files = check_files;
     let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
     variadic::name_children(&mut report, &mut outline.drafts);
-    let given = CheckInput {
+    let input = CheckInput {
         overrides,
         file: &file,
         catalogue,
     };
-    let checked = check(&mut report, outline, plugins, given);
+    let checked = check(&mut report, outline, plugins, input);
     let concerns = report.finish()?;
     let mut application = checked.expect("an application without faults is complete");
     application.concerns = concerns;
@@ -96,28 +96,28 @@ fn check(
     report: &mut FaultReport,
     outline: Outline,
     plugins: Vec<Arc<Plugin>>,
-    given: CheckInput<'_>,
+    input: CheckInput<'_>,
 ) -> Option<Application> {
     let drafts = &outline.drafts;
-    modulations::refuse_unknown_schemas(report, drafts, given.overrides);
-    let family = DeclaredHierarchy::read(report, drafts, &outline.roots);
-    let fathers = family.fathers(report, drafts);
-    let levels = outline.roots.levels.iter().zip(&family.roots);
+    modulations::refuse_unknown_schemas(report, drafts, input.overrides);
+    let hierarchy = DeclaredHierarchy::read(report, drafts, &outline.roots);
+    let fathers = hierarchy.fathers(report, drafts);
+    let levels = outline.roots.levels.iter().zip(&hierarchy.roots);
     let mut groups: Vec<_> = levels
         .map(|(level, roots)| groups::of_roots(report, drafts, level, roots))
         .collect();
-    for (father, kin) in family.children.iter().enumerate() {
-        groups.extend(groups::of_father(report, drafts, father, kin));
+    for (father, children) in hierarchy.children.iter().enumerate() {
+        groups.extend(groups::of_father(report, drafts, father, children));
     }
     let mut remotes = RemoteVariables::new(&outline.link);
     let mut instances: Vec<Option<InstanceConfig>> = Vec::with_capacity(drafts.len());
-    for (index, kin) in family.children.iter().enumerate() {
+    for (index, children) in hierarchy.children.iter().enumerate() {
         instances.push(check_instance(
             report,
             &outline,
             &plugins,
-            given,
-            (index, kin),
+            input,
+            (index, children),
             &mut remotes,
         ));
     }
@@ -149,7 +149,7 @@ fn check(
     Some(Application {
         name: outline.name,
         doc: outline.doc,
-        path: given.file.to_owned(),
+        path: input.file.to_owned(),
         seed: outline.seed,
         executor: outline.executor,
         mission,
@@ -169,8 +169,8 @@ fn check_instance(
     report: &mut FaultReport,
     outline: &Outline,
     plugins: &[Arc<Plugin>],
-    given: CheckInput<'_>,
-    (index, kin): (usize, &[NamedChild]),
+    input: CheckInput<'_>,
+    (index, named_children): (usize, &[NamedChild]),
     remotes: &mut RemoteVariables,
 ) -> Option<InstanceConfig> {
     let draft = outline.drafts.get(index);
@@ -178,60 +178,57 @@ fn check_instance(
     let mut settings = Settings::read(report, section, schema.map(Arc::as_ref));
     let found = draft.resolved.clone()?;
     let schema = found.schema;
-    let here = InstanceContext {
+    let instance = InstanceContext {
         drafts: &outline.drafts,
         index,
         schema: &schema,
     };
     let mut bindings = wiring::unbound(&schema);
-    let look = outline.check_files;
-    let overrides = given.overrides;
+    let check_files = outline.check_files;
+    let overrides = input.overrides;
     let faults = report.count();
-    let folder = given.file.parent().unwrap_or(Path::new("/"));
+    let folder = input.file.parent().unwrap_or(Path::new("/"));
     modulations::from_file(
         report,
         section,
         &schema,
-        Paths {
-            folder,
-            check_files: look,
-        },
+        Paths { folder, check_files },
         &mut bindings,
     );
-    let working = std::env::current_dir().unwrap_or_default();
+    let working_folder = std::env::current_dir().unwrap_or_default();
     let paths = Paths {
-        folder: &working,
-        check_files: look,
+        folder: &working_folder,
+        check_files,
     };
     for given in overrides.iter().filter(|given| given.schema == draft.name) {
         report.in_option(given.to_string(), |report| {
-            modulations::from_option(report, given, &here, paths, &mut settings, &mut bindings);
+            modulations::from_option(report, given, &instance, paths, &mut settings, &mut bindings);
         });
     }
     // A refused value needs no inspection.
-    if look && schema.inspects && report.count() == faults {
-        let asked = Inspection {
+    if check_files && schema.inspects && report.count() == faults {
+        let inspection = Inspection {
             number: found.number,
             name: draft.name,
             bindings: &bindings,
         };
         inspect::report_problems(
             report,
-            given.catalogue,
+            input.catalogue,
             &plugins[found.plugin],
-            (&here, &asked),
+            (&instance, &inspection),
             overrides,
         );
     }
-    wiring::imports(report, &here, remotes, &mut bindings);
-    wiring::triggers(report, &here, &mut bindings);
-    wiring::actuators(report, &here, &mut bindings);
-    children::bind_modulations(report, &here, kin, &mut bindings);
+    wiring::imports(report, &instance, remotes, &mut bindings);
+    wiring::triggers(report, &instance, &mut bindings);
+    wiring::actuators(report, &instance, &mut bindings);
+    children::bind_modulations(report, &instance, named_children, &mut bindings);
     let mut children = vec![None; schema.children.len()];
-    let mut child_order = Vec::with_capacity(kin.len());
-    for kin in kin {
-        if let Some(role) = kin.role {
-            children[role] = Some(kin.child);
+    let mut child_order = Vec::with_capacity(named_children.len());
+    for child in named_children {
+        if let Some(role) = child.role {
+            children[role] = Some(child.child);
             child_order.push(role);
         }
     }

@@ -37,12 +37,12 @@ pub(super) fn from_file(
 pub(super) fn from_option(
     report: &mut FaultReport,
     given: &Override,
-    here: &InstanceContext,
+    instance: &InstanceContext,
     paths: Paths<'_>,
     settings: &mut Settings,
     bindings: &mut [Binding],
 ) {
-    let (section, schema) = (here.section(), here.schema);
+    let (section, schema) = (instance.section(), instance.schema);
     if given.variable == PERIOD {
         let node = parse_node(&given.value, &f64::describe());
         settings.period_ns = time::period(report, &section.key(PERIOD), &node).unwrap_or(settings.period_ns);
@@ -161,18 +161,22 @@ fn choice(
     node: &Node,
 ) -> Option<Value> {
     let choices = limits.choices.iter().map(String::as_str);
-    let Some(word) = node.get_ref().as_str() else {
+    let Some(chosen) = node.get_ref().as_str() else {
         let expected = format!("one of {}", limits.choices.join(", "));
         report_wrong_shape(report, &section.key(name), &expected, node);
         return None;
     };
-    let Some(number) = limits.choice(word) else {
+    let Some(number) = limits.choice(chosen) else {
         report
             .fault(
                 &node.span(),
-                format!("{} is {}, which is no choice", section.key(name), quote(word)),
+                format!(
+                    "{} is {}, which is not a choice",
+                    section.key(name),
+                    quote(chosen)
+                ),
             )
-            .suggest(word, "choices", choices);
+            .suggest(chosen, "choices", choices);
         return None;
     };
     Some(Value::UInt(number as u64))

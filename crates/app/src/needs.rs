@@ -28,8 +28,8 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
             needs.map_or_else(Vec::new, |instance| edges(drafts, index, instance))
         })
         .collect();
-    for (way, span) in find_cycles(&edges) {
-        let names: Vec<_> = way.iter().map(|index| drafts.get(*index).name).collect();
+    for (cycle, span) in find_cycles(&edges) {
+        let names: Vec<_> = cycle.iter().map(|index| drafts.get(*index).name).collect();
         report
             .fault(
                 &span,
@@ -38,7 +38,7 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
                     names.join(" -> ")
                 ),
             )
-            .advise("break the circle of `imports`");
+            .advise("break the cycle of `imports`");
     }
 }
 

@@ -31,7 +31,7 @@ impl FromStr for Override {
                 value: value.trim().to_owned(),
             }),
             Some(_) | None => Err(format!(
-                "{} sets nothing: write schema.variable=value, such as goon.fast=\"0.3 m/s\"",
+                "{} is not an option: write schema.variable=value, such as goon.fast=\"0.3 m/s\"",
                 quote(text)
             )),
         }

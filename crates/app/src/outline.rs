@@ -36,7 +36,7 @@ pub(super) struct Outline<'a> {
 pub(super) struct Roots<'a> {
     /// One level, or as many as the file names.
     pub(super) levels: Vec<Level<'a>>,
-    /// No name was dropped because it is no text.
+    /// Whether all names were texts, so that none was dropped.
     pub(super) complete: bool,
 }
 
@@ -101,9 +101,9 @@ fn roots<'a>(report: &mut FaultReport, top: &Section<'a>) -> Roots<'a> {
             report
                 .fault(
                     &top.key_span("root"),
-                    "`root` says how the one level of `roots = [...]` competes, and here are several",
+                    "`root` configures the one level of `roots = [...]`, and this file has several levels",
                 )
-                .advise("say it in each of them, beside its `members`");
+                .advise("write the keys in each level, beside its `members`");
         }
         return levels(report, top);
     }
@@ -195,7 +195,7 @@ fn mission<'a>(report: &mut FaultReport, top: &Section<'a>) -> (Option<Text<'a>>
     let from = section.text(report, "from");
     if section.get("from").is_none() {
         report
-            .fault(&section.span, "`mission` does not say which export it is")
+            .fault(&section.span, "`mission` does not name an export")
             .advise("add from = \"SCHEMA.mission\"");
     }
     let stalls = section

@@ -7,7 +7,7 @@ use jde_core::Nanos;
 pub const SHORTEST: Nanos = 100_000;
 /// The longest period: no cycle of a robot takes a day, so a longer one is a mistaken unit.
 pub const LONGEST: Nanos = 86_400_000_000_000;
-/// The range in words.
+/// The range, for messages.
 pub const RANGE: &str = "from 100 us to a day";
 
 /// A period outside the range.
@@ -54,7 +54,7 @@ const UNITS: [(&str, f64); 7] = [
 /// Parses a typed period: a number with ns, us, ms, s, min, h or Hz.
 ///
 /// # Errors
-/// There is no number, no unit, or the period is out of [`RANGE`]; in words for the person who typed it.
+/// A message for the user if there is no number, no unit, or if the period is out of [`RANGE`].
 pub fn parse(typed: &str) -> Result<Nanos, String> {
     let typed = typed.trim();
     let end = typed
@@ -138,8 +138,8 @@ mod tests {
     }
 
     #[test]
-    fn a_span_has_three_digits_and_its_own_unit() {
-        let spans = [
+    fn a_duration_has_three_digits_and_its_own_unit() {
+        let durations = [
             0,
             850,
             12_340,
@@ -152,11 +152,11 @@ mod tests {
         let texts = [
             "0 ns", "850 ns", "12.3 µs", "999 µs", "1.00 ms", "75.0 ms", "1.00 s", "61.0 s",
         ];
-        assert_eq!(spans.map(format_duration), texts);
+        assert_eq!(durations.map(format_duration), texts);
     }
 
     #[test]
-    fn a_setting_has_the_digits_it_needs() {
+    fn a_setting_is_formatted_without_trailing_zeros() {
         assert_eq!(
             [75_000_000, 82_500_000, 1_500_000_000].map(format_setting),
             ["75 ms", "82.5 ms", "1.5 s"]
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_period_is_read_in_every_unit() {
+    fn a_period_is_parsed_in_every_unit() {
         let typed = ["75ms", " 0.5 s ", "20Hz", "20 hz", "300us", "300µs", "5000000ns"];
         let nanos = [
             75_000_000,
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_period_that_says_too_little_is_refused_in_words() {
+    fn a_period_without_a_number_or_unit_or_out_of_range_is_refused() {
         assert!(parse("").unwrap_err().contains("is not a period"));
         assert!(parse("fast").unwrap_err().contains("is not a period"));
         assert!(parse("1.2.3ms").unwrap_err().contains("is not a period"));

@@ -23,7 +23,7 @@ pub struct RemoteVariable {
     pub peer: String,
     /// The variable's full name there: `pioneer.odometry`.
     pub variable: String,
-    /// Its full name here, on the board: `robot2:pioneer.odometry`.
+    /// Its full local name, on the board: `robot2:pioneer.odometry`.
     pub local: String,
     /// The type of the importing ports.
     pub value_type: Arc<Type>,
@@ -37,7 +37,7 @@ impl RemoteVariable {
     /// The writer in the stamps of such values.
     pub const WRITER: u32 = u32::MAX - 2;
 
-    /// Returns owner and name of the variable here: `robot2:pioneer` and `odometry`.
+    /// Returns the local owner and name of the variable: `robot2:pioneer` and `odometry`.
     #[must_use]
     pub fn parts(&self) -> (&str, &str) {
         // Both parts are checked when the file is read.
@@ -139,7 +139,7 @@ impl ImportEntry<'_> {
                     span,
                     format!("{what} has `stale`, and comes from this application"),
                 )
-                .advise("remove `stale`: whoever exports a value here takes it back");
+                .advise("remove `stale`: within an application, the exporting schema retracts its value");
         }
     }
 }

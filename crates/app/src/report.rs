@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::fault::{Fault, FaultLocation, Faults};
 
 /// The most faults that are kept with a message and a position, which may take long to compute. Further
-/// ones are only counted: few are corrected at once.
+/// ones are only counted, because users correct few at once.
 const MAX_FAULTS: usize = 200;
 /// The longest piece of a file that is repeated in a message, in characters.
 const MAX_QUOTE_LENGTH: usize = 60;
@@ -93,10 +93,7 @@ impl<'a> FaultReport<'a> {
 
     /// Returns all faults, together with the findings that do not prevent the start. There must be a fault.
     pub(super) fn into_faults(mut self) -> Faults {
-        debug_assert!(
-            !self.faults.is_empty(),
-            "faults are asked for where there are none"
-        );
+        debug_assert!(!self.faults.is_empty(), "there is no fault");
         self.faults.append(&mut self.concerns);
         Faults::new(self.faults, self.omitted)
     }

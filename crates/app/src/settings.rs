@@ -18,7 +18,7 @@ const BACK_OFF: Nanos = 500_000_000;
 /// that still fails then is broken.
 const LIMIT: u32 = 5;
 /// The default time within which restarts are counted, ns. On a robot that runs for days, a schema that fails
-/// now and then is not broken.
+/// occasionally is not broken.
 const WITHIN: Nanos = 60_000_000_000;
 
 /// The contents of a schema's own keys.
@@ -90,14 +90,14 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
     };
     match node.get_ref() {
         DeValue::Table(_) => {}
-        DeValue::String(word) => {
-            match word.as_ref() {
+        DeValue::String(mode) => {
+            match mode.as_ref() {
                 "never" => return Restart::Never,
                 "on-fault" => {}
                 other => report
                     .fault(
                         &node.span(),
-                        format!("{what} is {}, which is no way to restart", quote(other)),
+                        format!("{what} is {}, which is not a way to restart", quote(other)),
                     )
                     .suggest(other, "ways", ["never", "on-fault"]),
             }
@@ -131,7 +131,7 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
                     &node.span(),
                     format!("{} is no whole number above 0", table.key("limit")),
                 )
-                .advise("say how many restarts it gets, or write restart = \"never\"");
+                .advise("state the number of restarts, or write restart = \"never\"");
         }
         limit
     });

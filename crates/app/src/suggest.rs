@@ -46,14 +46,14 @@ mod tests {
     use super::nearest;
 
     #[test]
-    fn a_slip_finds_the_name_that_was_meant() {
+    fn a_misspelt_name_finds_the_intended_one() {
         let known = ["period", "patience", "policy"];
         assert_eq!(nearest("perod", known), Some("period"));
         assert_eq!(nearest("polciy", known), Some("policy"));
     }
 
     #[test]
-    fn what_is_far_from_all_names_finds_none() {
+    fn a_name_unlike_all_known_names_finds_none() {
         assert_eq!(nearest("wheels", ["period", "patience"]), None);
         assert_eq!(nearest("x", ["y", "yz"]), None);
         assert_eq!(nearest(&"period".repeat(100), ["period"]), None);

@@ -1,4 +1,4 @@
-//! Reports the syntax errors of a file that is no TOML. One mistake often causes many errors of the parser,
+//! Reports the syntax errors of a file that is not TOML. One mistake often causes many errors of the parser,
 //! so consequential errors are left out.
 
 use toml::de::Error;
@@ -9,7 +9,7 @@ use super::report::{FaultReport, quote};
 const MAX_ERRORS: usize = 10;
 /// The parser's message for a repeated key.
 const DUPLICATE: &str = "duplicate key";
-/// The parser's words for an error inside a list or an inline table.
+/// The parser's terms for an error inside a list or an inline table.
 const NOT_CLOSED: [&str; 2] = ["array", "inline table"];
 
 /// Reports the parser's errors.
@@ -19,7 +19,7 @@ pub(super) fn report_errors(report: &mut FaultReport, text: &str, errors: &[Erro
     for error in errors.iter().take(MAX_ERRORS) {
         let span = error.span().unwrap_or(0..0);
         if error.message() != DUPLICATE {
-            report.fault(&span, format!("this is no TOML: {}", error.message()));
+            report.fault(&span, format!("this is not TOML: {}", error.message()));
             // An unclosed list or table swallows what follows, and everything in it looks wrong.
             if NOT_CLOSED.iter().any(|inside| error.message().contains(inside)) {
                 return;
@@ -36,7 +36,7 @@ pub(super) fn report_errors(report: &mut FaultReport, text: &str, errors: &[Erro
             twice_until = rest.map_or(text.len(), |length| span.start + length);
             report
                 .fault(&span, format!("there is a table {name} already"))
-                .advise("give each a name of its own, or make one table of the two");
+                .advise("give each its own name, or merge the two tables");
         } else {
             report
                 .fault(&span, format!("there is a key {name} already"))

@@ -32,13 +32,15 @@ pub(super) fn resolve(
         if draft.section.get("type").is_none() {
             let message = format!("{} has no `type`", draft.section.label);
             let fault = report.fault(&draft.section.span, message);
-            let like = types
+            let similar = types
                 .type_names()
                 .iter()
                 .find(|known| known.rsplit('/').next() == Some(draft.name));
-            fault.advise(match like {
-                Some(like) => format!("add type = \"{like}\""),
-                None => "add type = \"PLUGIN/SCHEMA\", or just the plugin if it holds one schema".to_owned(),
+            fault.advise(match similar {
+                Some(known) => format!("add type = \"{known}\""),
+                None => {
+                    "add type = \"PLUGIN/SCHEMA\", or only the plugin if it contains one schema".to_owned()
+                }
             });
         }
         draft.resolved = draft
@@ -93,12 +95,12 @@ impl TypeResolver<'_> {
         Some(found.clone())
     }
 
-    /// Returns the names for suggestions; asks the catalogue only once.
+    /// Returns the names for suggestions. Queries the catalogue only once.
     fn type_names(&self) -> &[String] {
         self.type_names.get_or_init(|| self.catalogue.type_names())
     }
 
-    /// Returns the plugin's place; asks the catalogue for each plugin only once.
+    /// Returns the plugin's place. Queries the catalogue only once for each plugin.
     fn plugin(&mut self, name: &str) -> Result<usize, String> {
         if let Some(known) = self.plugin_indices.get(name) {
             return known.clone();
@@ -120,8 +122,8 @@ impl TypeResolver<'_> {
     ) -> Option<usize> {
         let plugin = &self.plugins[plugin];
         let names = || plugin.schemas.iter().map(|schema| schema.name.as_str());
-        let wanted = schema.unwrap_or(&plugin.name);
-        if let Some(number) = names().position(|name| name == wanted) {
+        let name = schema.unwrap_or(&plugin.name);
+        if let Some(number) = names().position(|known| known == name) {
             return Some(number);
         }
         match schema {
@@ -131,7 +133,7 @@ impl TypeResolver<'_> {
                     .fault(
                         &written.span,
                         format!(
-                            "plugin {} holds {}; say which",
+                            "plugin {} contains {}; state which one",
                             quote(&plugin.name),
                             quote_all(names())
                         ),
@@ -144,7 +146,11 @@ impl TypeResolver<'_> {
             Some(schema) => report
                 .fault(
                     &written.span,
-                    format!("plugin {} holds no schema {}", quote(&plugin.name), quote(schema)),
+                    format!(
+                        "plugin {} contains no schema {}",
+                        quote(&plugin.name),
+                        quote(schema)
+                    ),
                 )
                 .suggest(schema, "its schemas", names()),
         }

@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_turn_into_si_without_a_rounding_of_their_own() {
+    fn units_convert_without_additional_rounding() {
         let check =
             |text, unit, expected: f64| assert_eq!(quantity(text, unit), Ok(expected), "{text} in {unit}");
         check("75ms", "s", 0.075);
@@ -81,13 +81,13 @@ mod tests {
     }
 
     #[test]
-    fn a_number_without_a_unit_is_in_the_unit_asked_for() {
+    fn a_number_without_a_unit_is_in_the_requested_unit() {
         assert_eq!(quantity("0.4", "m/s"), Ok(0.4));
         assert_eq!(quantity(" -2e-3 ", ""), Ok(-0.002));
     }
 
     #[test]
-    fn a_unit_that_is_not_known_serves_numbers_written_in_it() {
+    fn a_number_in_the_same_unknown_unit_is_accepted() {
         assert_eq!(quantity("3 pixel", "pixel"), Ok(3.0));
         assert_eq!(
             quantity("3 m", "pixel"),
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn another_dimension_is_refused_by_name() {
+    fn a_unit_of_another_dimension_is_refused_with_its_name() {
         let check = |text, unit, written: &str| {
             assert_eq!(
                 quantity(text, unit),
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_quantity_is_refused() {
+    fn a_text_that_is_not_a_quantity_is_refused() {
         for text in ["", "m", "fast", "-", ".", "inf", "nan m", "e5", "--1", "é"] {
             assert_eq!(quantity(text, "m"), Err(QuantityError::NotANumber), "{text}");
         }

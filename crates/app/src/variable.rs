@@ -10,7 +10,7 @@ use super::document::Text;
 use super::drafts::Drafts;
 use super::report::{FaultReport, quote, quote_all};
 
-/// The kind of variable that is wanted.
+/// The requested kind of variable.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum VariableKind {
     /// An export or a modulation, to read.
@@ -56,7 +56,7 @@ pub(super) fn find(
     drafts: &Drafts,
     what: &str,
     written: &Text,
-    wanted: VariableKind,
+    kind: VariableKind,
     reader: Option<&Port>,
 ) -> Option<(usize, usize)> {
     let (instance, name) = match written.text.split_once('.') {
@@ -65,7 +65,7 @@ pub(super) fn find(
     };
     let index = drafts.find(report, what, instance, &written.span)?;
     let schema = Arc::clone(drafts.schema(index)?);
-    let admitted = || schema.ports.iter().filter(|port| wanted.admits(&port.role));
+    let admitted = || schema.ports.iter().filter(|port| kind.admits(&port.role));
     let names = || admitted().map(|port| port.name.as_str());
     let owner = quote(instance);
     let Some(name) = name else {
@@ -76,15 +76,15 @@ pub(super) fn find(
         let fitting = |port: &&Port| reader.is_none_or(|reader| reader.value_type.same_as(&port.value_type));
         match admitted().find(fitting) {
             Some(port) => fault.advise(format!("write \"{instance}.{}\"", port.name)),
-            None => fault.advise(format!("{} of {owner}: {}", wanted.plural(), quote_all(names()))),
+            None => fault.advise(format!("{} of {owner}: {}", kind.plural(), quote_all(names()))),
         };
         return None;
     };
-    // Only ports of the wanted kind: an export and an import may have the same name.
+    // Only ports of the requested kind: an export and an import may have the same name.
     let place = schema
         .ports
         .iter()
-        .position(|port| port.name == name && wanted.admits(&port.role));
+        .position(|port| port.name == name && kind.admits(&port.role));
     if let Some(port) = place {
         return Some((index, port));
     }
@@ -99,11 +99,11 @@ pub(super) fn find(
             // Modulations can be read too, but are rarely intended.
             let likely = admitted().filter(|port| !matches!(port.role, Role::Modulation { .. }));
             let likely = quote_all(likely.map(|port| port.name.as_str()));
-            fault.advise(format!("{} of {owner}: {likely}", wanted.likely()));
+            fault.advise(format!("{} of {owner}: {likely}", kind.likely()));
         }
         None => report
             .fault(&written.span, format!("{what}: {owner} has no {}", quote(name)))
-            .suggest(name, &format!("{} of {owner}", wanted.plural()), names()),
+            .suggest(name, &format!("{} of {owner}", kind.plural()), names()),
     }
     None
 }

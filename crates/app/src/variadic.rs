@@ -31,7 +31,7 @@ pub(super) fn name_children(report: &mut FaultReport, drafts: &mut Drafts) {
             report
                 .fault(
                     &section.key_span("children"),
-                    format!("{} has no children, so it would wake nobody", section.label),
+                    format!("{} has no children to wake", section.label),
                 )
                 .advise("name them, such as children = { left = \"NAME\", right = \"NAME\" }");
         }
@@ -111,7 +111,7 @@ fn group_members<'a>(
                     .fault(
                         &member.span,
                         format!(
-                            "{} names {}, which is no child of it",
+                            "{} names {}, which is not a child of it",
                             settings.key("members"),
                             quote(member.text)
                         ),

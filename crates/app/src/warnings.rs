@@ -1,6 +1,5 @@
-//! Warnings. Roots that compete in one group although they share no actuator exclude each other without need;
-//! this may be intended, so it is a warning and not a fault. The same holds for a period far from the type's, and for a C++ plugin
-//! that may throw.
+//! Warnings about settings that may be intended, so they are no faults: roots that compete in one group
+//! although they share no actuator, a period far from the type's, and a C++ plugin that may throw.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -26,8 +25,8 @@ impl Application {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let levels = self.groups.iter().filter(|group| group.father.is_none());
-        let strangers = levels.filter_map(|level| self.warn_of_disjoint_roots(level));
-        strangers
+        let disjoint_roots = levels.filter_map(|level| self.warn_of_disjoint_roots(level));
+        disjoint_roots
             .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
             .chain(self.link.warnings())
@@ -39,10 +38,10 @@ impl Application {
     fn warn_of_exceptions(&self) -> impl Iterator<Item = String> {
         let numbers = 0..self.plugins.len();
         numbers.filter(|number| self.plugins[*number].throws).filter_map(|number| {
-            let here = |instance: &&InstanceConfig| instance.plugin == number && instance.isolate.is_none();
-            let of: Vec<_> = self.instances.iter().filter(here).collect();
-            let line = of.iter().map(|instance| instance.line).min()?;
-            let names = quote_all(of.iter().map(|instance| instance.name.as_str()));
+            let in_host = |instance: &&InstanceConfig| instance.plugin == number && instance.isolate.is_none();
+            let instances: Vec<_> = self.instances.iter().filter(in_host).collect();
+            let line = instances.iter().map(|instance| instance.line).min()?;
+            let names = quote_all(instances.iter().map(|instance| instance.name.as_str()));
             Some(format!(
                 "line {line}: {names} are of the plugin `{}`, which is in C++: an exception that leaves one of its functions ends the \
                  application. Write isolate = \"process\", or have the plugin catch it (jde_guarded and JDE_PLUGIN_GUARDED of jde.h)",
@@ -83,8 +82,8 @@ impl Application {
             return None;
         }
         let name = |root: &usize| self.instances[*root].name.as_str();
-        let mut said = parts.iter().map(|(roots, _)| quote_all(roots.iter().map(name)));
-        let (first, rest) = (said.next()?, said.collect::<Vec<_>>().join(", nor with "));
+        let mut names = parts.iter().map(|(roots, _)| quote_all(roots.iter().map(name)));
+        let (first, rest) = (names.next()?, names.collect::<Vec<_>>().join(", nor with "));
         let line = parts
             .iter()
             .filter_map(|(roots, _)| roots.first())

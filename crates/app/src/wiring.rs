@@ -51,7 +51,7 @@ pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
 /// Reads `imports`.
 pub(super) fn imports(
     report: &mut FaultReport,
-    here: &InstanceContext,
+    instance: &InstanceContext,
     remotes: &mut RemoteVariables,
     bindings: &mut [Binding],
 ) {
@@ -60,36 +60,36 @@ pub(super) fn imports(
         is_role: is_import,
         kind: VariableKind::Readable,
     };
-    for entry in remote::entries(report, here.section()) {
-        let Some((port, what)) = table.port(report, here, &entry.role) else {
+    for entry in remote::entries(report, instance.section()) {
+        let Some((port, what)) = table.port(report, instance, &entry.role) else {
             continue;
         };
         let found = if entry.is_remote() {
-            let port = &here.schema.ports[port];
+            let port = &instance.schema.ports[port];
             remotes
                 .find(report, &what, &entry, port)
                 .map(ImportSource::Remote)
         } else {
             entry.refuse_stale(report, &what);
-            let found = table.find(report, here, &what, &entry.from, port);
+            let found = table.find(report, instance, &what, &entry.from, port);
             found.map(|(instance, port)| ImportSource::Local(instance, port))
         };
         if let Binding::Import { source, .. } = &mut bindings[port] {
             *source = found;
         }
     }
-    table.refuse_unbound(report, here);
+    table.refuse_unbound(report, instance);
 }
 
 /// Reads `actuators`.
-pub(super) fn actuators(report: &mut FaultReport, here: &InstanceContext, bindings: &mut [Binding]) {
+pub(super) fn actuators(report: &mut FaultReport, instance: &InstanceContext, bindings: &mut [Binding]) {
     let table = RoleTable {
         key: "actuators",
         is_role: is_actuator,
         kind: VariableKind::Command,
     };
-    for (role, written) in here.section().pairs(report, table.key) {
-        let Some((port, what)) = table.port(report, here, &role) else {
+    for (role, written) in instance.section().pairs(report, table.key) {
+        let Some((port, what)) = table.port(report, instance, &role) else {
             continue;
         };
         if written.text.contains(':') {
@@ -102,17 +102,17 @@ pub(super) fn actuators(report: &mut FaultReport, here: &InstanceContext, bindin
                 .advise("let a schema of the other application command, and import what it is to do");
             continue;
         }
-        let found = table.find(report, here, &what, &written, port);
+        let found = table.find(report, instance, &what, &written, port);
         if let Binding::Actuator { target } = &mut bindings[port] {
             *target = found;
         }
     }
-    table.refuse_unbound(report, here);
+    table.refuse_unbound(report, instance);
 }
 
 /// Reads `triggers`; without the key, each import triggers as the type states.
-pub(super) fn triggers(report: &mut FaultReport, here: &InstanceContext, bindings: &mut [Binding]) {
-    let section = here.section();
+pub(super) fn triggers(report: &mut FaultReport, instance: &InstanceContext, bindings: &mut [Binding]) {
+    let section = instance.section();
     let Some(names) = section.texts(report, "triggers") else {
         return;
     };
@@ -121,7 +121,7 @@ pub(super) fn triggers(report: &mut FaultReport, here: &InstanceContext, binding
             *trigger = false;
         }
     }
-    if let (Some(first), kind @ (Kind::Perceptive | Kind::Driver)) = (names.first(), here.schema.kind) {
+    if let (Some(first), kind @ (Kind::Perceptive | Kind::Driver)) = (names.first(), instance.schema.kind) {
         let message = format!(
             "{} is {}, which has no precondition to re-evaluate",
             section.label,
@@ -134,23 +134,23 @@ pub(super) fn triggers(report: &mut FaultReport, here: &InstanceContext, binding
     }
     let what = section.key("triggers");
     for name in names {
-        let Some(port) = position(here.schema, is_import, name.text) else {
-            let imports = here.schema.ports.iter().filter(|port| is_import(port));
+        let Some(port) = position(instance.schema, is_import, name.text) else {
+            let imports = instance.schema.ports.iter().filter(|port| is_import(port));
             report
                 .fault(
                     &name.span,
-                    format!("{what} names {}, which is no import of it", quote(name.text)),
+                    format!("{what} names {}, which is not an import of it", quote(name.text)),
                 )
                 .suggest(name.text, "imports", imports.map(|port| port.name.as_str()));
             continue;
         };
-        if here.schema.ports[port].optional && !section.is_set("imports", name.text) {
+        if instance.schema.ports[port].optional && !section.is_set("imports", name.text) {
             report
                 .fault(
                     &name.span,
                     format!("{what} names {}, which is not bound", quote(name.text)),
                 )
-                .advise("bind it in `imports`, or remove it here");
+                .advise("bind it in `imports`, or remove it from `triggers`");
         }
         if let Binding::Import { trigger, .. } = &mut bindings[port] {
             *trigger = true;
@@ -176,17 +176,22 @@ pub(super) fn mission(report: &mut FaultReport, drafts: &Drafts, written: &Text)
                 quote(found)
             ),
         )
-        .advise("name the export that says whether the mission is done");
+        .advise("name the export that states whether the mission is done");
     None
 }
 
 impl RoleTable {
     /// Returns the port in that role, and the name of the entry in messages; reports a missing role.
-    fn port(self, report: &mut FaultReport, here: &InstanceContext, role: &Text) -> Option<(usize, String)> {
-        let what = here.section().key(self.key);
-        let port = position(here.schema, self.is_role, role.text);
+    fn port(
+        self,
+        report: &mut FaultReport,
+        instance: &InstanceContext,
+        role: &Text,
+    ) -> Option<(usize, String)> {
+        let what = instance.section().key(self.key);
+        let port = position(instance.schema, self.is_role, role.text);
         if port.is_none() {
-            let roles = here.schema.ports.iter().filter(|port| (self.is_role)(port));
+            let roles = instance.schema.ports.iter().filter(|port| (self.is_role)(port));
             report
                 .fault(&role.span, format!("{what}: there is no {}", quote(role.text)))
                 .suggest(role.text, self.key, roles.map(|port| port.name.as_str()));
@@ -198,23 +203,23 @@ impl RoleTable {
     fn find(
         self,
         report: &mut FaultReport,
-        here: &InstanceContext,
+        instance: &InstanceContext,
         what: &str,
         written: &Text,
         port: usize,
     ) -> Option<(usize, usize)> {
-        let port = &here.schema.ports[port];
-        let found = variable::find(report, here.drafts, what, written, self.kind, Some(port))?;
-        let help = || Some(list_candidates(here, port, self.kind));
-        variable::can_bind(report, here.drafts, what, port, found, &written.span, help).then_some(found)
+        let port = &instance.schema.ports[port];
+        let found = variable::find(report, instance.drafts, what, written, self.kind, Some(port))?;
+        let help = || Some(list_candidates(instance, port, self.kind));
+        variable::can_bind(report, instance.drafts, what, port, found, &written.span, help).then_some(found)
     }
 
     /// Reports required ports that the table leaves unbound.
-    fn refuse_unbound(self, report: &mut FaultReport, here: &InstanceContext) {
-        let ports = here.schema.ports.iter();
+    fn refuse_unbound(self, report: &mut FaultReport, instance: &InstanceContext) {
+        let ports = instance.schema.ports.iter();
         for port in ports.filter(|port| (self.is_role)(port) && !port.optional) {
-            if !here.section().is_set(self.key, &port.name) {
-                report_missing(report, here, self.key, port, self.kind);
+            if !instance.section().is_set(self.key, &port.name) {
+                report_missing(report, instance, self.key, port, self.kind);
             }
         }
     }
@@ -222,12 +227,12 @@ impl RoleTable {
 
 fn report_missing(
     report: &mut FaultReport,
-    here: &InstanceContext,
+    instance: &InstanceContext,
     key: &str,
     port: &Port,
-    wanted: VariableKind,
+    kind: VariableKind,
 ) {
-    let section = here.section();
+    let section = instance.section();
     let message = format!(
         "{} leaves {} of its {key} unbound; it takes {}",
         section.label,
@@ -236,7 +241,7 @@ fn report_missing(
     );
     report
         .fault(&section.key_span(key), message)
-        .advise(match candidates(here, port, wanted).next() {
+        .advise(match candidates(instance, port, kind).next() {
             Some(candidate) => format!("add {key}.{} = \"{candidate}\"", port.name),
             None => NO_CANDIDATE.to_owned(),
         });
@@ -244,17 +249,17 @@ fn report_missing(
 
 /// Returns the variables of other schemas to which a port can be bound.
 fn candidates<'c>(
-    here: &'c InstanceContext,
+    instance: &'c InstanceContext,
     port: &'c Port,
-    wanted: VariableKind,
+    kind: VariableKind,
 ) -> impl Iterator<Item = String> + 'c {
-    let others = (0..here.drafts.len()).filter(|index| *index != here.index);
+    let others = (0..instance.drafts.len()).filter(|index| *index != instance.index);
     others
-        .filter_map(|index| Some((here.drafts.get(index).name, here.drafts.schema(index)?)))
+        .filter_map(|index| Some((instance.drafts.get(index).name, instance.drafts.schema(index)?)))
         .flat_map(move |(name, schema)| {
             let fitting = schema.ports.iter().filter(move |other| {
                 // A modulation can be read, but is rarely intended.
-                wanted.admits(&other.role)
+                kind.admits(&other.role)
                     && !matches!(other.role, Role::Modulation { .. })
                     && variable::fits(port, other)
             });
@@ -263,8 +268,8 @@ fn candidates<'c>(
 }
 
 /// Lists the variables to which a port can be bound.
-fn list_candidates(here: &InstanceContext, port: &Port, wanted: VariableKind) -> String {
-    let fitting: Vec<_> = candidates(here, port, wanted).take(MAX_LISTED).collect();
+fn list_candidates(instance: &InstanceContext, port: &Port, kind: VariableKind) -> String {
+    let fitting: Vec<_> = candidates(instance, port, kind).take(MAX_LISTED).collect();
     match fitting.as_slice() {
         [] => NO_CANDIDATE.to_owned(),
         fitting => format!("these fit: {}", quote_all(fitting.iter().map(String::as_str))),

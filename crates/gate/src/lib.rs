@@ -1,22 +1,22 @@
 //! Access of calls to their ports, and its removal from a call that hangs.
 //!
-//! A schema's call reads and writes its ports. If it does not return, another thread takes the ports away:
-//! all further accesses of the call are refused, and a successor of the schema gets ports of its own. A
+//! A schema's call reads and writes its ports. If it does not return, another thread removes its access:
+//! all further accesses of the call are refused, and a successor of the schema gets its own ports. A
 //! [`Gate`] separates the two. Every use passes through it. A call ends once: it returns, or it is given up.
 //!
-//! The crate refuses to know ports or schemas, and starts no thread.
+//! The crate does not depend on ports or schemas, and starts no thread.
 //!
 //! ```
 //! use jde_gate::Gate;
 //!
-//! // What is used is a list here; what stays with a call that is given up is its length.
+//! // In this example the data is a list, and its length remains with a call that is given up.
 //! let gate: Gate<Vec<i32>, usize> = Gate::new(vec![1]);
 //! assert!(gate.enter(7));
 //! assert_eq!(gate.with(|list| list.push(2)), Some(()));
-//! // The call that began at 7 hangs. Somebody else gives it up:
+//! // The call that began at 7 hangs. Another thread gives it up:
 //! let successor = gate.give_up(7, |list| Ok::<_, ()>((vec![0], list.len())), |kept| assert_eq!(*kept, 2));
 //! assert_eq!(successor, Ok(Some(vec![0])));
-//! // It wakes after all, and can neither go on nor return:
+//! // If the call continues later, it can neither use the data nor return normally:
 //! assert_eq!(gate.with(|list| list.push(3)), None);
 //! assert!(!gate.finish(|_| ()));
 //! ```
@@ -31,8 +31,8 @@ use sync::{AtomicU64, Mutex, MutexGuard, Ordering};
 /// outlive that call (`R`).
 ///
 /// One thread at a time makes calls; any thread may give one up. No thread waits for a call, only for a
-/// single use, and a thread that gives up a call does not even wait for that. A call that leaves nothing to
-/// tidy returns without the lock.
+/// single use, and a thread that gives up a call does not even wait for that. A call without anything to
+/// clean up returns without the lock.
 #[derive(Debug)]
 pub struct Gate<T, R> {
     state: Mutex<State<T, R>>,
@@ -68,9 +68,8 @@ impl<T, R> Gate<T, R> {
     /// Begins a call at `since`, which may be any number but the three largest. Returns false if a call was
     /// given up: then no call can begin any more.
     pub fn enter(&self, since: u64) -> bool {
-        debug_assert!(since < GIVING_UP - 1, "the words of the gate are no times");
-        // Only this thread begins and ends calls here. A thread that gives up a call finds none at this
-        // point.
+        debug_assert!(since < GIVING_UP - 1, "the largest numbers are reserved");
+        // Only this thread begins calls, so no other thread can give up a call at this point.
         if self.is_closed() {
             return false;
         }
@@ -86,7 +85,7 @@ impl<T, R> Gate<T, R> {
         }
     }
 
-    /// Ends the call, which leaves nothing to tidy. Returns false if it was given up, or is being given up:
+    /// Ends the call without any clean-up. Returns false if it was given up, or is being given up:
     /// use [`Self::finish`] then.
     pub fn try_finish(&self) -> bool {
         let call = self.call.load(Ordering::Acquire);
@@ -97,14 +96,14 @@ impl<T, R> Gate<T, R> {
         call < GIVING_UP && swap().is_ok()
     }
 
-    /// Ends the call and tidies the data. Returns false if it was given up before. From here on it cannot be
+    /// Ends the call and cleans up the data. Returns false if it was given up before. Afterwards it cannot be
     /// given up.
-    pub fn finish(&self, tidy: impl FnOnce(&mut T)) -> bool {
+    pub fn finish(&self, clean_up: impl FnOnce(&mut T)) -> bool {
         // When the lock is free, a thread that was giving up the call has finished.
         match &mut *self.lock() {
             State::Open(used) => {
                 self.call.store(NONE, Ordering::Release);
-                tidy(used);
+                clean_up(used);
                 true
             }
             State::Closed { .. } => false,
@@ -116,38 +115,38 @@ impl<T, R> Gate<T, R> {
         self.call.load(Ordering::Acquire) == CLOSED
     }
 
-    /// Gives up the call that runs since `since`. `part` returns the data of a successor and the data that
-    /// stays with the call. `told` gets the latter, while the call can neither return nor use anything.
+    /// Gives up the call that runs since `since`. `split` returns the data of a successor and the data that
+    /// remains with the call. `notify` gets the latter, while the call can neither return nor use anything.
     /// Returns `None` if that call has returned, or if the data is in use at this instant: retry then.
     ///
     /// # Errors
-    /// The error of `part`, which must leave the data to the call: the call continues as before.
+    /// The error of `split`, which must then not change the data: the call continues as before.
     pub fn give_up<S, E>(
         &self,
         since: u64,
-        part: impl FnOnce(&mut T) -> Result<(S, R), E>,
-        told: impl FnOnce(&R),
+        split: impl FnOnce(&mut T) -> Result<(S, R), E>,
+        notify: impl FnOnce(&R),
     ) -> Result<Option<S>, E> {
-        let mut inside = match self.state.try_lock() {
-            Ok(inside) => inside,
+        let mut state = match self.state.try_lock() {
+            Ok(state) => state,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return Ok(None),
         };
-        let State::Open(used) = &mut *inside else {
+        let State::Open(used) = &mut *state else {
             return Ok(None);
         };
-        let giving = self
+        let claimed = self
             .call
             .compare_exchange(since + 1, GIVING_UP, Ordering::AcqRel, Ordering::Acquire);
-        if giving.is_err() {
+        if claimed.is_err() {
             return Ok(None);
         }
-        match part(used) {
+        match split(used) {
             Ok((successor, remains)) => {
-                *inside = State::Closed { remains };
+                *state = State::Closed { remains };
                 self.call.store(CLOSED, Ordering::Release);
-                if let State::Closed { remains } = &*inside {
-                    told(remains);
+                if let State::Closed { remains } = &*state {
+                    notify(remains);
                 }
                 Ok(Some(successor))
             }

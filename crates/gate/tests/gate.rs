@@ -1,4 +1,4 @@
-//! The gate on one thread: the meaning of each of its results. Threads are in `loom.rs`.
+//! Tests of the gate on one thread. `loom.rs` tests it with several threads.
 #![cfg(not(loom))]
 
 use jde_gate::Gate;
@@ -11,7 +11,7 @@ fn open() -> Numbers {
     gate
 }
 
-/// Gives up the call: an empty list for the successor, the number of elements for the call.
+/// Gives up the call. The successor gets an empty list, and the call keeps the number of elements.
 fn give_up(gate: &Numbers, since: u64) -> Option<Vec<u32>> {
     gate.give_up(since, |used| Ok::<_, ()>((Vec::new(), used.len())), |_| ())
         .unwrap()
@@ -21,41 +21,41 @@ fn give_up(gate: &Numbers, since: u64) -> Option<Vec<u32>> {
 fn a_call_that_returned_is_not_given_up() {
     for at_once in [true, false] {
         let gate = open();
-        let left = if at_once {
+        let returned = if at_once {
             gate.try_finish()
         } else {
             gate.finish(|used| used.push(3))
         };
-        assert!(left);
+        assert!(returned);
         assert_eq!(give_up(&gate, 7), None);
         assert!(!gate.is_closed());
     }
 }
 
 #[test]
-fn only_the_call_that_was_meant_is_given_up() {
+fn a_later_call_is_not_given_up_in_place_of_an_earlier_one() {
     let gate = open();
     assert!(gate.try_finish());
     assert!(gate.enter(9));
-    assert_eq!(give_up(&gate, 7), None, "another call runs since");
+    assert_eq!(give_up(&gate, 7), None, "another call runs now");
     assert_eq!(gate.with(|used| used.len()), Some(2));
     assert_eq!(give_up(&gate, 9), Some(Vec::new()));
 }
 
 #[test]
-fn who_was_given_up_neither_uses_anything_nor_returns_nor_enters() {
+fn a_call_that_was_given_up_cannot_use_the_data_return_or_begin_again() {
     let gate = open();
     assert_eq!(give_up(&gate, 7), Some(Vec::new()));
     assert!(gate.is_closed());
     assert_eq!(gate.with(|_| ()), None);
     assert!(!gate.try_finish());
-    assert!(!gate.finish(|_| panic!("there is nothing to put in order")));
+    assert!(!gate.finish(|_| panic!("the call was given up")));
     assert!(!gate.enter(9));
-    assert_eq!(give_up(&gate, 7), None, "it is given up once");
+    assert_eq!(give_up(&gate, 7), None, "a call is given up once");
 }
 
 #[test]
-fn who_cannot_be_parted_from_what_it_has_goes_on() {
+fn a_call_continues_if_its_data_cannot_be_split() {
     let gate = open();
     let refused = gate.give_up(7, |_| Err::<((), usize), _>("no room"), |_| unreachable!());
     assert_eq!(refused, Err("no room"));
@@ -64,23 +64,23 @@ fn who_cannot_be_parted_from_what_it_has_goes_on() {
 }
 
 #[test]
-fn what_is_being_used_is_not_waited_for() {
+fn giving_up_does_not_wait_for_a_use_in_progress() {
     let gate = open();
     gate.with(|_| assert_eq!(give_up(&gate, 7), None));
     assert_eq!(give_up(&gate, 7), Some(Vec::new()));
 }
 
 #[test]
-fn whoever_is_told_finds_the_call_given_up() {
+fn the_notification_finds_the_call_given_up() {
     let gate = open();
-    let mut times = 0;
-    let told = |kept: &usize| {
-        times += 1;
-        assert_eq!(*kept, 2);
+    let mut notifications = 0;
+    let notify = |remaining: &usize| {
+        notifications += 1;
+        assert_eq!(*remaining, 2);
         assert!(gate.is_closed());
     };
-    gate.give_up(7, |used| Ok::<_, ()>(((), used.len())), told)
+    gate.give_up(7, |used| Ok::<_, ()>(((), used.len())), notify)
         .unwrap()
         .unwrap();
-    assert_eq!(times, 1);
+    assert_eq!(notifications, 1);
 }

@@ -13,7 +13,7 @@ use loom::thread;
 /// them.
 struct Uses(UnsafeCell<u32>);
 
-// SAFETY: the gate keeps threads apart, which is what loom checks.
+// SAFETY: the gate excludes concurrent access, which loom checks.
 unsafe impl Sync for Uses {}
 
 impl Uses {
@@ -41,15 +41,15 @@ fn entered() -> (Shared, Arc<Uses>) {
 
 /// Returns whether the call was given up. From then on the calling thread has exclusive access to the data.
 fn give_up(gate: &Shared, since: u64, uses: &Uses) -> bool {
-    let part = |used: &mut Arc<Uses>| Ok::<_, ()>(((), used.count()));
-    let given_up = gate.give_up(since, part, |_| ()).unwrap().is_some();
+    let split = |used: &mut Arc<Uses>| Ok::<_, ()>(((), used.count()));
+    let given_up = gate.give_up(since, split, |_| ()).unwrap().is_some();
     if given_up {
         uses.count();
     }
     given_up
 }
 
-/// Runs the call on a thread of its own and gives it up on this one. Exactly one of the two must succeed.
+/// Runs the call on another thread and gives it up on this one. Exactly one of the two must succeed.
 fn race(call: fn(&Shared) -> bool) {
     loom::model(move || {
         let (gate, uses) = entered();
@@ -66,44 +66,48 @@ fn race(call: fn(&Shared) -> bool) {
 }
 
 #[test]
-fn a_call_ends_once_though_it_returns_without_the_lock() {
-    race(|gate| gate.try_finish() || gate.finish(|_| unreachable!("it was given up")));
+fn a_call_that_returns_without_the_lock_ends_once() {
+    race(|gate| gate.try_finish() || gate.finish(|_| unreachable!("the call was given up")));
 }
 
 #[test]
-fn a_call_ends_once_and_puts_in_order_what_is_still_its_own() {
+fn a_call_that_cleans_up_ends_once() {
     race(|gate| {
-        let mut tidied = false;
-        let left = gate.finish(|used| {
+        let mut cleaned_up = false;
+        let returned = gate.finish(|used| {
             used.count();
-            tidied = true;
+            cleaned_up = true;
         });
-        assert_eq!(left, tidied);
-        left
+        assert_eq!(returned, cleaned_up);
+        returned
     });
 }
 
 #[test]
-fn nobody_uses_what_was_taken_away() {
+fn a_call_that_was_given_up_uses_no_data() {
     race(|gate| {
         let first = gate.with(|used| used.count()).is_some();
         let second = gate.with(|used| used.count()).is_some();
-        assert!(first || !second, "what was taken away does not come back");
-        let left = gate.try_finish() || gate.finish(|_| ());
-        assert!(second || !left, "who was refused does not return");
-        left
+        assert!(first || !second, "a refused call got access again");
+        let returned = gate.try_finish() || gate.finish(|_| ());
+        assert!(second || !returned, "a refused call returned normally");
+        returned
     });
 }
 
 #[test]
-fn the_next_call_is_not_given_up_for_the_one_before() {
+fn a_later_call_is_not_given_up_in_place_of_an_earlier_one() {
     loom::model(|| {
         let (gate, uses) = entered();
         let other = {
             let gate = gate.clone();
             thread::spawn(move || {
                 let first = gate.try_finish() || gate.finish(|_| ());
-                assert_eq!(gate.enter(9), first, "only who returned enters again");
+                assert_eq!(
+                    gate.enter(9),
+                    first,
+                    "only a call that returned can be followed by another"
+                );
                 first && (gate.try_finish() || gate.finish(|_| ()))
             })
         };
@@ -113,19 +117,19 @@ fn the_next_call_is_not_given_up_for_the_one_before() {
 }
 
 #[test]
-fn who_cannot_be_parted_from_what_it_has_returns_as_ever() {
+fn a_call_returns_normally_if_its_data_cannot_be_split() {
     loom::model(|| {
         let (gate, _) = entered();
         let other = {
             let gate = gate.clone();
             thread::spawn(move || gate.try_finish() || gate.finish(|used| assert!(used.count() > 0)))
         };
-        let part = |used: &mut Arc<Uses>| {
+        let split = |used: &mut Arc<Uses>| {
             used.count();
             Err::<((), u32), _>(())
         };
-        let refused = gate.give_up(7, part, |_| ());
+        let refused = gate.give_up(7, split, |_| ());
         assert!(matches!(refused, Ok(None) | Err(())));
-        assert!(other.join().unwrap(), "nobody gave it up");
+        assert!(other.join().unwrap(), "the call was not given up");
     });
 }

@@ -36,7 +36,7 @@ pub(crate) fn header() -> String {
     for line in writer.doc(&file.attrs).lines() {
         let _ = writeln!(out, "{}", format!(" * {line}").trim_end());
     }
-    out.push_str(" *\n * Made from crates/abi/src/raw/mod.rs; `cargo xtask headers` renews it.\n */\n");
+    out.push_str(" *\n * Generated from crates/abi/src/raw/mod.rs; `cargo xtask headers` renews it.\n */\n");
     out.push_str("#ifndef JDE_H\n#define JDE_H\n\n");
     out.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n\n");
     out.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");
@@ -61,7 +61,7 @@ pub(crate) fn header() -> String {
         .collect();
     for item in &structures {
         // A plugin exports a variable with the name of this type. C permits that only if the name is a tag
-        // and no typedef.
+        // and not a typedef.
         if item.ident != "Plugin" {
             let name = structure(&item.ident.to_string());
             let _ = writeln!(out, "typedef struct {name} {name};");

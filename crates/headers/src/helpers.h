@@ -1,5 +1,5 @@
 /*
- * What follows is for authors in C and C++: macros that fill tables, and functions that use the host's.
+ * The rest of this file is for authors in C and C++: macros that fill tables, and functions that call the host.
  */
 
 #if defined(__GNUC__)
@@ -8,7 +8,7 @@
 #define JDE_VISIBLE
 #endif
 
-/** How many elements an array has. */
+/** The number of elements of an array. */
 #define JDE_COUNT(array) ((uint32_t)(sizeof(array) / sizeof((array)[0])))
 /** Milliseconds in ns. */
 #define JDE_MS(number) ((uint64_t)(number) * UINT64_C(1000000))
@@ -17,7 +17,7 @@
 
 /** Exports the plugin: its name, its version, one sentence, and its array of jde_schema. Once in a library. */
 #define JDE_PLUGIN(name, version, doc, schemas) JDE_PLUGIN_OF(0u, name, version, doc, schemas)
-/** The same for a plugin in C++ whose functions all do their work within jde_guarded. */
+/** The same for a plugin in C++ all of whose functions run within jde_guarded. */
 #define JDE_PLUGIN_GUARDED(name, version, doc, schemas) JDE_PLUGIN_OF(JDE_PLUGIN_CATCHES, name, version, doc, schemas)
 /** The same, with its flags. */
 #define JDE_PLUGIN_OF(flags, name, version, doc, schemas)                                                   \
@@ -26,7 +26,7 @@
                                           (uint32_t)sizeof(struct jde_plugin), flags, name, version, doc,   \
                                           schemas, JDE_COUNT(schemas), 0u}
 
-/** A jde_port of a kind; what a kind does not have is NULL, JDE_UNBOUNDED or 0. */
+/** A jde_port of a kind. Fields that a kind does not use are NULL, JDE_UNBOUNDED or 0. */
 #define JDE_PORT(kind, name, doc, unit, type, initial, min, max, validity_ns, flags, child, choices, choice_count)      \
     {(uint32_t)sizeof(jde_port), kind, name, doc, unit, &(type), initial, min, max, validity_ns, flags, child, choices, \
      choice_count, 0u}
@@ -39,7 +39,7 @@
 /** A jde_port that the father writes; `initial` is a static const value of the type, `unit` that of a plain number. */
 #define JDE_PORT_MODULATION(name, doc, unit, type, initial, min, max, flags) \
     JDE_PORT(JDE_MODULATION, name, doc, unit, type, &(initial), min, max, 0u, flags, 0u, NULL, 0u)
-/** A jde_port that is one of several: `type` is a plain whole number, `choices` an array of the names of its values from 0 on. */
+/** A jde_port that is a choice. `type` is a whole number, and `choices` is an array of the names of its values from 0 on. */
 #define JDE_PORT_CHOICE(name, doc, type, initial, choices)                                                                      \
     JDE_PORT(JDE_MODULATION, name, doc, "", type, &(initial), 0.0, (double)(JDE_COUNT(choices) - 1u), 0u, 0u, 0u, choices, \
              JDE_COUNT(choices))
@@ -56,52 +56,52 @@
 /** A jde_child that competes in a group. */
 #define JDE_CHILD_MOTOR(name, group, doc, flags) \
     {(uint32_t)sizeof(jde_child), JDE_MOTOR, name, group, doc, flags, 0u}
-/** A jde_child that helps. */
+/** A jde_child that does not compete. */
 #define JDE_CHILD_PERCEPTIVE(name, doc, flags) \
     {(uint32_t)sizeof(jde_child), JDE_PERCEPTIVE, name, "", doc, flags, 0u}
 
-/** Whether an instance can be made for a host: to be asked in jde_schema.create before anything else. */
+/** Returns whether this header supports a host. Call it in jde_schema.create before anything else. */
 static inline int jde_host_fits(const jde_host *host)
 {
     return host != NULL && host->size >= offsetof(jde_host, retract) && host->abi_major == JDE_ABI_MAJOR;
 }
 
-/** Whether a host has a function that a later minor version brought: `if (JDE_HOST_HAS(host, retract)) host->retract(...)`. */
+/** Whether a host has a function of a later minor version: `if (JDE_HOST_HAS(host, retract)) host->retract(...)`. */
 #define JDE_HOST_HAS(host, function) \
     ((host)->size >= offsetof(jde_host, function) + sizeof((host)->function) && (host)->function != NULL)
 
-/** The value of an import, modulation or command of `bytes` bytes; NULL if there is none. `sample` may be NULL. */
+/** Returns the value of an import, modulation or command of `bytes` bytes, or NULL if there is none. `sample` may be NULL. */
 static inline const void *jde_get(const jde_host *host, jde_context *context, uint32_t port, size_t bytes,
                                   jde_sample *sample)
 {
-    jde_sample own;
-    jde_sample *seen = sample != NULL ? sample : &own;
-    if (host->read(context, port, seen) != JDE_OK || seen->bytes != bytes) {
+    jde_sample local;
+    jde_sample *result = sample != NULL ? sample : &local;
+    if (host->read(context, port, result) != JDE_OK || result->bytes != bytes) {
         return NULL;
     }
-    return seen->data;
+    return result->data;
 }
 
-/** Writes `bytes` bytes to an export, actuator or child's modulation; answers as jde_host.publish does. */
+/** Writes `bytes` bytes to an export, actuator or child's modulation. Returns the codes of jde_host.publish. */
 static inline int32_t jde_put(const jde_host *host, jde_context *context, uint32_t port, const void *value,
                               size_t bytes)
 {
-    void *room = NULL;
-    int32_t code = host->loan(context, port, &room);
+    void *buffer = NULL;
+    int32_t code = host->loan(context, port, &buffer);
     if (code != JDE_OK) {
         return code;
     }
-    memcpy(room, value, bytes);
+    memcpy(buffer, value, bytes);
     return host->publish(context, port, 0u);
 }
 
-/** Says something to whoever listens. */
+/** Writes a log message. */
 static inline void jde_say(const jde_host *host, jde_context *context, uint32_t level, const char *text)
 {
     host->log(context, level, text, strlen(text));
 }
 
-/** Gives the reason for a failure: `return jde_failed(host, context, "the cable is loose");`. */
+/** States the reason for a failure: `return jde_failed(host, context, "the cable is loose");`. */
 static inline int32_t jde_failed(const jde_host *host, jde_context *context, const char *reason)
 {
     host->fail(context, reason, strlen(reason));
@@ -109,25 +109,26 @@ static inline int32_t jde_failed(const jde_host *host, jde_context *context, con
 }
 
 /*
- * C++. An exception that leaves a function of the plugin ends the application: what unwinds another language's frames cannot be caught
- * in the host, only here. Do the work of each function within jde_guarded:
+ * C++. An exception that leaves a function of the plugin ends the application: the host cannot catch an exception of
+ * another language. Run the body of each function within jde_guarded:
  *
  *     static int32_t iterate(void *instance, jde_context *context)
  *     {
- *         mine *self = static_cast<mine *>(instance);
+ *         my_schema *self = static_cast<my_schema *>(instance);
  *         return jde_guarded(self->host, context, JDE_PANICKED, [&]() -> int32_t { return self->iterate(context); });
  *     }
  *
- * and export the plugin by JDE_PLUGIN_GUARDED. One that is not written so runs with `isolate = "process"`: an exception then ends its own process, and the schema is Faulted.
+ * and export the plugin with JDE_PLUGIN_GUARDED. Run any other C++ plugin with `isolate = "process"`: an exception then
+ * ends only that process, and the schema is Faulted.
  */
 #ifdef __cplusplus
 } /* extern "C" */
 
 #include <exception>
 
-/** Answers as `body` does; with `otherwise` if that throws, for a reason given to jde_host.fail. No exception leaves it. */
-template <typename Answer, typename Body>
-static inline Answer jde_guarded(const jde_host *host, jde_context *context, Answer otherwise, Body body) noexcept
+/** Returns the result of `body`. If it throws, passes the reason to jde_host.fail and returns `fallback`. Never throws. */
+template <typename Result, typename Body>
+static inline Result jde_guarded(const jde_host *host, jde_context *context, Result fallback, Body body) noexcept
 {
     try {
         return body();
@@ -137,49 +138,49 @@ static inline Answer jde_guarded(const jde_host *host, jde_context *context, Ans
         static const char reason[] = "it threw what is no std::exception";
         host->fail(context, reason, sizeof reason - 1u);
     }
-    return otherwise;
+    return fallback;
 }
 
 extern "C" {
 #endif
 
 /*
- * Reloading. A schema that hands what it remembers to its next build gives its jde_state from jde_schema.ability:
+ * Reloading. A schema that passes its memory to its next build returns its jde_state from jde_schema.ability:
  *
  *     static const jde_state state = {(uint32_t)sizeof(jde_state), 1u, save, restore};
  *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_STATE) == 0 ? &state : NULL; }
  */
 
-/** Saves bytes behind those before. */
+/** Appends bytes to the saved memory. */
 static inline int32_t jde_save(const jde_saver *saver, const void *bytes, size_t length)
 {
     return saver->write(saver->saving, bytes, (uint64_t)length);
 }
 
 /*
- * Inspection. A schema that looks at what its modulations name before anything starts gives its jde_inspect from
- * jde_schema.ability:
+ * Inspection. A schema that inspects what its modulations name before the application starts returns its jde_inspect
+ * from jde_schema.ability:
  *
  *     static const jde_inspect inspection = {(uint32_t)sizeof(jde_inspect), 0u, inspect};
  *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_INSPECT) == 0 ? &inspection : NULL; }
  */
 
-/** Adds a problem of the modulation `port`: JDE_PROBLEM_WRONG or JDE_PROBLEM_UNAVAILABLE, and what to do. */
+/** Adds a problem of the modulation `port`. `kind` is JDE_PROBLEM_WRONG or JDE_PROBLEM_UNAVAILABLE. */
 static inline int32_t jde_problem(const jde_problems *problems, uint32_t kind, uint32_t port, const char *text)
 {
     return problems->add(problems->found, kind, port, text, (uint64_t)strlen(text));
 }
 
 /*
- * Panels. A schema gives its jde_panel from jde_schema.ability:
+ * Panels. A schema with a panel returns its jde_panel from jde_schema.ability:
  *
  *     static const jde_panel panel = {(uint32_t)sizeof(jde_panel), 0u, draw, touch};
  *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_PANEL) == 0 ? &panel : NULL; }
  *
- * The functions below answer as those of jde_pen do. Whoever draws need not look: what is wrong is shown in the panel.
+ * The functions below return the codes of the functions of jde_pen. The plugin may ignore them: the panel shows any mistake.
  */
 
-/** A widget of a kind, all else 0. */
+/** Returns a widget of a kind. All other fields are 0. */
 static inline jde_widget jde_widget_of(uint32_t kind)
 {
     jde_widget widget;
@@ -189,7 +190,7 @@ static inline jde_widget jde_widget_of(uint32_t kind)
     return widget;
 }
 
-/** A shape of a kind in a color, all else 0. */
+/** Returns a shape of a kind and a color. All other fields are 0. */
 static inline jde_shape jde_shape_of(uint32_t kind, uint32_t color)
 {
     jde_shape shape;
@@ -212,13 +213,13 @@ static inline int32_t jde_draw(const jde_pen *pen, const jde_shape *shape)
     return pen->shape(pen->drawing, shape);
 }
 
-/** Ends the row, group, plot, canvas or scene that was begun last. */
+/** Closes the row, group, plot, canvas or scene that was opened last. */
 static inline int32_t jde_end(const jde_pen *pen)
 {
     return pen->end(pen->drawing);
 }
 
-/** A text that matters as `words` say. */
+/** Adds a text in the style `words`. */
 static inline int32_t jde_add_text(const jde_pen *pen, uint32_t words, const char *text)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_TEXT);
@@ -227,7 +228,7 @@ static inline int32_t jde_add_text(const jde_pen *pen, uint32_t words, const cha
     return jde_add(pen, &widget);
 }
 
-/** A number with its name and unit. */
+/** Adds a number with its name and unit. */
 static inline int32_t jde_add_value(const jde_pen *pen, const char *label, double value, const char *unit)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_VALUE);
@@ -237,7 +238,7 @@ static inline int32_t jde_add_value(const jde_pen *pen, const char *label, doubl
     return jde_add(pen, &widget);
 }
 
-/** Something to press; `flags` are 0 or JDE_DISABLED. */
+/** Adds a button. `flags` is 0 or JDE_DISABLED. */
 static inline int32_t jde_add_button(const jde_pen *pen, const char *id, const char *label, uint32_t flags)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_BUTTON);
@@ -247,7 +248,7 @@ static inline int32_t jde_add_button(const jde_pen *pen, const char *id, const c
     return jde_add(pen, &widget);
 }
 
-/** Something that is on (1) or off (0). */
+/** Adds a toggle, which is on (1) or off (0). */
 static inline int32_t jde_add_toggle(const jde_pen *pen, const char *id, const char *label, uint32_t on)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_TOGGLE);
@@ -257,7 +258,7 @@ static inline int32_t jde_add_toggle(const jde_pen *pen, const char *id, const c
     return jde_add(pen, &widget);
 }
 
-/** A number to move. */
+/** Adds a slider. */
 static inline int32_t jde_add_slider(const jde_pen *pen, const char *id, const char *label, double value, double least,
                                      double greatest, const char *unit)
 {
@@ -271,7 +272,7 @@ static inline int32_t jde_add_slider(const jde_pen *pen, const char *id, const c
     return jde_add(pen, &widget);
 }
 
-/** One of several texts; `chosen` is the place of the present one. */
+/** Adds a choice among texts. `chosen` is the index of the present one. */
 static inline int32_t jde_add_choice(const jde_pen *pen, const char *id, const char *label, const char *const *texts,
                                      uint32_t count, uint32_t chosen)
 {
@@ -284,7 +285,7 @@ static inline int32_t jde_add_choice(const jde_pen *pen, const char *id, const c
     return jde_add(pen, &widget);
 }
 
-/** Texts in rows below the heads of `columns`: heads first, `count` in all. */
+/** Adds a table. `texts` are the headings of the columns and then the cells row by row, `count` in all. */
 static inline int32_t jde_add_table(const jde_pen *pen, const char *id, const char *const *texts, uint32_t count,
                                     uint32_t columns)
 {
@@ -296,7 +297,7 @@ static inline int32_t jde_add_table(const jde_pen *pen, const char *id, const ch
     return jde_add(pen, &widget);
 }
 
-/** Pixels in rows from the top, without gaps. */
+/** Adds an image. `pixels` are rows from the top, without gaps. */
 static inline int32_t jde_add_image(const jde_pen *pen, const char *id, const uint8_t *pixels, uint32_t width,
                                     uint32_t height, uint32_t channels)
 {
@@ -309,14 +310,14 @@ static inline int32_t jde_add_image(const jde_pen *pen, const char *id, const ui
     return jde_add(pen, &widget);
 }
 
-/** Widgets beside each other, up to jde_end. */
+/** Opens a row of widgets, up to jde_end. */
 static inline int32_t jde_begin_row(const jde_pen *pen)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_ROW);
     return jde_add(pen, &widget);
 }
 
-/** Widgets below a heading, up to jde_end; `flags` are 0 or JDE_FOLDED. */
+/** Opens a group of widgets below a heading, up to jde_end. `flags` is 0 or JDE_FOLDED. */
 static inline int32_t jde_begin_group(const jde_pen *pen, const char *id, const char *label, uint32_t flags)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_GROUP);
@@ -326,7 +327,7 @@ static inline int32_t jde_begin_group(const jde_pen *pen, const char *id, const 
     return jde_add(pen, &widget);
 }
 
-/** Curves, up to jde_end; `axes` are two texts, across and up. */
+/** Opens a plot, up to jde_end. `axes` are the labels of the horizontal and the vertical axis. */
 static inline int32_t jde_begin_plot(const jde_pen *pen, const char *id, const char *label, const char *const *axes)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_PLOT);
@@ -337,7 +338,7 @@ static inline int32_t jde_begin_plot(const jde_pen *pen, const char *id, const c
     return jde_add(pen, &widget);
 }
 
-/** A plane in metres, up to jde_end. */
+/** Opens a plane in metres, up to jde_end. */
 static inline int32_t jde_begin_canvas(const jde_pen *pen, const char *id, uint32_t flags)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_CANVAS);
@@ -346,7 +347,7 @@ static inline int32_t jde_begin_canvas(const jde_pen *pen, const char *id, uint3
     return jde_add(pen, &widget);
 }
 
-/** A space in metres in a frame of REP-105, up to jde_end. */
+/** Opens a space in metres in a frame of REP-105, up to jde_end. */
 static inline int32_t jde_begin_scene(const jde_pen *pen, const char *id, const char *frame, uint32_t flags)
 {
     jde_widget widget = jde_widget_of(JDE_WIDGET_SCENE);
@@ -356,7 +357,7 @@ static inline int32_t jde_begin_scene(const jde_pen *pen, const char *id, const 
     return jde_add(pen, &widget);
 }
 
-/** A shape of `count` points in a color: JDE_SHAPE_LINE, JDE_SHAPE_POINTS, JDE_SHAPE_ARROW, JDE_SHAPE_POLYGON or JDE_SHAPE_MESH. */
+/** Draws a shape of `count` points: JDE_SHAPE_LINE, _POINTS, _ARROW, _POLYGON or _MESH. */
 static inline int32_t jde_draw_points(const jde_pen *pen, uint32_t kind, const double *points, uint32_t count,
                                       uint32_t color, uint32_t flags)
 {
@@ -367,7 +368,7 @@ static inline int32_t jde_draw_points(const jde_pen *pen, uint32_t kind, const d
     return jde_draw(pen, &shape);
 }
 
-/** A text at a point. */
+/** Draws a text at a point. */
 static inline int32_t jde_draw_label(const jde_pen *pen, const double *at, const char *text, uint32_t color)
 {
     jde_shape shape = jde_shape_of(JDE_SHAPE_LABEL, color);
@@ -377,7 +378,7 @@ static inline int32_t jde_draw_label(const jde_pen *pen, const double *at, const
     return jde_draw(pen, &shape);
 }
 
-/** A curve of a plot, with its name. */
+/** Draws a curve of a plot, with its name. */
 static inline int32_t jde_draw_curve(const jde_pen *pen, const char *name, const double *points, uint32_t count,
                                      uint32_t color)
 {
@@ -388,7 +389,7 @@ static inline int32_t jde_draw_curve(const jde_pen *pen, const char *name, const
     return jde_draw(pen, &shape);
 }
 
-/** JDE_SHAPE_CIRCLE or JDE_SHAPE_SPHERE about a point. */
+/** Draws JDE_SHAPE_CIRCLE or JDE_SHAPE_SPHERE about a point. */
 static inline int32_t jde_draw_round(const jde_pen *pen, uint32_t kind, const double *center, double radius,
                                      uint32_t color, uint32_t flags)
 {
@@ -400,7 +401,7 @@ static inline int32_t jde_draw_round(const jde_pen *pen, uint32_t kind, const do
     return jde_draw(pen, &shape);
 }
 
-/** The outline of the robot that the application drives. */
+/** Draws the outline of the robot that the application drives. */
 static inline int32_t jde_draw_robot(const jde_pen *pen, double x, double y, double theta)
 {
     jde_shape shape = jde_shape_of(JDE_SHAPE_ROBOT, JDE_INK_PLAIN);
@@ -413,7 +414,7 @@ static inline int32_t jde_draw_robot(const jde_pen *pen, double x, double y, dou
     return jde_draw(pen, &shape);
 }
 
-/** Whether a gesture is of a kind, on a widget. */
+/** Returns whether a gesture has this kind and is on this widget. */
 static inline int jde_touched(const jde_gesture *gesture, uint32_t kind, const char *id)
 {
     return gesture->kind == kind && gesture->widget != NULL && strcmp(gesture->widget, id) == 0;

@@ -29,7 +29,7 @@ pub fn all(root: &Path) -> Vec<(&'static str, String)> {
     files
 }
 
-/// Returns the paths of the files that differ from what the source says.
+/// Returns the paths of the files that differ from the source.
 #[must_use]
 pub fn stale(root: &Path) -> Vec<&'static str> {
     let files = all(root).into_iter();

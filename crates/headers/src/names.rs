@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_the_language_are_told_apart() {
+    fn keywords_of_c_get_an_underscore() {
         assert_eq!(
             (member("case"), member("winner")),
             ("case_".to_owned(), "winner".to_owned())
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn links_become_names_of_c() {
+    fn links_become_c_names() {
         let constants = BTreeSet::from(["OK".to_owned()]);
         assert_eq!(
             comment("[`OK`], or see [`Host::fail`] of [`Host`].", &constants),

@@ -10,9 +10,9 @@ use crate::names::{block, structure};
 pub(crate) fn header() -> String {
     let mut out = String::from(
         "/*\n * The standard types of sensors and actuators, with the fields of their ROS 2 interfaces: SI units, axes of REP-103.\n \
-         * For each there is a structure, and its description `<structure>_type` for tables of ports.\n *\n \
-         * Texts are UTF-8 without a NUL. Elements beyond a length mean nothing; a length beyond the capacity is a lie.\n *\n \
-         * Made from crates/types; `cargo xtask headers` renews it.\n */\n\
+         * Each has a structure, and a description `<structure>_type` for tables of ports.\n *\n \
+         * Texts are UTF-8 without a NUL. Elements beyond a length are ignored; a length beyond the capacity is invalid.\n *\n \
+         * Generated from crates/types; `cargo xtask headers` renews it.\n */\n\
          #ifndef JDE_TYPES_H\n#define JDE_TYPES_H\n\n#include \"jde.h\"\n\n\
          #ifdef __cplusplus\nextern \"C\" {\n#endif\n\n\
          /** A jde_field at the offset `element`, for the tables below. */\n\

@@ -1,5 +1,6 @@
-//! What `cargo run` runs in a checkout: `demo` and child processes at once, with the few libraries they need.
-//! For every other verb it builds all of jde, which takes minutes the first time, and passes the verb on.
+//! The program of `cargo run` in a checkout. It runs `demo` and child processes itself, with the few
+//! libraries that they need. For every other verb it builds all of jde, which takes minutes the first time,
+//! and runs it.
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -19,7 +20,7 @@ fn main() -> ExitCode {
         Ok(code) => return code,
         Err(error) => error,
     };
-    // If standard error is closed, there is no place left to report to.
+    // If standard error is closed, the error cannot be reported.
     let _ = writeln!(
         io::stderr(),
         "error: jde cannot be built and started: {error}\n  help: run `cargo build --workspace`, then target/debug/jde"
@@ -36,7 +37,7 @@ fn build_and_run() -> io::Result<ExitCode> {
     let jde = profile.join("jde");
     if !jde.exists() {
         let message =
-            "jde: this verb needs the rest of jde, which is built now; the first time takes some minutes";
+            "jde: this verb requires the rest of jde, which is built now; the first build takes some minutes";
         writeln!(io::stderr(), "{message}")?;
     }
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
@@ -53,7 +54,7 @@ fn build_and_run() -> io::Result<ExitCode> {
         build.arg("--release");
     }
     if jde.exists() {
-        // Nearly always there is nothing to build.
+        // Usually there is nothing to build.
         build.arg("--quiet");
     }
     let built = build.status()?;

@@ -130,13 +130,13 @@ impl Children {
         self.each(cx, |child| child.sleep(cx))
     }
 
-    fn each(&self, cx: &Context<'_>, ask: impl Fn(&Child) -> Outcome) -> Outcome {
+    fn each(&self, cx: &Context<'_>, request: impl Fn(&Child) -> Outcome) -> Outcome {
         let numbers = (self.first..).map(|number| Child::new(number, self.name));
-        // Ends at the first number that is not a child's. It also ends in a call that was given up: the host
-        // refuses all its requests.
+        // Ends at the first number that is not a child's. It also ends in a call that the host has
+        // given up, because all its requests are refused.
         let known = numbers.take_while(|child| child.query_status(cx).0 == raw::OK);
-        let asked = known.map(|child| ask(&child));
-        let missed = asked.filter(|outcome| *outcome != Outcome::Accepted).last();
+        let outcomes = known.map(|child| request(&child));
+        let missed = outcomes.filter(|outcome| *outcome != Outcome::Accepted).last();
         missed.unwrap_or(Outcome::Accepted)
     }
 

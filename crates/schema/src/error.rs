@@ -9,11 +9,11 @@ pub type Result<T = (), E = Error> = core::result::Result<T, E>;
 
 /// Returns the message of an error, followed by those of its sources.
 pub(crate) fn message(error: &Error) -> String {
-    let mut words = error.to_string();
+    let mut text = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {
-        words = format!("{words}: {cause}");
+        text = format!("{text}: {cause}");
         source = cause.source();
     }
-    words
+    text
 }

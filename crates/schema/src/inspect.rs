@@ -81,30 +81,30 @@ impl<'call> Problems<'call> {
         Self { list, ports }
     }
 
-    /// Reports that this modulation would make the schema fail when it awakes. `words` state what is wrong
+    /// Reports that this modulation would make the schema fail when it awakes. `message` states what is wrong
     /// and what to do. `jde run` then does not start.
-    pub fn wrong<T>(&mut self, modulation: &Modulation<T>, words: impl fmt::Display) {
-        self.add(raw::PROBLEM_WRONG, modulation, &words);
+    pub fn wrong<T>(&mut self, modulation: &Modulation<T>, message: impl fmt::Display) {
+        self.add(raw::PROBLEM_WRONG, modulation, &message);
     }
 
     /// Reports that what this modulation names is missing or may not be used at present. The schema would
-    /// start and wait for it. `words` state what is missing and what to do. `jde run` warns and starts.
-    pub fn unavailable<T>(&mut self, modulation: &Modulation<T>, words: impl fmt::Display) {
-        self.add(raw::PROBLEM_UNAVAILABLE, modulation, &words);
+    /// start and wait for it. `message` states what is missing and what to do. `jde run` warns and starts.
+    pub fn unavailable<T>(&mut self, modulation: &Modulation<T>, message: impl fmt::Display) {
+        self.add(raw::PROBLEM_UNAVAILABLE, modulation, &message);
     }
 
-    /// Returns the value of `made`, and reports an error in it as [`wrong`](Self::wrong).
+    /// Returns the value of `result`, and reports an error in it as [`wrong`](Self::wrong).
     pub fn expect<T, R, E: fmt::Display>(
         &mut self,
         modulation: &Modulation<T>,
-        made: Result<R, E>,
+        result: Result<R, E>,
     ) -> Option<R> {
-        made.map_err(|error| self.wrong(modulation, error)).ok()
+        result.map_err(|error| self.wrong(modulation, error)).ok()
     }
 
-    fn add<T>(&mut self, kind: u32, modulation: &Modulation<T>, words: &dyn fmt::Display) {
+    fn add<T>(&mut self, kind: u32, modulation: &Modulation<T>, message: &dyn fmt::Display) {
         let port = modulation.number(self.ports);
-        let text = words.to_string();
+        let text = message.to_string();
         // SAFETY: the host's function, the first argument that it requires, and a text of that length. A
         // refusal is ignored: it means that the list is full.
         unsafe {

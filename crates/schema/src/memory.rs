@@ -134,9 +134,9 @@ impl<'a> Saved<'a> {
     /// # Errors
     /// If there is none, or its type is another one.
     pub fn take<T: Value>(&mut self) -> Result<T> {
-        let wanted = one::<T>();
-        let bytes = self.entry(&wanted)?;
-        T::from_bytes(bytes).ok_or_else(|| other_size(&wanted))
+        let expected = one::<T>();
+        let bytes = self.entry(&expected)?;
+        T::from_bytes(bytes).ok_or_else(|| other_size(&expected))
     }
 
     /// Takes the next slice of values.
@@ -144,10 +144,10 @@ impl<'a> Saved<'a> {
     /// # Errors
     /// As [`Self::take`].
     pub fn take_all<T: Value>(&mut self) -> Result<Vec<T>> {
-        let wanted = several::<T>();
-        let bytes = self.entry(&wanted)?;
+        let expected = several::<T>();
+        let bytes = self.entry(&expected)?;
         let values = bytes.chunks(size_of::<T>()).map(T::from_bytes);
-        values.collect::<Option<_>>().ok_or_else(|| other_size(&wanted))
+        values.collect::<Option<_>>().ok_or_else(|| other_size(&expected))
     }
 
     /// Takes the next text.
@@ -158,13 +158,13 @@ impl<'a> Saved<'a> {
         Ok(core::str::from_utf8(self.entry(TEXT)?)?)
     }
 
-    fn entry(&mut self, wanted: &str) -> Result<&'a [u8]> {
-        let nothing = || format!("{wanted} was to come, and nothing more was saved");
+    fn entry(&mut self, expected: &str) -> Result<&'a [u8]> {
+        let nothing = || format!("{expected} was to come, and nothing more was saved");
         let what = self.part().ok_or_else(nothing)?;
         let bytes = self.part().ok_or_else(nothing)?;
-        if what != wanted.as_bytes() {
+        if what != expected.as_bytes() {
             return Err(format!(
-                "{wanted} was to come, and {} was saved in version {}",
+                "{expected} was to come, and {} was saved in version {}",
                 String::from_utf8_lossy(what),
                 self.version
             )
@@ -191,6 +191,6 @@ fn several<T: Value>() -> String {
 }
 
 /// The error for a type that kept its name and changed its size.
-fn other_size(wanted: &str) -> crate::Error {
-    format!("{wanted} was to come, and one of another size was saved").into()
+fn other_size(expected: &str) -> crate::Error {
+    format!("{expected} was to come, and one of another size was saved").into()
 }

@@ -1,7 +1,7 @@
 //! Ends a process that hangs, and reports the state of its threads. For tests and campaigns; no robot runs
 //! it.
 //!
-//! It refuses to bound any behaviour: its limits are far above what any machine needs, so it distinguishes a
+//! It does not bound any behaviour: its limits are far above what any machine needs, so it distinguishes a
 //! hang from a slow machine.
 
 use std::fs;
@@ -29,7 +29,7 @@ impl Drop for Watchdog {
     fn drop(&mut self) {
         drop(self.cancel.take());
         if let Some(thread) = self.thread.take() {
-            // The thread does not panic, and if it did there would be nothing to add.
+            // A panic of the thread would add no information.
             drop(thread.join());
         }
     }
@@ -39,41 +39,38 @@ impl Watchdog {
     /// Starts a watchdog. If it is not dropped within `limit`, the process prints the state of each of its
     /// threads and the result of `report` on stderr, and exits with status 1.
     ///
-    /// `report` runs on a thread of its own and may block: everything else is printed before it.
+    /// `report` runs on its own thread and may block: everything else is printed before it.
     ///
     /// # Panics
     /// The system cannot start another thread.
     #[must_use = "it watches for as long as it lives"]
     #[track_caller]
     pub fn new(limit: Duration, report: impl FnOnce() -> String + Send + 'static) -> Self {
-        let (open, closed) = channel();
+        let (cancel, cancelled) = channel();
         let place = Location::caller();
-        let who = thread::current()
-            .name()
-            .unwrap_or("a thread without a name")
-            .to_owned();
+        let thread_name = thread::current().name().unwrap_or("an unnamed thread").to_owned();
         let watch = move || {
-            if closed.recv_timeout(limit) == Err(RecvTimeoutError::Timeout) {
+            if cancelled.recv_timeout(limit) == Err(RecvTimeoutError::Timeout) {
                 eprintln!(
-                    "\n{who} hangs: it began at {place} and has not ended within {limit:?}\n{}",
+                    "\n{thread_name} hangs: it began at {place} and has not ended within {limit:?}\n{}",
                     threads()
                 );
-                let (tell, told) = channel();
+                let (done, finished) = channel();
                 thread::spawn(move || {
                     eprintln!("{}", report());
                     // The receiver may have ended already.
-                    let _ = tell.send(());
+                    let _ = done.send(());
                 });
-                if told.recv_timeout(REPORT).is_err() {
-                    eprintln!("what else is known cannot be told: a lock that it needs is taken");
+                if finished.recv_timeout(REPORT).is_err() {
+                    eprintln!("no further report: it waits for a lock that another thread holds");
                 }
                 std::process::exit(1);
             }
         };
         let started = thread::Builder::new().name(String::from("watchdog")).spawn(watch);
         Self {
-            cancel: Some(open),
-            thread: Some(started.expect("there is a thread left")),
+            cancel: Some(cancel),
+            thread: Some(started.expect("the system can start a thread")),
         }
     }
 
@@ -88,7 +85,7 @@ impl Watchdog {
     }
 }
 
-/// Returns what the system knows of each thread: its name, its state, and the kernel function in which it
+/// Returns the system's data of each thread: its name, its state, and the kernel function in which it
 /// waits.
 fn threads() -> String {
     let tasks = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
@@ -106,6 +103,9 @@ fn threads() -> String {
         })
         .collect();
     lines.sort();
-    lines.insert(0, String::from("its threads (name, state, where in the kernel):"));
+    lines.insert(
+        0,
+        String::from("its threads (name, state, function in the kernel):"),
+    );
     lines.join("\n")
 }

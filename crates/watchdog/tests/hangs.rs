@@ -1,4 +1,4 @@
-//! A test that hangs ends with a report of its threads. It hangs in a process of its own.
+//! A test that hangs ends with a report of its threads. The test hangs in a separate process.
 
 use std::process::Command;
 use std::thread;
@@ -7,37 +7,46 @@ use std::time::Duration;
 use jde_watchdog::Watchdog;
 
 /// How the child process hangs: with a report, or with a report that hangs too.
-const HOW: &str = "JDE_TEST_HANGS";
+const MODE: &str = "JDE_TEST_HANGS";
 
-const SOON: Duration = Duration::from_millis(50);
+const LIMIT: Duration = Duration::from_millis(50);
 
 #[test]
-fn what_hangs_is_ended_and_named() {
-    if let Ok(how) = std::env::var(HOW) {
-        let _watchdog = Watchdog::new(SOON, move || {
-            if how == "mute" {
+fn a_process_that_hangs_ends_with_a_report() {
+    if let Ok(mode) = std::env::var(MODE) {
+        let _watchdog = Watchdog::new(LIMIT, move || {
+            if mode == "report-hangs" {
                 sleep_for_ever();
             }
             String::from("goon is inside `iterate`")
         });
-        let waits = thread::Builder::new().name(String::from("waits"));
-        let waits = waits.spawn(sleep_for_ever).expect("a thread");
-        drop(waits.join());
+        let waiting = thread::Builder::new().name(String::from("waiting"));
+        let waiting = waiting.spawn(sleep_for_ever).expect("a thread");
+        drop(waiting.join());
         return;
     }
-    for (how, said) in [
-        ("aloud", "goon is inside `iterate`"),
-        ("mute", "a lock that it needs is taken"),
+    for (mode, expected_report) in [
+        ("report", "goon is inside `iterate`"),
+        ("report-hangs", "it waits for a lock that another thread holds"),
     ] {
         let hung = Command::new(std::env::current_exe().expect("this program has a file"))
-            .args(["--exact", "what_hangs_is_ended_and_named", "--nocapture"])
-            .env(HOW, how)
+            .args([
+                "--exact",
+                "a_process_that_hangs_ends_with_a_report",
+                "--nocapture",
+            ])
+            .env(MODE, mode)
             .output()
-            .expect("it starts");
-        let words = String::from_utf8(hung.stderr).expect("it says UTF-8");
-        assert_eq!(hung.status.code(), Some(1), "{words}");
-        for wanted in ["what_hangs_is_ended_and_named hangs", "hangs.rs:", "waits ", said] {
-            assert!(words.contains(wanted), "`{wanted}` is not in {words}");
+            .expect("the child process starts");
+        let output = String::from_utf8(hung.stderr).expect("UTF-8");
+        assert_eq!(hung.status.code(), Some(1), "{output}");
+        for expected in [
+            "a_process_that_hangs_ends_with_a_report hangs",
+            "hangs.rs:",
+            "waiting ",
+            expected_report,
+        ] {
+            assert!(output.contains(expected), "`{expected}` is not in {output}");
         }
     }
 }

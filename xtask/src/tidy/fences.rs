@@ -1,5 +1,5 @@
 //! Fenced blocks of the pages at least parse: Rust as tokens, commands as shell, and `cargo xtask` with its
-//! own parser. Whether they do what the page says is not checked.
+//! own parser. It does not check that they do what the page states.
 
 use clap::CommandFactory as _;
 
@@ -68,10 +68,10 @@ fn shell_fault(text: &str) -> Option<String> {
 /// Returns what is wrong with a call of this program.
 fn verb_fault(line: &str) -> Option<String> {
     let call = line.split_once("cargo xtask")?.1;
-    let words = call
+    let arguments = call
         .split_whitespace()
-        .take_while(|word| !word.starts_with(['#', '|', '&', ';', '>']));
-    let parsed = Cli::command().try_get_matches_from(["xtask"].into_iter().chain(words));
+        .take_while(|argument| !argument.starts_with(['#', '|', '&', ';', '>']));
+    let parsed = Cli::command().try_get_matches_from(["xtask"].into_iter().chain(arguments));
     let error = parsed.err().filter(clap::Error::use_stderr)?;
     Some(format!(
         "`cargo xtask{call}`: {}",

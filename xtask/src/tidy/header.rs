@@ -16,7 +16,7 @@ fn check_file(file: &File) -> Option<Violation> {
             file.path.as_str(),
             1,
             "the file does not open with `//!`",
-            "say in the first line what it is, then what it refuses to do",
+            "state in the first line what it is, then what it refuses to do",
         )
     })
 }
@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_says_what_it_is_passes() {
+    fn a_file_with_a_header_passes() {
         assert_eq!(check(&Tree::of(&[("a.rs", "//! What it is.\n")])), []);
         assert_eq!(
             text(&File::new("a.rs", "//! One\n//! two.\n\n//! Not this.\n")),
@@ -41,7 +41,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_does_not_fails() {
+    fn a_file_without_a_header_fails() {
         for opening in [
             "",
             "use std::fmt;\n",

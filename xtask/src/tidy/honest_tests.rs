@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_test_is_named_after_what_it_holds() {
+    fn a_test_is_named_after_the_behaviour() {
         assert_eq!(found("fn test_stop() {}\n"), ["a test called `test_...`"]);
         assert_eq!(found("fn the_test_bench_is_empty() {}\n"), [""; 0]);
     }

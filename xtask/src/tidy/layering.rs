@@ -457,7 +457,7 @@ mod tests {
     }
 
     #[test]
-    fn tests_may_use_what_they_like() {
+    fn tests_may_use_any_crate() {
         assert_eq!(
             check_one("crates/core", "jde-core", &ours("crates/host", "\"dev\"")),
             [""; 0]

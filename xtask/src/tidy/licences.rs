@@ -72,14 +72,14 @@ pub(super) fn check(metadata: &Metadata) -> Vec<Violation> {
 
 type Edges<'a> = BTreeMap<&'a str, Vec<&'a str>>;
 
-fn edges(metadata: &Metadata, takes: impl Fn(Option<Kind>) -> bool) -> Edges<'_> {
+fn edges(metadata: &Metadata, includes: impl Fn(Option<Kind>) -> bool) -> Edges<'_> {
     let nodes = metadata.resolve.iter().flat_map(|resolve| &resolve.nodes);
     nodes
         .map(|node| {
             let taken = node
                 .deps
                 .iter()
-                .filter(|edge| edge.dep_kinds.iter().any(|kind| takes(kind.kind)));
+                .filter(|edge| edge.dep_kinds.iter().any(|kind| includes(kind.kind)));
             (node.id.as_str(), taken.map(|edge| edge.pkg.as_str()).collect())
         })
         .collect()
@@ -113,44 +113,46 @@ fn satisfies(expression: &str, fits: &impl Fn(&str) -> bool) -> bool {
         .replace('/', " OR ")
         .replace('(', " ( ")
         .replace(')', " ) ");
-    let words: Vec<&str> = expression.split_whitespace().collect();
+    let tokens: Vec<&str> = expression.split_whitespace().collect();
     let mut at = 0;
-    let met = either(&words, &mut at, fits);
-    met && at == words.len()
+    let met = either(&tokens, &mut at, fits);
+    met && at == tokens.len()
 }
 
-fn either(words: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
-    let mut met = both(words, at, fits);
-    while words.get(*at) == Some(&"OR") {
+fn either(tokens: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
+    let mut met = both(tokens, at, fits);
+    while tokens.get(*at) == Some(&"OR") {
         *at += 1;
-        met |= both(words, at, fits);
+        met |= both(tokens, at, fits);
     }
     met
 }
 
-fn both(words: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
-    let mut met = single(words, at, fits);
-    while words.get(*at) == Some(&"AND") {
+fn both(tokens: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
+    let mut met = single(tokens, at, fits);
+    while tokens.get(*at) == Some(&"AND") {
         *at += 1;
-        met &= single(words, at, fits);
+        met &= single(tokens, at, fits);
     }
     met
 }
 
-fn single(words: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
-    let Some(word) = words.get(*at) else { return false };
+fn single(tokens: &[&str], at: &mut usize, fits: &impl Fn(&str) -> bool) -> bool {
+    let Some(token) = tokens.get(*at) else {
+        return false;
+    };
     *at += 1;
-    if *word == "(" {
-        let met = either(words, at, fits);
-        let closed = words.get(*at) == Some(&")");
+    if *token == "(" {
+        let met = either(tokens, at, fits);
+        let closed = tokens.get(*at) == Some(&")");
         *at += 1;
         return met && closed;
     }
-    if words.get(*at) == Some(&"WITH") {
+    if tokens.get(*at) == Some(&"WITH") {
         // An exception only adds permissions to its licence.
         *at += 2;
     }
-    fits(word)
+    fits(token)
 }
 
 #[cfg(test)]
@@ -193,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shipped_is_held_to_more_than_what_only_tests() {
+    fn shipped_packages_have_stricter_rules_than_those_for_tests() {
         let metadata = |kind: &str| -> Metadata {
             serde_json::from_str(&format!(
                 r#"{{"workspace_members": ["ours"], "target_directory": "target", "packages": [

@@ -131,14 +131,14 @@ mod tests {
     }
 
     #[test]
-    fn links_that_lead_somewhere_pass() {
+    fn links_to_existing_targets_pass() {
         let text = "# Here\n[a](rules.md) [b](rules.md#r1-one-winner \"title\") ![c](../README.md#top)\n\
             [d](#here) [e](https://example.org/x.md) [f](rules.md#twice-1)\n[g]: ./rules.md\n";
         assert_eq!(found(text), [""; 0]);
     }
 
     #[test]
-    fn links_that_lead_nowhere_fail() {
+    fn links_to_missing_targets_fail() {
         assert_eq!(
             found("[a](gone.md)\n"),
             ["the link gone.md leads to docs/gone.md, which is not there"]

@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn tests_may_speak_of_such_paths() {
+    fn tests_may_contain_such_paths() {
         assert_eq!(check_file(&File::new("tests/a.rs", "let a = \"/tmp/b\";\n")), []);
     }
 }

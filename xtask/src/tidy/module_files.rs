@@ -38,7 +38,7 @@ mod tests {
     }
 
     #[test]
-    fn one_of_the_two_ways_passes() {
+    fn one_of_the_two_styles_passes() {
         assert!(found(&["a/mod.rs", "a/b.rs", "ab.rs"]).is_empty());
         assert_eq!(found(&["a.rs", "a/b.rs"]), ["a.rs"]);
     }

@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn rules_named_by_tests_pass() {
+    fn rules_that_tests_name_pass() {
         assert_eq!(found(("tests/a.rs", "fn r1_and_r12_hold() {}\n")), []);
         assert_eq!(found(("tests/a.rs", "// R1, R12.\nfn a() {}\n")), []);
         assert_eq!(found(("scenarios/a.toml", "rules = [\"R1\", \"R12\"]\n")), []);
@@ -112,12 +112,12 @@ mod tests {
     }
 
     #[test]
-    fn code_that_is_no_test_holds_no_rule() {
+    fn a_rule_named_outside_of_tests_does_not_count() {
         assert_eq!(found(("src/a.rs", "// R1 and R12\nfn r1_r12() {}\n")).len(), 2);
     }
 
     #[test]
-    fn the_rules_have_a_page() {
+    fn the_page_of_the_rules_is_required() {
         assert_eq!(check(&Tree::of(&[]))[0].message, "no page lists the rules");
     }
 }

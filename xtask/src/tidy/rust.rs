@@ -136,8 +136,8 @@ fn enter(chars: &[char], at: usize) -> (LexState, usize) {
     }
 }
 
-/// Returns whether a word can start here. A raw string may follow the prefix `b` or `c`, but no other part of
-/// a name.
+/// Returns whether a word can start at this position. A raw string may follow the prefix `b` or `c`, but no
+/// other part of a name.
 fn starts_word(chars: &[char], at: usize) -> bool {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
     match at.checked_sub(1).map(|before| chars[before]) {
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn code_comments_and_literals_are_told_apart() {
+    fn code_comments_and_literals_are_distinguished() {
         let line = only(r#"let a = "x // y\" z"; // say "hi""#);
         assert_eq!(line.code, r#"let a = ""; "#);
         assert_eq!(line.literal, r#"x // y\" z"#);

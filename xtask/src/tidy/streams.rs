@@ -25,15 +25,15 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ),
     (
         "crates/faults/",
-        "a program for ourselves, in which nothing drives",
+        "a program for developers, in which no robot runs",
     ),
     (
         "crates/launcher/",
-        "it builds and passes on, and runs nothing while it prints",
+        "it builds jde and then becomes it, and runs no schema while it prints",
     ),
     (
         "crates/watchdog/",
-        "it ends a test that waits for ever, and says who was where",
+        "it ends a test that hangs, and reports the state of its threads",
     ),
 ];
 
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_prints_past_the_terminal_is_found() {
+    fn code_that_prints_outside_the_listed_places_is_found() {
         for way in [
             "println!(\"x\")",
             "let mut out = io::stderr().lock()",
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_looks_like_it_is_not() {
+    fn similar_code_that_does_not_print_passes() {
         for code in [
             "writeln!(words, \"x\")",
             "command.stdout(Stdio::null())",

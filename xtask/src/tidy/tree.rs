@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_violation_names_the_place_the_fault_and_the_cure() {
+    fn a_violation_has_its_place_the_fault_and_the_remedy() {
         let violation = Violation::new("a.rs", 3, "a tab", "use spaces");
         assert_eq!(violation.to_string(), "a.rs:3: a tab\n    help: use spaces");
     }

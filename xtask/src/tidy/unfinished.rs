@@ -16,7 +16,7 @@ const CODE: &[(&str, &str)] = &[
     ("dbg!", "remove it"),
 ];
 
-/// Words that mark work undone.
+/// Words that mark unfinished work.
 const NOTES: &[&str] = &["FIXME", "XXX", "HACK", "TODO"];
 /// The same in softer words.
 const SOFT_NOTE: &str = "for now";
@@ -60,7 +60,7 @@ fn check_file(file: &File) -> Vec<Violation> {
                 file.path.as_str(),
                 index + 1,
                 format!("`{note}`: a note of work undone"),
-                "do it, or say what is so and why",
+                "do it, or state how it is and why",
             ));
         }
     }
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn notes_of_work_undone_fail() {
+    fn notes_about_unfinished_work_fail() {
         assert_eq!(
             lines(
                 "a.rs",

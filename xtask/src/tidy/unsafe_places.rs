@@ -1,4 +1,4 @@
-//! `unsafe` occurs only in listed places. Whether each use has a `SAFETY:` reason is left to clippy.
+//! `unsafe` occurs only in listed places. Clippy checks that each use has a `SAFETY:` reason.
 
 use super::tree::{File, Tree, Violation};
 use super::unfinished::has_word;
@@ -9,10 +9,7 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
         "crates/abi/src/",
         "the tables of the ABI are read through pointers",
     ),
-    (
-        "crates/abi/tests/",
-        "the lies that tables can tell are told through tables",
-    ),
+    ("crates/abi/tests/", "its tests build invalid tables"),
     (
         "crates/macros/src/",
         "the export macro writes the entry point of a plugin",
@@ -41,7 +38,7 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
     ),
     (
         "crates/gate/tests/",
-        "what the gate keeps apart is looked at by loom, through its raw cells",
+        "loom checks the exclusion of the gate through its raw cells",
     ),
     (
         "crates/isolation/src/",
@@ -57,7 +54,7 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
     ),
     (
         "crates/host/tests/",
-        "plugins that break their contract are made by hand",
+        "its tests build plugins that break their contract",
     ),
     (
         "schemas/fault/src/trouble.rs",
@@ -119,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_word_alone_is_not_unsafe() {
+    fn the_word_in_other_contexts_passes() {
         let text = "// unsafe\nlet unsafe_places = \"unsafe\";\n";
         assert_eq!(check_file(&File::new("schemas/stop/src/lib.rs", text)), None);
     }

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_library_that_nobody_names_fails() {
+    fn a_library_that_no_code_names_fails() {
         assert_eq!(
             found("use tiny_skia_too;\n"),
             ["2: nothing in crates/a names tiny-skia"]

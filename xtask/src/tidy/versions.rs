@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn versions_that_fit_pass() {
+    fn compatible_versions_pass() {
         assert_eq!(found(&["^1.2", "^1", "=1.0.3"]), [""; 0]);
         assert_eq!(found(&["^0.9", "^0.9.4"]), [""; 0]);
     }

@@ -11,14 +11,14 @@ pub(super) fn check(tree: &Tree) -> Vec<Violation> {
 fn check_file(file: &File) -> Vec<Violation> {
     let mut found = Vec::new();
     for (index, line) in file.text.split('\n').enumerate() {
-        let mut say = |what: &str, help: &str| {
+        let mut report = |what: &str, help: &str| {
             found.push(Violation::new(file.path.as_str(), index + 1, what, help));
         };
         if line.contains('\t') {
-            say("a tab", "use spaces, or `\\t` within a literal");
+            report("a tab", "use spaces, or `\\t` within a literal");
         }
         if line.ends_with([' ', '\t', '\r']) {
-            say("blanks at the end of the line", "remove them");
+            report("blanks at the end of the line", "remove them");
         }
     }
     if !file.text.is_empty() && !file.text.ends_with('\n') {

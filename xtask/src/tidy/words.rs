@@ -1,4 +1,4 @@
-//! The words that `docs/glossary.md` forbids: no item of the code is named by one.
+//! The words that `docs/glossary.md` forbids: no item of the code has one in its name.
 
 use super::tree::{File, Tree, Violation};
 
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn an_item_named_by_a_forbidden_word_fails() {
+    fn an_item_with_a_forbidden_word_in_its_name_fails() {
         assert_eq!(
             lines("struct Desk;\npub(crate) fn take_seat() {}\nmod tale;\n"),
             [1, 2, 3]

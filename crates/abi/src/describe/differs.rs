@@ -1,58 +1,60 @@
-//! In what two types of one name differ: the words that help whoever built two plugins with two definitions of it.
+//! The difference between two types of the same name, for the message about two plugins that define it
+//! differently.
 
 use super::{Field, FieldKind, Form, Type};
 
 impl Type {
-    /// The first thing in which the layouts differ, "field `speed` is float64 here and float32 there"; nothing if they do not.
+    /// Returns the first difference between the layouts, such as "field `speed` is float64 here and float32
+    /// there". "here" is `self` and "there" is `other`. `None` if they are equal.
     #[must_use]
-    pub fn difference(&self, there: &Self) -> Option<String> {
-        self.difference_in("", there)
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        self.difference_in("", other)
     }
 
-    fn difference_in(&self, within: &str, there: &Self) -> Option<String> {
-        for (one, other) in self.fields.iter().zip(&there.fields) {
-            if one.name != other.name {
+    fn difference_in(&self, prefix: &str, other: &Self) -> Option<String> {
+        for (own, others) in self.fields.iter().zip(&other.fields) {
+            if own.name != others.name {
                 return Some(format!(
-                    "field `{within}{}` here is `{within}{}` there",
-                    one.name, other.name
+                    "field `{prefix}{}` here is `{prefix}{}` there",
+                    own.name, others.name
                 ));
             }
-            let (here, there) = (one.shape(), other.shape());
+            let (here, there) = (own.shape(), others.shape());
             if here != there {
                 return Some(format!(
-                    "field `{within}{}` is {here} here and {there} there",
-                    one.name
+                    "field `{prefix}{}` is {here} here and {there} there",
+                    own.name
                 ));
             }
-            if let (FieldKind::Struct(here), FieldKind::Struct(there)) = (&one.kind, &other.kind)
-                && let Some(difference) = here.difference_in(&format!("{within}{}.", one.name), there)
+            if let (FieldKind::Struct(here), FieldKind::Struct(there)) = (&own.kind, &others.kind)
+                && let Some(difference) = here.difference_in(&format!("{prefix}{}.", own.name), there)
             {
                 return Some(difference);
             }
-            if one.offset != other.offset {
-                let (here, there) = (one.offset, other.offset);
+            if own.offset != others.offset {
+                let (here, there) = (own.offset, others.offset);
                 return Some(format!(
-                    "field `{within}{}` is at byte {here} here and {there} there",
-                    one.name
+                    "field `{prefix}{}` is at byte {here} here and {there} there",
+                    own.name
                 ));
             }
         }
-        let more = |longer: &Self, shorter: &Self| {
+        let additional_field = |longer: &Self, shorter: &Self| {
             let field = longer.fields.get(shorter.fields.len())?;
-            Some(format!("`{within}{}`", field.name))
+            Some(format!("`{prefix}{}`", field.name))
         };
-        if let Some(field) = more(self, there) {
+        if let Some(field) = additional_field(self, other) {
             return Some(format!("field {field} is here and not there"));
         }
-        if let Some(field) = more(there, self) {
+        if let Some(field) = additional_field(other, self) {
             return Some(format!("field {field} is there and not here"));
         }
-        (!self.same_as(there)).then(|| format!("it has {} bytes here and {} there", self.bytes, there.bytes))
+        (!self.same_as(other)).then(|| format!("it has {} bytes here and {} there", self.bytes, other.bytes))
     }
 }
 
 impl Field {
-    /// What it is, in a word or two: `float32[<=1088]`.
+    /// Returns its type for messages: `float32[<=1088]`.
     #[must_use]
     pub fn shape(&self) -> String {
         let kind = match &self.kind {
@@ -100,10 +102,10 @@ mod tests {
     }
 
     #[test]
-    fn the_first_field_that_differs_is_named() {
+    fn the_first_difference_is_returned() {
         let number = |scalar| FieldKind::Scalar(scalar);
         let (f32, f64) = (number(Scalar::F32), number(Scalar::F64));
-        let one = |kind: &FieldKind| ty("P", &[("x", kind.clone(), Form::One)]);
+        let point = |kind: &FieldKind| ty("P", &[("x", kind.clone(), Form::One)]);
         let whole = |name: &str, form, inner: Type| {
             ty(
                 "W",
@@ -113,22 +115,23 @@ mod tests {
                 ],
             )
         };
-        let here = whole("a", Form::Array(2), one(&f64));
-        let check = |there: &Type, words: &str| assert_eq!(here.difference(there).as_deref(), Some(words));
-        assert_eq!(here.difference(&here), None);
+        let original = whole("a", Form::Array(2), point(&f64));
+        let check =
+            |other: &Type, expected: &str| assert_eq!(original.difference(other).as_deref(), Some(expected));
+        assert_eq!(original.difference(&original), None);
         check(
-            &whole("b", Form::Array(2), one(&f64)),
+            &whole("b", Form::Array(2), point(&f64)),
             "field `a` here is `b` there",
         );
         check(
-            &whole("a", Form::Array(3), one(&f64)),
+            &whole("a", Form::Array(3), point(&f64)),
             "field `a` is float64[2] here and float64[3] there",
         );
         check(
-            &whole("a", Form::Array(2), one(&f32)),
+            &whole("a", Form::Array(2), point(&f32)),
             "field `at.x` is float64 here and float32 there",
         );
-        let mut shorter = here.clone();
+        let mut shorter = original.clone();
         shorter.fields.pop();
         check(&shorter, "field `at` is here and not there");
     }

@@ -1,22 +1,23 @@
-//! What values a modulation takes, beside being of its type: the one place that says so, for files, options, tools, fathers and
-//! operators alike. Of structures, texts and rows it limits nothing.
+//! The limits of a modulation's value, for files, options, tools, fathers and operators. Structures, texts
+//! and sequences have no limits.
 
 use core::fmt;
 
 use super::{Field, FieldKind, Form, Scalar, Type};
 
-/// The values that a modulation takes. Those of a plain number alone can be limited.
+/// The allowed values of a modulation. Only plain numbers have limits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
     /// The least number.
     pub least: Option<f64>,
     /// The greatest number.
     pub greatest: Option<f64>,
-    /// What the numbers from 0 on are called, where the value is one of several; the limits are the first and the last then.
+    /// The names of the numbers from 0 on, if the value is a choice. The limits are then the first and the
+    /// last of them.
     pub choices: Vec<String>,
 }
 
-/// A number that is not allowed, and what is.
+/// A number that is not allowed, and the allowed ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotAllowed {
     /// The number.
@@ -25,7 +26,7 @@ pub struct NotAllowed {
 }
 
 impl Limits {
-    /// Whether a number is allowed; a NaN never is.
+    /// Returns whether a number is allowed. A NaN never is.
     #[must_use]
     pub fn holds(&self, number: f64) -> bool {
         !number.is_nan()
@@ -33,13 +34,13 @@ impl Limits {
             && self.greatest.is_none_or(|greatest| number <= greatest)
     }
 
-    /// Whether everything is allowed that is a number.
+    /// Returns whether all numbers are allowed.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.least.is_none() && self.greatest.is_none()
     }
 
-    /// Refuses a value that is a plain number and not allowed.
+    /// Refuses a plain number that is not allowed.
     ///
     /// # Errors
     /// [`NotAllowed`].
@@ -53,7 +54,7 @@ impl Limits {
         }
     }
 
-    /// The number of the choice with this name.
+    /// Returns the number of the choice with this name.
     #[must_use]
     pub fn choice(&self, name: &str) -> Option<usize> {
         self.choices.iter().position(|choice| choice == name)
@@ -61,7 +62,7 @@ impl Limits {
 }
 
 impl NotAllowed {
-    /// "is -1 m, and at least 0 m is allowed", with a unit.
+    /// Returns the message with a unit: "is -1 m, and at least 0 m is allowed".
     #[must_use]
     pub fn words(&self, unit: &str) -> String {
         let unit = if unit.is_empty() {
@@ -96,7 +97,7 @@ impl fmt::Display for NotAllowed {
 impl std::error::Error for NotAllowed {}
 
 impl Type {
-    /// The number that these bytes are, if the type is nothing else: its only field, one scalar.
+    /// Returns the number in these bytes, if the type is a plain number: one scalar as its only field.
     #[must_use]
     pub fn number_of(&self, bytes: &[u8]) -> Option<f64> {
         let [
@@ -115,7 +116,7 @@ impl Type {
 }
 
 impl Scalar {
-    /// The number that begins these bytes; none of a bool, and of fewer bytes than it has.
+    /// Returns the number at the start of these bytes. `None` for a bool, and if there are too few bytes.
     #[must_use]
     pub fn number_of(self, bytes: &[u8]) -> Option<f64> {
         macro_rules! number {

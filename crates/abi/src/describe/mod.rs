@@ -1,6 +1,6 @@
-//! What a plugin says of itself, owned and already checked: what the host, the tools and the recordings work with.
+//! The checked description of a plugin as owned values, which the host, the tools and the recordings use.
 //!
-//! Made by [`crate::read`], never by hand outside tests; holds no pointer into a plugin.
+//! [`crate::read`] creates it; only tests create it otherwise. It contains no pointer into a plugin.
 
 mod differs;
 mod limits;
@@ -10,20 +10,21 @@ use std::sync::Arc;
 
 pub use limits::{Limits, NotAllowed};
 
-/// What a plugin holds.
+/// A plugin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plugin {
     /// Name, the first half of a type's full name.
     pub name: String,
-    /// Version, as its author counts.
+    /// Version, in the author's own numbering.
     pub version: String,
-    /// One sentence.
+    /// One sentence about it.
     pub doc: String,
     /// Its ABI version.
     pub abi: (u32, u32),
-    /// An exception of C++ may leave its functions: it uses that language's library and does not say that it catches.
+    /// Whether a C++ exception may leave its functions: it uses the C++ library and does not declare that it
+    /// catches exceptions.
     pub throws: bool,
-    /// Its types of schemas.
+    /// Its types of schema.
     pub schemas: Vec<Schema>,
 }
 
@@ -34,19 +35,19 @@ pub struct Schema {
     pub name: String,
     /// What it does.
     pub doc: String,
-    /// What kind it is.
+    /// Its kind.
     pub kind: Kind,
     /// Default period, ns.
     pub period_ns: u64,
-    /// Longest iteration, ns; none where it is the period, whatever that is.
+    /// Longest iteration, ns. `None` if it is the period that the application sets.
     pub budget_ns: Option<u64>,
-    /// Inputs and outputs; a port's number is its place here.
+    /// Inputs and outputs. The number of a port is its index.
     pub ports: Vec<Port>,
-    /// Roles of children; a child's number is its place here.
+    /// Roles of children. The number of a child is its index.
     pub children: Vec<Child>,
-    /// Whether it has an arbitration of its own.
+    /// Whether it has an arbitration function.
     pub arbitrates: bool,
-    /// Whether it draws a panel of its own.
+    /// Whether it has a panel.
     pub panel: bool,
     /// Whether it inspects what its modulations name.
     pub inspects: bool,
@@ -70,17 +71,17 @@ pub struct Port {
     pub name: String,
     /// What it means.
     pub doc: String,
-    /// Unit of a plain number; empty for none.
+    /// Unit of a plain number; empty if it has none.
     pub unit: String,
     /// Type of its value.
     pub value_type: Arc<Type>,
-    /// Which way it goes, and what belongs to that.
+    /// Its direction, with the data of that direction.
     pub role: Role,
-    /// The application may leave it unbound.
+    /// Whether the application may leave it unbound.
     pub optional: bool,
 }
 
-/// Which way a port goes.
+/// The direction of a port.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Role {
     /// Reads another schema's variable.
@@ -92,11 +93,11 @@ pub enum Role {
     Export,
     /// Input that the father or an operator writes.
     Modulation {
-        /// Value until somebody writes.
+        /// The value until the first write.
         default: Vec<u8>,
-        /// What it takes.
+        /// The allowed values.
         limits: Limits,
-        /// Taken on awakening, and kept until it sleeps.
+        /// Whether the value is read on awakening and kept until the schema sleeps.
         fixed: bool,
     },
     /// Input of a driver that reaches an actuator.
@@ -122,20 +123,21 @@ pub struct Child {
     pub name: String,
     /// What the child is for.
     pub doc: String,
-    /// Whether a motor schema competes here; else a perceptive one helps.
+    /// Whether the child is a motor schema, which competes. Otherwise it is a perceptive one.
     pub motor: bool,
     /// Group in which it competes.
     pub group: String,
-    /// The application may leave it unbound.
+    /// Whether the application may leave it unbound.
     pub optional: bool,
-    /// The application has any number of these, by names of its own; true of each of them once it has said which.
+    /// Whether the application may name any number of children for this role. It stays true for each named
+    /// child.
     pub many: bool,
 }
 
-/// A type of value. Two are the same when names and layouts are; units and docs may differ.
+/// A type of value. Two types are equal if their names and layouts are. Units and docs may differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Type {
-    /// Name, as ROS 2 writes it.
+    /// Name, in the notation of ROS 2.
     pub name: String,
     /// What it means.
     pub doc: String,
@@ -175,7 +177,7 @@ pub enum FieldKind {
 
 /// Kinds of scalars.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs, reason = "the names say it")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum Scalar {
     Bool,
     U8,
@@ -197,31 +199,33 @@ pub enum Form {
     One,
     /// A fixed number.
     Array(usize),
-    /// Up to a capacity; the number is a `u32` at the offset.
+    /// Up to a capacity. Their number is a `u32` at the offset.
     Sequence {
         /// Most elements.
         capacity: usize,
-        /// Where their number is.
+        /// The offset of their number.
         length_offset: usize,
     },
-    /// UTF-8 up to a capacity; the number of bytes is a `u32` at the offset.
+    /// UTF-8 up to a capacity. The number of bytes is a `u32` at the offset.
     Text {
         /// Most bytes.
         capacity: usize,
-        /// Where their number is.
+        /// The offset of their number.
         length_offset: usize,
     },
 }
 
 impl Schema {
-    /// The modulation with that number; none if there is no such port, or it is another.
+    /// Returns the modulation with that number. `None` if there is no such port, or if it is not a
+    /// modulation.
     #[must_use]
     pub fn modulation(&self, port: u32) -> Option<&Port> {
         let port = self.ports.get(port as usize)?;
         matches!(port.role, Role::Modulation { .. }).then_some(port)
     }
 
-    /// The schema with these children, each with its group, in place of the role that any number may have.
+    /// Returns the schema with these children, each with its group, instead of the role for any number of
+    /// children.
     #[must_use]
     pub fn with_children<'n>(&self, named: impl IntoIterator<Item = (&'n str, &'n str)>) -> Self {
         let (many, mut children): (Vec<Child>, Vec<Child>) =
@@ -241,7 +245,7 @@ impl Schema {
 }
 
 impl Scalar {
-    /// Bytes of one.
+    /// Returns its size in bytes.
     #[must_use]
     pub fn bytes(self) -> usize {
         match self {
@@ -252,7 +256,7 @@ impl Scalar {
         }
     }
 
-    /// Its name as ROS 2 interface definitions write it.
+    /// Returns its name in ROS 2 interface definitions.
     #[must_use]
     pub fn ros_name(self) -> &'static str {
         match self {
@@ -272,7 +276,7 @@ impl Scalar {
 }
 
 impl FieldKind {
-    /// Bytes of one element.
+    /// Returns the size of one element in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         match self {
@@ -281,7 +285,7 @@ impl FieldKind {
         }
     }
 
-    /// Alignment of one element.
+    /// Returns the alignment of one element.
     #[must_use]
     pub fn align(&self) -> usize {
         match self {
@@ -292,7 +296,7 @@ impl FieldKind {
 }
 
 impl Form {
-    /// Most elements.
+    /// Returns the largest number of elements.
     #[must_use]
     pub fn capacity(self) -> usize {
         match self {
@@ -301,7 +305,7 @@ impl Form {
         }
     }
 
-    /// Where the number of elements is, if it varies.
+    /// Returns the offset of the number of elements, if that number varies.
     #[must_use]
     pub fn length_offset(self) -> Option<usize> {
         match self {
@@ -312,7 +316,8 @@ impl Form {
 }
 
 impl Type {
-    /// A number that is the same for the same name and layout and, but for a chance of 2^-64, for no other.
+    /// Returns a number that identifies the name and the layout. Others have the same number with a
+    /// probability of 2^-64.
     ///
     /// FNV-1a (Fowler, Noll, Vo) over the name and each field's name, kind, form and offset.
     #[must_use]
@@ -322,13 +327,13 @@ impl Type {
         hash.0
     }
 
-    /// Whether values of the two may stand for each other.
+    /// Returns whether the two have the same name and layout.
     #[must_use]
     pub fn same_as(&self, other: &Self) -> bool {
         self.name == other.name && self.hash() == other.hash()
     }
 
-    /// The single number this type is, if it is nothing else: its only field, one scalar.
+    /// Returns the scalar, if the type is a plain number: one scalar as its only field.
     #[must_use]
     pub fn as_number(&self) -> Option<Scalar> {
         match self.fields.as_slice() {

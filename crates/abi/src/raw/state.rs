@@ -1,33 +1,36 @@
-//! The tables of the ability [`ABILITY_STATE`]: a schema that hands what it remembers to another build of itself, which goes on
-//! where it left off.
+//! The tables of the ability [`ABILITY_STATE`]: a schema passes its memory to another build of itself, which
+//! continues from it.
 //!
-//! What is saved are bytes that only the schema understands, under a version that it counts. They live as long as the process at
-//! most: they are never written to a file, so numbers may be in the machine's own order.
+//! The memory is a number of bytes that only the schema interprets, with a version of their format. They
+//! exist at most as long as the process and are never written to a file, so numbers may be in the machine's
+//! own byte order.
 
 use core::ffi::c_void;
 
 use super::Context;
 
-/// The id of the ability, whose table is a [`State`]. Since minor version 3, as all that belongs to it.
+/// The id of the ability, whose table is a [`State`]. It and all that belongs to it exist since minor version
+/// 3.
 pub const ABILITY_STATE: &str = "jde.state";
 
-/// Most bytes that a schema may save.
+/// The largest number of bytes that a schema may save.
 pub const STATE_MOST: u64 = 16_777_216;
 
-/// What [`super::Schema::ability`] gives for [`ABILITY_STATE`].
+/// The table that [`super::Schema::ability`] returns for [`ABILITY_STATE`].
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct State {
     /// Bytes of this table.
     pub size: u32,
-    /// The version of what `save` writes, as the author counts.
+    /// The version of the format that `save` writes, in the author's own numbering.
     pub version: u32,
-    /// Writes down what the instance remembers, between two iterations or while it is SLEPT. It changes nothing: whatever writes
-    /// a variable, wakes or puts to sleep is [`super::REFUSED`]. After an error the instance goes on as it was.
+    /// Saves the memory of the instance. Called between two iterations, or while it is SLEPT. It must change
+    /// nothing: any call that writes a variable, wakes or puts to sleep is [`super::REFUSED`]. After an error
+    /// the instance continues as before.
     pub save: Option<unsafe extern "C" fn(*mut c_void, *mut Context, *const Saver) -> i32>,
-    /// Takes over what another instance of this type saved in that version, maybe of another build: after `create`, and after
-    /// `awake` if it is awake, before the first check or iteration. It changes nothing else, as `save`. An error refuses: the
-    /// other instance goes on, and this one ends.
+    /// Restores what another instance of this type, perhaps of another build, saved in that version. Called
+    /// after `create`, and after `awake` if the schema is awake, before the first check or iteration. As for
+    /// `save`, it must change nothing else. After an error the other instance continues, and this one ends.
     pub restore: Option<
         unsafe extern "C" fn(
             *mut c_void,
@@ -39,13 +42,13 @@ pub struct State {
     >,
 }
 
-/// What is being saved; opaque to the plugin.
+/// The memory under construction; opaque to the plugin.
 #[repr(C)]
 pub struct Saving {
     _opaque: [u8; 0],
 }
 
-/// What a plugin saves with, only until its [`State::save`] returns and on its thread.
+/// The functions with which a plugin saves. Valid only until its [`State::save`] returns, and on its thread.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Saver {
@@ -55,7 +58,7 @@ pub struct Saver {
     pub reserved: u32,
     /// The first argument of the function below.
     pub saving: *mut Saving,
-    /// Adds bytes behind those before; they are copied. [`super::BAD_ARGUMENT`] beyond [`STATE_MOST`], and then nothing of it is
-    /// kept.
+    /// Appends bytes, which are copied. [`super::BAD_ARGUMENT`] beyond [`STATE_MOST`]; then nothing of the
+    /// memory is kept.
     pub write: unsafe extern "C" fn(*mut Saving, bytes: *const c_void, length: u64) -> i32,
 }

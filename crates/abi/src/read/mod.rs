@@ -1,7 +1,8 @@
-//! The one door from a plugin's tables to owned descriptions: reads each table within the size it states, and refuses with
-//! words whatever cannot be right. It calls no function of the plugin but `ability`, which says what else it can do.
+//! Converts a plugin's tables to owned descriptions. Reads each table within the size that it states, and
+//! refuses invalid contents with a message. The only function of the plugin that it calls is `ability`, which
+//! returns the tables of optional abilities.
 //!
-//! What no check can find is a pointer into nowhere; a plugin is native code, and loading one is an act of trust.
+//! No check can detect a dangling pointer: a plugin is native code and must be trusted.
 
 #![allow(unsafe_code)]
 
@@ -16,7 +17,7 @@ mod types;
 
 use place::Place;
 
-/// Names that an application file gives a meaning of its own.
+/// The keys of a schema that have a fixed meaning in an application file.
 pub const RESERVED: &[&str] = &[
     "type",
     "period",
@@ -32,16 +33,16 @@ pub const RESERVED: &[&str] = &[
     "doc",
 ];
 
-/// What every schema has among its variables.
+/// The variable that every schema has.
 pub const PERIOD: &str = "period";
 
-/// Most values that a modulation may be one of: what a person can choose from.
+/// The largest number of choices of a modulation: more than a person can choose from.
 const MOST_CHOICES: u32 = 256;
 
 /// Why a plugin's tables were refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The symbol is there, but it is no table of ours.
+    /// The symbol exists, but is not a plugin table.
     NotAPlugin,
     /// Built for another version of the ABI.
     Version {
@@ -52,9 +53,9 @@ pub enum Refusal {
     },
     /// Built so that a panic ends the process.
     Aborts,
-    /// A table says something that cannot be.
+    /// The contents of a table are invalid.
     Table {
-        /// Which table, from the plugin inward: "schema `goon`, port `laser`".
+        /// The table, from the plugin inward: "schema `goon`, port `laser`".
         place: String,
         /// What is wrong with it.
         wrong: String,
@@ -96,16 +97,16 @@ impl fmt::Display for Refusal {
 
 impl std::error::Error for Refusal {}
 
-/// Reads and checks what a plugin says of itself.
+/// Reads and checks the tables of a plugin.
 ///
 /// # Errors
-/// The first thing found wrong, the version before all else.
+/// The first error. The version is checked before everything else.
 ///
 /// # Safety
-/// `plugin` points to at least the bytes of a [`raw::Plugin`] up to and with `abi_minor`; if magic and version are right, it
-/// and all it points to follow the rules at the head of [`raw`].
+/// `plugin` points to at least the bytes of a [`raw::Plugin`] up to and including `abi_minor`. If magic and
+/// version are right, it and all it points to follow the rules at the head of [`raw`].
 pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
-    // SAFETY: the caller vouches for these first fields.
+    // SAFETY: the caller guarantees these first fields.
     let (magic, major, minor) = unsafe {
         (
             (&raw const (*plugin).magic).read(),
@@ -123,29 +124,29 @@ pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
             host,
         });
     }
-    let here = Place::new("the plugin");
-    // SAFETY: the version is ours, so the table follows the rules of `raw`.
-    let table = unsafe { here.table(plugin)? };
+    let place = Place::new("the plugin");
+    // SAFETY: the version is that of this host, so the table follows the rules of `raw`.
+    let table = unsafe { place.table(plugin)? };
     if table.flags & raw::PLUGIN_ABORTS != 0 {
         return Err(Refusal::Aborts);
     }
-    // SAFETY: as above, for all that follows from here.
+    // SAFETY: as above, for the rest of this function.
     unsafe {
-        let name = here.name("name", table.name)?;
-        let here = Place::new(format!("plugin `{name}`"));
-        let schemas = here.array("schemas", table.schemas, table.schema_count)?;
+        let name = place.name("name", table.name)?;
+        let place = Place::new(format!("plugin `{name}`"));
+        let schemas = place.array("schemas", table.schemas, table.schema_count)?;
         if schemas.is_empty() {
-            return here.wrong("it holds no schema");
+            return place.wrong("it holds no schema");
         }
         let schemas = schemas
             .into_iter()
-            .map(|schema| self::schema(&here, &schema))
+            .map(|schema| self::schema(&place, &schema))
             .collect::<Result<Vec<_>, _>>()?;
-        here.distinct("schemas", schemas.iter().map(|schema| schema.name.clone()))?;
+        place.distinct("schemas", schemas.iter().map(|schema| schema.name.clone()))?;
         Ok(Plugin {
             name,
-            version: here.text("version", table.version)?,
-            doc: here.text("doc", table.doc)?,
+            version: place.text("version", table.version)?,
+            doc: place.text("doc", table.doc)?,
             abi: (major, minor),
             throws: false,
             schemas,
@@ -156,7 +157,7 @@ pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
 /// Reads and checks a type of value.
 ///
 /// # Errors
-/// The first thing found wrong.
+/// The first error.
 ///
 /// # Safety
 /// `table` and all it points to follow the rules at the head of [`raw`].
@@ -168,31 +169,31 @@ pub unsafe fn value_type(table: *const raw::Type) -> Result<Type, Refusal> {
 unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> {
     // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
     unsafe {
-        let here = outer.inner("schema", outer.name("a schema's name", table.name)?.as_str());
+        let place = outer.inner("schema", outer.name("a schema's name", table.name)?.as_str());
         let kind = match table.kind {
             raw::PERCEPTIVE => Kind::Perceptive,
             raw::MOTOR => Kind::Motor,
             raw::DRIVER => Kind::Driver,
-            other => return here.wrong(format!("kind is {other}, and only 0 to 2 exist")),
+            other => return place.wrong(format!("kind is {other}, and only 0 to 2 exist")),
         };
         if table.period_ns == 0 {
-            return here.wrong("period_ns is 0; a schema iterates periodically, so give at least 1");
+            return place.wrong("period_ns is 0; a schema iterates periodically, so give at least 1");
         }
         if table.create.is_none() || table.iterate.is_none() {
-            return here.wrong("create or iterate is null; both are required");
+            return place.wrong("create or iterate is null; both are required");
         }
-        let children = here.array("children", table.children, table.child_count)?;
+        let children = place.array("children", table.children, table.child_count)?;
         let children = children
             .into_iter()
-            .map(|child| self::child(&here, &child))
+            .map(|child| self::child(&place, &child))
             .collect::<Result<Vec<_>, _>>()?;
-        here.distinct("children", children.iter().map(|child| child.name.clone()))?;
-        let ports = here.array("ports", table.ports, table.port_count)?;
+        place.distinct("children", children.iter().map(|child| child.name.clone()))?;
+        let ports = place.array("ports", table.ports, table.port_count)?;
         let ports = ports
             .into_iter()
-            .map(|port| self::port(&here, &port, kind, children.len()))
+            .map(|port| self::port(&place, &port, kind, children.len()))
             .collect::<Result<Vec<_>, _>>()?;
-        here.distinct(
+        place.distinct(
             "ports",
             ports.iter().map(|port| match port.role {
                 Role::ChildModulation { child } => format!("{}.{}", children[child].name, port.name),
@@ -203,49 +204,50 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
         )?;
         let many = children.iter().position(|child| child.many);
         if let Some(many) = many {
-            let written = |port: &Port| port.role == Role::ChildModulation { child: many };
-            if many + 1 != children.len() || !children[many].motor || ports.iter().any(written) {
-                return here.wrong(
+            let is_modulation_of_many = |port: &Port| port.role == Role::ChildModulation { child: many };
+            if many + 1 != children.len() || !children[many].motor || ports.iter().any(is_modulation_of_many)
+            {
+                return place.wrong(
                     "a role that any number of children have is the last one, of motor schemas, and without modulations",
                 );
             }
         }
         if kind != Kind::Motor && children.iter().any(|child| child.motor) {
-            return here.wrong("only a motor schema may have motor children");
+            return place.wrong("only a motor schema may have motor children");
         }
         Ok(Schema {
-            name: here.name("name", table.name)?,
-            doc: here.text("doc", table.doc)?,
+            name: place.name("name", table.name)?,
+            doc: place.text("doc", table.doc)?,
             kind,
             period_ns: table.period_ns,
             budget_ns: (table.budget_ns > 0).then_some(table.budget_ns),
             ports,
             children,
             arbitrates: table.arbitrate.is_some(),
-            panel: panel(&here, table)?,
-            inspects: inspects(&here, table)?,
+            panel: panel(&place, table)?,
+            inspects: inspects(&place, table)?,
         })
     }
 }
 
-/// Whether there is a panel, which must be one that can be drawn.
-unsafe fn panel(here: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
+/// Returns whether the type has a panel. A panel without `draw` is refused.
+unsafe fn panel(place: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
     // SAFETY: the caller's.
     let panel = unsafe { table::ability::<raw::Panel>(table, raw::ABILITY_PANEL) };
     match panel {
-        Err(unreadable) => here.wrong(format!("of its panel {unreadable}")),
+        Err(unreadable) => place.wrong(format!("of its panel {unreadable}")),
         Ok(Some(raw::Panel { draw: None, .. })) => {
-            here.wrong("its panel's draw is null; a panel is drawn, or is none")
+            place.wrong("its panel's draw is null; a panel is drawn, or is none")
         }
         Ok(panel) => Ok(panel.is_some()),
     }
 }
 
-/// Whether there is an inspection, which must be one that can be called.
-unsafe fn inspects(here: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
+/// Returns whether the type has an inspection. An inspection without its function is refused.
+unsafe fn inspects(place: &Place, table: &raw::Schema) -> Result<bool, Refusal> {
     // SAFETY: the caller's.
     match unsafe { inspect::of(table) } {
-        Err(wrong) => here.wrong(format!("of its ability `{}`: {wrong}", raw::ABILITY_INSPECT)),
+        Err(wrong) => place.wrong(format!("of its ability `{}`: {wrong}", raw::ABILITY_INSPECT)),
         Ok(inspect) => Ok(inspect.is_some()),
     }
 }
@@ -254,28 +256,28 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
     // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
     unsafe {
         let name = outer.name("a port's name", table.name)?;
-        let here = outer.inner("port", &name);
-        let value_type = Arc::new(types::value_type(&here, table.value_type, 0)?);
+        let place = outer.inner("port", &name);
+        let value_type = Arc::new(types::value_type(&place, table.value_type, 0)?);
         let initial = || -> Result<Vec<u8>, Refusal> {
             if table.initial.is_null() {
-                return here.wrong(
+                return place.wrong(
                     "a modulation needs a default and a command a neutral value, and `initial` is null",
                 );
             }
             Ok(core::slice::from_raw_parts(table.initial.cast::<u8>(), value_type.bytes).to_vec())
         };
-        let unit = here.text("unit", table.unit)?;
+        let unit = place.text("unit", table.unit)?;
         if let Err(wrong) = unit::check(&unit) {
-            return here.wrong(wrong);
+            return place.wrong(wrong);
         }
-        // The host has a variable of that name of every schema, and files a key.
+        // The host gives every schema a variable of that name, and a file has a key of that name.
         let reserved = match table.kind {
             raw::MODULATION => RESERVED.contains(&name.as_str()),
             raw::EXPORT | raw::COMMAND => name == PERIOD,
             _ => false,
         };
         if reserved {
-            return here.wrong("every schema has this name with a meaning of its own; choose another");
+            return place.wrong("every schema has this name with a meaning of its own; choose another");
         }
         let role = match table.kind {
             raw::IMPORT => Role::Import {
@@ -285,14 +287,14 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
             raw::MODULATION => {
                 let default = initial()?;
                 Role::Modulation {
-                    limits: limits(&here, table, (&value_type, &unit), &default)?,
+                    limits: limits(&place, table, (&value_type, &unit), &default)?,
                     default,
                     fixed: table.flags & raw::FIXED != 0,
                 }
             }
-            raw::COMMAND if kind != Kind::Driver => return here.wrong("only a driver takes commands"),
+            raw::COMMAND if kind != Kind::Driver => return place.wrong("only a driver takes commands"),
             raw::COMMAND if table.validity_ns == 0 => {
-                return here
+                return place
                     .wrong("validity_ns is 0; say how long a command is in force without being repeated");
             }
             raw::COMMAND => Role::Command {
@@ -300,20 +302,20 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
                 validity_ns: table.validity_ns,
             },
             raw::ACTUATOR if kind != Kind::Motor => {
-                return here.wrong("only a motor schema commands actuators");
+                return place.wrong("only a motor schema commands actuators");
             }
             raw::ACTUATOR => Role::Actuator,
             raw::CHILD_MODULATION if table.child as usize >= children => {
-                return here.wrong(format!("it names child {} of {children}", table.child));
+                return place.wrong(format!("it names child {} of {children}", table.child));
             }
             raw::CHILD_MODULATION => Role::ChildModulation {
                 child: table.child as usize,
             },
-            other => return here.wrong(format!("kind is {other}, and only 0 to 5 exist")),
+            other => return place.wrong(format!("kind is {other}, and only 0 to 5 exist")),
         };
         Ok(Port {
             name,
-            doc: here.text("doc", table.doc)?,
+            doc: place.text("doc", table.doc)?,
             unit,
             value_type,
             role,
@@ -322,9 +324,9 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
     }
 }
 
-/// What a modulation takes, which its default must be.
+/// Returns the limits of a modulation, which its default must meet.
 unsafe fn limits(
-    here: &Place,
+    place: &Place,
     table: &raw::Port,
     (ty, unit): (&Type, &str),
     default: &[u8],
@@ -333,16 +335,16 @@ unsafe fn limits(
     let mut choices = Vec::new();
     if table.choice_count > 0 {
         if table.choice_count > MOST_CHOICES || table.choices.is_null() || !table.choices.is_aligned() {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "{} choices, of which at most {MOST_CHOICES} are believed, or the pointer to them is null or not aligned",
                 table.choice_count
             ));
         }
         for index in 0..table.choice_count as usize {
-            // SAFETY: the caller's table points to so many texts.
-            choices.push(unsafe { here.name("a choice", *table.choices.add(index))? });
+            // SAFETY: the caller's table points to that many texts.
+            choices.push(unsafe { place.name("a choice", *table.choices.add(index))? });
         }
-        here.distinct("choices", choices.iter().cloned())?;
+        place.distinct("choices", choices.iter().cloned())?;
     }
     let limits = Limits {
         least: bound(table.min),
@@ -351,7 +353,7 @@ unsafe fn limits(
     };
     let is_number = ty.number_of(default).is_some();
     if !is_number && (!limits.is_none() || !limits.choices.is_empty()) {
-        return here.wrong(format!(
+        return place.wrong(format!(
             "it limits a {}, and only plain numbers have limits",
             ty.name
         ));
@@ -359,21 +361,21 @@ unsafe fn limits(
     if let (Some(least), Some(greatest)) = (limits.least, limits.greatest)
         && least > greatest
     {
-        return here.wrong(format!(
+        return place.wrong(format!(
             "min is {least} and max {greatest}, between which nothing is"
         ));
     }
     if !limits.choices.is_empty()
         && (bound(table.min), bound(table.max)) != (Some(0.0), Some(limits.choices.len() as f64 - 1.0))
     {
-        return here.wrong(format!(
+        return place.wrong(format!(
             "of {} choices min is 0 and max the last one's number",
             limits.choices.len()
         ));
     }
     match limits.check(ty, default) {
         Ok(()) => Ok(limits),
-        Err(not_allowed) => here.wrong(format!("its default {}", not_allowed.words(unit))),
+        Err(not_allowed) => place.wrong(format!("its default {}", not_allowed.words(unit))),
     }
 }
 
@@ -381,19 +383,19 @@ unsafe fn child(outer: &Place, table: &raw::Child) -> Result<Child, Refusal> {
     // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
     unsafe {
         let name = outer.name("a child's name", table.name)?;
-        let here = outer.inner("child", &name);
+        let place = outer.inner("child", &name);
         let motor = match table.kind {
             raw::PERCEPTIVE => false,
             raw::MOTOR => true,
-            other => return here.wrong(format!("kind is {other}; a child is perceptive (0) or motor (1)")),
+            other => return place.wrong(format!("kind is {other}; a child is perceptive (0) or motor (1)")),
         };
-        let group = here.text("group", table.group)?;
+        let group = place.text("group", table.group)?;
         if motor && group.is_empty() {
-            return here.wrong("a motor child competes in a group, and `group` is empty");
+            return place.wrong("a motor child competes in a group, and `group` is empty");
         }
         Ok(Child {
             name,
-            doc: here.text("doc", table.doc)?,
+            doc: place.text("doc", table.doc)?,
             motor,
             group,
             optional: table.flags & raw::OPTIONAL != 0,

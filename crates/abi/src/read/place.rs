@@ -1,4 +1,4 @@
-//! Primitives that read one table, array or text, and name the place when it cannot be believed.
+//! Functions that read one table, array or text, and report its place if it is invalid.
 
 use core::ffi::{CStr, c_char};
 use std::collections::HashSet;
@@ -6,10 +6,11 @@ use std::collections::HashSet;
 use super::Refusal;
 use crate::table::{self, Table};
 
-/// Most types, ports, children or fields in one array: far above any real plugin, far below a wild number.
+/// The largest number of types, ports, children or fields in one array: far above any real plugin, far below
+/// a random number.
 const MOST_ENTRIES: u32 = 4096;
 
-/// Where in the tables we are, for messages.
+/// A place in the tables, for messages.
 pub(super) struct Place(String);
 
 impl Place {
@@ -28,13 +29,14 @@ impl Place {
         })
     }
 
-    /// A table that begins with its size, as this ABI has it.
+    /// Reads a table that begins with its size, in the layout of this ABI.
     pub(super) unsafe fn table<T: Table>(&self, table: *const T) -> Result<T, Refusal> {
         // SAFETY: the caller's.
         unsafe { table::read(table) }.or_else(|unreadable| self.wrong(unreadable.to_string()))
     }
 
-    /// Tables that begin with their size, each that many bytes after the one before, as this ABI has them.
+    /// Reads an array of tables that begin with their size, which is also their stride, in the layout of this
+    /// ABI.
     pub(super) unsafe fn array<T: Table>(
         &self,
         what: &str,

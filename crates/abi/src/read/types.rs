@@ -1,5 +1,5 @@
-//! Reads the tables of types of values: every byte of a value belongs to one field, once. What C leaves as gaps is refused,
-//! unless a field of padding says so; padding is checked and then left out of the description.
+//! Reads the tables of value types. Every byte of a value must belong to exactly one field. Gaps of C are
+//! refused, unless a field of padding covers them. Padding is checked and then omitted from the description.
 
 use std::sync::Arc;
 
@@ -8,12 +8,12 @@ use super::place::Place;
 use crate::describe::{Field, FieldKind, Form, Scalar, Type};
 use crate::{raw, unit};
 
-/// Largest value: eight images of 4K.
+/// The largest value: eight images of 4K.
 const MOST_BYTES: u64 = 256 << 20;
-/// Structures within structures.
+/// The deepest nesting of structures.
 const DEEPEST: usize = 16;
 
-/// Bytes of a value that one field takes.
+/// The bytes of a value that one field occupies.
 struct Span {
     offset: usize,
     bytes: usize,
@@ -21,7 +21,7 @@ struct Span {
     field: String,
 }
 
-/// A field as the table has it: what it shows, if anything, and what it takes.
+/// A field of a table: its description, unless it is padding, and the bytes that it occupies.
 struct Part {
     field: Option<Field>,
     spans: Vec<Span>,
@@ -44,39 +44,39 @@ pub(super) unsafe fn value_type(
         if name.is_empty() {
             return outer.wrong("a type has no name");
         }
-        let here = outer.inner("type", &name);
+        let place = outer.inner("type", &name);
         if table.bytes == 0 || table.bytes > MOST_BYTES {
-            return here.wrong(format!("{} bytes; a value has 1 to {MOST_BYTES}", table.bytes));
+            return place.wrong(format!("{} bytes; a value has 1 to {MOST_BYTES}", table.bytes));
         }
         if !table.align.is_power_of_two() || table.align > 16 || table.bytes % table.align != 0 {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "alignment {} for {} bytes; it must be 1, 2, 4, 8 or 16 and divide the size",
                 table.align, table.bytes
             ));
         }
-        let fields = here.array("fields", table.fields, table.field_count)?;
+        let fields = place.array("fields", table.fields, table.field_count)?;
         let mut spans = Vec::new();
-        let mut shown = Vec::new();
+        let mut described = Vec::new();
         for field in fields {
-            let part = self::field(&here, &table, &field, depth)?;
+            let part = self::field(&place, &table, &field, depth)?;
             spans.extend(part.spans);
-            shown.extend(part.field);
+            described.extend(part.field);
         }
-        let fields = shown;
-        here.distinct("fields", fields.iter().map(|field| field.name.clone()))?;
-        cover(&here, spans, table.bytes as usize)?;
+        let fields = described;
+        place.distinct("fields", fields.iter().map(|field| field.name.clone()))?;
+        cover(&place, spans, table.bytes as usize)?;
         if let Some(field) = fields
             .iter()
             .find(|field| field.kind.align() > table.align as usize)
         {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "field `{}` needs alignment {}, the type has {}",
                 field.name,
                 field.kind.align(),
                 table.align
             ));
         }
-        let doc = here.text("doc", table.doc)?;
+        let doc = place.text("doc", table.doc)?;
         Ok(Type {
             name,
             doc,
@@ -91,7 +91,7 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
     // SAFETY: the caller's table follows the rules of `raw`, and so does all it points to.
     unsafe {
         let name = outer.name("a field's name", table.name)?;
-        let here = outer.inner("field", &name);
+        let place = outer.inner("field", &name);
         let kind = match table.kind {
             raw::BOOL => FieldKind::Scalar(Scalar::Bool),
             raw::U8 => FieldKind::Scalar(Scalar::U8),
@@ -105,27 +105,28 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
             raw::F32 => FieldKind::Scalar(Scalar::F32),
             raw::F64 => FieldKind::Scalar(Scalar::F64),
             raw::STRUCT => {
-                let part = here.table(table.value_type)?;
-                // A part is smaller than the whole, or all of it: so a type that contains itself many times over is not followed.
+                let part = place.table(table.value_type)?;
+                // A part is smaller than the whole, or its only field. This check stops a type that contains
+                // itself several times.
                 if part.bytes > whole.bytes || (part.bytes == whole.bytes && whole.field_count > 1) {
-                    return here.wrong(format!(
+                    return place.wrong(format!(
                         "a part of {} bytes in a type of {}",
                         part.bytes, whole.bytes
                     ));
                 }
-                FieldKind::Struct(Arc::new(value_type(&here, table.value_type, depth + 1)?))
+                FieldKind::Struct(Arc::new(value_type(&place, table.value_type, depth + 1)?))
             }
-            other => return here.wrong(format!("kind is {other}, and only 0 to 11 exist")),
+            other => return place.wrong(format!("kind is {other}, and only 0 to 11 exist")),
         };
         if table.offset > MOST_BYTES || table.length_offset > MOST_BYTES {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "offset {} or {} is past any value",
                 table.offset, table.length_offset
             ));
         }
         let (capacity, length_offset) = (table.capacity as usize, table.length_offset as usize);
         if capacity == 0 {
-            return here.wrong("capacity is 0");
+            return place.wrong("capacity is 0");
         }
         let length = kind
             .bytes()
@@ -149,7 +150,7 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
                 }
             }
             raw::TEXT | raw::PADDING if kind != FieldKind::Scalar(Scalar::U8) => {
-                return here.wrong("a text and padding are made of bytes (U8)");
+                return place.wrong("a text and padding are made of bytes (U8)");
             }
             raw::TEXT => {
                 spans.push(span(length_offset, 4, 4));
@@ -159,14 +160,14 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
                 }
             }
             raw::PADDING => return Ok(Part { field: None, spans }),
-            other => return here.wrong(format!("form is {other}, and only 0 to 4 exist")),
+            other => return place.wrong(format!("form is {other}, and only 0 to 4 exist")),
         };
-        let unit = here.text("unit", table.unit)?;
+        let unit = place.text("unit", table.unit)?;
         if let Err(wrong) = unit::check(&unit) {
-            return here.wrong(wrong);
+            return place.wrong(wrong);
         }
         let field = Field {
-            doc: here.text("doc", table.doc)?,
+            doc: place.text("doc", table.doc)?,
             unit,
             name,
             kind,
@@ -180,8 +181,8 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
     }
 }
 
-/// Fields, with the lengths of sequences, must cover every byte of a value once: no gap, no overlap, nothing outside.
-fn cover(here: &Place, mut spans: Vec<Span>, bytes: usize) -> Result<(), Refusal> {
+/// Checks that the fields, with the lengths of sequences, cover every byte of a value exactly once.
+fn cover(place: &Place, mut spans: Vec<Span>, bytes: usize) -> Result<(), Refusal> {
     spans.sort_by_key(|span| span.offset);
     let mut reached = 0;
     for Span {
@@ -192,29 +193,29 @@ fn cover(here: &Place, mut spans: Vec<Span>, bytes: usize) -> Result<(), Refusal
     } in spans
     {
         if offset % align != 0 {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "field `{name}` at byte {offset} is not aligned to {align}"
             ));
         }
         if offset < reached {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "field `{name}` at byte {offset} overlaps the one before it, which ends at {reached}"
             ));
         }
         if offset > reached {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "bytes {reached} to {offset} before field `{name}` belong to no field"
             ));
         }
         reached = offset.saturating_add(length);
         if reached > bytes {
-            return here.wrong(format!(
+            return place.wrong(format!(
                 "field `{name}` ends at byte {reached}, the type has {bytes}"
             ));
         }
     }
     if reached != bytes {
-        return here.wrong(format!("the fields end at byte {reached}, the type has {bytes}"));
+        return place.wrong(format!("the fields end at byte {reached}, the type has {bytes}"));
     }
     Ok(())
 }

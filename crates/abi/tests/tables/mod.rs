@@ -88,7 +88,8 @@ pub(crate) fn child(name: &'static CStr) -> raw::Child {
     }
 }
 
-/// Returns a plugin with a value of 32 bytes: a byte, three of padding, a number, a sequence of one double, a text of four bytes.
+/// Returns a plugin with a value of 32 bytes: a byte, three of padding, a number, a sequence of one double, a
+/// text of four bytes.
 pub(crate) fn tables() -> Box<Tables> {
     Box::new(Tables {
         plugin: raw::Plugin {

@@ -1,4 +1,4 @@
-//! Addresses, each a protocol and a place, in the notation of the link's library. Resolves no name and opens
+//! Addresses, each a protocol and an endpoint, in the notation of the link's library. Resolves no name and opens
 //! nothing.
 
 use std::net::IpAddr;
@@ -103,7 +103,7 @@ mod tests {
     use super::{Address, AddressError, is_network};
 
     #[test]
-    fn this_machine_is_not_the_network() {
+    fn loopback_and_socket_files_are_not_on_the_network() {
         for local in [
             "tcp/127.0.0.1:7447",
             "tcp/127.8.9.10:1",
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_else_is() {
+    fn other_and_invalid_addresses_are_on_the_network() {
         for open in [
             "tcp/0.0.0.0:7447",
             "tls/[::]:7447",
@@ -134,8 +134,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_address_says_why() {
-        for (text, why) in [
+    fn an_invalid_address_is_refused_with_the_reason() {
+        for (text, error) in [
             ("0.0.0.0:7447", AddressError::Shape),
             ("tcp/", AddressError::Shape),
             ("tcp/:7447", AddressError::Shape),
@@ -147,7 +147,7 @@ mod tests {
             ("tcp/robot:", AddressError::Port),
             ("udp/robot:7447", AddressError::Protocol("udp")),
         ] {
-            assert_eq!(Address::parse(text), Err(why), "{text}");
+            assert_eq!(Address::parse(text), Err(error), "{text}");
         }
     }
 }

@@ -1,5 +1,5 @@
 //! Admission to the link: users, passwords and certificates. Refuses settings that would open the application
-//! by accident. The contents of files are not read here.
+//! by accident. Reads no contents of files.
 
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,7 @@ pub(super) fn tls(report: &mut FaultReport, section: &Section, folder: &Path) ->
 /// Reports a key that has no meaning without another.
 fn refuse_without(report: &mut FaultReport, section: &Section, key: &str, other: &str) {
     if section.get(key).is_some() && section.get(other).is_none() {
-        let message = format!("{} needs `{other}` beside it", section.key(key));
+        let message = format!("{} requires `{other}`", section.key(key));
         report
             .fault(&section.key_span(key), message)
             .advise(format!("add `{other}`, or remove `{key}`"));
@@ -74,15 +74,15 @@ pub(super) fn refuse_without_certificate(
     let named = section
         .get("tls")
         .is_some_and(|tls| tls.get_ref().get("certificate").is_some());
-    let shows = named || link.tls.as_ref().is_some_and(|tls| tls.identity.is_some());
+    let has_certificate = named || link.tls.as_ref().is_some_and(|tls| tls.identity.is_some());
     for written in listen.iter().filter(|written| written.address.protocol == "tls") {
-        if !shows {
+        if !has_certificate {
             let what = section.key("listen");
             report
                 .fault(
                     &written.text.span,
                     format!(
-                        "{what} has {}, and no certificate to show there",
+                        "{what} has {}, and the link has no certificate to present there",
                         quote(written.text.text)
                     ),
                 )
@@ -107,41 +107,41 @@ pub(super) fn refuse_unauthenticated(
     let authority = section
         .get("tls")
         .is_some_and(|tls| tls.get_ref().get("authority").is_some());
-    let asks = user || link.tls.as_ref().is_some_and(|tls| tls.clients);
-    let proves = |written: &WrittenAddress| written.address.protocol == "tls" && authority;
-    let ways = [("listen", listen), ("connect", connect)];
-    for (key, written) in ways
+    let authenticates_clients = user || link.tls.as_ref().is_some_and(|tls| tls.clients);
+    let authenticates_peer = |written: &WrittenAddress| written.address.protocol == "tls" && authority;
+    let addresses = [("listen", listen), ("connect", connect)];
+    for (key, written) in addresses
         .into_iter()
-        .flat_map(|(key, all)| all.iter().map(move |one| (key, one)))
+        .flat_map(|(key, all)| all.iter().map(move |written| (key, written)))
     {
         let (what, text) = (section.key(key), &written.text);
         let shown = quote(text.text);
         let mut fault = |message: String, advice: &str| {
             report.fault(&text.span, message).advise(advice);
         };
-        if user && !proves(written) {
+        if user && !authenticates_peer(written) {
             fault(
                 format!(
-                    "{what} has {shown}, where the password would be given to whoever answers, or could be passed on"
+                    "{what} has {shown}, where the password could reach an unauthenticated peer or be intercepted"
                 ),
                 "use \"tls/...\" with an `authority` in `tls`, or remove `user` and `password-file`",
             );
         } else if link.insecure {
-        } else if key == "connect" && !proves(written) {
+        } else if key == "connect" && !authenticates_peer(written) {
             fault(
-                format!("{what} has {shown}, and nothing proves who answers there"),
+                format!("{what} has {shown}, and its peer is not authenticated"),
                 "connect by \"tls/...\" with an `authority` in `tls`; or write insecure = true",
             );
-        } else if key == "listen" && !(proves(written) && asks) {
-            let who = if written.address.is_network() {
-                "anybody on the network"
+        } else if key == "listen" && !(authenticates_peer(written) && authenticates_clients) {
+            let clients = if written.address.is_network() {
+                "any machine on the network"
             } else {
                 "every user of this machine"
             };
             fault(
-                format!("{what} has {shown}, where {who} may connect"),
+                format!("{what} has {shown}, where {clients} may connect"),
                 if written.address.protocol == "tls" {
-                    "add an `authority` to `tls`, which asks clients for certificates; or write insecure = true"
+                    "add an `authority` to `tls`, which then requires certificates of clients; or write insecure = true"
                 } else {
                     "listen by \"tls/...\" with an `authority` in `tls`; or write insecure = true"
                 },
@@ -159,7 +159,7 @@ fn existing_file(report: &mut FaultReport, section: &Section, key: &str, folder:
     }
     let shown = quote(&path.display().to_string());
     let message = if path.exists() {
-        format!("{} is {shown}, which is no file", section.key(key))
+        format!("{} is {shown}, which is not a file", section.key(key))
     } else {
         format!("{} is {shown}, and there is no such file", section.key(key))
     };

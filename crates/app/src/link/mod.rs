@@ -1,5 +1,5 @@
 //! `[link]`: which other processes and machines may connect to the application, and to which it connects.
-//! Settings only; nothing here opens a socket.
+//! Contains settings only and opens no socket.
 //!
 //! Without this section only the same user on the same machine can connect.
 //!
@@ -148,7 +148,7 @@ impl Link {
             .filter(|(_, file)| readable(file))
             .map(|(what, file)| {
                 let file = file.display();
-                format!("other users of this machine can read the {what} in {file}; say `chmod 600 {file}`")
+                format!("other users of this machine can read the {what} in {file}; run `chmod 600 {file}`")
             })
             .collect()
     }

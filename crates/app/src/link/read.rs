@@ -1,4 +1,4 @@
-//! Reads the section `[link]`: names, addresses and words. Opens no connection.
+//! Reads the section `[link]`. Opens no connection.
 
 use std::path::Path;
 
@@ -64,7 +64,7 @@ pub(crate) fn read(report: &mut FaultReport, top: &Section, application: &str, f
         report
             .fault(
                 &section.key_span("discover"),
-                format!("{what} looks where it listens, and it does not listen on the network"),
+                format!("{what} discovers only on the networks where it listens, and it listens on none"),
             )
             .advise("add listen = [\"tls/0.0.0.0:7447\"], or name the others in `connect`");
     }
@@ -89,19 +89,19 @@ fn name(report: &mut FaultReport, section: &Section) -> Option<String> {
 }
 
 fn addresses<'a>(report: &mut FaultReport, section: &Section<'a>, key: &str) -> Vec<WrittenAddress<'a>> {
-    const SUCH: &str = "write an address such as \"tls/0.0.0.0:7447\" or \"tcp/robot.local:7447\"";
+    const ADVICE: &str = "write an address such as \"tls/0.0.0.0:7447\" or \"tcp/robot.local:7447\"";
     let what = section.key(key);
     let mut read = Vec::new();
     for text in section.texts(report, key).unwrap_or_default() {
         match Address::parse(text.text) {
             Ok(address) => read.push(WrittenAddress { text, address }),
             Err(AddressError::Shape) => {
-                let message = format!("{what} has {}, which is no address", quote(text.text));
-                report.fault(&text.span, message).advise(SUCH);
+                let message = format!("{what} has {}, which is not an address", quote(text.text));
+                report.fault(&text.span, message).advise(ADVICE);
             }
             Err(AddressError::Port) => {
                 let message = format!("{what} has {}, which has no port up to 65535", quote(text.text));
-                report.fault(&text.span, message).advise(SUCH);
+                report.fault(&text.span, message).advise(ADVICE);
             }
             Err(AddressError::Protocol(protocol)) => report
                 .fault(
@@ -129,7 +129,7 @@ fn access(report: &mut FaultReport, section: &Section) -> Access {
                     .fault(
                         &text.span,
                         format!(
-                            "{} is {}, which is no access",
+                            "{} is {}, which is not an access",
                             section.key("access"),
                             quote(other)
                         ),

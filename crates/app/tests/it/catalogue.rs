@@ -1,4 +1,4 @@
-//! The shared parts of the tests of applications: a catalogue of plugin descriptions, an application without
+//! Shared helpers for the tests of applications: a catalogue of plugin descriptions, an application without
 //! faults, and functions that edit its text and check the faults. Loads no plugin.
 
 use std::path::{Path, PathBuf};
@@ -37,11 +37,11 @@ pub(crate) fn check_with(edits: &[(&str, &str)], options: &[&str], expected: &st
 /// Checks that a text has exactly these faults.
 #[track_caller]
 pub(crate) fn check_text(text: &str, options: &[&str], expected: &str) {
-    let said = match read(text, options) {
+    let actual = match read(text, options) {
         Ok(_) => "no fault".to_owned(),
         Err(faults) => faults.to_string(),
     };
-    assert_eq!(said, expected.trim(), "\n--- said:\n{said}\n");
+    assert_eq!(actual, expected.trim(), "\n--- actual:\n{actual}\n");
 }
 
 /// Reads the good application after these replacements, which must not cause a fault.
@@ -60,10 +60,10 @@ pub(crate) fn read(text: &str, options: &[&str]) -> Result<Application, Faults> 
         .iter()
         .map(|option| option.parse().expect(option))
         .collect();
-    parse(text, Path::new(FILE), &options, &Shelf)
+    parse(text, Path::new(FILE), &options, &DescribedPlugins)
 }
 
-/// Returns the good text after replacing the first text of each pair by the second.
+/// Returns the text of the good application after replacing the first text of each pair by the second.
 #[track_caller]
 pub(crate) fn edited(edits: &[(&str, &str)]) -> String {
     let mut text = GOOD.to_owned();
@@ -79,9 +79,9 @@ pub(crate) fn edited(edits: &[(&str, &str)]) -> String {
 }
 
 /// A catalogue that describes its plugins and loads none.
-pub(crate) struct Shelf;
+pub(crate) struct DescribedPlugins;
 
-impl Catalogue for Shelf {
+impl Catalogue for DescribedPlugins {
     fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String> {
         if name == "broken" {
             return Err("it was built for ABI 2.0, newer than this host's 1.0".to_owned());
@@ -221,11 +221,14 @@ fn pioneer() -> Schema {
     schema("pioneer", Kind::Driver, ports)
 }
 
-/// A driver whose laser scan has the usual name and another layout.
+/// A driver whose laser scan has the standard name and another layout.
 fn odd() -> Schema {
-    let usual = value_type("sensor_msgs/msg/LaserScan");
+    let standard = value_type("sensor_msgs/msg/LaserScan");
     let laser = Port {
-        value_type: Arc::new(Type { bytes: 16, ..usual }),
+        value_type: Arc::new(Type {
+            bytes: 16,
+            ..standard
+        }),
         ..port("laser", "", Role::Export)
     };
     schema("odd", Kind::Driver, vec![laser])
@@ -397,7 +400,7 @@ fn value_type(name: &str) -> Type {
                 4,
             )],
         ),
-        // Every other type is only bound by name and layout.
+        // The tests bind every other type only by its name and layout.
         "geometry_msgs/msg/Twist" => (
             16,
             vec![one("linear", "m/s", F64, 0), one("angular", "rad/s", F64, 8)],

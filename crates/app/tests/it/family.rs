@@ -35,13 +35,13 @@ apps/good.toml:25:20: `stop` has two fathers, `example` and `judge`
         ],
         r#"
 apps/good.toml:20:58: `cruise` in `children` of schema `example` names `goon` a second time
-    help: one schema plays one role: define a second instance of the same type
+    help: a schema can have only one role: define a second instance of the same type
 "#,
     );
 }
 
 #[test]
-fn a_schema_that_is_its_own_father_is_told_the_way_round() {
+fn a_schema_that_is_its_own_father_is_refused_with_the_cycle() {
     check(
         &[
             (
@@ -63,7 +63,7 @@ children = { one = "example" }
         r#"
 apps/good.toml:20:57: `speed` that schema `example` writes to `cruise` is a modulation, and `one` has none of that name
 apps/good.toml:38:20: `example` is its own father: example -> one -> two -> example
-    help: take one of them out of its father's `children`
+    help: remove one of them from its father's `children`
 "#,
     );
 }
@@ -74,16 +74,16 @@ fn r13_roots_are_motor_schemas_without_a_father() {
         &[(ROOTS, r#"roots = ["teleop", "example", "stop"]"#)],
         r#"
 apps/good.toml:3:31: the root `stop` has a father, `example`
-    help: take it out of `roots`, or out of its father's `children`
+    help: remove it from `roots`, or from its father's `children`
 "#,
     );
     check(
         &[(ROOTS, r#"roots = ["teleop", "example", "pioneer", "look"]"#)],
         r#"
 apps/good.toml:3:31: the root `pioneer` is a driver, and only motor schemas compete
-    help: take it out of `roots`; it is awake while a schema that needs it is
+    help: remove it from `roots`; it is awake while a schema that needs it is
 apps/good.toml:3:42: the root `look` is a perceptive schema, and only motor schemas compete
-    help: take it out of `roots`; it is awake while a schema that needs it is
+    help: remove it from `roots`; it is awake while a schema that needs it is
 "#,
     );
     check(
@@ -96,21 +96,21 @@ apps/good.toml:3:31: `roots` of the application names `teleop` twice
 }
 
 #[test]
-fn a_motor_schema_that_nobody_wakes_is_refused() {
+fn a_motor_schema_without_a_father_that_is_no_root_is_refused() {
     check(
         &[(
             CHILDREN,
             r#"{ brake = "stop", cruise = "goon", lookout = "look" }"#,
         )],
         r#"
-apps/good.toml:28:10: nobody wakes the motor schema `vff`
+apps/good.toml:28:10: no father wakes the motor schema `vff`, and it is no root
     help: name it in `roots`, or in the `children` of a father
 "#,
     );
 }
 
 #[test]
-fn roles_take_schemas_of_their_kind() {
+fn a_role_refuses_a_schema_of_another_kind() {
     check(
         &[(
             CHILDREN,
@@ -136,7 +136,7 @@ apps/good.toml:20:25: `brake` in `children` of schema `example` takes a motor sc
 }
 
 #[test]
-fn an_unknown_type_does_not_accuse_its_family() {
+fn an_unknown_type_causes_no_faults_of_fathers_and_children() {
     check(
         &[(r#"type        = "example""#, r#"type = "exampl""#)],
         r#"

@@ -1,24 +1,24 @@
-//! The faults of files that are no application files at all, and the form in which faults are reported.
+//! The faults of files that are not application files, and the format of faults.
 
 use std::path::Path;
 
 use jde_app::{FaultLocation, Faults, Override, load};
 
-use crate::catalogue::{self, Shelf, check};
+use crate::catalogue::{self, DescribedPlugins, check};
 
 fn refused(path: &Path) -> Faults {
-    load(path, &[], &Shelf).expect_err("a file that cannot be an application")
+    load(path, &[], &DescribedPlugins).expect_err("a file that cannot be an application")
 }
 
 #[test]
 fn a_good_file_loads() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/apps/good.toml");
-    let application = load(&file, &[], &Shelf).unwrap_or_else(|faults| panic!("{faults}"));
+    let application = load(&file, &[], &DescribedPlugins).unwrap_or_else(|faults| panic!("{faults}"));
     assert_eq!(application.path, file);
 }
 
 #[test]
-fn a_missing_file_names_the_nearest_beside_it() {
+fn a_missing_file_is_reported_with_the_nearest_name_in_its_folder() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/apps/godo.toml");
     let shown = file.display().to_string();
     assert_eq!(
@@ -35,7 +35,7 @@ fn a_missing_file_names_the_nearest_beside_it() {
 }
 
 #[test]
-fn a_folder_is_no_application() {
+fn a_folder_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     assert_eq!(
         refused(folder.path()).to_string(),
@@ -47,21 +47,21 @@ fn a_folder_is_no_application() {
 }
 
 #[test]
-fn bytes_that_are_no_text_are_told_with_their_place() {
+fn bytes_that_are_not_utf8_are_refused_with_their_position() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("latin.toml");
     std::fs::write(&file, b"name = \"x\"\ndoc = \"ni\xf1o\"\n").expect("a written file");
     assert_eq!(
         refused(&file).to_string(),
         format!(
-            "{}:2:10: this byte is no UTF-8, and application files are\n    help: save the file as UTF-8",
+            "{}:2:10: this byte is not UTF-8, which application files must be\n    help: save the file as UTF-8",
             file.display()
         )
     );
 }
 
 #[test]
-fn ten_megabytes_of_noise_are_refused_in_few_words() {
+fn a_file_that_is_too_large_is_refused_with_one_fault() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("noise.toml");
     // A linear congruential generator (Knuth's MMIX): every run reads the same noise.
@@ -85,7 +85,7 @@ fn ten_megabytes_of_noise_are_refused_in_few_words() {
 }
 
 #[test]
-fn noise_that_is_text_is_refused_in_few_words() {
+fn text_that_is_not_toml_is_refused_with_few_faults() {
     for noise in [
         "]", "=", "[[[[", "\"", "a.b.", "x = [", "\u{0}", "{", "'''", "é=1\n",
     ] {
@@ -109,7 +109,7 @@ fn noise_that_is_text_is_refused_in_few_words() {
 }
 
 #[test]
-fn every_syntax_fault_has_its_place() {
+fn every_syntax_fault_has_its_position() {
     check(
         &[
             ("name    = \"safe-navigation\"", "name = safe"),
@@ -117,9 +117,9 @@ fn every_syntax_fault_has_its_place() {
             ("[schemas.stop]", "[schemas.stop"),
         ],
         r#"
-apps/good.toml:2:8: this is no TOML: string values must be quoted, expected literal string
-apps/good.toml:4:9: this is no TOML: key with no value, expected `=`
-apps/good.toml:23:14: this is no TOML: unclosed table, expected `]`
+apps/good.toml:2:8: this is not TOML: string values must be quoted, expected literal string
+apps/good.toml:4:9: this is not TOML: key with no value, expected `=`
+apps/good.toml:23:14: this is not TOML: unclosed table, expected `]`
 "#,
     );
 }
@@ -128,17 +128,17 @@ apps/good.toml:23:14: this is no TOML: unclosed table, expected `]`
 fn a_list_that_is_not_closed_is_one_fault() {
     check(
         &[("[\"laser\"]", "[\"laser\"")],
-        "apps/good.toml:20:1: this is no TOML: missing comma between array elements, expected `,`",
+        "apps/good.toml:20:1: this is not TOML: missing comma between array elements, expected `,`",
     );
 }
 
 #[test]
-fn a_name_given_twice_is_one_fault() {
+fn a_duplicate_name_is_one_fault() {
     check(
         &[("[schemas.vff]", "[schemas.stop]")],
         r#"
 apps/good.toml:28:10: there is a table `stop` already
-    help: give each a name of its own, or make one table of the two
+    help: give each its own name, or merge the two tables
 "#,
     );
     check(
@@ -151,7 +151,7 @@ apps/good.toml:18:1: there is a key `period` already
 }
 
 #[test]
-fn all_faults_come_at_once_in_the_order_of_the_file_and_options_last() {
+fn all_faults_are_reported_in_the_order_of_the_file_with_options_last() {
     let edits = [
         ("type  = \"sim/pioneer\"", "type  = \"sim/pionee\""),
         ("name    = \"safe-navigation\"", "nam = \"x\""),
@@ -168,7 +168,7 @@ fn all_faults_come_at_once_in_the_order_of_the_file_and_options_last() {
 }
 
 #[test]
-fn a_place_counts_characters_and_spans_bytes() {
+fn a_location_has_a_column_in_characters_and_a_span_in_bytes() {
     let text = "# ñandú\nroots = [\"ñandú\", \"gato\"]\n[schemas]\n";
     let faults = catalogue::read(text, &[]).expect_err("unknown schemas");
     let FaultLocation::Text {
@@ -182,7 +182,7 @@ fn a_place_counts_characters_and_spans_bytes() {
 }
 
 #[test]
-fn a_thousand_faults_are_told_by_their_number() {
+fn many_faults_are_counted_and_only_the_first_are_kept() {
     let text: String = (0..1000).map(|n| format!("x{n} = 1\n")).collect();
     let faults = catalogue::read(&text, &[]).expect_err("unknown keys");
     assert_eq!((faults.list().len(), faults.count()), (200, 1002));
@@ -190,11 +190,11 @@ fn a_thousand_faults_are_told_by_their_number() {
 }
 
 #[test]
-fn an_application_has_so_many_schemas_at_most() {
-    let named: String = (0..10_001)
+fn an_application_with_too_many_schemas_is_refused() {
+    let text: String = (0..10_001)
         .map(|n| format!("[schemas.s{n}]\ntype = \"goon\"\n"))
         .collect();
-    let faults = catalogue::read(&named, &[]).expect_err("too many");
+    let faults = catalogue::read(&text, &[]).expect_err("too many");
     assert!(
         faults
             .list()
@@ -205,7 +205,7 @@ fn an_application_has_so_many_schemas_at_most() {
 }
 
 #[test]
-fn a_long_text_is_quoted_in_part() {
+fn a_long_text_is_shortened_in_a_message() {
     let long = "x".repeat(100_000);
     let faults = catalogue::faults(&[("\"sim/pioneer\"", &format!("\"{long}\""))]);
     assert!(faults.len() < 1000, "{} bytes", faults.len());
@@ -213,7 +213,7 @@ fn a_long_text_is_quoted_in_part() {
 }
 
 #[test]
-fn an_option_has_three_parts() {
+fn an_option_has_a_schema_a_variable_and_a_value() {
     let parse = |text: &str| text.parse::<Override>();
     assert_eq!(
         parse("goon.speed = \"0.3 m/s\""),
@@ -231,16 +231,16 @@ fn an_option_has_three_parts() {
         assert_eq!(
             parse(text),
             Err(format!(
-                "`{text}` sets nothing: write schema.variable=value, such as goon.fast=\"0.3 m/s\""
+                "`{text}` is not an option: write schema.variable=value, such as goon.fast=\"0.3 m/s\""
             ))
         );
     }
 }
 
-/// A missing character or line causes a fault at most, never a panic. The place of each fault lies within the
-/// text.
+/// A missing character or line causes at most a fault, never a panic. The position of each fault is within
+/// the text.
 #[test]
-fn a_file_with_a_piece_missing_is_read_or_refused() {
+fn a_file_with_a_missing_piece_is_read_or_refused() {
     let good = catalogue::GOOD;
     let characters = good.char_indices().map(|(at, c)| at..at + c.len_utf8());
     let lines = good.lines().map(|line| {

@@ -47,7 +47,7 @@ fn text(bytes: &[u8]) -> &str {
 }
 
 #[test]
-fn names_become_numbers() {
+fn names_are_resolved_to_numbers() {
     let application = application(&[]);
     assert_eq!(application.name, "safe-navigation");
     assert!(application.path.is_absolute());
@@ -85,7 +85,7 @@ fn names_become_numbers() {
 }
 
 #[test]
-fn r4_a_fathers_order_is_that_of_the_file() {
+fn r4_the_order_of_the_children_is_that_of_the_file() {
     let application = application(&[]);
     let example = &application.instances[at(&application, "example")];
     let children = ["stop", "vff", "goon", "look"].map(|name| at(&application, name));
@@ -105,11 +105,11 @@ fn r4_a_fathers_order_is_that_of_the_file() {
     assert_eq!(application.groups[1].members, children[..3]);
     assert_eq!(example.child_groups, [Some(1), Some(1), Some(1), None, None]);
 
-    let turned = application_with_order("cruise = \"goon\", brake = \"stop\", avoid = \"vff\"");
-    let members: Vec<_> = turned.groups[1]
+    let reordered = application_with_order("cruise = \"goon\", brake = \"stop\", avoid = \"vff\"");
+    let members: Vec<_> = reordered.groups[1]
         .members
         .iter()
-        .map(|member| turned.instances[*member].name.as_str())
+        .map(|member| reordered.instances[*member].name.as_str())
         .collect();
     assert_eq!(members, ["goon", "stop", "vff"]);
 }
@@ -141,7 +141,7 @@ fn r13_the_roots_are_the_first_group() {
 }
 
 #[test]
-fn values_are_in_the_units_of_their_ports() {
+fn values_are_converted_to_the_units_of_their_ports() {
     let application = application(&[]);
     assert_eq!(
         floats(initial(&application, "pioneer", "start")),
@@ -156,7 +156,7 @@ fn values_are_in_the_units_of_their_ports() {
 }
 
 #[test]
-fn a_structure_is_given_by_name_too_and_keeps_what_is_left_out() {
+fn a_structure_may_be_a_table_and_missing_fields_keep_their_defaults() {
     let application = application(&[("[1.0, 2.0, \"90deg\"]", "{ theta = \"180 deg\", x = \"25 cm\" }")]);
     assert_eq!(
         floats(initial(&application, "pioneer", "start")),
@@ -165,9 +165,9 @@ fn a_structure_is_given_by_name_too_and_keeps_what_is_left_out() {
 }
 
 #[test]
-fn sequences_bools_and_whole_numbers_are_values() {
-    let more = "world = \"office.toml\"\nweights = [1, \"20 cm\"]\nquiet = true\nbeams = 0xff";
-    let application = application(&[("world = \"office.toml\"", more)]);
+fn sequences_booleans_and_integers_are_encoded() {
+    let values = "world = \"office.toml\"\nweights = [1, \"20 cm\"]\nquiet = true\nbeams = 0xff";
+    let application = application(&[("world = \"office.toml\"", values)]);
     let weights = initial(&application, "pioneer", "weights");
     assert_eq!(weights[..4], 2u32.to_ne_bytes());
     assert_eq!(weights[4..8], 1f32.to_ne_bytes());
@@ -178,18 +178,22 @@ fn sequences_bools_and_whole_numbers_are_values() {
 
 #[test]
 fn paths_are_relative_to_the_file_and_to_the_working_directory_in_options() {
-    let here = std::env::current_dir().expect("a working directory");
+    let working_directory = std::env::current_dir().expect("a working directory");
     let world = |application: &Application| text(initial(application, "pioneer", "world")).to_owned();
-    // Short, because the port has room for 64 bytes.
+    // Short, because the port holds at most 64 bytes.
     let absolute = "/office.toml";
     assert_eq!(
         world(&application(&[("\"office.toml\"", &format!("\"{absolute}\""))])),
         absolute
     );
-    let shelf = catalogue::Shelf;
     let read = |path: &str, options: &[jde_app::Override]| {
-        jde_app::parse(catalogue::GOOD, std::path::Path::new(path), options, &shelf)
-            .unwrap_or_else(|faults| panic!("{faults}"))
+        jde_app::parse(
+            catalogue::GOOD,
+            std::path::Path::new(path),
+            options,
+            &catalogue::DescribedPlugins,
+        )
+        .unwrap_or_else(|faults| panic!("{faults}"))
     };
     assert_eq!(
         world(&read("/robot/apps/nav.toml", &[])),
@@ -198,12 +202,12 @@ fn paths_are_relative_to_the_file_and_to_the_working_directory_in_options() {
     let option = "pioneer.world=x".parse().expect("an option");
     assert_eq!(
         world(&read("/robot/apps/nav.toml", &[option])),
-        here.join("x").to_string_lossy()
+        working_directory.join("x").to_string_lossy()
     );
 }
 
 #[test]
-fn options_win_over_the_file() {
+fn options_override_the_file() {
     let options = [
         "goon.speed=30 cm/s",
         "goon.period=20 Hz",
@@ -221,7 +225,7 @@ fn options_win_over_the_file() {
 }
 
 #[test]
-fn r12_without_triggers_those_of_the_type_hold_and_an_empty_list_has_none() {
+fn r12_triggers_default_to_those_of_the_type_and_an_empty_list_has_none() {
     let trigger = |application: &Application, instance: &str| match *binding(application, instance, "laser") {
         Binding::Import { trigger, .. } => trigger,
         ref other => panic!("{other:?}"),
@@ -238,7 +242,7 @@ fn r12_without_triggers_those_of_the_type_hold_and_an_empty_list_has_none() {
 }
 
 #[test]
-fn a_father_writes_to_the_child_in_the_role() {
+fn the_modulations_of_a_father_are_bound_to_the_child_in_the_role() {
     let application = application(&[]);
     let (goon, speed) = port(&application, "goon", "speed");
     assert_eq!(
@@ -256,7 +260,7 @@ fn a_father_writes_to_the_child_in_the_role() {
 }
 
 #[test]
-fn a_role_left_open_leaves_its_modulations_open() {
+fn the_modulations_of_an_unbound_role_are_unbound() {
     let edits = [
         (", cruise = \"goon\"", ""),
         ("\"teleop\", \"example\"", "\"teleop\", \"example\", \"goon\""),
@@ -273,9 +277,9 @@ fn a_role_left_open_leaves_its_modulations_open() {
 }
 
 #[test]
-fn r9_groups_say_what_happens_when_nobody_wins() {
-    let group = |rules: &str| {
-        let application = application(&[("{ policy = \"sticky\", dwell = \"500ms\" }", rules)]);
+fn r9_groups_state_what_happens_without_a_winner() {
+    let group = |settings: &str| {
+        let application = application(&[("{ policy = \"sticky\", dwell = \"500ms\" }", settings)]);
         let goon = u32::try_from(at(&application, "goon")).expect("few instances");
         (application.groups[1].clone(), goon)
     };
@@ -297,7 +301,7 @@ fn r9_groups_say_what_happens_when_nobody_wins() {
 }
 
 #[test]
-fn r4_a_father_that_arbitrates_does_so_unless_the_file_says_otherwise() {
+fn r4_a_father_with_an_arbitration_uses_it_unless_the_file_sets_another_policy() {
     let edits = [
         (
             "roots   = [\"teleop\", \"example\"]",
@@ -322,7 +326,7 @@ fn r4_a_father_that_arbitrates_does_so_unless_the_file_says_otherwise() {
 }
 
 #[test]
-fn restarts_have_a_default_and_two_spellings() {
+fn a_restart_has_a_default_and_may_be_a_text_or_a_table() {
     let restart = |line: &str| {
         let application = application(&[("type      = \"stop\"", &format!("type = \"stop\"\n{line}"))]);
         application.instances[at(&application, "stop")].restart
@@ -354,7 +358,7 @@ fn restarts_have_a_default_and_two_spellings() {
 }
 
 #[test]
-fn a_budget_follows_the_period_unless_it_is_given() {
+fn the_budget_defaults_to_the_period() {
     let budget = |line: &str| {
         let application = application(&[("period      = \"75ms\"", line)]);
         application.instances[at(&application, "example")].budget_ns
@@ -365,7 +369,7 @@ fn a_budget_follows_the_period_unless_it_is_given() {
 }
 
 #[test]
-fn r6_the_rules_learn_who_is_needed() {
+fn r6_the_spec_contains_the_schemas_that_each_schema_needs() {
     let application = application(&[(
         "laser = \"pioneer.laser\", heading = \"pioneer.heading\"",
         "laser = \"pioneer.laser\", heading = \"look.heading\"",
@@ -384,7 +388,7 @@ fn r6_the_rules_learn_who_is_needed() {
 }
 
 #[test]
-fn a_modulation_can_be_read_and_keeps_nobody_awake() {
+fn an_imported_modulation_does_not_keep_its_schema_awake() {
     let other = "[schemas.other]\ntype = \"look\"\nimports = { laser = \"pioneer.laser\", bearing = \"look.tilt\" }\n";
     let application = application(&[("[schemas.stop]", &format!("{other}[schemas.stop]"))]);
     assert_eq!(
@@ -402,8 +406,8 @@ fn a_modulation_can_be_read_and_keeps_nobody_awake() {
 }
 
 #[test]
-fn types_are_written_short_where_nothing_is_in_doubt() {
-    let named = |ty: &str| {
+fn a_type_may_be_the_plugin_alone_if_that_is_unambiguous() {
+    let resolved = |ty: &str| {
         let application = application(&[("type    = \"look\"", &format!("type = \"{ty}\""))]);
         let look = &application.instances[at(&application, "look")];
         (
@@ -412,12 +416,12 @@ fn types_are_written_short_where_nothing_is_in_doubt() {
             look.number,
         )
     };
-    assert_eq!(named("look"), ("look".to_owned(), "look".to_owned(), 0));
-    assert_eq!(named("look/look"), ("look".to_owned(), "look".to_owned(), 0));
+    assert_eq!(resolved("look"), ("look".to_owned(), "look".to_owned(), 0));
+    assert_eq!(resolved("look/look"), ("look".to_owned(), "look".to_owned(), 0));
 }
 
 #[test]
-fn folders_for_plugins_are_relative_to_the_file() {
+fn plugin_folders_are_relative_to_the_file() {
     let edits = [
         ("name    = \"safe-navigation\"", "plugins = [\"more\"]"),
         ("type      = \"teleop\"", "type = \"extra\""),
@@ -431,7 +435,7 @@ fn folders_for_plugins_are_relative_to_the_file() {
 }
 
 #[test]
-fn the_top_says_seed_executor_and_policy_of_the_roots() {
+fn the_top_level_sets_seed_executor_and_policy_of_the_roots() {
     let more = "seed = 7\nexecutor = \"pool\"\ndoc = \"Drives.\"\nroot = { policy = \"urgency\", absence = \"fallback\", fallback = \"teleop\" }\nmission";
     let application = application(&[("mission =", &format!("{more} ="))]);
     assert_eq!((application.seed, application.executor), (7, Executor::Pool));
@@ -442,7 +446,7 @@ fn the_top_says_seed_executor_and_policy_of_the_roots() {
 }
 
 #[test]
-fn r7_different_members_of_a_group_and_all_below_them_may_share_an_actuator() {
+fn r7_members_of_one_group_and_their_descendants_may_share_an_actuator() {
     let application = application(&[]);
     let velocity = Binding::Actuator {
         target: Some(port(&application, "pioneer", "velocity")),

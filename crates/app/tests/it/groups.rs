@@ -1,90 +1,95 @@
-//! The faults that are reported for rules of groups, and for actuators that two schemas could command at
-//! once.
+//! The faults of group settings, and of actuators that two schemas could command at the same time.
 
 use crate::catalogue::check;
 
-/// The rules of the group of the good application.
-const RULES: &str = r#"{ policy = "sticky", dwell = "500ms" }"#;
+/// The settings of the group of the good application.
+const SETTINGS: &str = r#"{ policy = "sticky", dwell = "500ms" }"#;
 
 #[test]
-fn a_key_goes_with_its_policy() {
+fn a_key_of_another_policy_is_refused() {
     check(
-        &[(RULES, r#"{ dwell = "500ms" }"#)],
+        &[(SETTINGS, r#"{ dwell = "500ms" }"#)],
         r#"
-apps/good.toml:21:17: `dwell` of group `base` of schema `example` only goes with policy = "sticky"
+apps/good.toml:21:17: `dwell` of group `base` of schema `example` has an effect only with policy = "sticky"
     help: remove it, or write policy = "sticky"
 "#,
     );
     check(
-        &[(RULES, r#"{ policy = "priority", hysteresis = 0.1, turn = "1s" }"#)],
+        &[(
+            SETTINGS,
+            r#"{ policy = "priority", hysteresis = 0.1, turn = "1s" }"#,
+        )],
         r#"
-apps/good.toml:21:38: `hysteresis` of group `base` of schema `example` only goes with policy = "sticky"
+apps/good.toml:21:38: `hysteresis` of group `base` of schema `example` has an effect only with policy = "sticky"
     help: remove it, or write policy = "sticky"
-apps/good.toml:21:56: `turn` of group `base` of schema `example` only goes with policy = "round-robin"
+apps/good.toml:21:56: `turn` of group `base` of schema `example` has an effect only with policy = "round-robin"
     help: remove it, or write policy = "round-robin"
 "#,
     );
     check(
-        &[(RULES, r#"{ absence = "brake", hold = "1s", fallback = "brake" }"#)],
+        &[(
+            SETTINGS,
+            r#"{ absence = "brake", hold = "1s", fallback = "brake" }"#,
+        )],
         r#"
-apps/good.toml:21:36: `hold` of group `base` of schema `example` only goes with absence = "hold"
+apps/good.toml:21:36: `hold` of group `base` of schema `example` has an effect only with absence = "hold"
     help: remove it, or write absence = "hold"
-apps/good.toml:21:49: `fallback` of group `base` of schema `example` only goes with absence = "fallback"
+apps/good.toml:21:49: `fallback` of group `base` of schema `example` has an effect only with absence = "fallback"
     help: remove it, or write absence = "fallback"
 "#,
     );
 }
 
 #[test]
-fn a_policy_without_its_key_is_told_which() {
+fn a_policy_without_its_required_key_is_refused() {
     check(
-        &[(RULES, r#"{ policy = "sticky" }"#)],
+        &[(SETTINGS, r#"{ policy = "sticky" }"#)],
         r#"
-apps/good.toml:21:26: `policy` of group `base` of schema `example` is "sticky", which needs `dwell`
+apps/good.toml:21:26: `policy` of group `base` of schema `example` is "sticky", which requires `dwell`
     help: add dwell = "500ms"
 "#,
     );
     check(
-        &[(RULES, r#"{ policy = "round-robin" }"#)],
+        &[(SETTINGS, r#"{ policy = "round-robin" }"#)],
         r#"
-apps/good.toml:21:26: `policy` of group `base` of schema `example` is "round-robin", which needs `turn`
+apps/good.toml:21:26: `policy` of group `base` of schema `example` is "round-robin", which requires `turn`
     help: add turn = "5s"
 "#,
     );
     check(
-        &[(RULES, r#"{ absence = "hold" }"#)],
+        &[(SETTINGS, r#"{ absence = "hold" }"#)],
         r#"
-apps/good.toml:21:27: `absence` of group `base` of schema `example` is "hold", which needs `hold`
+apps/good.toml:21:27: `absence` of group `base` of schema `example` is "hold", which requires `hold`
     help: add hold = "300ms"
 "#,
     );
     check(
-        &[(RULES, r#"{ absence = "fallback" }"#)],
+        &[(SETTINGS, r#"{ absence = "fallback" }"#)],
         r#"
-apps/good.toml:21:27: `absence` of group `base` of schema `example` is "fallback", which needs `fallback`
+apps/good.toml:21:27: `absence` of group `base` of schema `example` is "fallback", which requires `fallback`
     help: add fallback = "brake"
 "#,
     );
 }
 
 #[test]
-fn an_unknown_policy_names_the_nearest() {
+fn an_unknown_policy_is_reported_with_the_nearest_name() {
     check(
-        &[(RULES, r#"{ policy = "stiky" }"#)],
+        &[(SETTINGS, r#"{ policy = "stiky" }"#)],
         r#"
 apps/good.toml:21:26: group `base` of schema `example` has no policy `stiky`
     help: did you mean `sticky`?
 "#,
     );
     check(
-        &[(RULES, r#"{ absence = "break" }"#)],
+        &[(SETTINGS, r#"{ absence = "break" }"#)],
         r#"
 apps/good.toml:21:27: group `base` of schema `example` has no absence policy `break`
     help: absence policies: `brake`, `hold` and `fallback`
 "#,
     );
     check(
-        &[(RULES, "{ policy = 3 }")],
+        &[(SETTINGS, "{ policy = 3 }")],
         r#"
 apps/good.toml:21:26: `policy` of group `base` of schema `example` must be a text, not a whole number
 "#,
@@ -92,18 +97,18 @@ apps/good.toml:21:26: `policy` of group `base` of schema `example` must be a tex
 }
 
 #[test]
-fn r9_a_fallback_is_somebody_in_the_group() {
+fn r9_a_fallback_must_be_a_member_of_the_group() {
     check(
-        &[(RULES, r#"{ absence = "fallback", fallback = "cruse" }"#)],
+        &[(SETTINGS, r#"{ absence = "fallback", fallback = "cruse" }"#)],
         r#"
-apps/good.toml:21:50: `fallback` of group `base` of schema `example` is `cruse`, which is nobody in the group
+apps/good.toml:21:50: `fallback` of group `base` of schema `example` is `cruse`, which is not a member of the group
     help: did you mean `cruise`?
 "#,
     );
     check(
-        &[(RULES, r#"{ absence = "fallback", fallback = "lookout" }"#)],
+        &[(SETTINGS, r#"{ absence = "fallback", fallback = "lookout" }"#)],
         r#"
-apps/good.toml:21:50: `fallback` of group `base` of schema `example` is `lookout`, which is nobody in the group
+apps/good.toml:21:50: `fallback` of group `base` of schema `example` is `lookout`, which is not a member of the group
     help: roles of this group: `brake`, `avoid` and `cruise`
 "#,
     );
@@ -114,31 +119,37 @@ apps/good.toml:21:50: `fallback` of group `base` of schema `example` is `lookout
 root = { absence = "fallback", fallback = "stop" }"#,
         )],
         r#"
-apps/good.toml:4:43: `fallback` of `root` is `stop`, which is nobody in the group
+apps/good.toml:4:43: `fallback` of `root` is `stop`, which is not a member of the group
     help: schemas in `roots`: `teleop` and `example`
 "#,
     );
 }
 
 #[test]
-fn a_hysteresis_is_a_finite_number() {
+fn a_hysteresis_must_be_a_finite_number() {
     check(
-        &[(RULES, r#"{ policy = "sticky", dwell = "1s", hysteresis = -1 }"#)],
+        &[(
+            SETTINGS,
+            r#"{ policy = "sticky", dwell = "1s", hysteresis = -1 }"#,
+        )],
         r#"
-apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` is no finite number, 0 or more
-    help: give the urgency by which a rival must exceed the winner
-"#,
-    );
-    check(
-        &[(RULES, r#"{ policy = "sticky", dwell = "1s", hysteresis = nan }"#)],
-        r#"
-apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` is no finite number, 0 or more
+apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` is not a finite number of 0 or more
     help: give the urgency by which a rival must exceed the winner
 "#,
     );
     check(
         &[(
-            RULES,
+            SETTINGS,
+            r#"{ policy = "sticky", dwell = "1s", hysteresis = nan }"#,
+        )],
+        r#"
+apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` is not a finite number of 0 or more
+    help: give the urgency by which a rival must exceed the winner
+"#,
+    );
+    check(
+        &[(
+            SETTINGS,
             r#"{ policy = "sticky", dwell = "1s", hysteresis = "much" }"#,
         )],
         r#"
@@ -148,11 +159,11 @@ apps/good.toml:21:63: `hysteresis` of group `base` of schema `example` must be a
 }
 
 #[test]
-fn r4_only_a_father_who_arbitrates_is_asked() {
+fn r4_the_policy_father_requires_a_father_with_an_arbitration() {
     check(
-        &[(RULES, r#"{ policy = "father" }"#)],
+        &[(SETTINGS, r#"{ policy = "father" }"#)],
         r#"
-apps/good.toml:21:26: `policy` of group `base` of schema `example` is "father", and no father with an arbitration of its own is above
+apps/good.toml:21:26: `policy` of group `base` of schema `example` is "father", and the group has no father with an arbitration
     help: choose `priority`, `urgency`, `sticky` or `round-robin`
 "#,
     );
@@ -163,14 +174,14 @@ apps/good.toml:21:26: `policy` of group `base` of schema `example` is "father", 
 root.policy = "father""#,
         )],
         r#"
-apps/good.toml:4:15: `policy` of `root` is "father", and no father with an arbitration of its own is above
+apps/good.toml:4:15: `policy` of `root` is "father", and the group has no father with an arbitration
     help: choose `priority`, `urgency`, `sticky` or `round-robin`
 "#,
     );
 }
 
 #[test]
-fn r7_members_of_different_groups_do_not_share_an_actuator() {
+fn r7_members_of_different_groups_must_not_share_an_actuator() {
     check(
         &[(
             r#"{ brake = "stop", avoid = "vff", cruise = "goon", lookout = "look" }"#,
@@ -178,13 +189,13 @@ fn r7_members_of_different_groups_do_not_share_an_actuator() {
         )],
         r#"
 apps/good.toml:36:22: `stop` and `goon` could command `pioneer.velocity` at the same time: the groups `example/base` and `example/head` have a winner each
-    help: leave the command to one of them, or let them compete in one group
+    help: bind the command in only one of them, or let them compete in one group
 "#,
     );
 }
 
 #[test]
-fn r7_a_father_and_its_child_do_not_share_an_actuator() {
+fn r7_a_father_and_its_child_must_not_share_an_actuator() {
     check(
         &[(
             r#"period      = "75ms""#,
@@ -192,17 +203,17 @@ fn r7_a_father_and_its_child_do_not_share_an_actuator() {
         )],
         r#"
 apps/good.toml:26:22: `example` and `stop` could command `pioneer.velocity` at the same time: `example` is above the other
-    help: leave the command to one of them, or let them compete in one group
+    help: bind the command in only one of them, or let them compete in one group
 apps/good.toml:31:22: `example` and `vff` could command `pioneer.velocity` at the same time: `example` is above the other
-    help: leave the command to one of them, or let them compete in one group
+    help: bind the command in only one of them, or let them compete in one group
 apps/good.toml:36:22: `example` and `goon` could command `pioneer.velocity` at the same time: `example` is above the other
-    help: leave the command to one of them, or let them compete in one group
+    help: bind the command in only one of them, or let them compete in one group
 "#,
     );
 }
 
 #[test]
-fn r7_one_schema_commands_an_actuator_once() {
+fn r7_one_schema_must_not_command_an_actuator_twice() {
     check(
         &[(
             r#"type      = "teleop"
@@ -212,7 +223,7 @@ actuators = { base = "pioneer.velocity", spare = "pioneer.velocity" }"#,
         )],
         r#"
 apps/good.toml:13:50: `teleop` commands `pioneer.velocity` by two of its actuators
-    help: bind each of its actuators to a command of its own
+    help: bind each of its actuators to a different command
 "#,
     );
 }

@@ -6,7 +6,7 @@ use crate::catalogue::{check, check_text};
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;
 
 #[test]
-fn a_file_without_its_tables_says_what_belongs_there() {
+fn a_file_without_roots_or_schemas_is_refused_with_an_example() {
     check_text(
         "",
         &[],
@@ -14,7 +14,7 @@ fn a_file_without_its_tables_says_what_belongs_there() {
 apps/good.toml: there is no `roots`, so nothing would ever start
     help: name the motor schemas of the top level, such as roots = ["teleop", "example"]; the first wins a collision
 apps/good.toml: there is no `schemas`, so the application has nothing to run
-    help: define each schema in a table of its own: [schemas.NAME] with type = "PLUGIN/SCHEMA"
+    help: define each schema in its own table: [schemas.NAME] with type = "PLUGIN/SCHEMA"
 "#,
     );
     check_text(
@@ -24,7 +24,7 @@ apps/good.toml: there is no `schemas`, so the application has nothing to run
 apps/good.toml: there is no `roots`, so nothing would ever start
     help: name the motor schemas of the top level, such as roots = ["teleop", "example"]; the first wins a collision
 apps/good.toml: there is no `schemas`, so the application has nothing to run
-    help: define each schema in a table of its own: [schemas.NAME] with type = "PLUGIN/SCHEMA"
+    help: define each schema in its own table: [schemas.NAME] with type = "PLUGIN/SCHEMA"
 "#,
     );
     check_text(
@@ -39,7 +39,7 @@ apps/good.toml:2:11: `schemas` of the application must be a table, not a whole n
 }
 
 #[test]
-fn an_unknown_key_names_the_nearest_at_every_level() {
+fn an_unknown_key_is_reported_with_the_nearest_name_at_every_level() {
     check(
         &[(r#"name    = "safe-navigation""#, r#"nmae = "x""#)],
         r#"
@@ -153,7 +153,7 @@ apps/good.toml:8:7: `start` of schema `pioneer` has no field `z`
 }
 
 #[test]
-fn a_port_given_as_a_key_is_told_where_it_belongs() {
+fn a_port_used_as_a_key_is_reported_with_its_table() {
     check(
         &[(
             r#"type      = "stop""#,
@@ -186,11 +186,11 @@ apps/good.toml:17:1: unknown key `brake` in schema `example`
 }
 
 #[test]
-fn an_unknown_type_names_the_nearest() {
+fn an_unknown_type_is_reported_with_the_nearest_name() {
     check(
         &[(r#""sim/pioneer""#, r#""sim/pionee""#)],
         r#"
-apps/good.toml:7:9: plugin `sim` holds no schema `pionee`
+apps/good.toml:7:9: plugin `sim` contains no schema `pionee`
     help: did you mean `pioneer`?
 "#,
     );
@@ -211,7 +211,7 @@ apps/good.toml:7:9: schema `pioneer`: plugin `pioneer` cannot be used: no folder
     check(
         &[(r#""nav/goon""#, r#""nav""#)],
         r#"
-apps/good.toml:34:13: plugin `nav` holds `vff` and `goon`; say which
+apps/good.toml:34:13: plugin `nav` contains `vff` and `goon`; state which one
     help: write type = "nav/vff"
 "#,
     );
@@ -241,7 +241,7 @@ apps/good.toml:34:13: `type` of schema `goon` must be a text, not a whole number
 }
 
 #[test]
-fn a_value_of_another_shape_says_which_was_expected() {
+fn a_value_of_another_shape_is_reported_with_the_expected_one() {
     check(
         &[(r#"name    = "safe-navigation""#, "name = 7")],
         r#"
@@ -314,7 +314,7 @@ apps/good.toml:25:7: `doc` of schema `stop` must be a text, not a date
 restart = "always""#,
         )],
         r#"
-apps/good.toml:25:11: `restart` of schema `stop` is `always`, which is no way to restart
+apps/good.toml:25:11: `restart` of schema `stop` is `always`, which is not a way to restart
     help: ways: `never` and `on-fault`
 "#,
     );
@@ -336,7 +336,7 @@ restart.limit = 0"#,
         )],
         r#"
 apps/good.toml:25:17: `limit` of `restart` of schema `stop` is no whole number above 0
-    help: say how many restarts it gets, or write restart = "never"
+    help: state the number of restarts, or write restart = "never"
 "#,
     );
     check(

@@ -1,11 +1,11 @@
-//! The endpoints that `[link]` opens, and the faults of a link that would be open by accident.
+//! The settings of `[link]`, and the faults of a link that would admit or trust unauthenticated peers.
 
 use std::path::{Path, PathBuf};
 
 use jde_app::link::{Access, Identity, Link, Login, Tls};
 use jde_app::{Application, Faults, parse};
 
-use crate::catalogue::{GOOD, Shelf, application, check};
+use crate::catalogue::{DescribedPlugins, GOOD, application, check};
 
 /// The line of the good application before which a test inserts `[link]`.
 const SCHEMAS: &str = "[schemas.pioneer]";
@@ -23,7 +23,7 @@ fn folder() -> tempfile::TempDir {
 fn read(folder: &Path, link: &str) -> Result<Application, Faults> {
     let text = GOOD.replace(SCHEMAS, &format!("[link]\n{link}\n{SCHEMAS}"));
     assert_ne!(text, GOOD, "the good application has no `{SCHEMAS}`");
-    parse(&text, &folder.join("app.toml"), &[], &Shelf)
+    parse(&text, &folder.join("app.toml"), &[], &DescribedPlugins)
 }
 
 fn linked(folder: &Path, link: &str) -> Link {
@@ -33,7 +33,7 @@ fn linked(folder: &Path, link: &str) -> Link {
 }
 
 /// Returns the faults of a link, without lines and columns, which other tests of applications check.
-fn said(folder: &Path, link: &str) -> Vec<String> {
+fn messages(folder: &Path, link: &str) -> Vec<String> {
     let faults = read(folder, link).expect_err(link);
     let list = faults.list().iter();
     list.map(|fault| {
@@ -45,7 +45,7 @@ fn said(folder: &Path, link: &str) -> Vec<String> {
 }
 
 #[test]
-fn without_a_link_nothing_is_opened() {
+fn without_a_link_section_no_address_is_opened() {
     let link = application(&[]).link;
     assert_eq!(link, Link::local("safe-navigation"));
     assert!(link.listen.is_empty() && link.connect.is_empty() && !link.discover && !link.off);
@@ -53,7 +53,7 @@ fn without_a_link_nothing_is_opened() {
 }
 
 #[test]
-fn a_link_says_whom_it_lets_in() {
+fn all_settings_of_a_link_are_read() {
     let folder = folder();
     let path = |name: &str| -> PathBuf { folder.path().join(name) };
     let link = linked(
@@ -101,7 +101,7 @@ fn a_link_says_whom_it_lets_in() {
 }
 
 #[test]
-fn an_application_that_names_no_link_is_called_by_its_own_name() {
+fn the_name_of_a_link_defaults_to_that_of_the_application() {
     for (application, link) in [
         ("safe-navigation", "safe-navigation"),
         ("Follow the ball!", "Follow-the-ball-"),
@@ -113,20 +113,20 @@ fn an_application_that_names_no_link_is_called_by_its_own_name() {
     }
     let folder = folder();
     assert_eq!(
-        said(folder.path(), r#"name = "robot 2""#),
+        messages(folder.path(), r#"name = "robot 2""#),
         ["`robot 2` cannot be the name of a link"]
     );
 }
 
 #[test]
-fn this_machine_has_other_users() {
+fn an_address_on_this_machine_is_refused_unless_insecure() {
     let folder = folder();
     let listen = r#"listen = ["tcp/127.0.0.1:7447", "tcp/localhost:0", "unixsock-stream/robot"]"#;
     let open = |address: &str| {
         format!("`listen` of `link` has `{address}`, where every user of this machine may connect")
     };
     assert_eq!(
-        said(folder.path(), listen),
+        messages(folder.path(), listen),
         ["tcp/127.0.0.1:7447", "tcp/localhost:0", "unixsock-stream/robot"].map(open)
     );
     let link = linked(folder.path(), &format!("{listen}\ninsecure = true"));
@@ -135,43 +135,48 @@ fn this_machine_has_other_users() {
     assert_eq!(link.listen[2], socket);
 }
 
-/// Forms of `tls`: a certificate alone; with client certificates required; with them not required.
-const OWN: &str = r#"tls = { certificate = "robot.pem", key = "robot.key" }"#;
-const ASKS: &str = r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem" }"#;
-const SHOWS: &str =
+/// Forms of `tls`: only a certificate; with client certificates required; with an authority but without
+/// client certificates.
+const CERTIFICATE_ONLY: &str = r#"tls = { certificate = "robot.pem", key = "robot.key" }"#;
+const REQUIRES_CERTIFICATES: &str =
+    r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem" }"#;
+const AUTHORITY_WITHOUT_CLIENTS: &str =
     r#"tls = { certificate = "robot.pem", key = "robot.key", authority = "ca.pem", clients = false }"#;
 const LOGIN: &str = "user = \"lab\"\npassword-file = \"link.password\"";
 const TLS: &str = r#"listen = ["tls/0.0.0.0:7447"]"#;
 const TCP: &str = r#"listen = ["tcp/0.0.0.0:7447"]"#;
 
 #[test]
-fn nobody_is_let_in_from_the_network_by_accident() {
+fn an_address_open_to_unauthenticated_clients_is_refused_unless_insecure() {
     let folder = folder();
     let open = |address: &str| {
-        format!("`listen` of `link` has `{address}`, where anybody on the network may connect")
+        format!("`listen` of `link` has `{address}`, where any machine on the network may connect")
     };
     assert_eq!(
-        said(
+        messages(
             folder.path(),
             r#"listen = ["tcp/0.0.0.0:7447", "tcp/robot:7449"]"#
         ),
         [open("tcp/0.0.0.0:7447"), open("tcp/robot:7449")]
     );
-    // A certificate of the application's own restricts no client. Client certificates on one address do not
+    // The application's own certificate restricts no client. Client certificates on one address do not
     // protect another address.
-    for refused in [format!("{TLS}\n{OWN}"), format!("{TLS}\n{SHOWS}")] {
-        assert_eq!(said(folder.path(), &refused), [open("tls/0.0.0.0:7447")]);
+    for refused in [
+        format!("{TLS}\n{CERTIFICATE_ONLY}"),
+        format!("{TLS}\n{AUTHORITY_WITHOUT_CLIENTS}"),
+    ] {
+        assert_eq!(messages(folder.path(), &refused), [open("tls/0.0.0.0:7447")]);
     }
     let both = r#"listen = ["tls/0.0.0.0:7447", "tcp/0.0.0.0:7448"]"#;
     assert_eq!(
-        said(folder.path(), &format!("{both}\n{ASKS}")),
+        messages(folder.path(), &format!("{both}\n{REQUIRES_CERTIFICATES}")),
         [open("tcp/0.0.0.0:7448")]
     );
     for guarded in [
-        format!("{TLS}\n{ASKS}"),
-        format!("{TLS}\n{SHOWS}\n{LOGIN}"),
+        format!("{TLS}\n{REQUIRES_CERTIFICATES}"),
+        format!("{TLS}\n{AUTHORITY_WITHOUT_CLIENTS}\n{LOGIN}"),
         format!("{TCP}\ninsecure = true"),
-        format!("{TLS}\n{OWN}\ninsecure = true"),
+        format!("{TLS}\n{CERTIFICATE_ONLY}\ninsecure = true"),
     ] {
         let link = linked(folder.path(), &guarded);
         assert!(link.is_open(), "{guarded}");
@@ -180,21 +185,21 @@ fn nobody_is_let_in_from_the_network_by_accident() {
 }
 
 #[test]
-fn nobody_is_connected_to_who_proves_nothing() {
+fn a_connection_to_an_unauthenticated_peer_is_refused_unless_insecure() {
     let folder = folder();
     for address in ["tcp/base:7447", "tcp/127.0.0.1:7447", "tls/base:7447"] {
         let connect = format!("connect = [\"{address}\"]");
         assert_eq!(
-            said(folder.path(), &connect),
+            messages(folder.path(), &connect),
             [format!(
-                "`connect` of `link` has `{address}`, and nothing proves who answers there"
+                "`connect` of `link` has `{address}`, and its peer is not authenticated"
             )]
         );
         assert!(linked(folder.path(), &format!("{connect}\ninsecure = true")).insecure);
     }
     // An authority that verifies clients of one address does not verify the peer of another.
-    let mixed = format!("{TLS}\nconnect = [\"tcp/base:7447\"]\n{ASKS}");
-    assert_eq!(said(folder.path(), &mixed).len(), 1);
+    let mixed = format!("{TLS}\nconnect = [\"tcp/base:7447\"]\n{REQUIRES_CERTIFICATES}");
+    assert_eq!(messages(folder.path(), &mixed).len(), 1);
     linked(
         folder.path(),
         "connect = [\"tls/base:7447\"]\ntls = { authority = \"ca.pem\" }",
@@ -202,45 +207,45 @@ fn nobody_is_connected_to_who_proves_nothing() {
 }
 
 #[test]
-fn a_password_is_used_within_tls_and_nowhere_else() {
+fn a_password_requires_tls_with_an_authority() {
     let folder = folder();
-    let given = |key: &str, address: &str| {
+    let message = |key: &str, address: &str| {
         format!(
-            "`{key}` of `link` has `{address}`, where the password would be given to whoever answers, or could be passed on"
+            "`{key}` of `link` has `{address}`, where the password could reach an unauthenticated peer or be intercepted"
         )
     };
     for insecure in ["", "\ninsecure = true"] {
         for (link, key, address) in [
             (TCP.to_owned(), "listen", "tcp/0.0.0.0:7447"),
-            (format!("{TLS}\n{OWN}"), "listen", "tls/0.0.0.0:7447"),
+            (format!("{TLS}\n{CERTIFICATE_ONLY}"), "listen", "tls/0.0.0.0:7447"),
             (
-                format!("connect = [\"tcp/base:7447\"]\n{ASKS}"),
+                format!("connect = [\"tcp/base:7447\"]\n{REQUIRES_CERTIFICATES}"),
                 "connect",
                 "tcp/base:7447",
             ),
         ] {
             let link = format!("{link}\n{LOGIN}{insecure}");
-            assert_eq!(said(folder.path(), &link), [given(key, address)], "{link}");
+            assert_eq!(messages(folder.path(), &link), [message(key, address)], "{link}");
         }
     }
 }
 
 #[test]
-fn a_secret_that_others_can_read_is_warned_of() {
+fn a_secret_file_that_other_users_can_read_causes_a_warning() {
     use std::os::unix::fs::PermissionsExt as _;
 
     let folder = folder();
-    let link = format!("{TLS}\n{SHOWS}\n{LOGIN}");
-    let warned = |mode: u32| {
+    let link = format!("{TLS}\n{AUTHORITY_WITHOUT_CLIENTS}\n{LOGIN}");
+    let warnings_with_mode = |mode: u32| {
         for secret in ["link.password", "robot.key"] {
             let mode = std::fs::Permissions::from_mode(mode);
-            std::fs::set_permissions(folder.path().join(secret), mode).expect("it is ours");
+            std::fs::set_permissions(folder.path().join(secret), mode).expect("the test owns the file");
         }
-        read(folder.path(), &link).expect("it can be read").warnings()
+        read(folder.path(), &link).expect("no fault").warnings()
     };
-    assert_eq!(warned(0o600), [""; 0]);
+    assert_eq!(warnings_with_mode(0o600), [""; 0]);
     for mode in [0o640, 0o604] {
-        let warnings = warned(mode);
+        let warnings = warnings_with_mode(mode);
         assert_eq!(warnings.len(), 2, "{warnings:?}");
         assert!(warnings[0].contains("can read the password in") && warnings[0].contains("link.password"));
         assert!(warnings[1].contains("can read the key in") && warnings[1].contains("chmod 600"));
@@ -248,7 +253,7 @@ fn a_secret_that_others_can_read_is_warned_of() {
 }
 
 #[test]
-fn clients_are_asked_for_certificates_where_there_is_an_authority() {
+fn an_authority_requires_client_certificates_by_default() {
     let folder = folder();
     let clients = |tls: &str| linked(folder.path(), tls).tls.expect(tls).clients;
     assert!(clients(r#"tls = { authority = "ca.pem" }"#));
@@ -259,36 +264,33 @@ fn clients_are_asked_for_certificates_where_there_is_an_authority() {
 }
 
 #[test]
-fn what_is_missing_beside_a_key_is_told() {
+fn a_missing_or_invalid_setting_is_reported() {
     let folder = folder();
     for (link, expected) in [
-        (
-            r#"user = "lab""#,
-            "`user` of `link` needs `password-file` beside it",
-        ),
+        (r#"user = "lab""#, "`user` of `link` requires `password-file`"),
         (
             r#"password-file = "link.password""#,
-            "`password-file` of `link` needs `user` beside it",
+            "`password-file` of `link` requires `user`",
         ),
         (
             r#"tls = { certificate = "robot.pem" }"#,
-            "`certificate` of `tls` of `link` needs `key` beside it",
+            "`certificate` of `tls` of `link` requires `key`",
         ),
         (
             r#"tls = { key = "robot.key" }"#,
-            "`key` of `tls` of `link` needs `certificate` beside it",
+            "`key` of `tls` of `link` requires `certificate`",
         ),
         (
             r#"tls = { clients = true }"#,
-            "`clients` of `tls` of `link` needs `authority` beside it",
+            "`clients` of `tls` of `link` requires `authority`",
         ),
         (
             "listen = [\"tls/localhost:7447\"]\ninsecure = true",
-            "`listen` of `link` has `tls/localhost:7447`, and no certificate to show there",
+            "`listen` of `link` has `tls/localhost:7447`, and the link has no certificate to present there",
         ),
         (
             r#"discover = true"#,
-            "`discover` of `link` looks where it listens, and it does not listen on the network",
+            "`discover` of `link` discovers only on the networks where it listens, and it listens on none",
         ),
         (
             "connect = [\"tcp/base:0\"]\ninsecure = true",
@@ -304,15 +306,15 @@ fn what_is_missing_beside_a_key_is_told() {
         ),
         (
             r#"tls = { authority = "." }"#,
-            "`authority` of `tls` of `link` is `FOLDER/.`, which is no file",
+            "`authority` of `tls` of `link` is `FOLDER/.`, which is not a file",
         ),
     ] {
-        assert_eq!(said(folder.path(), link), [expected], "{link}");
+        assert_eq!(messages(folder.path(), link), [expected], "{link}");
     }
 }
 
 #[test]
-fn a_slip_in_a_link_names_what_was_meant() {
+fn a_misspelt_setting_is_reported_with_the_intended_one() {
     check(
         &[(
             SCHEMAS,
@@ -332,11 +334,11 @@ apps/good.toml:8:1: unknown key `lisen` in `link`
     help: did you mean `listen`?
 apps/good.toml:9:1: unknown key `acces` in `link`
     help: did you mean `access`?
-apps/good.toml:10:10: `access` of `link` is `reed`, which is no access
+apps/good.toml:10:10: `access` of `link` is `reed`, which is not an access
     help: did you mean `read`?
 apps/good.toml:11:12: `connect` of `link` has `tpc/base:7447`, and there is no protocol `tpc`
     help: did you mean `tcp`?
-apps/good.toml:11:29: `connect` of `link` has `base`, which is no address
+apps/good.toml:11:29: `connect` of `link` has `base`, which is not an address
     help: write an address such as "tls/0.0.0.0:7447" or "tcp/robot.local:7447"
 apps/good.toml:11:37: `connect` of `link` has `tcp/base:77777`, which has no port up to 65535
     help: write an address such as "tls/0.0.0.0:7447" or "tcp/robot.local:7447"

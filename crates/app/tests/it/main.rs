@@ -1,4 +1,4 @@
-//! Application files: what is accepted, and what is refused in words.
+//! Tests of application files: what is accepted, and the faults of the others.
 
 mod catalogue;
 mod family;

@@ -8,7 +8,7 @@ use crate::catalogue::{application, check};
 const HEADING: &str = r#"heading = "pioneer.heading""#;
 
 #[test]
-fn an_import_may_be_of_another_application() {
+fn an_import_may_name_a_variable_of_another_application() {
     let application = application(&[(HEADING, r#"heading = "robot2:pioneer.heading""#)]);
     let [remote] = &application.remotes[..] else {
         panic!("{:?}", application.remotes);
@@ -18,13 +18,13 @@ fn an_import_may_be_of_another_application() {
     assert_eq!(remote.local, "robot2:pioneer.heading");
     assert_eq!(remote.parts(), ("robot2:pioneer", "heading"));
     assert_eq!(remote.stale_ns, application.link.stale_ns);
-    let example = &application.instances[application.instance("example").expect("it is there")];
+    let example = &application.instances[application.instance("example").expect("the name is known")];
     let port = example
         .schema
         .ports
         .iter()
         .position(|port| port.name == "heading");
-    let port = port.expect("it is there");
+    let port = port.expect("the name is known");
     assert!(remote.value_type.same_as(&example.schema.ports[port].value_type));
     let source = ImportSource::Remote(0);
     assert_eq!(
@@ -38,20 +38,20 @@ fn an_import_may_be_of_another_application() {
 }
 
 #[test]
-fn r6_what_another_application_exports_keeps_nobody_awake_here() {
-    let here = application(&[]);
-    let elsewhere = application(&[(HEADING, r#"heading = "robot2:pioneer.heading""#)]);
+fn r6_an_import_from_another_application_keeps_no_schema_awake() {
+    let local = application(&[]);
+    let remote = application(&[(HEADING, r#"heading = "robot2:pioneer.heading""#)]);
     let needs = |application: &jde_app::Application| {
-        let example = application.instance("example").expect("it is there");
+        let example = application.instance("example").expect("the name is known");
         application.spec().schemas[example].needs.len()
     };
     // The laser is still imported from the application's own robot.
-    assert_eq!((needs(&here), needs(&elsewhere)), (1, 1));
-    assert_eq!(elsewhere.spec().validate(), Ok(()));
+    assert_eq!((needs(&local), needs(&remote)), (1, 1));
+    assert_eq!(remote.spec().validate(), Ok(()));
 }
 
 #[test]
-fn an_age_limit_is_the_link_s_or_the_import_s() {
+fn the_age_limit_of_the_import_overrides_that_of_the_link() {
     let link = "[link]\nstale = \"2s\"\n[schemas.pioneer]";
     let stale = |import: &str| {
         let application = application(&[(HEADING, import), ("[schemas.pioneer]", link)]);
@@ -69,7 +69,7 @@ fn an_age_limit_is_the_link_s_or_the_import_s() {
 }
 
 #[test]
-fn what_names_no_variable_of_another_application_is_refused() {
+fn an_invalid_name_of_a_remote_variable_is_refused() {
     for wrong in [
         "robot 2:pioneer.heading",
         ":pioneer.heading",
@@ -88,7 +88,7 @@ fn what_names_no_variable_of_another_application_is_refused() {
 }
 
 #[test]
-fn an_application_does_not_import_from_itself_by_the_link() {
+fn an_application_cannot_import_from_itself_over_the_link() {
     check(
         &[(HEADING, r#"heading = "safe-navigation:pioneer.heading""#)],
         r#"
@@ -99,7 +99,7 @@ apps/good.toml:18:52: `heading` in `imports` of schema `example` is `safe-naviga
 }
 
 #[test]
-fn a_link_that_is_off_imports_nothing() {
+fn an_import_over_a_link_that_is_off_is_refused() {
     check(
         &[
             (HEADING, r#"heading = "robot2:pioneer.heading""#),
@@ -116,7 +116,7 @@ apps/good.toml:19:52: `heading` in `imports` of schema `example` is `robot2:pion
 }
 
 #[test]
-fn commands_do_not_leave_an_application() {
+fn a_command_to_another_application_is_refused() {
     check(
         &[(
             "[schemas.teleop]\ntype      = \"teleop\"\nactuators = { base = \"pioneer.velocity\" }",
@@ -130,7 +130,7 @@ apps/good.toml:13:22: `base` in `actuators` of schema `teleop` is `robot2:pionee
 }
 
 #[test]
-fn a_table_of_an_import_has_from_and_perhaps_stale() {
+fn an_import_table_requires_from_and_allows_stale_only_for_remote_variables() {
     check(
         &[(
             HEADING,
@@ -147,7 +147,7 @@ apps/good.toml:18:54: unknown key `form` in `heading` of `imports` of schema `ex
         &[(HEADING, r#"heading = { from = "pioneer.heading", stale = "1s" }"#)],
         r#"
 apps/good.toml:18:88: `heading` in `imports` of schema `example` has `stale`, and comes from this application
-    help: remove `stale`: whoever exports a value here takes it back
+    help: remove `stale`: within an application, the exporting schema retracts its value
 "#,
     );
     check(
@@ -159,7 +159,7 @@ apps/good.toml:18:52: `heading` of `imports` of schema `example` must be a text,
 }
 
 #[test]
-fn two_who_import_one_variable_agree_on_what_it_is() {
+fn imports_of_one_remote_variable_must_agree_on_type_and_age_limit() {
     check(
         &[(
             r#"imports     = { laser = "pioneer.laser", heading = "pioneer.heading" }"#,
@@ -174,7 +174,7 @@ apps/good.toml:18:59: `heading` in `imports` of schema `example` takes `robot2:p
 actuators = { base = "pioneer.velocity" }
 
 [schemas.vff]"#;
-    let stated = |stop: &str, look: &str| {
+    let edits = |stop: &str, look: &str| {
         let stop = laser.replace("\"pioneer.laser\"", stop);
         let look = format!("imports = {{ laser = {look} }}");
         [(laser, stop), (r#"imports = { laser = "pioneer.laser" }"#, look)]
@@ -182,15 +182,15 @@ actuators = { base = "pioneer.velocity" }
     let limit = |ms: u32| format!("{{ from = \"robot2:pioneer.laser\", stale = \"{ms}ms\" }}");
     let plain = "\"robot2:pioneer.laser\"";
     for edits in [
-        stated(plain, &limit(300)),
-        stated(&limit(300), plain),
-        stated(&limit(300), &limit(300)),
+        edits(plain, &limit(300)),
+        edits(&limit(300), plain),
+        edits(&limit(300), &limit(300)),
     ] {
         let application = application(&edits.each_ref().map(|(from, to)| (*from, to.as_str())));
         assert_eq!(application.remotes.len(), 1);
         assert_eq!(application.remotes[0].stale_ns, 300_000_000);
     }
-    let edits = stated(&limit(300), &limit(400));
+    let edits = edits(&limit(300), &limit(400));
     check(
         &edits.each_ref().map(|(from, to)| (*from, to.as_str())),
         r#"

@@ -1,5 +1,5 @@
-//! The faults that are reported for several levels of roots, for fathers whose children the file names, and
-//! for roots that exclude each other for no reason.
+//! Several levels of roots, fathers whose children the file names, and the warning about roots that exclude
+//! each other without need.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use crate::catalogue::{application, check};
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;
 const MISSION: &str = r#"mission = "example.mission""#;
 
-/// Edits that add `more` and a second robot, and put `roots` at the end of the head.
+/// Returns edits that replace the roots by `roots` and insert the schemas `more`.
 fn with<'a>(roots: &'a str, more: &'a str) -> [(&'a str, &'a str); 3] {
     [(ROOTS, ""), (MISSION, roots), ("[schemas.look]", more)]
 }
@@ -72,7 +72,7 @@ members = ["other"]"#;
 }
 
 #[test]
-fn r13_what_is_wrong_with_a_level_is_told() {
+fn r13_faults_of_a_level_are_reported() {
     check(
         &with(
             r#"
@@ -89,8 +89,8 @@ else = 3"#,
             SECOND,
         ),
         r#"
-apps/good.toml:5:1: `root` says how the one level of `roots = [...]` competes, and here are several
-    help: say it in each of them, beside its `members`
+apps/good.toml:5:1: `root` configures the one level of `roots = [...]`, and this file has several levels
+    help: write the keys in each level, beside its `members`
 apps/good.toml:8:8: `no name` cannot be the name of a level
     help: use 1 to 64 letters, digits, `_` and `-`
 apps/good.toml:9:12: `roots` of the application names `teleop` twice
@@ -105,7 +105,7 @@ apps/good.toml:14:8: `else` of `roots` must be a table, not a whole number
 }
 
 #[test]
-fn r7_members_of_two_levels_do_not_share_an_actuator() {
+fn r7_members_of_two_levels_must_not_share_an_actuator() {
     check(
         &with(
             r#"
@@ -117,13 +117,13 @@ members = ["example", "other"]"#,
         ),
         r#"
 apps/good.toml:30:22: `teleop` and `stop` could command `pioneer.velocity` at the same time: the groups `roots/left` and `roots/right` have a winner each
-    help: leave the command to one of them, or let them compete in one group
+    help: bind the command in only one of them, or let them compete in one group
 "#,
     );
 }
 
 #[test]
-fn roots_that_share_no_actuator_are_told_to_exclude_each_other() {
+fn roots_of_one_level_that_share_no_actuator_cause_a_warning() {
     let application = application(&with(r#"roots = ["teleop", "example", "other"]"#, SECOND));
     assert_eq!(
         application.warnings(),
@@ -135,14 +135,14 @@ fn roots_that_share_no_actuator_are_told_to_exclude_each_other() {
 }
 
 #[test]
-fn a_father_may_leave_its_children_to_the_file() {
+fn the_file_may_name_the_children_of_a_father() {
     let application = application(&with(r#"roots = ["teleop", "example", "crew"]"#, CREW));
-    let crew = application.instance("crew").expect("it is there");
+    let crew = application.instance("crew").expect("the name is known");
     let group = application
         .groups
         .iter()
         .find(|group| group.father == Some(crew))
-        .expect("it has a group");
+        .expect("a group of crew");
     let names: Vec<_> = group
         .members
         .iter()
@@ -153,7 +153,7 @@ fn a_father_may_leave_its_children_to_the_file() {
         ("crew/legs", vec!["third", "other"])
     );
     assert_eq!(group.policy, Policy::round_robin(Duration::from_secs(1)));
-    let other = application.instance("other").expect("it is there") as u32;
+    let other = application.instance("other").expect("the name is known") as u32;
     assert_eq!(
         group.absence,
         jde_core::Absence::Fallback(jde_core::SchemaId(other))
@@ -168,7 +168,7 @@ fn a_father_may_leave_its_children_to_the_file() {
 }
 
 #[test]
-fn what_is_wrong_with_such_children_is_told() {
+fn faults_of_children_that_the_file_names_are_reported() {
     let crew = CREW
         .replace(
             r#"members = ["waits", "walks"]"#,
@@ -181,29 +181,29 @@ fn what_is_wrong_with_such_children_is_told() {
     check(
         &with(r#"roots = ["teleop", "example", "crew"]"#, &crew),
         r#"
-apps/good.toml:47:37: `members` of group `legs` of schema `crew` names `wlaks`, which is no child of it
+apps/good.toml:47:37: `members` of group `legs` of schema `crew` names `wlaks`, which is not a child of it
     help: did you mean `walks`?
-apps/good.toml:47:117: `fallback` of group `legs` of schema `crew` is `walks`, which is nobody in the group
+apps/good.toml:47:117: `fallback` of group `legs` of schema `crew` is `walks`, which is not a member of the group
     help: roles of this group: `waits`
 apps/good.toml:49:8: schema `crew` has no group `arms`
-    help: say whose it is: members = [...], of its `children`
+    help: list its members: members = [...], of its `children`
 apps/good.toml:50:24: `members` of group `head` of schema `crew` names `waits`, which is a member of `legs` already
     help: a child competes in one group: remove one
 apps/good.toml:57:22: `other` and `third` could command `second.velocity` at the same time: the groups `crew/all` and `crew/legs` have a winner each
-    help: leave the command to one of them, or let them compete in one group
+    help: bind the command in only one of them, or let them compete in one group
 "#,
     );
-    let alone = CREW.replace(r#"children = { walks = "other", waits = "third" }"#, "");
+    let childless = CREW.replace(r#"children = { walks = "other", waits = "third" }"#, "");
     check(
         &with(
             r#"roots = ["teleop", "example", "crew", "other", "third"]"#,
-            &alone,
+            &childless,
         ),
         r#"
-apps/good.toml:44:10: schema `crew` has no children, so it would wake nobody
+apps/good.toml:44:10: schema `crew` has no children to wake
     help: name them, such as children = { left = "NAME", right = "NAME" }
-apps/good.toml:47:28: `members` of group `legs` of schema `crew` names `waits`, which is no child of it
-apps/good.toml:47:37: `members` of group `legs` of schema `crew` names `walks`, which is no child of it
+apps/good.toml:47:28: `members` of group `legs` of schema `crew` names `waits`, which is not a child of it
+apps/good.toml:47:37: `members` of group `legs` of schema `crew` names `walks`, which is not a child of it
 "#,
     );
 }

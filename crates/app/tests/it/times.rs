@@ -1,4 +1,4 @@
-//! The faults that are reported for times that no clock can keep.
+//! The faults of times out of range, and the warning about improbable periods.
 
 use crate::catalogue::{application, check};
 
@@ -6,7 +6,7 @@ use crate::catalogue::{application, check};
 const PERIOD: &str = r#"period      = "75ms""#;
 
 #[test]
-fn a_time_that_no_clock_can_keep_is_refused() {
+fn a_time_that_is_invalid_or_out_of_range_is_refused() {
     check(
         &[(PERIOD, "period = 0")],
         r#"
@@ -118,7 +118,7 @@ apps/good.toml:21:40: `budget` of group `base` of schema `example` is shorter th
 }
 
 #[test]
-fn a_period_far_from_the_types_is_reported_with_the_one_that_was_probably_meant() {
+fn a_period_far_from_that_of_the_type_causes_a_warning_with_the_probable_one() {
     let warnings = |period: &str| application(&[(PERIOD, period)]).warnings();
     for (period, warning) in [
         (

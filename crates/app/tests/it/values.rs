@@ -1,9 +1,9 @@
-//! The faults that are reported for values that do not fit, in files and in options.
+//! The faults of values that do not fit their ports, in files and in options.
 
 use crate::catalogue::{check, check_with};
 
 #[test]
-fn a_value_that_does_not_fit_its_type_says_what_does() {
+fn a_value_of_another_type_is_reported_with_the_expected_one() {
     check(
         &[(r#"world = "office.toml""#, "world = 3")],
         r#"
@@ -86,7 +86,7 @@ apps/good.toml:9:18: `start` of schema `pioneer` has no field `tehta`
 }
 
 #[test]
-fn a_unit_that_does_not_fit_names_both() {
+fn a_unit_that_does_not_fit_is_reported_with_the_expected_one() {
     check(
         &[(r#""400 mm/s""#, r#""400 mm""#)],
         r#"
@@ -120,7 +120,7 @@ apps/good.toml:8:9: `noise` of schema `pioneer` must be a number, and `m` does n
 }
 
 #[test]
-fn a_number_out_of_range_names_the_bound() {
+fn a_number_out_of_range_is_reported_with_the_bound() {
     check(
         &[(r#""400 mm/s""#, "7")],
         r#"
@@ -170,7 +170,7 @@ apps/good.toml:9:15: `start.y` of schema `pioneer` is not a finite number
 }
 
 #[test]
-fn a_text_too_long_says_how_much_fits() {
+fn a_text_that_is_too_long_is_reported_with_the_limit() {
     check(
         &[(
             r#"world = "office.toml""#,
@@ -183,7 +183,7 @@ apps/good.toml:8:9: `label` of schema `pioneer` has 65 bytes, and at most 64 fit
 }
 
 #[test]
-fn options_are_named_by_themselves_and_not_by_a_line() {
+fn a_fault_of_an_option_has_the_option_as_its_location() {
     check_with(
         &[],
         &["goon.sped=1"],

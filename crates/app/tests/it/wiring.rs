@@ -1,4 +1,4 @@
-//! The faults that are reported for variables that are unknown, missing or of another type.
+//! The faults of variables that are unknown, missing or of another type.
 
 use crate::catalogue::{self, check};
 
@@ -6,7 +6,7 @@ use crate::catalogue::{self, check};
 const ROOTS: &str = r#"roots   = ["teleop", "example"]"#;
 
 #[test]
-fn an_unknown_name_names_the_nearest() {
+fn an_unknown_name_is_reported_with_the_nearest() {
     check(
         &[
             (ROOTS, r#"roots = ["teleop", "exampel"]"#),
@@ -94,14 +94,14 @@ apps/good.toml:13:22: `base` in `actuators` of schema `teleop` is `pioneer.laser
     check(
         &[(r#"["laser"]"#, r#"["lasr"]"#)],
         r#"
-apps/good.toml:19:16: `triggers` of schema `example` names `lasr`, which is no import of it
+apps/good.toml:19:16: `triggers` of schema `example` names `lasr`, which is not an import of it
     help: did you mean `laser`?
 "#,
     );
 }
 
 #[test]
-fn variables_of_another_type_or_unit_name_both() {
+fn a_variable_of_another_type_or_unit_is_reported_with_both() {
     check(
         &[(
             r#"heading = "pioneer.heading""#,
@@ -133,7 +133,7 @@ apps/good.toml:18:52: `heading` in `imports` of schema `example` is in `rad`, an
         &[(r#""example.mission""#, r#""pioneer.laser""#)],
         r#"
 apps/good.toml:4:11: `mission` of the application takes `jde_msgs/msg/Mission`, and `pioneer.laser` is `sensor_msgs/msg/LaserScan`
-    help: name the export that says whether the mission is done
+    help: name the export that states whether the mission is done
 "#,
     );
     check(
@@ -142,7 +142,7 @@ apps/good.toml:4:11: `mission` of the application takes `jde_msgs/msg/Mission`, 
             r#"{ form = "example.mission", stalls = "soon" }"#,
         )],
         r#"
-apps/good.toml:4:1: `mission` does not say which export it is
+apps/good.toml:4:1: `mission` does not name an export
     help: add from = "SCHEMA.mission"
 apps/good.toml:4:13: unknown key `form` in `mission`
     help: did you mean `from`?
@@ -160,7 +160,7 @@ apps/good.toml:4:11: `mission` of the application is `goon.speed`, which is a mo
 }
 
 #[test]
-fn what_is_required_and_missing_is_told_with_a_candidate() {
+fn an_unbound_required_port_is_reported_with_a_candidate() {
     check(
         &[(r#", heading = "pioneer.heading""#, "")],
         r#"
@@ -199,14 +199,14 @@ apps/good.toml:33:10: schema `goon` leaves `base` of its actuators unbound; it t
             (ROOTS, r#"roots = ["teleop", "example", "stop"]"#),
         ],
         r#"
-apps/good.toml:20:1: schema `example` has nobody in its role `brake`
+apps/good.toml:20:1: schema `example` has no child in its role `brake`
     help: add children.brake = "NAME", naming a motor schema
 "#,
     );
 }
 
 #[test]
-fn triggers_are_bound_imports_of_motor_schemas() {
+fn a_trigger_must_be_a_bound_import_of_a_motor_schema() {
     check(
         &[(
             r#"type    = "look""#,
@@ -226,13 +226,13 @@ triggers = ["laser"]"#,
         )],
         r#"
 apps/good.toml:13:13: `triggers` of schema `teleop` names `laser`, which is not bound
-    help: bind it in `imports`, or remove it here
+    help: bind it in `imports`, or remove it from `triggers`
 "#,
     );
 }
 
 #[test]
-fn a_child_that_lacks_what_its_father_modulates_is_refused() {
+fn a_child_without_the_modulation_that_its_father_writes_is_refused() {
     check(
         &[(
             r#"{ brake = "stop", avoid = "vff", cruise = "goon", lookout = "look" }"#,
@@ -253,14 +253,14 @@ fn r12_a_schema_that_would_trigger_itself_is_refused() {
             format!("imports = {{ laser = \"pioneer.laser\", bearing = \"{from}\" }}\n"),
         )
     };
-    let look = |from| {
+    let edit = |from| {
         let (old, new) = bound(from);
         (
             format!("[schemas.look]\ntype    = \"look\"\n{old}"),
             format!("[schemas.look]\ntype = \"look\"\n{new}"),
         )
     };
-    let (old, new) = look("look.heading");
+    let (old, new) = edit("look.heading");
     check(
         &[(&old, &new)],
         r#"
@@ -268,10 +268,10 @@ apps/good.toml:40:48: schema `look` would trigger itself without end: `bearing` 
     help: bind it to another schema's export, or leave it out of `triggers`
 "#,
     );
-    // A schema may import its own export without a trigger: it is its memory. A trigger by a modulation is no
-    // loop, since others write it.
-    for good in [new.clone() + "triggers = []\n", look("look.tilt").1] {
-        catalogue::application(&[(&old, &good)]);
+    // A schema may import its own export without a trigger. A modulation may trigger it, because other schemas
+    // write the modulation.
+    for accepted in [new.clone() + "triggers = []\n", edit("look.tilt").1] {
+        catalogue::application(&[(&old, &accepted)]);
     }
 }
 
@@ -291,13 +291,13 @@ imports = { laser = "pioneer.laser", bearing = "look.heading" }
         )],
         r#"
 apps/good.toml:43:48: perceptive schemas would keep each other awake for ever: look -> peer -> look
-    help: break the circle of `imports`
+    help: break the cycle of `imports`
 "#,
     );
 }
 
 #[test]
-fn a_type_of_another_layout_is_not_the_same() {
+fn a_type_of_the_same_name_and_another_layout_is_refused() {
     check(
         &[
             (
@@ -321,7 +321,7 @@ apps/good.toml:42:21: `laser` in `imports` of schema `look`: `odd.laser` is `sen
 }
 
 #[test]
-fn what_a_father_writes_has_the_type_that_the_child_takes() {
+fn a_father_must_write_the_type_that_the_child_takes() {
     check(
         &[
             (

@@ -1,5 +1,5 @@
 /*
- * A perceptive schema in C: counts its iterations, and goes on counting when another build of it takes its place.
+ * A perceptive schema in C. It counts its iterations, and keeps the count when it is reloaded.
  *
  *     cc -std=c99 -shared -fPIC -I include crates/schema/examples/c/counter.c -o libcounter.so
  */
@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-/* A port is named in calls by its place in the table below. */
+/* Calls identify a port by its index in the table below. */
 enum { STEP, COUNT };
 
 static const jde_uint32 one = {1u};
@@ -17,7 +17,7 @@ static const jde_port ports[] = {
     JDE_PORT_EXPORT("count", "The sum so far.", jde_uint32_type),
 };
 
-/* What an instance remembers; the host may make any number of them. */
+/* The memory of an instance. The host may create any number of instances. */
 typedef struct {
     const jde_host *host;
     jde_uint32 count;
@@ -54,7 +54,7 @@ static int32_t save(void *instance, jde_context *context, const jde_saver *saver
 {
     const counter *self = instance;
     if (jde_save(saver, &self->count, sizeof self->count) != JDE_OK) {
-        return jde_failed(self->host, context, "its count was not kept");
+        return jde_failed(self->host, context, "the host did not keep the count");
     }
     return JDE_OK;
 }
@@ -63,7 +63,7 @@ static int32_t restore(void *instance, jde_context *context, uint32_t version, c
 {
     counter *self = instance;
     if (version != 1u || length != sizeof self->count) {
-        return jde_failed(self->host, context, "it was counted otherwise");
+        return jde_failed(self->host, context, "the saved count has another version or size");
     }
     memcpy(&self->count, bytes, sizeof self->count);
     return JDE_OK;

@@ -1,5 +1,5 @@
 /*
- * A perceptive schema in C with a panel of its own: each kind of widget once, and what people do to them.
+ * A perceptive schema in C with its own panel. It draws each kind of widget and handles the gestures on them.
  *
  *     cc -std=c99 -shared -fPIC -I include crates/schema/examples/c/gauge.c -o libgauge.so
  */
@@ -10,10 +10,10 @@
 enum { LEVEL };
 
 static const jde_port ports[] = {
-    JDE_PORT_EXPORT("level", "How full it is.", jde_float64_type),
+    JDE_PORT_EXPORT("level", "The level, from 0 to 1.", jde_float64_type),
 };
 
-/* What an instance remembers. */
+/* The memory of an instance. */
 typedef struct {
     const jde_host *host;
     double level;
@@ -122,7 +122,7 @@ static int32_t touch(void *instance, jde_context *context, const jde_gesture *ge
         self->mark[1] = gesture->at[1];
         jde_say(self->host, context, JDE_INFO, gesture->by);
     } else if (jde_touched(gesture, JDE_TOUCH_KEY, "plane")) {
-        return jde_failed(self->host, context, "no key does anything here");
+        return jde_failed(self->host, context, "keys have no effect");
     }
     return JDE_OK;
 }
@@ -135,8 +135,8 @@ static const void *ability(const char *id)
 }
 
 static const jde_schema schemas[] = {
-    {(uint32_t)sizeof(jde_schema), JDE_PERCEPTIVE, "gauge", "Shows and exports a level that people set.", JDE_MS(100), 0u,
+    {(uint32_t)sizeof(jde_schema), JDE_PERCEPTIVE, "gauge", "Shows and exports a level that users set.", JDE_MS(100), 0u,
      ports, NULL, JDE_COUNT(ports), 0u, create, destroy, NULL, NULL, iterate, NULL, NULL, ability},
 };
 
-JDE_PLUGIN("gauge", "0.1.0", "A level that people set.", schemas);
+JDE_PLUGIN("gauge", "0.1.0", "A level that users set.", schemas);

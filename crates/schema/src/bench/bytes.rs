@@ -38,7 +38,7 @@ impl Bytes {
 
     /// Returns the value. The caller has compared the type.
     pub(super) fn as_value<T: Value>(&self) -> &T {
-        assert_eq!(self.length, size_of::<T>(), "types are compared before");
+        assert_eq!(self.length, size_of::<T>(), "the caller compares types first");
         const {
             assert!(
                 align_of::<T>() <= align_of::<u128>(),

@@ -31,7 +31,7 @@ impl<S> Bench<S> {
         let table = unsafe { inspect::of(&self.table) }.unwrap_or_default();
         let Some(inspect) = table.and_then(|table| table.inspect) else {
             panic!(
-                "`{}` has no inspection: `impl Inspect` gives it one",
+                "`{}` has no inspection; write `impl Inspect` for it",
                 self.description.name
             )
         };
@@ -45,7 +45,7 @@ impl<S> Bench<S> {
             code: raw::BAD_ARGUMENT,
             reason,
         };
-        let named = |problem: inspect::Problem| {
+        let with_name = |problem: inspect::Problem| {
             let port = self.description.modulation(problem.port);
             let port = port.ok_or_else(|| failure(format!("it has no modulation {}", problem.port)))?;
             Ok(Problem {
@@ -54,6 +54,6 @@ impl<S> Bench<S> {
                 words: problem.words,
             })
         };
-        found.map_err(failure)?.into_iter().map(named).collect()
+        found.map_err(failure)?.into_iter().map(with_name).collect()
     }
 }

@@ -31,11 +31,11 @@ impl<S> Bench<S> {
         };
         self.state.drawing = Some(Vec::new());
         // SAFETY: the table's own function, instance and context, and a saver that lives until it returns.
-        let (done, kept) =
+        let (done, saved) =
             state::lend(|saver| self.call(|instance, cx| unsafe { save(instance, cx, saver) }));
         self.refuse_writes("save")?;
         done?;
-        let bytes = kept.map_err(|too_many| Failure {
+        let bytes = saved.map_err(|too_many| Failure {
             code: raw::BAD_ARGUMENT,
             reason: too_many.to_string(),
         })?;
@@ -71,12 +71,12 @@ impl<S> Bench<S> {
 
     /// Fails if a call that must change nothing tried to change something.
     pub(super) fn refuse_writes(&mut self, call: &str) -> Result<(), Failure> {
-        let wrote = self.state.drawing.take().unwrap_or_default();
-        match wrote.first() {
+        let attempts = self.state.drawing.take().unwrap_or_default();
+        match attempts.first() {
             None => Ok(()),
-            Some(tried) => Err(Failure {
+            Some(attempt) => Err(Failure {
                 code: raw::REFUSED,
-                reason: format!("it tried to {tried} in {call}, which changes nothing"),
+                reason: format!("it tried to {attempt} in {call}, which changes nothing"),
             }),
         }
     }
@@ -86,10 +86,13 @@ impl<S> Bench<S> {
         match unsafe { state::of(&self.table) } {
             Ok(Some(table)) => table,
             Ok(None) => panic!(
-                "`{}` has no memory of its own: `impl Memory` gives it one",
+                "`{}` has no memory; write `impl Memory` for it",
                 self.description.name
             ),
-            Err(wrong) => panic!("the memory of `{}` is of no use: {wrong}", self.description.name),
+            Err(wrong) => panic!(
+                "the memory of `{}` cannot be used: {wrong}",
+                self.description.name
+            ),
         }
     }
 }

@@ -208,7 +208,7 @@ impl<S> Bench<S> {
     pub fn arbitrate(&mut self, group: &str) -> Result<Decision, Failure> {
         let Some(arbitrate) = self.table.arbitrate else {
             panic!(
-                "`{}` has no arbitration of its own: `impl Arbitrate` gives it one",
+                "`{}` has no arbitration; write `impl Arbitrate` for it",
                 self.description.name
             )
         };
@@ -430,7 +430,7 @@ impl<S> Bench<S> {
             Err(refusal) => panic!("{refusal}"),
         };
         // SAFETY: the caller's table.
-        let table = unsafe { table::read(own) }.expect("it was read just now");
+        let table = unsafe { table::read(own) }.expect("the table was validated above");
         let (Some(about), Some(create)) = (about, table.create) else {
             panic!("a table without `create`")
         };
@@ -469,12 +469,12 @@ impl<S> Bench<S> {
 
     fn port<T: Value>(&self, kind: Kind, name: &str) -> usize {
         let index = names::port(&self.description, kind, name);
-        let (asked, is) = (T::describe(), &self.description.ports[index].value_type);
+        let (requested, actual) = (T::describe(), &self.description.ports[index].value_type);
         assert!(
-            asked.same_as(is),
+            requested.same_as(actual),
             "`{name}` is a {}, not a {}",
-            is.name,
-            asked.name
+            actual.name,
+            requested.name
         );
         index
     }

@@ -20,7 +20,7 @@ pub(super) fn port(schema: &Schema, kind: Kind, name: &str) -> usize {
         | (Kind::Modulation, Role::Modulation { .. })
         | (Kind::Command, Role::Command { .. })
         | (Kind::Actuator, Role::Actuator) => true,
-        (Kind::ChildModulation(asked), Role::ChildModulation { child }) => asked == *child,
+        (Kind::ChildModulation(requested), Role::ChildModulation { child }) => requested == *child,
         _ => false,
     };
     let found = schema
@@ -53,6 +53,6 @@ pub(super) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
         known.max_by(|a, b| strsim::jaro_winkler(a, name).total_cmp(&strsim::jaro_winkler(b, name)));
     match nearest {
         Some(nearest) => panic!("there is no {what} `{name}`; did you mean `{nearest}`?"),
-        None => panic!("there is no {what} `{name}`, nor any other"),
+        None => panic!("there is no {what} `{name}`; the schema has none"),
     }
 }

@@ -39,13 +39,15 @@ impl<S> Bench<S> {
             // SAFETY: the table's own function, instance and context, and a pen that lives until it returns.
             self.call(|instance, cx| unsafe { draw(instance, cx, pen) })
         });
-        let wrote = self.state.drawing.take().unwrap_or_default();
+        let attempts = self.state.drawing.take().unwrap_or_default();
         let refused = |reason| Failure {
             code: raw::REFUSED,
             reason,
         };
-        if let Some(what) = wrote.first() {
-            return Err(refused(format!("it tried to {what} while its panel was drawn")));
+        if let Some(attempt) = attempts.first() {
+            return Err(refused(format!(
+                "it tried to {attempt} while its panel was drawn"
+            )));
         }
         drawn?;
         list.map(|list| Drawn { list })
@@ -82,10 +84,10 @@ impl<S> Bench<S> {
         match unsafe { table::ability(&self.table, raw::ABILITY_PANEL) } {
             Ok(Some(panel)) => panel,
             Ok(None) => panic!(
-                "`{}` has no panel: `impl Panel` gives it one",
+                "`{}` has no panel; write `impl Panel` for it",
                 self.description.name
             ),
-            Err(wrong) => panic!("the panel of `{}` is of no use: {wrong}", self.description.name),
+            Err(wrong) => panic!("the panel of `{}` cannot be used: {wrong}", self.description.name),
         }
     }
 }

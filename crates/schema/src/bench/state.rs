@@ -103,8 +103,8 @@ impl BenchState {
         let Role::Modulation { limits, .. } = &port.role else {
             return Ok(());
         };
-        let held = limits.check(&port.value_type, bytes);
-        held.map_err(|not_allowed| not_allowed.words(&port.unit))
+        let checked = limits.check(&port.value_type, bytes);
+        checked.map_err(|not_allowed| not_allowed.words(&port.unit))
     }
 
     pub(super) fn put<T: Value>(&mut self, port: usize, value: &T) {
@@ -220,7 +220,7 @@ impl BenchState {
             .collect();
         let case = match candidates.iter().filter(|candidate| candidate.ready != 0).count() {
             0 => Case::Absence,
-            1 => panic!("one child of `{group}` alone is ready, so nobody is asked"),
+            1 => panic!("exactly one child of `{group}` is ready, so the host does not arbitrate"),
             _ => Case::Collision,
         };
         let winner = candidates.iter().find(|candidate| candidate.state == raw::WINNER);

@@ -48,7 +48,7 @@ pub(super) const fn inspection<S: Inspect>() -> raw::Inspect {
 /// ability.
 ///
 /// # Safety
-/// As for [`raw::Schema::ability`]. For each other function here, as for the field of its name.
+/// As for [`raw::Schema::ability`]. For each other function of this module, as for the field of its name.
 pub(super) unsafe extern "C" fn ability<S: Describe>(id: *const c_char) -> *const c_void {
     if id.is_null() {
         return ptr::null();
@@ -98,7 +98,7 @@ unsafe extern "C" fn save<S: Memory>(
         let mut saving = Saving::new();
         schema.save(cx, &mut saving);
         let bytes = saving.into_bytes();
-        // SAFETY: the host's function and the first argument that it wants, and bytes of that length.
+        // SAFETY: the host's function and the first argument that it requires, and bytes of that length.
         let status = unsafe { (saver.write)(saver.saving, bytes.as_ptr().cast(), bytes.len() as u64) };
         match status {
             raw::OK => Ok(()),

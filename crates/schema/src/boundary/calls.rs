@@ -22,7 +22,7 @@ struct Instance<S> {
 }
 
 /// # Safety
-/// As for [`raw::Schema::create`]. For each other function here, as for the field of its name.
+/// As for [`raw::Schema::create`]. For each other function of this module, as for the field of its name.
 pub(super) unsafe extern "C" fn create<S: Schema>(
     _: *const raw::Schema,
     host: *const raw::Host,
@@ -45,14 +45,14 @@ pub(super) unsafe extern "C" fn create<S: Schema>(
     // SAFETY: the new instance is called only through its own table.
     match guard(|| unsafe { S::build() }) {
         Ok(schema) => Box::into_raw(Box::new(Instance { host, schema })).cast(),
-        Err(said) => {
+        Err(panic) => {
             let ports = const { S::TABLE.ports };
             let cx = Context {
                 host: &host,
                 raw,
                 ports,
             };
-            cx.fail(&said);
+            cx.fail(&panic);
             ptr::null_mut()
         }
     }
@@ -62,9 +62,9 @@ pub(super) unsafe extern "C" fn destroy<S: Schema>(instance: *mut c_void) {
     if instance.is_null() {
         return;
     }
-    // SAFETY: the pointer that `create` gave, which the host gives back once.
+    // SAFETY: the pointer that `create` returned, which the host passes back once.
     let instance = unsafe { Box::from_raw(instance.cast::<Instance<S>>()) };
-    // No call is left to which the message could belong.
+    // No call remains that could report the message.
     let _ = guard(|| drop(instance));
 }
 
@@ -76,7 +76,7 @@ pub(super) unsafe extern "C" fn awake<S: Schema>(instance: *mut c_void, cx: *mut
 pub(super) unsafe extern "C" fn check<S: Schema>(
     instance: *mut c_void,
     cx: *mut raw::Context,
-    answer: *mut raw::Precondition,
+    out: *mut raw::Precondition,
 ) -> i32 {
     let check = |schema: &mut S, cx: &Context<'_>| {
         let precondition = schema.check(cx)?;
@@ -89,11 +89,11 @@ pub(super) unsafe extern "C" fn check<S: Schema>(
             ready: u32::from(precondition.ready),
             urgency,
         };
-        // SAFETY: the host's pointer to room for the answer, which states its size.
-        unsafe { table::write(answer, &filled) };
+        // SAFETY: the host's pointer to room for the result, which states its size.
+        unsafe { table::write(out, &filled) };
         Ok(())
     };
-    if answer.is_null() {
+    if out.is_null() {
         return raw::BAD_ARGUMENT;
     }
     // SAFETY: the host's pointers.
@@ -109,9 +109,9 @@ pub(super) unsafe extern "C" fn arbitrate<S: Arbitrate>(
     instance: *mut c_void,
     cx: *mut raw::Context,
     level: *const raw::Level,
-    answer: *mut raw::Verdict,
+    out: *mut raw::Verdict,
 ) -> i32 {
-    if answer.is_null() {
+    if out.is_null() {
         return raw::BAD_ARGUMENT;
     }
     // SAFETY: the host's table, which lives until this call returns.
@@ -120,8 +120,8 @@ pub(super) unsafe extern "C" fn arbitrate<S: Arbitrate>(
     };
     let arbitrate = |schema: &mut S, cx: &Context<'_>| {
         let verdict = schema.arbitrate(cx, &level)?;
-        // SAFETY: the host's pointer to room for the answer, which states its size.
-        unsafe { table::write(answer, &raw_verdict(&verdict)) };
+        // SAFETY: the host's pointer to room for the result, which states its size.
+        unsafe { table::write(out, &raw_verdict(&verdict)) };
         Ok(())
     };
     // SAFETY: the host's pointers.
@@ -171,12 +171,12 @@ pub(super) unsafe fn call<S: Schema>(
     let schema = &mut instance.schema;
     match guard(|| function(schema, &cx).map_err(|error| message(&error))) {
         Ok(Ok(())) => raw::OK,
-        Ok(Err(words)) => {
-            cx.fail(&words);
+        Ok(Err(message)) => {
+            cx.fail(&message);
             raw::FAILED
         }
-        Err(said) => {
-            cx.fail(&said);
+        Err(panic) => {
+            cx.fail(&panic);
             raw::PANICKED
         }
     }

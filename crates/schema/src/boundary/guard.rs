@@ -1,5 +1,5 @@
 //! Catches panics and records where they occurred. A panic in a drop during another panic's unwinding still
-//! ends the process: Rust does not allow otherwise.
+//! ends the process: Rust requires it.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -21,7 +21,7 @@ pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     install_hook();
     let outer = GUARDED.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
-        let said = PANIC_MESSAGE
+        let message = PANIC_MESSAGE
             .take()
             .unwrap_or_else(|| format!("panicked: {}", payload_text(&*payload)));
         // The author's code defines the drop of the payload, so it may panic too. The payload of that second
@@ -30,13 +30,13 @@ pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
             std::mem::forget(again);
             PANIC_MESSAGE.take();
         }
-        said
+        message
     });
     GUARDED.set(outer);
     result
 }
 
-/// Installs a hook that keeps panics caught here off the standard error and passes all others to the previous
+/// Installs a hook that keeps panics that [`guard`] catches off the standard error and passes all others to the previous
 /// hook. Each copy of the standard library has its own hook, so a plugin's hook affects only that plugin.
 fn install_hook() {
     static ONCE: Once = Once::new();
@@ -49,10 +49,10 @@ fn install_hook() {
             let place = info.location().map_or_else(String::new, |place| {
                 format!(" at {}:{}", place.file(), place.line())
             });
-            let said = format!("panicked{place}: {}", payload_text(info.payload()));
+            let message = format!("panicked{place}: {}", payload_text(info.payload()));
             // This fails only in a thread that is ending. The message is then that of the payload, without
             // the place.
-            let _ = PANIC_MESSAGE.try_with(|last| last.replace(Some(said)));
+            let _ = PANIC_MESSAGE.try_with(|last| last.replace(Some(message)));
         }));
     });
 }

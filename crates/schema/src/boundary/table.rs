@@ -83,7 +83,7 @@ pub const fn schema<S: Schema>(
     let motor = about.kind == raw::MOTOR;
     assert!(
         motor || arbitrate.is_none(),
-        "only a motor schema has children to arbitrate among"
+        "only a motor schema can arbitrate among children"
     );
     raw::Schema {
         size: size_of::<raw::Schema>() as u32,
@@ -249,7 +249,7 @@ pub const fn plugin(
 const fn text(text: &'static str) -> *const core::ffi::c_char {
     match CStr::from_bytes_with_nul(text.as_bytes()) {
         Ok(text) => text.as_ptr(),
-        Err(_) => panic!("the name, version and sentence of a plugin hold no NUL"),
+        Err(_) => panic!("the name, version and doc of a plugin contain no NUL"),
     }
 }
 

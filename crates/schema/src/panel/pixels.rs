@@ -45,13 +45,13 @@ mod tests {
 
     use super::*;
 
-    /// Passes to `look` what `of` makes of 2 by 2 pixels with rows of `step` bytes. An image is too large for
-    /// the stack of a test.
+    /// Converts 2 by 2 pixels with rows of `step` bytes, and passes the result to `check`. An image is too large
+    /// for the stack of a test.
     fn of_image<R>(
         encoding: &str,
         step: u32,
         data: &[u8],
-        look: impl FnOnce((u32, &[u8])) -> R,
+        check: impl FnOnce((u32, &[u8])) -> R,
     ) -> Result<R, TooLong> {
         let mut image: Vec<Image> = Vec::with_capacity(1);
         // SAFETY: every pattern of bits is a valid value.
@@ -64,39 +64,39 @@ mod tests {
         image.encoding = Text::truncated(encoding);
         image.data.extend_from_slice(data)?;
         let (channels, pixels) = of(image);
-        Ok(look((channels, &pixels)))
+        Ok(check((channels, &pixels)))
     }
 
     #[track_caller]
-    fn becomes(encoding: &str, step: u32, data: &[u8], channels: u32, pixels: &[u8]) {
-        let same = of_image(encoding, step, data, |is| {
-            assert_eq!(is, (channels, pixels), "{encoding}")
+    fn check(encoding: &str, step: u32, data: &[u8], channels: u32, pixels: &[u8]) {
+        let converted = of_image(encoding, step, data, |actual| {
+            assert_eq!(actual, (channels, pixels), "{encoding}")
         });
-        same.expect("it fits");
+        converted.expect("it fits");
     }
 
     #[test]
-    fn rows_lose_their_gaps_and_blue_comes_last() {
-        becomes("mono8", 2, &[1, 2, 3, 4], 1, &[1, 2, 3, 4]);
-        becomes("mono8", 3, &[1, 2, 0, 3, 4, 0], 1, &[1, 2, 3, 4]);
+    fn conversion_removes_row_padding_and_puts_red_before_blue() {
+        check("mono8", 2, &[1, 2, 3, 4], 1, &[1, 2, 3, 4]);
+        check("mono8", 3, &[1, 2, 0, 3, 4, 0], 1, &[1, 2, 3, 4]);
         let colors = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12];
-        becomes("rgb8", 6, &colors, 3, &colors);
-        becomes("bgr8", 6, &colors, 3, &[3, 2, 1, 6, 5, 4, 9, 8, 7, 12, 11, 10]);
+        check("rgb8", 6, &colors, 3, &colors);
+        check("bgr8", 6, &colors, 3, &[3, 2, 1, 6, 5, 4, 9, 8, 7, 12, 11, 10]);
         let more: Vec<u8> = (0..16).collect();
-        becomes("rgba8", 8, &more, 4, &more);
+        check("rgba8", 8, &more, 4, &more);
         let swapped: Vec<u8> = more
             .chunks(4)
             .flat_map(|pixel| [pixel[2], pixel[1], pixel[0], pixel[3]])
             .collect();
-        becomes("bgra8", 8, &more, 4, &swapped);
+        check("bgra8", 8, &more, 4, &swapped);
     }
 
     #[test]
-    fn what_is_no_image_has_no_pixels() {
-        becomes("yuv422", 4, &[0; 8], 0, &[]);
-        becomes("mono8", 1, &[0; 2], 0, &[]);
-        becomes("mono8", 2, &[0; 3], 0, &[]);
-        becomes("rgb8", u32::MAX, &[0; 12], 0, &[]);
-        becomes("", 2, &[0; 4], 0, &[]);
+    fn an_invalid_or_unknown_image_has_no_pixels() {
+        check("yuv422", 4, &[0; 8], 0, &[]);
+        check("mono8", 1, &[0; 2], 0, &[]);
+        check("mono8", 2, &[0; 3], 0, &[]);
+        check("rgb8", u32::MAX, &[0; 12], 0, &[]);
+        check("", 2, &[0; 4], 0, &[]);
     }
 }

@@ -1,5 +1,6 @@
 /*
- * Brakes while something stands in a very close area ahead: the same as the `Stop` of the Rust tests, by the headers alone.
+ * Brakes while an obstacle stands in a very close area ahead: the same as `Stop` in the Rust tests, written with the
+ * headers alone.
  */
 #include "jde_types.h"
 
@@ -44,23 +45,23 @@ static void destroy(void *instance)
     free(instance);
 }
 
-static double number(const stop *self, jde_context *context, uint32_t port, double otherwise)
+static double number(const stop *self, jde_context *context, uint32_t port, double fallback)
 {
     const jde_float64 *value = jde_get(self->host, context, port, sizeof *value, NULL);
-    return value != NULL ? value->data : otherwise;
+    return value != NULL ? value->data : fallback;
 }
 
-static int32_t check(void *instance, jde_context *context, jde_precondition *answer)
+static int32_t check(void *instance, jde_context *context, jde_precondition *result)
 {
     const stop *self = instance;
     const jde_laser_scan *laser;
     double reach, side;
     uint32_t beam, beams;
-    if (self == NULL || context == NULL || answer == NULL) {
+    if (self == NULL || context == NULL || result == NULL) {
         return JDE_BAD_ARGUMENT;
     }
-    answer->ready = 0u;
-    answer->urgency = 0.0;
+    result->ready = 0u;
+    result->urgency = 0.0;
     laser = jde_get(self->host, context, LASER, sizeof *laser, NULL);
     if (laser == NULL) {
         return JDE_OK;
@@ -79,7 +80,7 @@ static int32_t check(void *instance, jde_context *context, jde_precondition *ans
             continue;
         }
         if (range * cos(angle) > 0.0 && range * cos(angle) <= reach && fabs(range * sin(angle)) <= side) {
-            answer->ready = 1u;
+            result->ready = 1u;
         }
     }
     return JDE_OK;
@@ -94,7 +95,7 @@ static int32_t iterate(void *instance, jde_context *context)
         return JDE_BAD_ARGUMENT;
     }
     code = jde_put(self->host, context, BASE, &still, sizeof still);
-    /* To be refused is no fault of this schema: the host counts and shows it. */
+    /* A refusal is no fault of this schema: the host counts and shows it. */
     if (code != JDE_OK && code != JDE_REFUSED) {
         return jde_failed(self->host, context, "the base cannot be commanded");
     }

@@ -1,4 +1,5 @@
-//! One suite for `stop` in Rust and in C. The headers alone also compile in both C standards and in C++.
+//! Conformance of schemas in C: `stop` passes the same suite in Rust and in C, the examples in C work, and the
+//! headers compile as C++ too.
 
 #![allow(unsafe_code)]
 
@@ -60,41 +61,45 @@ fn stop_in_c_conforms() {
 fn a_host_refuses_what_the_contract_forbids() {
     // SAFETY: the table of a plugin that stays loaded.
     let mut bench: Bench<Foreign> = unsafe { Bench::foreign(load("tests/c/probe.c")) }.expect("an instance");
-    bench.iterate().expect("every answer is the right one");
+    bench.iterate().expect("every code is the expected one");
     assert_eq!(
         bench.exported_at("output"),
         Some(Duration::from_nanos(5)),
-        "and the last loan was dropped"
+        "the last loan was not dropped"
     );
     assert_eq!(bench.awake_children(), ["motor"]);
 }
 
 #[test]
-fn the_example_in_c_counts() {
+fn instances_of_the_example_in_c_count_independently() {
     let table = load("examples/c/counter.c");
     // SAFETY: the table of a plugin that stays loaded.
-    let (mut one, mut two) = unsafe {
+    let (mut first, mut second) = unsafe {
         (
-            Bench::foreign(table).expect("one"),
-            Bench::foreign(table).expect("two"),
+            Bench::foreign(table).expect("an instance"),
+            Bench::foreign(table).expect("an instance"),
         )
     };
-    one.iterate().expect("no fault");
-    one.set("step", 10_u32);
-    one.iterate().expect("no fault");
-    two.iterate().expect("no fault");
-    assert_eq!(one.exported("count"), Some(11_u32));
-    assert_eq!(two.exported("count"), Some(1_u32), "instances are apart");
+    first.iterate().expect("no fault");
+    first.set("step", 10_u32);
+    first.iterate().expect("no fault");
+    second.iterate().expect("no fault");
+    assert_eq!(first.exported("count"), Some(11_u32));
+    assert_eq!(
+        second.exported("count"),
+        Some(1_u32),
+        "an instance changed the count of another"
+    );
 }
 
 #[test]
-fn the_example_in_c_hands_its_count_to_the_next() {
+fn an_instance_of_the_example_in_c_restores_the_count_of_another() {
     let table = load("examples/c/counter.c");
     // SAFETY: the table of a plugin that stays loaded.
     let (mut old, mut new) = unsafe {
         (
-            Bench::foreign(table).expect("one"),
-            Bench::foreign(table).expect("two"),
+            Bench::foreign(table).expect("an instance"),
+            Bench::foreign(table).expect("an instance"),
         )
     };
     old.iterate().expect("no fault");
@@ -106,15 +111,15 @@ fn the_example_in_c_hands_its_count_to_the_next() {
     assert_eq!(new.exported("count"), Some(3_u32));
 
     let other = Remembered { version: 2, ..saved };
-    let refused = new.restore(&other).expect_err("another version");
-    assert_eq!(refused.reason, "it was counted otherwise");
+    let refused = new.restore(&other).expect_err("the version differs");
+    assert_eq!(refused.reason, "the saved count has another version or size");
 }
 
 /// The same as `examples/c/gauge.c`.
 #[derive(Describe)]
 #[schema(perceptive, period = "100ms")]
 struct Gauge {
-    /// How full it is.
+    /// The level, from 0 to 1.
     #[export]
     level: Export<f64>,
     height: f64,
@@ -184,14 +189,14 @@ impl Panel for Gauge {
             self.mark = [x, y];
             info!(cx, "{}", gesture.by());
         } else if matches!(gesture.touch, Touch::Key { .. }) {
-            return Err("no key does anything here".into());
+            return Err("keys have no effect".into());
         }
         Ok(())
     }
 }
 
 #[test]
-fn a_panel_in_c_is_the_one_in_rust() {
+fn a_panel_in_c_draws_the_same_as_one_in_rust() {
     // SAFETY: the table of a plugin that stays loaded.
     let mut in_c = unsafe { Bench::foreign(load("examples/c/gauge.c")) }.expect("an instance");
     let mut in_rust = Bench::<Gauge>::new();
@@ -207,23 +212,23 @@ fn a_panel_in_c_is_the_one_in_rust() {
         ("nothing", Touch::Pressed),
         ("plane", Touch::Key { key, down: true }),
     ];
-    let mut seen = Vec::new();
+    let mut results = Vec::new();
     for (widget, touch) in touches {
-        let said = in_rust.touch(widget, touch.clone());
-        assert_eq!(in_c.touch(widget, touch), said, "{widget}");
+        let outcome = in_rust.touch(widget, touch.clone());
+        assert_eq!(in_c.touch(widget, touch), outcome, "{widget}");
         in_c.iterate().expect("no fault");
         in_rust.iterate().expect("no fault");
         assert_eq!(in_c.exported::<f64>("level"), in_rust.exported("level"));
-        let drawn = in_c.draw().expect("it shows");
-        assert_eq!(drawn, in_rust.draw().expect("it shows"), "{widget}");
-        seen.push((drawn, said.is_ok()));
+        let drawn = in_c.draw().expect("no fault");
+        assert_eq!(drawn, in_rust.draw().expect("no fault"), "{widget}");
+        results.push((drawn, outcome.is_ok()));
     }
     assert_eq!(in_c.log(), in_rust.log());
-    assert_eq!(seen[0].0.slider("level"), 0.75);
-    assert_eq!(seen[1].0.chosen("mode"), "fast");
-    assert!(!seen[3].0.is_on("on") && seen[3].0.can_press("empty"));
-    assert!(!seen[4].0.can_press("empty"));
-    let (shapes, ok) = (seen[6].0.shapes("plane"), seen[6].1);
+    assert_eq!(results[0].0.slider("level"), 0.75);
+    assert_eq!(results[1].0.chosen("mode"), "fast");
+    assert!(!results[3].0.is_on("on") && results[3].0.can_press("empty"));
+    assert!(!results[4].0.can_press("empty"));
+    let (shapes, ok) = (results[6].0.shapes("plane"), results[6].1);
     assert!(shapes.iter().any(|shape| matches!(
         shape,
         Shape::Circle {
@@ -231,11 +236,11 @@ fn a_panel_in_c_is_the_one_in_rust() {
             ..
         }
     )));
-    assert!(!ok, "what fails is told");
+    assert!(!ok, "the failure of a gesture is not reported");
 }
 
 #[test]
-fn a_panel_in_c_is_cplusplus_too() {
+fn a_panel_in_c_compiles_as_cplusplus() {
     run(Command::new("c++")
         .args([
             "-std=c++11",
@@ -252,21 +257,21 @@ fn a_panel_in_c_is_cplusplus_too() {
 }
 
 #[test]
-fn the_standard_types_of_c_are_those_of_rust() {
+fn the_standard_types_in_c_equal_those_in_rust() {
     let plugin = compile(&write_types_plugin(), "types");
     // SAFETY: the table of a plugin that stays loaded.
-    let plugin = unsafe { read::plugin(open(&plugin)) }.expect("its tables are right");
+    let plugin = unsafe { read::plugin(open(&plugin)) }.expect("the tables are valid");
     let ports = &plugin.schemas[0].ports;
     let standard = jde_schema::types::standard();
     assert_eq!(ports.len(), standard.len());
     for (port, ty) in ports.iter().zip(&standard) {
         assert!(port.value_type.same_as(ty), "{} differs", ty.name);
-        assert_eq!(&*port.value_type, ty, "to the comments");
+        assert_eq!(&*port.value_type, ty, "the comments differ");
     }
 }
 
 #[test]
-fn the_headers_are_cplusplus_too() {
+fn the_headers_compile_as_cplusplus() {
     let source = output("cplusplus.cc");
     std::fs::write(
         &source,
@@ -325,7 +330,7 @@ fn load(source: &str) -> &'static raw::Schema {
     let plugin = open(&compile(&source, &name));
     // SAFETY: the table of a plugin that stays loaded; `read::plugin` validates it first.
     unsafe {
-        read::plugin(plugin).expect("its tables are right");
+        read::plugin(plugin).expect("the tables are valid");
         &*(*plugin).schemas
     }
 }

@@ -26,17 +26,17 @@ fn bench(table: &'static raw::Schema) -> Bench<Foreign> {
 
 /// Runs the whole suite.
 pub(crate) fn stop_conforms(table: &'static raw::Schema) {
-    it_describes_itself(table);
-    it_is_not_ready_without_a_scan(table);
-    it_is_ready_while_something_stands_in_its_area(table);
-    it_stops_the_base(table);
-    it_may_be_refused(table);
-    it_sleeps_and_awakes_again(table);
-    it_survives_scans_that_lie(table);
-    it_refuses_pointers_to_nothing(table);
+    describes_itself(table);
+    is_not_ready_without_a_scan(table);
+    is_ready_while_an_obstacle_is_in_its_area(table);
+    stops_the_base(table);
+    a_refused_command_is_no_fault(table);
+    sleeps_and_awakes_again(table);
+    survives_a_scan_with_a_wrong_length(table);
+    refuses_null_pointers(table);
 }
 
-fn it_describes_itself(table: &'static raw::Schema) {
+fn describes_itself(table: &'static raw::Schema) {
     let bench = bench(table);
     let about = bench.description();
     assert_eq!(
@@ -55,13 +55,13 @@ fn it_describes_itself(table: &'static raw::Schema) {
     assert!(laser.value_type.same_as(&LaserScan::describe()));
 }
 
-fn it_is_not_ready_without_a_scan(table: &'static raw::Schema) {
+fn is_not_ready_without_a_scan(table: &'static raw::Schema) {
     let mut bench = bench(table);
     bench.awake().expect("awake");
     assert!(!bench.check().expect("no fault").ready);
 }
 
-fn it_is_ready_while_something_stands_in_its_area(table: &'static raw::Schema) {
+fn is_ready_while_an_obstacle_is_in_its_area(table: &'static raw::Schema) {
     let mut bench = bench(table);
     for (ahead, ready) in [
         (2.0, false),
@@ -76,34 +76,37 @@ fn it_is_ready_while_something_stands_in_its_area(table: &'static raw::Schema) {
     bench.import("laser", &scan(f32::NEG_INFINITY));
     assert!(
         bench.check().expect("no fault").ready,
-        "REP-117: too close to measure is close"
+        "REP-117: minus infinity is too close to measure"
     );
     bench.import("laser", &scan(2.0));
     bench.set("ahead", 2.5);
-    assert!(bench.check().expect("no fault").ready, "its area is modulated");
+    assert!(
+        bench.check().expect("no fault").ready,
+        "`ahead` does not change the area"
+    );
     bench.set("half_width", 0.7);
     bench.set("ahead", 0.6);
     assert!(
         !bench.check().expect("no fault").ready,
-        "what stands beside is not ahead"
+        "an obstacle beside the area counts"
     );
 }
 
-fn it_stops_the_base(table: &'static raw::Schema) {
+fn stops_the_base(table: &'static raw::Schema) {
     let mut bench = bench(table);
     bench.import("laser", &scan(0.5));
     bench.iterate().expect("no fault");
     assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
 }
 
-fn it_may_be_refused(table: &'static raw::Schema) {
+fn a_refused_command_is_no_fault(table: &'static raw::Schema) {
     let mut bench = bench(table);
     bench.set_authority(false);
-    bench.iterate().expect("to be refused is no fault");
+    bench.iterate().expect("a refusal is no fault");
     assert_eq!(bench.commanded::<Twist>("base"), None);
 }
 
-fn it_sleeps_and_awakes_again(table: &'static raw::Schema) {
+fn sleeps_and_awakes_again(table: &'static raw::Schema) {
     let mut bench = bench(table);
     for _ in 0..3 {
         bench.awake().expect("awake");
@@ -114,24 +117,24 @@ fn it_sleeps_and_awakes_again(table: &'static raw::Schema) {
     }
 }
 
-fn it_survives_scans_that_lie(table: &'static raw::Schema) {
+fn survives_a_scan_with_a_wrong_length(table: &'static raw::Schema) {
     let mut bench = bench(table);
-    // The bytes of a scan whose length states four thousand million ranges.
-    let mut lie = Words([u32::MAX; size_of::<LaserScan>() / 4]);
-    lie.0[..16].fill(0);
-    // SAFETY: as many bytes, aligned, of which every pattern is a scan.
-    let lie = unsafe { (&raw const lie).cast::<LaserScan>().read() };
-    bench.import("laser", &lie);
+    // The bytes of a scan that states 2^32 - 1 ranges.
+    let mut words = Words([u32::MAX; size_of::<LaserScan>() / 4]);
+    words.0[..16].fill(0);
+    // SAFETY: as many bytes as a scan has, aligned for it; every pattern of them is a valid scan.
+    let scan = unsafe { (&raw const words).cast::<LaserScan>().read() };
+    bench.import("laser", &scan);
     assert!(!bench.check().expect("no fault").ready);
 }
 
 #[repr(C, align(8))]
 struct Words([u32; size_of::<LaserScan>() / 4]);
 
-fn it_refuses_pointers_to_nothing(table: &'static raw::Schema) {
+fn refuses_null_pointers(table: &'static raw::Schema) {
     use core::ptr::null_mut;
     let (Some(create), Some(iterate), Some(check)) = (table.create, table.iterate, table.check) else {
-        panic!("all three are there")
+        panic!("the table has all three")
     };
     // SAFETY: these calls check for null before anything else.
     unsafe {

@@ -1,4 +1,4 @@
-//! Panics and errors end at the boundary. Their message and place are kept.
+//! Panics and errors end at the boundary. The host receives their message and location.
 
 #![forbid(unsafe_code)]
 
@@ -21,16 +21,15 @@ struct Fragile {
     urgency: Modulation<f64>,
     #[modulation(default = 1.0)]
     divisor: Modulation<f64>,
-    /// One child.
     #[child(group = "g")]
-    one: Child,
+    only_child: Child,
     calls: u32,
 }
 
 impl Fragile {
-    fn at(&mut self, cx: &Context, call: &str) -> Result {
+    fn fail_if_selected(&mut self, cx: &Context, call: &str) -> Result {
         self.calls += 1;
-        assert!(self.panics.get(cx) != call, "told to panic in {call}");
+        assert!(self.panics.get(cx) != call, "requested panic in {call}");
         if self.errs.get(cx) == call {
             let cause = std::io::Error::other("the cable is loose");
             return Err(Box::new(cause));
@@ -41,27 +40,27 @@ impl Fragile {
 
 impl Schema for Fragile {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.at(cx, "awake")
+        self.fail_if_selected(cx, "awake")
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        self.at(cx, "check")?;
+        self.fail_if_selected(cx, "check")?;
         Ok(Precondition::from(true).urgency(self.urgency.get(cx) / self.divisor.get(cx)))
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        self.at(cx, "iterate")
+        self.fail_if_selected(cx, "iterate")
     }
 
     fn sleep(&mut self, cx: &Context) {
-        let _ = self.at(cx, "sleep");
+        let _ = self.fail_if_selected(cx, "sleep");
     }
 }
 
 impl Arbitrate for Fragile {
     fn arbitrate(&mut self, cx: &Context, _: &Level) -> Result<Verdict> {
-        self.at(cx, "arbitrate")?;
-        Ok(Verdict::choose(&self.one, "it is the only one"))
+        self.fail_if_selected(cx, "arbitrate")?;
+        Ok(Verdict::choose(&self.only_child, "it is the only one"))
     }
 }
 
@@ -78,7 +77,7 @@ fn call(bench: &mut Bench<Fragile>, call: &str) -> Result<(), Failure> {
 const CALLS: [&str; 5] = ["awake", "check", "iterate", "sleep", "arbitrate"];
 
 #[test]
-fn a_panic_in_any_call_is_caught_with_its_words_and_place() {
+fn a_panic_in_any_call_is_caught_with_its_message_and_location() {
     for name in CALLS {
         let mut bench = Bench::<Fragile>::new();
         bench.set("panics", Text::<32>::new(name));
@@ -89,7 +88,7 @@ fn a_panic_in_any_call_is_caught_with_its_words_and_place() {
             if name == "sleep" { raw::OK } else { raw::PANICKED }
         );
         assert!(
-            failure.reason.contains(&format!("told to panic in {name}")),
+            failure.reason.contains(&format!("requested panic in {name}")),
             "{}",
             failure.reason
         );
@@ -100,13 +99,17 @@ fn a_panic_in_any_call_is_caught_with_its_words_and_place() {
         );
 
         bench.set("panics", Text::<32>::EMPTY);
-        assert_eq!(call(&mut bench, name), Ok(()), "the instance can be called again");
-        assert_eq!(bench.schema().calls, 2, "and keeps its memory");
+        assert_eq!(
+            call(&mut bench, name),
+            Ok(()),
+            "the instance cannot be called again"
+        );
+        assert_eq!(bench.schema().calls, 2, "the instance lost its memory");
     }
 }
 
 #[test]
-fn an_error_in_any_call_is_given_to_the_host_in_words() {
+fn an_error_in_any_call_reaches_the_host_with_its_message() {
     for name in CALLS.into_iter().filter(|&name| name != "sleep") {
         let mut bench = Bench::<Fragile>::new();
         bench.set("errs", Text::<32>::new(name));
@@ -118,12 +121,12 @@ fn an_error_in_any_call_is_given_to_the_host_in_words() {
 }
 
 #[test]
-fn an_urgency_that_is_no_number_is_an_error() {
+fn an_urgency_that_is_not_finite_is_an_error() {
     let mut bench = Bench::<Fragile>::new();
     bench.set("divisor", 0.0);
     for urgency in [0.0, 1.0] {
         bench.set("urgency", urgency);
-        let failure = bench.check().expect_err("refused");
+        let failure = bench.check().expect_err("an urgency that is not finite");
         assert!(failure.reason.contains("must be finite"), "{failure}");
     }
     bench.set("divisor", 1.0);
@@ -154,12 +157,12 @@ impl Default for Bomb {
 /// Panics in its drop.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
-struct EndsBadly {
+struct PanicsInDrop {
     #[allow(dead_code, reason = "its drop is what matters")]
     bomb: Bomb,
 }
 
-impl Schema for EndsBadly {
+impl Schema for PanicsInDrop {
     fn iterate(&mut self, _: &Context) -> Result {
         // A payload whose own drop panics must not end the process either.
         std::panic::panic_any(Bomb)
@@ -168,16 +171,16 @@ impl Schema for EndsBadly {
 
 #[test]
 fn a_panic_in_the_drop_of_an_instance_or_of_a_payload_is_caught() {
-    let mut bench = Bench::<EndsBadly>::new();
+    let mut bench = Bench::<PanicsInDrop>::new();
     let failure = bench.iterate().expect_err("it panics");
     assert!(failure.panicked());
     assert!(failure.reason.ends_with("without words"), "{failure}");
     drop(bench);
 }
 
-struct Unmakeable;
+struct MissingDevice;
 
-impl Default for Unmakeable {
+impl Default for MissingDevice {
     fn default() -> Self {
         panic!("no such device")
     }
@@ -186,25 +189,27 @@ impl Default for Unmakeable {
 /// Panics in its creation.
 #[derive(Describe)]
 #[schema(perceptive, period = "1s")]
-struct NeverBegins {
-    #[allow(dead_code, reason = "its making is what matters")]
-    device: Unmakeable,
+struct PanicsInCreation {
+    #[allow(dead_code, reason = "its creation is what matters")]
+    device: MissingDevice,
 }
 
-impl Schema for NeverBegins {
+impl Schema for PanicsInCreation {
     fn iterate(&mut self, _: &Context) -> Result {
         Ok(())
     }
 }
 
 #[test]
-fn a_panic_in_the_making_of_an_instance_is_caught_with_its_words() {
-    let failure = Bench::<NeverBegins>::try_new().err().expect("it cannot be made");
+fn a_panic_in_the_creation_of_an_instance_is_caught_with_its_message() {
+    let failure = Bench::<PanicsInCreation>::try_new()
+        .err()
+        .expect("the creation panics");
     assert!(failure.reason.contains("no such device"), "{failure}");
 }
 
 #[test]
-fn panics_outside_a_call_are_left_to_the_hook_that_was_there() {
+fn panics_outside_a_call_reach_the_previous_hook() {
     let mut bench = Bench::<Fragile>::new();
     bench.set("panics", Text::<32>::new("iterate"));
     let _ = bench.iterate();

@@ -12,19 +12,19 @@ use jde_schema::prelude::*;
 #[derive(Describe)]
 #[schema(motor, period = "75ms", budget = "5ms")]
 pub(crate) struct DriveHome {
-    /// What the laser sees.
+    /// The newest scan.
     #[import(trigger)]
     laser: Import<LaserScan>,
-    /// Another's number.
+    /// The distance to the goal.
     #[import(optional, unit = "m", name = "far-off")]
     distance: Import<f64>,
-    /// How it goes.
+    /// The progress of the mission.
     #[export]
     mission: Export<Mission>,
-    /// How fast.
+    /// The greatest speed.
     #[modulation(default = 0.3, unit = "m/s", min = 0, max = 1.5)]
     speed: Modulation<f64>,
-    /// Where to.
+    /// The goal.
     #[modulation(default = Pose2D::new(1.0, 2.0, 0.0))]
     home: Modulation<Pose2D>,
     /// A map.
@@ -42,13 +42,13 @@ pub(crate) struct DriveHome {
     /// Goes straight.
     #[child(group = "base")]
     cruise: Child,
-    /// Finds the way.
+    /// Builds the map.
     #[child(perceptive, optional)]
     map_maker: Child,
-    /// Where cruise goes.
+    /// The goal of `cruise`.
     #[modulates(child = "cruise", name = "target")]
     cruise_target: Modulates<Pose2D>,
-    /// How often.
+    /// The period of `cruise`.
     #[modulates(child = "cruise", name = "period", optional)]
     cruise_period: Modulates<f64>,
     visits: Vec<Pose2D>,
@@ -84,10 +84,10 @@ impl Arbitrate for DriveHome {
 #[derive(Describe)]
 #[schema(driver, period = "10ms", name = "wheel-2")]
 pub(crate) struct Wheel {
-    /// How fast.
+    /// The velocity.
     #[command(neutral = 0.0, validity = "500ms", unit = "rad/s")]
     velocity: Command<f64>,
-    /// How far.
+    /// The angle.
     #[export(unit = "rad")]
     angle: Export<f64>,
 }
@@ -103,7 +103,7 @@ impl Schema for Wheel {
 const _: jde_abi::raw::Plugin = jde_schema::plugin!("demo", "Two schemas.", [DriveHome, Wheel]);
 
 #[test]
-fn names_and_kinds_and_times_are_as_declared() {
+fn names_kinds_and_times_are_as_declared() {
     let (home, wheel) = (Bench::<DriveHome>::new(), Bench::<Wheel>::new());
     let (home, wheel) = (home.description(), wheel.description());
     assert_eq!((&*home.name, home.kind), ("drive-home", Kind::Motor));
@@ -112,7 +112,7 @@ fn names_and_kinds_and_times_are_as_declared() {
     assert_eq!(
         (wheel.period_ns, wheel.budget_ns),
         (10_000_000, None),
-        "a budget is by default the period, whatever that becomes"
+        "without a declared budget, the host uses the period"
     );
     assert_eq!(home.doc, "Drives home.\n\nAnd back.");
     assert!(home.arbitrates);
@@ -120,14 +120,14 @@ fn names_and_kinds_and_times_are_as_declared() {
 }
 
 #[test]
-fn every_port_is_as_its_attribute_says() {
+fn ports_are_as_their_attributes_declare() {
     let bench = Bench::<DriveHome>::new();
     let ports = &bench.description().ports;
     let port = |name: &str| ports.iter().find(|port| port.name == name).expect(name);
 
     assert_eq!(port("laser").role, Role::Import { trigger: true });
     assert_eq!(port("laser").value_type.name, "sensor_msgs/msg/LaserScan");
-    assert_eq!(port("laser").doc, "What the laser sees.");
+    assert_eq!(port("laser").doc, "The newest scan.");
     assert!(!port("laser").optional);
     assert_eq!((port("far-off").optional, &*port("far-off").unit), (true, "m"));
     assert_eq!(port("far-off").role, Role::Import { trigger: false });
@@ -172,7 +172,7 @@ fn every_port_is_as_its_attribute_says() {
 }
 
 #[test]
-fn children_are_as_their_attributes_say() {
+fn children_are_as_their_attributes_declare() {
     let bench = Bench::<DriveHome>::new();
     let [cruise, map_maker] = &bench.description().children[..] else {
         panic!("two children")

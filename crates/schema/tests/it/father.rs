@@ -1,11 +1,11 @@
-//! Fathers: they wake, put to sleep, modulate and observe children, set policies, and arbitrate.
+//! Fathers wake, put to sleep, modulate and observe children, set policies, and arbitrate.
 
 #![forbid(unsafe_code)]
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
-/// A father of two, with a helper.
+/// A father of two motor children and one perceptive child.
 #[derive(Describe)]
 #[schema(motor, period = "100ms")]
 struct Father {
@@ -21,7 +21,7 @@ struct Father {
     brake_target: Modulates<Pose2D>,
     seen: Vec<(State, bool)>,
     outcomes: Vec<Outcome>,
-    retire: bool,
+    has_run: bool,
 }
 
 impl Schema for Father {
@@ -31,7 +31,7 @@ impl Schema for Father {
             .filter_map(|child| child.status(cx))
             .map(|status| (status.state, status.faulted))
             .collect();
-        if std::mem::replace(&mut self.retire, true) {
+        if std::mem::replace(&mut self.has_run, true) {
             self.outcomes.push(self.cruise.sleep(cx));
             self.brake_target.set(cx, Pose2D::ORIGIN);
             return Ok(());
@@ -70,7 +70,7 @@ fn a_father_wakes_modulates_and_puts_to_sleep() {
     assert_eq!(
         bench.modulated::<Pose2D>("brake", "target"),
         None,
-        "the same name, another child"
+        "a modulation of the same name of another child"
     );
     let dwell = Duration::from_millis(300);
     assert_eq!(bench.policy("brake"), Some(Policy::sticky(dwell, 0.25)));
@@ -91,10 +91,10 @@ fn a_father_wakes_modulates_and_puts_to_sleep() {
 }
 
 #[test]
-fn r7_a_father_without_authority_wakes_nobody_and_is_told() {
+fn r7_a_father_without_authority_wakes_no_child_and_its_requests_are_refused() {
     let mut bench = Bench::<Father>::new();
     bench.set_authority(false);
-    bench.iterate().expect("it runs all the same");
+    bench.iterate().expect("a refusal is no fault");
     assert!(bench.awake_children().is_empty());
     assert_eq!(bench.schema().outcomes, [Outcome::Refused; 5]);
 }
@@ -104,7 +104,7 @@ fn r4_a_father_chooses_among_the_awake_children_of_a_group() {
     let mut bench = Bench::<Father>::new();
     bench.set_child("brake", State::Ready);
     bench.set_child("cruise", State::Winner);
-    let decision = bench.arbitrate("base").expect("an answer");
+    let decision = bench.arbitrate("base").expect("a decision");
     assert_eq!(
         (decision.child.as_deref(), &*decision.reason),
         (Some("brake"), "cruise won: true")
@@ -112,17 +112,17 @@ fn r4_a_father_chooses_among_the_awake_children_of_a_group() {
 }
 
 #[test]
-fn r4_a_father_may_choose_nobody_with_a_reason_that_is_cut_between_characters() {
+fn r4_a_father_may_choose_no_winner_and_a_long_reason_is_cut_between_characters() {
     let mut bench = Bench::<Father>::new();
     bench.set_child("brake", State::Checking);
     bench.set_child("cruise", State::Checking);
-    let decision = bench.arbitrate("base").expect("an answer");
+    let decision = bench.arbitrate("base").expect("a decision");
     assert_eq!((decision.child, decision.reason), (None, "ñ".repeat(63)));
 }
 
 #[test]
-#[should_panic(expected = "one child of `base` alone is ready, so nobody is asked")]
-fn r3_nobody_is_asked_about_one_alone() {
+#[should_panic(expected = "exactly one child of `base` is ready, so the host does not arbitrate")]
+fn r3_the_bench_does_not_arbitrate_when_exactly_one_child_is_ready() {
     let mut bench = Bench::<Father>::new();
     bench.set_child("brake", State::Ready);
     bench.set_child("cruise", State::Ready);

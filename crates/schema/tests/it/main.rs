@@ -1,12 +1,12 @@
-//! Schemas as authors write them: what the host reads of them, and what their calls may do.
+//! Tests of schemas as authors write them: their description and their calls.
 
 mod calls;
 mod describe;
 mod father;
+mod foreign_ports;
 mod memory;
 mod panel;
 mod plugin;
 mod ports;
 mod sdk_page;
-mod strangers;
 mod values;

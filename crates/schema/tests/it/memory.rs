@@ -1,4 +1,4 @@
-//! The memory of a schema, from one instance to the next.
+//! The memory that one instance of a schema saves and another restores.
 
 use jde_schema::bench::{Bench, Remembered};
 use jde_schema::prelude::*;
@@ -6,45 +6,45 @@ use jde_schema::prelude::*;
 /// Saves an entry of every kind.
 #[derive(Describe)]
 #[schema(perceptive, period = "100ms")]
-struct Scholar {
+struct Reader {
     #[export]
     read: Export<u32>,
     pages: u32,
     places: Vec<Pose2D>,
     name: String,
-    tries: Tries,
+    violation: Violation,
 }
 
-/// What a save or a restore does against the rules.
+/// The rule that a save or a restore breaks.
 #[derive(Default, Clone, Copy, PartialEq)]
-enum Tries {
+enum Violation {
     #[default]
     Nothing,
     Writing,
     Panicking,
 }
 
-impl Schema for Scholar {
+impl Schema for Reader {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.pages += 1;
         self.places.push(Pose2D::new(f64::from(self.pages), 0.0, 0.0));
         self.name = format!("page {}", self.pages);
         if self.pages == 9 {
-            self.tries = Tries::Writing;
+            self.violation = Violation::Writing;
         }
         if self.pages == 10 {
-            self.tries = Tries::Panicking;
+            self.violation = Violation::Panicking;
         }
         self.read.write(cx, self.pages);
         Ok(())
     }
 }
 
-impl Memory for Scholar {
+impl Memory for Reader {
     const VERSION: u32 = 2;
 
     fn save(&self, _: &Context, saving: &mut Saving) {
-        assert!(self.tries != Tries::Panicking, "it forgot");
+        assert!(self.violation != Violation::Panicking, "save failed");
         saving.put(&self.pages);
         saving.put_all(&self.places);
         saving.put_text(&self.name);
@@ -88,21 +88,21 @@ impl Memory for Other {
     }
 }
 
-fn scholar(pages: u32) -> Bench<Scholar> {
+fn reader(pages: u32) -> Bench<Reader> {
     let mut bench = Bench::new();
     for _ in 0..pages {
-        bench.iterate().expect("it reads");
+        bench.iterate().expect("no fault");
     }
     bench
 }
 
 #[test]
-fn what_one_saved_the_next_takes_over() {
-    let saved = scholar(3).save().expect("it saves");
+fn an_instance_restores_what_another_saved() {
+    let saved = reader(3).save().expect("it saves");
     assert_eq!(saved.version, 2);
-    let mut next = scholar(0);
+    let mut next = reader(0);
     next.restore(&saved).expect("it restores");
-    let Scholar {
+    let Reader {
         pages, places, name, ..
     } = next.schema();
     assert_eq!((*pages, places.len(), name.as_str()), (3, 3, "page 3"));
@@ -110,58 +110,59 @@ fn what_one_saved_the_next_takes_over() {
 }
 
 #[test]
-fn an_older_version_is_read_as_far_as_it_goes() {
-    let mut saved = scholar(2).save().expect("it saves");
+fn a_memory_of_an_older_version_restores_the_entries_that_it_has() {
+    let mut saved = reader(2).save().expect("it saves");
     saved.version = 1;
-    let mut next = scholar(0);
+    let mut next = reader(0);
     next.restore(&saved).expect("it restores");
     assert_eq!((next.schema().pages, next.schema().name.as_str()), (2, ""));
 }
 
 #[test]
-fn what_does_not_fit_is_refused_in_words() {
+fn a_memory_with_a_wrong_or_missing_entry_is_refused() {
     let saved = Bench::<Other>::new().save().expect("it saves");
-    let refused = scholar(0).restore(&saved).expect_err("it is a Float64");
+    let refused = reader(0).restore(&saved).expect_err("the entry is a Float64");
     assert_eq!(
         refused.reason,
         "a std_msgs/msg/UInt32 was to come, and a std_msgs/msg/Float64 was saved in version 1"
     );
-    let nothing = Remembered {
+    let empty = Remembered {
         version: 1,
         bytes: Vec::new(),
     };
-    let refused = scholar(0).restore(&nothing).expect_err("there is nothing");
+    let refused = reader(0).restore(&empty).expect_err("the memory is empty");
     assert!(refused.reason.contains("nothing more was saved"), "{refused}");
-    let whole = scholar(2).save().expect("it saves");
-    for end in 0..whole.bytes.len() {
-        let cut = Remembered {
+    let complete = reader(2).save().expect("it saves");
+    for end in 0..complete.bytes.len() {
+        let truncated = Remembered {
             version: 2,
-            bytes: whole.bytes[..end].to_vec(),
+            bytes: complete.bytes[..end].to_vec(),
         };
-        scholar(0).restore(&cut).expect_err("it is cut");
+        reader(0)
+            .restore(&truncated)
+            .expect_err("the memory is truncated");
     }
 }
 
 #[test]
-fn a_memory_is_handed_over_and_changes_nothing_else() {
-    let mut nine = scholar(9);
-    let saved = nine.save().expect("it saves");
-    let refused = scholar(0).restore(&saved).expect_err("it writes");
+fn a_write_in_restore_is_refused_and_a_panic_in_save_is_reported() {
+    let saved = reader(9).save().expect("it saves");
+    let refused = reader(0).restore(&saved).expect_err("restore writes");
     assert_eq!(
         refused.reason,
         "it tried to write in restore, which changes nothing"
     );
-    let failed = scholar(10).save().expect_err("it panics");
+    let failed = reader(10).save().expect_err("save panics");
     assert!(
-        failed.panicked() && failed.reason.contains("it forgot"),
+        failed.panicked() && failed.reason.contains("save failed"),
         "{failed}"
     );
 }
 
 #[test]
-fn a_schema_has_the_abilities_it_was_given_and_no_other() {
-    let described = Bench::<Scholar>::new();
-    assert!(!described.description().arbitrates);
-    assert!(Scholar::TABLE.ability.is_some());
-    assert!(Scholar::PANEL.is_none() && Scholar::STATE.is_some());
+fn a_schema_has_only_the_abilities_that_it_implements() {
+    let bench = Bench::<Reader>::new();
+    assert!(!bench.description().arbitrates);
+    assert!(Reader::TABLE.ability.is_some());
+    assert!(Reader::PANEL.is_none() && Reader::STATE.is_some());
 }

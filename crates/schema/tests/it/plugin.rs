@@ -44,11 +44,11 @@ fn an_exported_plugin_is_read_by_the_host() {
     assert_eq!((&*plugin.name, &*plugin.doc), ("idle", "Nothing at all."));
     assert_eq!(plugin.version, env!("CARGO_PKG_VERSION"));
     assert_eq!(plugin.schemas.len(), 1);
-    assert_eq!(jde_plugin.flags, 0, "tests unwind");
+    assert_eq!(jde_plugin.flags, 0, "tests are built to unwind");
 }
 
 #[test]
-fn a_linked_in_plugin_is_the_same_table() {
+fn a_linked_in_plugin_has_the_same_table_as_an_exported_one() {
     static LINKED: raw::Plugin = jde_schema::plugin!("idle", "Nothing at all.", [Idle]);
     // SAFETY: tables made by the macro.
     let (linked, exported) = unsafe {
@@ -61,7 +61,7 @@ fn a_linked_in_plugin_is_the_same_table() {
 }
 
 #[test]
-fn an_instance_is_not_made_for_a_host_of_another_version() {
+fn no_instance_is_created_for_a_host_of_another_version() {
     let table = Idle::TABLE;
     let create = table.create.expect("create");
     let heads: [[u32; 4]; 3] = [
@@ -82,13 +82,13 @@ fn an_instance_is_not_made_for_a_host_of_another_version() {
 
 /// A host's table of ABI 1.0. The functions after its end must not be called.
 #[repr(C)]
-struct Old {
+struct OldHost {
     head: [u32; 4],
     functions: [unsafe extern "C" fn(); 14],
     beyond: [unsafe extern "C" fn(); 4],
 }
 
-unsafe extern "C" fn never() {
+unsafe extern "C" fn abort() {
     std::process::abort()
 }
 
@@ -101,33 +101,33 @@ unsafe extern "C" fn fail(cx: *mut raw::Context, text: *const std::ffi::c_char, 
 }
 
 #[test]
-fn what_a_host_lacks_is_a_fault_in_words_and_not_a_call_into_nowhere() {
-    let mut functions: [unsafe extern "C" fn(); 14] = [never; 14];
-    // SAFETY: it is called with its true type.
+fn a_function_that_an_older_host_lacks_is_a_fault_with_a_message_and_is_not_called() {
+    let mut functions: [unsafe extern "C" fn(); 14] = [abort; 14];
+    // SAFETY: the function is called with its true type.
     functions[12] = unsafe { std::mem::transmute::<*const (), unsafe extern "C" fn()>(fail as *const ()) };
-    let old = Old {
+    let old = OldHost {
         head: [128, raw::ABI_MAJOR, 0, 0],
         functions,
-        beyond: [never; 4],
+        beyond: [abort; 4],
     };
-    let mut said = String::new();
-    let cx = (&raw mut said).cast();
+    let mut reason = String::new();
+    let cx = (&raw mut reason).cast();
     let table = Modern::TABLE;
     // SAFETY: the table's own functions, a host of the size that it states, and a context of the test.
     unsafe {
-        let this = table.create.expect("create")(&raw const table, (&raw const old).cast(), cx);
-        assert!(!this.is_null());
-        assert_eq!(table.awake.expect("awake")(this, cx), raw::FAILED);
+        let instance = table.create.expect("create")(&raw const table, (&raw const old).cast(), cx);
+        assert!(!instance.is_null());
+        assert_eq!(table.awake.expect("awake")(instance, cx), raw::FAILED);
         assert_eq!(
-            said,
+            reason,
             "this host, of ABI 1.0, does not know whether time is real; use a newer one"
         );
-        assert_eq!(table.iterate.expect("iterate")(this, cx), raw::PANICKED);
+        assert_eq!(table.iterate.expect("iterate")(instance, cx), raw::PANICKED);
         assert!(
-            said.contains("`out` cannot be taken back: this host, of ABI 1.0,"),
-            "{said}"
+            reason.contains("`out` cannot be taken back: this host, of ABI 1.0,"),
+            "{reason}"
         );
-        table.destroy.expect("destroy")(this);
+        table.destroy.expect("destroy")(instance);
     }
     let _ = old.beyond;
 }

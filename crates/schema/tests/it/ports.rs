@@ -72,23 +72,23 @@ fn values_carry_their_time() {
     bench.set_now(Duration::from_millis(30));
     bench.import("scan", &scan(&[1.0]));
     bench.set_now(Duration::from_millis(50));
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.schema().age, Some(Duration::from_millis(20)));
     assert_eq!(
         bench.exported_at("copy"),
         Some(Duration::from_millis(30)),
-        "as measured, not as written"
+        "the time of measurement, not of writing"
     );
 }
 
 #[test]
-fn a_loan_that_is_not_published_is_seen_by_nobody() {
+fn a_loan_that_is_not_published_changes_no_variable() {
     let mut bench = Bench::<Pass>::new();
     bench.import("scan", &scan(&[]));
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.exported::<LaserScan>("copy"), None);
     bench.import("scan", &scan(&[2.0]));
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     let copy = bench.exported::<LaserScan>("copy").expect("published");
     assert_eq!((copy.angle_min, copy.ranges.as_slice()), (7.0, &[2.0_f32][..]));
 }
@@ -98,7 +98,7 @@ fn r7_a_command_without_authority_is_refused_and_no_fault() {
     let mut bench = Bench::<Pass>::new();
     bench.import("scan", &scan(&[]));
     bench.set_authority(false);
-    bench.iterate().expect("it runs all the same");
+    bench.iterate().expect("a refusal is no fault");
     assert_eq!(bench.commanded::<Twist>("base"), None);
     assert_eq!(bench.schema().outcomes, [Outcome::Refused, Outcome::Refused]);
 }
@@ -108,27 +108,27 @@ fn a_command_that_is_not_finite_is_refused_and_no_fault() {
     let mut bench = Bench::<Pass>::new();
     bench.import("scan", &scan(&[]));
     bench.import("extra", &f64::NAN);
-    bench.iterate().expect("it runs all the same");
+    bench.iterate().expect("a refusal is no fault");
     assert_eq!(bench.commanded::<Twist>("base"), None);
     assert_eq!(bench.schema().outcomes[0], Outcome::NotFinite);
 }
 
 #[test]
-fn commands_are_those_of_the_last_iteration() {
+fn the_bench_returns_only_commands_of_the_last_iteration() {
     let mut bench = Bench::<Pass>::new();
     bench.import("scan", &scan(&[]));
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     assert!(bench.schema().unwritten);
     assert_eq!(bench.commanded("base"), Some(Twist::planar(0.5, 0.0)));
     assert_eq!(bench.commanded("horn"), Some(Flag::TRUE));
     bench.set("speed", 0.1);
     bench.set_authority(false);
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     assert!(!bench.schema().unwritten);
     assert_eq!(
         bench.commanded::<Twist>("base"),
         None,
-        "the one before does not linger"
+        "a command of an earlier iteration remained"
     );
 }
 
@@ -138,11 +138,11 @@ fn optional_ports_left_unbound_are_no_fault() {
     bench.import("scan", &scan(&[1.0]));
     bench.unbind("extra");
     bench.unbind("horn");
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.schema().outcomes, [Outcome::Accepted, Outcome::Unbound]);
     assert!(bench.log().is_empty());
     bench.import("extra", &2.0);
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     assert_eq!(
         bench.log(),
         [(jde_schema::Severity::Info, "extra is 2".to_owned())]
@@ -155,13 +155,13 @@ fn optional_ports_left_unbound_are_no_fault() {
 struct Base {
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,
-    told: Option<(Twist, bool)>,
+    received: Option<(Twist, bool)>,
 }
 
 impl Schema for Base {
     fn iterate(&mut self, cx: &Context) -> Result {
         let velocity = self.velocity.get(cx);
-        self.told = Some((*velocity, velocity.in_force()));
+        self.received = Some((*velocity, velocity.in_force()));
         Ok(())
     }
 }
@@ -170,30 +170,30 @@ impl Schema for Base {
 fn r7_a_driver_reads_the_neutral_value_when_no_command_is_in_force() {
     let ahead = Twist::planar(0.4, 0.0);
     let mut bench = Bench::<Base>::new();
-    bench.iterate().expect("it runs");
+    bench.iterate().expect("no fault");
     assert_eq!(
-        bench.schema().told,
+        bench.schema().received,
         Some((Twist::ZERO, false)),
         "before the first"
     );
     bench.command("velocity", &ahead);
     bench.set_now(Duration::from_millis(500));
-    bench.iterate().expect("it runs");
-    assert_eq!(bench.schema().told, Some((ahead, true)), "while valid");
+    bench.iterate().expect("no fault");
+    assert_eq!(bench.schema().received, Some((ahead, true)), "while valid");
     bench.set_now(Duration::from_millis(501));
-    bench.iterate().expect("it runs");
-    assert_eq!(bench.schema().told, Some((Twist::ZERO, false)), "and after");
+    bench.iterate().expect("no fault");
+    assert_eq!(bench.schema().received, Some((Twist::ZERO, false)), "and after");
 }
 
 #[test]
 #[should_panic(expected = "there is no import `scam`; did you mean `scan`?")]
-fn a_wrong_name_on_the_bench_names_the_nearest() {
+fn an_unknown_port_on_the_bench_panics_with_the_nearest_name() {
     Bench::<Pass>::new().import("scam", &scan(&[]));
 }
 
 #[test]
 #[should_panic(expected = "`scan` is a sensor_msgs/msg/LaserScan, not a geometry_msgs/msg/Twist")]
-fn a_wrong_type_on_the_bench_names_both() {
+fn a_value_of_another_type_on_the_bench_panics_with_both_types() {
     Bench::<Pass>::new().import("scan", &Twist::ZERO);
 }
 
@@ -222,22 +222,22 @@ impl Schema for Relay {
 }
 
 #[test]
-fn what_was_taken_back_is_none() {
+fn a_retracted_value_is_none() {
     let mut bench = Bench::<Relay>::new();
     bench.import("near", &1.5);
-    bench.iterate().expect("it relays");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.exported::<f64>("far"), Some(1.5));
     bench.retract("near");
-    bench.iterate().expect("it relays");
+    bench.iterate().expect("no fault");
     assert_eq!(bench.exported::<f64>("far"), None);
 }
 
 #[test]
-fn who_needs_real_time_refuses_another() {
+fn a_schema_that_requires_real_time_fails_in_lockstep() {
     let mut bench = Bench::<Relay>::new();
     bench.awake().expect("a new bench is in real time");
     bench.set_real_time(false);
-    let failure = bench.awake().expect_err("a device cannot be hurried");
+    let failure = bench.awake().expect_err("lockstep is not real time");
     assert!(failure.reason.contains("--lockstep"), "{}", failure.reason);
 }
 

@@ -1,10 +1,10 @@
-//! docs/sdk.md names every method that a schema or its test may call.
+//! Checks that docs/sdk.md names every method that a schema or its test may call.
 
 use std::fs;
 use std::path::Path;
 
 #[test]
-fn every_public_method_is_on_the_page() {
+fn the_sdk_page_names_every_public_method() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = fs::read_to_string(root.join("../../docs/sdk.md")).expect("the page");
     let mut missing = Vec::new();

@@ -1,29 +1,29 @@
-//! An author's own value types are shared like the standard ones.
+//! Tests of value types that an author defines.
 
 #![forbid(unsafe_code)]
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
-/// Where landmarks stand.
+/// Landmarks around the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "my_msgs/msg/Landmarks")]
 struct Landmarks {
-    /// Their places.
+    /// Their poses in the frame of the robot.
     places: Seq<Pose2D, 4>,
-    /// Their names' first letters.
+    /// The first letters of their names.
     letters: [u8; 4],
-    /// Whether all are seen.
+    /// Whether all are visible.
     all: Flag,
-    /// Nothing.
+    /// Unused.
     padding: Padding<3>,
 }
 
-/// Looks for landmarks.
+/// Exports the landmarks of a route.
 #[derive(Describe)]
 #[schema(perceptive, period = "100ms")]
-struct Look {
+struct LandmarkFinder {
     #[import]
     odometry: Import<Odometry>,
     #[modulation(default = Route::EMPTY, fixed)]
@@ -32,7 +32,7 @@ struct Look {
     landmarks: Export<Landmarks>,
 }
 
-impl Schema for Look {
+impl Schema for LandmarkFinder {
     fn iterate(&mut self, cx: &Context) -> Result {
         let pose = self.odometry.require(cx)?.pose2d();
         let route = self.route.sample(cx);
@@ -48,37 +48,37 @@ impl Schema for Look {
 }
 
 #[test]
-fn an_author_shares_values_of_an_own_type() {
-    let mut bench = Bench::<Look>::new();
+fn values_of_a_type_of_the_author_are_exported() {
+    let mut bench = Bench::<LandmarkFinder>::new();
     bench.set_now(Duration::from_secs(2));
     bench.import(
         "odometry",
         &Odometry::planar(Duration::from_secs(2), Pose2D::new(1.0, 0.0, 0.0), Twist::ZERO),
     );
     bench.iterate().expect("no fault");
-    let seen: Landmarks = bench.exported("landmarks").expect("published");
-    assert!(seen.places.is_empty());
+    let landmarks: Landmarks = bench.exported("landmarks").expect("published");
+    assert!(landmarks.places.is_empty());
 
     let poses = Seq::from_slice(&[Pose2D::new(3.0, 1.0, 0.0); 6]).expect("they fit");
     bench.set("route", Route { poses });
     bench.iterate().expect("no fault");
-    let seen: Landmarks = bench.exported("landmarks").expect("published");
+    let landmarks: Landmarks = bench.exported("landmarks").expect("published");
     assert_eq!(
-        seen.places.as_slice(),
+        landmarks.places.as_slice(),
         [Pose2D::new(2.0, 1.0, 0.0); 4],
-        "as many as there is room for"
+        "as many as the sequence can hold"
     );
-    assert!(seen.all.get());
+    assert!(landmarks.all.get());
 }
 
 #[test]
-fn its_description_is_its_name_and_comments() {
+fn the_description_of_a_value_type_has_its_name_fields_and_comments() {
     let ty = <Landmarks as Value>::describe();
     assert_eq!(
         (&*ty.name, &*ty.doc),
-        ("my_msgs/msg/Landmarks", "Where landmarks stand.")
+        ("my_msgs/msg/Landmarks", "Landmarks around the robot.")
     );
     let fields: Vec<&str> = ty.fields.iter().map(|field| &*field.name).collect();
     assert_eq!(fields, ["places", "letters", "all"]);
-    assert_eq!(ty.fields[2].doc, "Whether all are seen.");
+    assert_eq!(ty.fields[2].doc, "Whether all are visible.");
 }

@@ -32,20 +32,19 @@ struct Narrow {
     base: Actuator<u8>,
     #[modulation(default = 2.0)]
     gain: Modulation<f64>,
-    doing: u8,
+    iterations: u8,
 }
 
 impl Schema for Narrow {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        // Its own ports work.
         Ok((self.gain.get(cx) > 0.0 && self.read.get(cx).is_none()).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
         let other = Bench::<Wide>::new();
         let wide = other.schema();
-        self.doing += 1;
-        match self.doing {
+        self.iterations += 1;
+        match self.iterations {
             1 => wide.base.command(cx, Route::EMPTY).accepted(),
             2 => wide.read.get(cx).is_some(),
             3 => wide.gain.get(cx) > 0.0,
@@ -56,13 +55,16 @@ impl Schema for Narrow {
 }
 
 #[test]
-fn ports_of_another_type_are_refused_in_words() {
+fn a_call_that_uses_a_port_of_another_type_fails() {
     let mut bench = Bench::<Narrow>::new();
     assert!(bench.check().expect("no fault").ready);
     for port in ["base", "read", "gain"] {
-        let failure = bench.iterate().expect_err("it is a stranger's port").to_string();
-        let words = format!("`{port}` is a port of another schema");
-        assert!(failure.contains(&words), "{failure}");
+        let failure = bench
+            .iterate()
+            .expect_err("the port is of another type")
+            .to_string();
+        let expected = format!("`{port}` is a port of another schema");
+        assert!(failure.contains(&expected), "{failure}");
         assert_eq!(bench.commanded::<u8>("base"), None);
     }
     bench.iterate().expect("its own port");
