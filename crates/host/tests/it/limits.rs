@@ -132,7 +132,7 @@ fn r8_files_set_booleans_and_choices_by_name() {
     assert_eq!(text::<64>(&lockstep, "doer.done"), "1 true VeryFast 1");
     assert_refused(
         "gait = \"fast\"",
-        "`gait` of schema `doer` is `fast`, which is no choice",
+        "`gait` of schema `doer` is `fast`, which is not a choice",
     );
     assert_refused("gait = 1", "one of slow, very-fast");
     assert_refused("on = 1", "true or false");
