@@ -80,7 +80,7 @@ fn r14_release_all_keeps_individual_stops_and_unloads(executor: Executor) {
     let mut app = TestApp::start(executor, &scenario, body);
     app.until_line("free iterate");
     // An instance that was never created is not dropped.
-    app.until_line("gone check");
+    app.until_line("gone awake");
     let [before, since, gone] = ["before", "since", "gone"].map(|name| app.index(name));
     let (ana, ben) = (app.operator(), app.handle.operator("ben@base"));
     ana.hold_asleep(before).expect("the operator may");
