@@ -1,5 +1,4 @@
-//! The test programs that a build produces. Lists them from cargo's JSON messages, and runs many at once:
-//! most of them wait more than they compute.
+//! The test programs that a build produces. Lists them from cargo's JSON messages, and runs them.
 
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -17,7 +16,10 @@ use crate::test::Context;
 
 /// Programs that take longest, to be started first: otherwise the last one would run alone. Each with the
 /// number of tests that it runs at once: those that wait for robots and processes need no core of their own.
-const LONGEST_FIRST: &[(&str, usize)] = &[("bases", 8), ("verbs", 4), ("jde_view", 2), ("conformance", 2)];
+const LONGEST_FIRST: &[(&str, usize)] = &[("bases", 8), ("verbs", 2), ("jde_view", 2), ("conformance", 2)];
+
+/// How many programs run at once. Some replace plugins that others load, and some measure delays.
+const AT_ONCE: usize = 1;
 
 /// Kills a program that hangs outside its watchdogs, so that all others still run. The limit is ten times the
 /// slowest program.
@@ -118,11 +120,11 @@ pub(crate) struct Job {
     pub(crate) command: Command,
 }
 
-/// Runs all jobs, one more at a time than the machine has cores. Prints a line for each job that passes and
+/// Runs all jobs, [`AT_ONCE`] at a time. Prints a line for each job that passes and
 /// the output of each job that fails, which is an error.
 pub(crate) fn run_all(mut jobs: Vec<Job>, paint: Paint) -> Result<()> {
     jobs.sort_by_key(|job| std::cmp::Reverse(job.rank));
-    let at_once = thread::available_parallelism()?.get() + 1;
+    let at_once = AT_ONCE;
     let (queue, failed) = (Mutex::new(jobs), Mutex::new(Vec::new()));
     thread::scope(|scope| {
         for _ in 0..at_once {
