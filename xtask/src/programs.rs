@@ -3,8 +3,6 @@
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::Mutex;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
@@ -14,12 +12,8 @@ use crate::paint::Paint;
 use crate::shell;
 use crate::test::Context;
 
-/// Programs that take longest, to be started first: otherwise the last one would run alone. Each with the
-/// number of tests that it runs at once: those that wait for robots and processes need no core of their own.
-const LONGEST_FIRST: &[(&str, usize)] = &[("bases", 8), ("verbs", 2), ("jde_view", 2), ("conformance", 2)];
-
-/// How many programs run at once. Some replace plugins that others load, and some measure delays.
-const AT_ONCE: usize = 1;
+/// Programs that mostly wait for robots, with the number of tests that each runs at once.
+const WAITING: &[(&str, usize)] = &[("bases", 8)];
 
 /// Kills a program that hangs outside its watchdogs, so that all others still run. The limit is ten times the
 /// slowest program.
@@ -99,14 +93,12 @@ impl Program {
     pub(crate) fn job(&self, root: &Path) -> Job {
         let mut command = Command::new("timeout");
         self.run_by(command.args(TIMEOUT));
-        let rank = LONGEST_FIRST.iter().position(|(name, _)| *name == self.name);
-        if let Some((_, threads)) = rank.and_then(|rank| LONGEST_FIRST.get(rank)) {
+        if let Some((_, threads)) = WAITING.iter().find(|(name, _)| *name == self.name) {
             command.env("RUST_TEST_THREADS", threads.to_string());
         }
         let folder = self.folder.strip_prefix(root).unwrap_or(&self.folder);
         Job {
             title: format!("{} {}", folder.display(), self.name),
-            rank: rank.unwrap_or(usize::MAX),
             command,
         }
     }
@@ -115,41 +107,21 @@ impl Program {
 /// A command that runs tests.
 pub(crate) struct Job {
     pub(crate) title: String,
-    /// Those of a lower rank start first.
-    pub(crate) rank: usize,
     pub(crate) command: Command,
 }
 
-/// Runs all jobs, [`AT_ONCE`] at a time. Prints a line for each job that passes and
-/// the output of each job that fails, which is an error.
-pub(crate) fn run_all(mut jobs: Vec<Job>, paint: Paint) -> Result<()> {
-    jobs.sort_by_key(|job| std::cmp::Reverse(job.rank));
-    let at_once = AT_ONCE;
-    let (queue, failed) = (Mutex::new(jobs), Mutex::new(Vec::new()));
-    thread::scope(|scope| {
-        for _ in 0..at_once {
-            scope.spawn(|| {
-                loop {
-                    let next = queue.lock().expect("no worker panics").pop();
-                    let Some(mut job) = next else { break };
-                    let start = Instant::now();
-                    let result = output(&mut job.command);
-                    let passed = result.as_ref().is_ok_and(|(_, passed)| *passed);
-                    let output = result.map_or_else(|error| format!("{error:#}"), |(output, _)| output);
-                    println!("{}", report(&job.title, &output, passed, start.elapsed(), paint));
-                    if !passed {
-                        let tests = failed_tests(&output);
-                        failed.lock().expect("no worker panics").push(format!(
-                            "{} ({})",
-                            job.title,
-                            tests.join(", ")
-                        ));
-                    }
-                }
-            });
+/// Runs the jobs one after another: some build plugins that others load, and some measure delays. Prints a
+/// line for each job that passes and the output of each job that fails, which is an error.
+pub(crate) fn run_all(jobs: Vec<Job>, paint: Paint) -> Result<()> {
+    let mut failed = Vec::new();
+    for mut job in jobs {
+        let start = Instant::now();
+        let (output, passed) = output(&mut job.command).unwrap_or_else(|error| (format!("{error:#}"), false));
+        println!("{}", report(&job.title, &output, passed, start.elapsed(), paint));
+        if !passed {
+            failed.push(format!("{} ({})", job.title, failed_tests(&output).join(", ")));
         }
-    });
-    let failed = failed.into_inner().expect("no worker panics");
+    }
     if !failed.is_empty() {
         bail!("{}", failed.join("; "));
     }
@@ -213,7 +185,6 @@ mod tests {
         command.args(["-c", script]);
         Job {
             title: script.to_owned(),
-            rank: 0,
             command,
         }
     }

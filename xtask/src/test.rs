@@ -308,7 +308,6 @@ fn tests(context: &Context) -> Result<StepOutcome> {
     command.args(&selection);
     jobs.push(Job {
         title: "documentation".to_owned(),
-        rank: 0,
         command,
     });
     if context.options.package.is_none() {
@@ -317,11 +316,7 @@ fn tests(context: &Context) -> Result<StepOutcome> {
         let mut command = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
         command.arg("--target-dir").arg(&context.target);
         let title = "benches/measure".to_owned();
-        jobs.push(Job {
-            title,
-            rank: usize::MAX,
-            command,
-        });
+        jobs.push(Job { title, command });
     }
     for job in &mut jobs {
         // Some tests build plugins, which the first step has built for this compiler.
