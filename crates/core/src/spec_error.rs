@@ -89,6 +89,8 @@ pub enum SpecError {
         group: String,
         /// The parameter's key in application files.
         key: &'static str,
+        /// What it must be.
+        expected: &'static str,
     },
     /// The policy of a group of roots is the father's own function, but roots have no father.
     NoArbitrator {
@@ -168,11 +170,8 @@ impl fmt::Display for SpecError {
             Self::ZeroPeriod { schema } => {
                 write!(f, "`{schema}` has a period of 0: give a time above 0")
             }
-            Self::BadParameter { group, key } => {
-                write!(
-                    f,
-                    "`{key}` of `{group}` is 0, negative or not finite: give a value that its policy accepts"
-                )
+            Self::BadParameter { group, key, expected } => {
+                write!(f, "`{key}` of `{group}` must be {expected}")
             }
             Self::NoArbitrator { group } => {
                 write!(

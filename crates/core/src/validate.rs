@@ -206,9 +206,12 @@ impl Spec {
 /// Returns the fault of `policy` for this group, if there is one.
 pub(crate) fn policy_fault(group: &GroupSpec, policy: Policy) -> Option<SpecError> {
     let name = || group.name.clone();
-    let refused = policy
-        .refused_key()
-        .map(|key| SpecError::BadParameter { group: name(), key });
+    let refused = policy.refused_parameter();
+    let refused = refused.map(|(key, expected)| SpecError::BadParameter {
+        group: name(),
+        key,
+        expected,
+    });
     refused.or_else(|| {
         let has_no_father = policy == Policy::FATHER && group.father.is_none();
         has_no_father.then(|| SpecError::NoArbitrator { group: name() })

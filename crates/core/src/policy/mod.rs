@@ -98,7 +98,7 @@ impl Policy {
     #[must_use]
     pub fn from_code(code: u32, time: Nanos, number: f64) -> Option<Self> {
         let kind = POLICIES.iter().find(|kind| kind.code == code)?;
-        Some(Self::new(kind, time, number)).filter(|policy| policy.refused_key().is_none())
+        Some(Self::new(kind, time, number)).filter(|policy| policy.refused_parameter().is_none())
     }
 
     /// Returns its fixed properties.
@@ -125,16 +125,14 @@ impl Policy {
         self.number
     }
 
-    /// Returns the key of a parameter with a value that the policy refuses.
-    pub(crate) fn refused_key(self) -> Option<&'static str> {
-        let time = self
-            .kind
-            .time
-            .as_ref()
-            .filter(|time| self.time == 0 && !time.may_be_zero);
+    /// Returns the key of a parameter with a value that the policy refuses, and what it must be.
+    pub(crate) fn refused_parameter(self) -> Option<(&'static str, &'static str)> {
+        let time = self.kind.time.as_ref();
+        let time = time.filter(|time| self.time == 0 && !time.may_be_zero);
         let is_refused = !(self.number.is_finite() && self.number >= 0.0);
         let number = self.kind.number.as_ref().filter(|_| is_refused);
-        time.map(|time| time.key).or(number.map(|number| number.key))
+        let time = time.map(|time| (time.key, "a time above 0"));
+        time.or(number.map(|number| (number.key, "a finite number, 0 or more")))
     }
 
     /// Returns the longest wait of a READY member before it is chosen, in a group with `others` other

@@ -5,7 +5,8 @@
 use std::time::Duration;
 
 use jde_core::{
-    Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Nanos, Policy, Record, SchemaId, SchemaSpec, Spec,
+    Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Nanos, POLICIES, Policy, PolicyKind, Record,
+    SchemaId, SchemaSpec, Spec,
 };
 
 const A: SchemaId = SchemaId(0);
@@ -186,4 +187,34 @@ fn r4_round_robin_continues_after_a_winner_that_is_no_longer_ready() {
     level.check_ready(1, A, 0.0);
     level.check_ready(1, C, 0.0);
     assert_eq!(level.check_unready(5, B), Some(C));
+}
+
+#[test]
+fn r4_every_policy_has_its_own_name_and_code() {
+    for kind in POLICIES {
+        let same = POLICIES
+            .iter()
+            .filter(|other| other.code == kind.code || other.name == kind.name);
+        assert_eq!(same.count(), 1, "{}", kind.name);
+        let named = PolicyKind::named(kind.name).expect("it is in the table");
+        assert_eq!(named.code, kind.code);
+    }
+    // Plugins of version 1.0 of the ABI use these.
+    let names = (0..5).map(|code| Policy::from_code(code, 1, 0.0).map(Policy::name));
+    let expected = ["priority", "urgency", "sticky", "round-robin", "father"].map(Some);
+    assert!(names.eq(expected));
+}
+
+#[test]
+fn r4_a_father_cannot_set_an_unknown_policy_or_a_refused_parameter() {
+    assert_eq!(Policy::from_code(99, 1, 0.0), None);
+    assert_eq!(Policy::from_code(3, 0, 0.0), None, "a turn of 0");
+    for hysteresis in [-0.1, f64::NAN, f64::INFINITY] {
+        assert_eq!(Policy::from_code(2, 1, hysteresis), None);
+        assert_eq!(
+            Policy::from_code(0, 1, hysteresis),
+            Some(Policy::PRIORITY),
+            "a parameter that the policy does not have is ignored"
+        );
+    }
 }

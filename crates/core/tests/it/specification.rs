@@ -121,7 +121,8 @@ fn invalid_policies_are_refused() {
         with(Policy::round_robin(Duration::ZERO)),
         [SpecError::BadParameter {
             group: motion(),
-            key: "turn"
+            key: "turn",
+            expected: "a time above 0"
         }]
     );
     for hysteresis in [-0.1, f64::NAN, f64::INFINITY] {
@@ -129,7 +130,8 @@ fn invalid_policies_are_refused() {
             with(Policy::sticky(Duration::ZERO, hysteresis)),
             [SpecError::BadParameter {
                 group: motion(),
-                key: "hysteresis"
+                key: "hysteresis",
+                expected: "a finite number, 0 or more"
             }]
         );
     }
