@@ -1,8 +1,11 @@
 //! The test programs that a build produces. Lists them from cargo's JSON messages, and runs them.
 
+use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
@@ -12,8 +15,15 @@ use crate::paint::Paint;
 use crate::shell;
 use crate::test::Context;
 
-/// Programs that mostly wait for robots, with the number of tests that each runs at once.
-const WAITING: &[(&str, usize)] = &[("bases", 8)];
+/// A program that measures how long its schemas hang: it runs first and alone.
+const ALONE: &str = "conformance";
+
+/// The programs that take longest start first, each with the number of tests that it runs at once; otherwise
+/// the last one would run alone. Those that mostly wait for robots run more tests than there are cores.
+const LONGEST_FIRST: &[(&str, usize)] = &[("verbs", 2), ("bases", 8), ("jde_view", 2), ("campaign", 2)];
+
+/// How many programs run at once.
+const AT_ONCE: usize = 2;
 
 /// Kills a program that hangs outside its watchdogs, so that all others still run. The limit is ten times the
 /// slowest program.
@@ -56,6 +66,23 @@ pub(crate) fn build(context: &Context, selection: &[&str]) -> Result<Vec<Program
     Ok(list(&shell::read(&mut cargo)?))
 }
 
+/// Copies the plugins that were built to a folder that no test writes to, and returns that folder. A build in a
+/// test program would otherwise replace a plugin while another program loads it.
+pub(crate) fn copy_plugins(target: &Path) -> Result<PathBuf> {
+    let folder = target.join("test-plugins");
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    fs::create_dir(&folder)?;
+    for entry in fs::read_dir(target.join("debug"))? {
+        let file = entry?.path();
+        if file.extension().is_some_and(|extension| extension == "so") {
+            fs::copy(&file, folder.join(file.file_name().unwrap_or_default()))?;
+        }
+    }
+    Ok(folder)
+}
+
 /// Returns a program by the folder of its package and its name.
 pub(crate) fn find<'p>(programs: &'p [Program], folder: &str, name: &str) -> Result<&'p Program> {
     let mut found = programs.iter();
@@ -93,39 +120,95 @@ impl Program {
     pub(crate) fn job(&self, root: &Path) -> Job {
         let mut command = Command::new("timeout");
         self.run_by(command.args(TIMEOUT));
-        if let Some((_, threads)) = WAITING.iter().find(|(name, _)| *name == self.name) {
+        let rank = LONGEST_FIRST.iter().position(|(name, _)| *name == self.name);
+        if let Some((_, threads)) = rank.and_then(|rank| LONGEST_FIRST.get(rank)) {
             command.env("RUST_TEST_THREADS", threads.to_string());
         }
         let folder = self.folder.strip_prefix(root).unwrap_or(&self.folder);
         Job {
             title: format!("{} {}", folder.display(), self.name),
             command,
+            place: match rank {
+                _ if self.name == ALONE => Place::First,
+                Some(rank) => Place::Ranked(rank),
+                None => Place::Unranked,
+            },
         }
     }
 }
 
 /// A command that runs tests.
 pub(crate) struct Job {
-    pub(crate) title: String,
+    title: String,
     pub(crate) command: Command,
+    place: Place,
 }
 
-/// Runs the jobs one after another: some build plugins that others load, and some measure delays. Prints a
-/// line for each job that passes and the output of each job that fails, which is an error.
-pub(crate) fn run_all(jobs: Vec<Job>, paint: Paint) -> Result<()> {
-    let mut failed = Vec::new();
-    for mut job in jobs {
-        let start = Instant::now();
-        let (output, passed) = output(&mut job.command).unwrap_or_else(|error| (format!("{error:#}"), false));
-        println!("{}", report(&job.title, &output, passed, start.elapsed(), paint));
-        if !passed {
-            failed.push(format!("{} ({})", job.title, failed_tests(&output).join(", ")));
+/// When a job runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Place {
+    /// Before all others, alone.
+    First,
+    /// Beside others; the lowest rank starts first.
+    Ranked(usize),
+    /// Beside others, once those with a rank have started.
+    Unranked,
+    /// After all others, alone.
+    Last,
+}
+
+impl Job {
+    /// Returns a job that runs after all others, alone.
+    pub(crate) fn last(title: &str, command: Command) -> Self {
+        Self {
+            title: title.to_owned(),
+            command,
+            place: Place::Last,
         }
+    }
+}
+
+/// Runs the jobs, [`AT_ONCE`] side by side. Prints a line for each job that passes and the output of each job
+/// that fails, which is an error.
+pub(crate) fn run_all(mut jobs: Vec<Job>, paint: Paint) -> Result<()> {
+    jobs.sort_by_key(|job| job.place);
+    let last = jobs.split_off(jobs.partition_point(|job| job.place < Place::Last));
+    let together = jobs.split_off(jobs.partition_point(|job| job.place == Place::First));
+    let mut failed = Vec::new();
+    for (jobs, at_once) in [(jobs, 1), (together, AT_ONCE), (last, 1)] {
+        failed.extend(run_side_by_side(jobs, at_once, paint));
     }
     if !failed.is_empty() {
         bail!("{}", failed.join("; "));
     }
     Ok(())
+}
+
+/// Runs jobs in their order, several at once. Returns a line for each job that fails.
+fn run_side_by_side(jobs: Vec<Job>, at_once: usize, paint: Paint) -> Vec<String> {
+    let queue = Mutex::new(jobs.into_iter());
+    let worker = || {
+        // The lock is free again while the job runs.
+        let next = || queue.lock().expect("no worker panics").next();
+        std::iter::from_fn(next)
+            .filter_map(|job| run(job, paint))
+            .collect::<Vec<_>>()
+    };
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..at_once).map(|_| scope.spawn(worker)).collect();
+        let failed = workers
+            .into_iter()
+            .flat_map(|worker| worker.join().expect("no worker panics"));
+        failed.collect()
+    })
+}
+
+/// Runs a job and prints its result. Returns a line if it fails.
+fn run(mut job: Job, paint: Paint) -> Option<String> {
+    let start = Instant::now();
+    let (output, passed) = output(&mut job.command).unwrap_or_else(|error| (format!("{error:#}"), false));
+    println!("{}", report(&job.title, &output, passed, start.elapsed(), paint));
+    (!passed).then(|| format!("{} ({})", job.title, failed_tests(&output).join(", ")))
 }
 
 /// Runs a command. Returns what it writes, and whether it succeeds.
@@ -186,6 +269,7 @@ mod tests {
         Job {
             title: script.to_owned(),
             command,
+            place: Place::Unranked,
         }
     }
 
@@ -215,6 +299,34 @@ mod tests {
         assert!(
             error.contains("exit 1 (b)") && error.contains("kill -9"),
             "{error}"
+        );
+    }
+
+    #[test]
+    fn long_jobs_start_first_and_some_run_alone() {
+        let files = tempfile::tempdir().unwrap();
+        let file = files.path().join("order");
+        let note = |text: &str, place| Job {
+            place,
+            ..job(&format!("echo {text} >> {}", file.display()))
+        };
+        let mut jobs = vec![note("last", Place::Last), note("first", Place::First)];
+        // It waits for the other one, so both run at once.
+        let waits = format!(
+            "until grep --quiet side {0}; do sleep 0.01; done; echo long >> {0}",
+            file.display()
+        );
+        jobs.extend([
+            note("side", Place::Unranked),
+            Job {
+                place: Place::Ranked(0),
+                ..job(&waits)
+            },
+        ]);
+        run_all(jobs, Paint::plain()).unwrap();
+        assert_eq!(
+            std::fs::read_to_string(file).unwrap(),
+            "first\nside\nlong\nlast\n"
         );
     }
 

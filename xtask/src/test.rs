@@ -300,27 +300,34 @@ fn build(context: &Context) -> Result<StepOutcome> {
 
 fn tests(context: &Context) -> Result<StepOutcome> {
     let selection = context.selection();
-    let mut jobs: Vec<Job> = programs::build(context, &selection)?
+    let programs = programs::build(context, &selection)?;
+    let plugins = match context.options.package {
+        // The tests of the package build the plugins that they load.
+        Some(_) => None,
+        None => Some(programs::copy_plugins(&context.target)?),
+    };
+    let mut jobs: Vec<Job> = programs
         .iter()
         .map(|program| program.job(&context.root))
         .collect();
     let mut command = context.cargo(&["test", "--doc", "--no-fail-fast"]);
     command.args(&selection);
-    jobs.push(Job {
-        title: "documentation".to_owned(),
-        command,
-    });
+    jobs.push(Job::last("documentation", command));
     if context.options.package.is_none() {
         // The tests of the package `measure`. The programs that the benches compare with take minutes to
         // build; only the lints build them.
         let mut command = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
         command.arg("--target-dir").arg(&context.target);
-        let title = "benches/measure".to_owned();
-        jobs.push(Job { title, command });
+        jobs.push(Job::last("benches/measure", command));
     }
     for job in &mut jobs {
         // Some tests build plugins, which the first step has built for this compiler.
         job.command.envs(context.compiler());
+        job.command.envs(
+            plugins
+                .as_ref()
+                .map(|folder| (jde_test_plugins::VARIABLE, folder)),
+        );
     }
     // Without this variable the tests of windows pass when no window can be opened. With it they fail.
     if context.ci || prerequisites::has_screen() {

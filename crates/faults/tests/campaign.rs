@@ -22,28 +22,7 @@ fn stdout(output: &Output) -> String {
 /// The folder of the plugins, built if need be.
 fn plugins() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    FOLDER.get_or_init(|| {
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--message-format=json"]);
-        if !cfg!(debug_assertions) {
-            cargo.arg("--release");
-        }
-        cargo.args(PLUGINS.iter().flat_map(|plugin| ["-p", plugin]));
-        let output = cargo.output().expect("cargo starts");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        let messages = String::from_utf8(output.stdout).expect("cargo prints UTF-8");
-        let mut libraries = messages.lines().filter_map(|line| {
-            let message: serde_json::Value = serde_json::from_str(line).ok()?;
-            let is_ours = PLUGINS.iter().any(|plugin| message["target"]["name"] == *plugin);
-            let file = is_ours.then(|| message["filenames"][0].as_str())??;
-            Some(Path::new(file).parent()?.to_owned())
-        });
-        libraries.next().expect("cargo prints the paths of the libraries")
-    })
+    FOLDER.get_or_init(|| jde_test_plugins::folder(&PLUGINS))
 }
 
 #[test]

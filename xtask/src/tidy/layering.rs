@@ -41,6 +41,7 @@ const TABLE: &[Row] = &[
     alone("crates/core"),
     row("crates/gate", &[]),
     alone("crates/watchdog"),
+    alone("crates/test-plugins"),
     row("crates/webpki-roots", &[]),
     // It checks the rules in their tests, and in the campaign of faults.
     row("crates/shadow", &["crates/core"]),
@@ -238,7 +239,7 @@ const TABLE: &[Row] = &[
         ],
     ),
     row("schemas/", &["crates/schema", "crates/ball"]),
-    row("xtask", &["crates/headers"]),
+    row("xtask", &["crates/headers", "crates/test-plugins"]),
 ];
 
 /// The page with the same table for readers.

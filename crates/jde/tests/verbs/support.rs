@@ -100,29 +100,5 @@ pub(crate) fn output_of(command: &mut Command) -> RunOutput {
 /// Builds the plugins once, and returns their folder.
 pub(crate) fn plugins() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    FOLDER.get_or_init(|| {
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--message-format=json"]).current_dir(root());
-        if !cfg!(debug_assertions) {
-            cargo.arg("--release");
-        }
-        for plugin in PLUGINS {
-            cargo.args(["-p", plugin]);
-        }
-        let output = cargo.output().expect("cargo starts");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        let messages = String::from_utf8(output.stdout).expect("the output of cargo is UTF-8");
-        let mut libraries = messages.lines().filter_map(|line| {
-            let message: Value = serde_json::from_str(line).ok()?;
-            let kinds = message["target"]["crate_types"].as_array()?;
-            let is_plugin = kinds.iter().any(|kind| kind == "cdylib");
-            let file = is_plugin.then(|| message["filenames"][0].as_str())??;
-            Some(Path::new(file).parent()?.to_owned())
-        });
-        libraries.next().expect("cargo lists the built libraries")
-    })
+    FOLDER.get_or_init(|| jde_test_plugins::folder(&PLUGINS))
 }

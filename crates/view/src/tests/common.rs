@@ -2,7 +2,6 @@
 //! waits for a fixed time: a harness takes steps until a condition holds.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::{Arc, OnceLock};
 
 use eframe::egui;
@@ -148,33 +147,7 @@ pub(crate) fn until<State>(
 /// The plugins of [`PLUGINS`], built by the first call.
 pub(crate) fn plugins() -> Plugins {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    let folder = FOLDER.get_or_init(|| {
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
-        let exists = |plugin: &&&str| {
-            let folders = ["schemas", "drivers"];
-            folders
-                .iter()
-                .any(|folder| Path::new(ROOT).join(folder).join(plugin).is_dir())
-        };
-        cargo.args(PLUGINS.iter().filter(exists).flat_map(|plugin| ["-p", plugin]));
-        let output = cargo.output().expect("cargo starts");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        let messages = String::from_utf8(output.stdout).expect("the output of cargo is UTF-8");
-        let mut libraries = messages.lines().filter_map(|line| {
-            let message: serde_json::Value = serde_json::from_str(line).ok()?;
-            let is_goon = message["target"]["name"] == "goon";
-            let file = is_goon.then(|| message["filenames"][0].as_str())??;
-            Some(Path::new(file).parent()?.to_owned())
-        });
-        libraries
-            .next()
-            .expect("cargo reports the libraries that it built")
-    });
+    let folder = FOLDER.get_or_init(|| jde_test_plugins::folder(&PLUGINS));
     let mut path = SearchPath::default();
     path.push(folder, "built for this test");
     Plugins::new(path)

@@ -1,7 +1,6 @@
 //! Records the application `safe-navigation` for the tests of replay.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::{Arc, OnceLock};
 
 use jde_app::Application;
@@ -146,28 +145,7 @@ fn watch(recorder: &Arc<Recorder>, selection: Selection) -> StartHook {
 /// Returns the plugins `names`. The first call builds them.
 fn plugins(names: &[&str]) -> Plugins {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    let folder = FOLDER.get_or_init(|| {
-        let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--message-format=json"]).current_dir(ROOT);
-        if !cfg!(debug_assertions) {
-            cargo.arg("--release");
-        }
-        cargo.args(names.iter().flat_map(|plugin| ["-p", plugin]));
-        let output = cargo.output().expect("cargo starts");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        let messages = String::from_utf8(output.stdout).expect("the output of cargo is UTF-8");
-        let mut libraries = messages.lines().filter_map(|line| {
-            let message: serde_json::Value = serde_json::from_str(line).ok()?;
-            let is_ours = names.iter().any(|plugin| message["target"]["name"] == *plugin);
-            let file = is_ours.then(|| message["filenames"][0].as_str())??;
-            Some(Path::new(file).parent()?.to_owned())
-        });
-        libraries.next().expect("cargo lists the built libraries")
-    });
+    let folder = FOLDER.get_or_init(|| jde_test_plugins::folder(names));
     let mut path = SearchPath::default();
     path.push(folder, "built for this test");
     Plugins::new(path)
