@@ -389,9 +389,9 @@ fn the_number_of_shapes_does_not_grow_with_the_history() {
         }
         shapes
     };
-    let (few, many) = (shapes(2_000), shapes(20_000));
+    let (few, many) = (shapes(1_000), shapes(8_000));
     assert!(
         many <= few + few / 10,
-        "{few} shapes for 2000 states, {many} for 20000"
+        "{few} shapes for 1000 states, {many} for 8000"
     );
 }

@@ -4,6 +4,7 @@
 use eframe::egui::{Key, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use jde_board::value::Value;
 use jde_core::State;
 use jde_records::snapshot::{HoldKind, SchemaView};
 
@@ -106,6 +107,11 @@ fn a_trigger_fires_on_a_collision_and_the_record_shows_the_cause() {
     harness.key_press(Key::Enter);
     harness.run_steps(2);
     assert!(has(&harness, "armed"));
+    // Now both children are ready.
+    let handle = robot.handle();
+    let hijo2 = handle.application().instance("hijo2").expect("it exists");
+    let set = handle.operator("test").modulate(hijo2, "to", &Value::Float(8.0));
+    set.expect("the value is in range");
     until(&mut harness, |harness| has(harness, "triggered at "));
     until(&mut harness, |harness| {
         has(harness, "collision: several were ready") && has(harness, "holds")
