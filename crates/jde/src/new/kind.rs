@@ -92,7 +92,7 @@ impl Kind {
         match self {
             Self::Motor => "A schema for jde: it drives towards an obstacle and stops in front of it.",
             Self::Perceptive => {
-                "A perceptive schema for jde: it finds what is nearest, and a motor schema turns the robot to it."
+                "A perceptive schema for jde: it finds the nearest obstacle, and a motor schema turns the robot to it."
             }
             Self::Father => {
                 "A father for jde: it sends its children, the schemas `stop` and `goon`, back and forth."

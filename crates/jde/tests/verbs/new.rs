@@ -164,7 +164,7 @@ fn a_new_father_builds_passes_its_test_and_drives_to_its_targets() {
     let project = Project::new(&["schema", "--father"], "patrol");
     project.build();
     let run = project.run(&["--for", "60s", "--log", "patrol=info", "--json"]);
-    for part in ["nobody -> goon", "is at 4.50, 1.50", "is at 1.50, 1.50"] {
+    for part in ["nobody -> goon", "reached 4.50, 1.50", "reached 1.50, 1.50"] {
         assert!(run.err.contains(part), "{}", run.err);
     }
     assert_eq!(json(&run.out)["collisions"], 0);
@@ -175,7 +175,7 @@ fn a_new_driver_builds_passes_its_test_and_moves() {
     let project = Project::new(&["driver"], "gripper");
     project.build();
     let run = project.run(&["--for", "5s", "--log", "exercise=info"]);
-    for line in ["closes at 0.0", "opens at 0.0"] {
+    for line in ["closing at 0.0", "opening at 0.0"] {
         assert!(run.err.contains(line), "{}", run.err);
     }
 }
@@ -200,7 +200,7 @@ fn a_new_driver_of_a_device_builds_passes_its_test_and_reads_the_emulator() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    line_with("it is 21.5 degrees warm", run.stderr.take().unwrap());
+    line_with("temperature: 21.5 degrees Celsius", run.stderr.take().unwrap());
     run.kill().unwrap();
     run.wait().unwrap();
     drop(emulator.stdin.take());

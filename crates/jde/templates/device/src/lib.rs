@@ -1,4 +1,4 @@
-//! A thermometer at a serial line or behind TCP as a driver, and a schema that logs how warm it is.
+//! A driver for a thermometer on a serial line or TCP, and a schema that logs its temperature.
 
 #[cfg(test)]
 mod emulator;
@@ -10,14 +10,14 @@ use jde_schema::prelude::*;
 
 use session::Session;
 
-/// A thermometer. It is found again by itself after every loss.
+/// A thermometer. The driver reconnects after each loss.
 #[derive(Describe)]
 #[schema(driver, period = "20ms")]
 pub struct __Name__ {
-    /// Where it is: "serial:/dev/ttyUSB0@9600", or "tcp:HOST:PORT".
+    /// Address of the device: "serial:/dev/ttyUSB0@9600", or "tcp:HOST:PORT".
     #[modulation(default = "", fixed)]
     port: Modulation<Text<256>>,
-    /// How warm it is. It has no value while the thermometer is silent.
+    /// The temperature. It has no value while the thermometer does not reply.
     #[export(unit = "degC")]
     temperature: Export<f64>,
     /// Whether the thermometer is connected.
@@ -27,7 +27,7 @@ pub struct __Name__ {
 }
 
 impl Schema for __Name__ {
-    /// Called before the first iteration, and whenever somebody needs it again.
+    /// Called before the first iteration, and again after each sleep.
     fn awake(&mut self, cx: &Context) -> Result {
         cx.require_real_time()?;
         self.device = Some(Device::new(Port::new(self.address(cx)?, Backoff::default()), ()));
@@ -46,7 +46,7 @@ impl Schema for __Name__ {
         Ok(())
     }
 
-    /// Called when nobody needs it any more.
+    /// Called when no awake schema needs the driver.
     fn sleep(&mut self, cx: &Context) {
         if let Some(device) = self.device.take() {
             device.close(cx, &mut self.connection);
@@ -61,18 +61,18 @@ impl __Name__ {
     }
 }
 
-/// Reports a wrong port before anything starts.
+/// Reports a wrong port before the application starts.
 impl Inspect for __Name__ {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         inspect_port(&self.port, self.address(cx), problems);
     }
 }
 
-/// Logs how warm it is, once a second.
+/// Logs the temperature once a second.
 #[derive(Describe)]
 #[schema(motor, period = "1s")]
 pub struct Report {
-    /// How warm it is.
+    /// The temperature.
     #[import(unit = "degC")]
     temperature: Import<f64>,
 }
@@ -83,7 +83,7 @@ impl Schema for Report {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        info!(cx, "it is {:.1} degrees warm", *self.temperature.require(cx)?);
+        info!(cx, "temperature: {:.1} degrees Celsius", *self.temperature.require(cx)?);
         Ok(())
     }
 }
@@ -98,7 +98,7 @@ mod tests {
     use crate::emulator::EmulatedThermometer;
 
     #[test]
-    fn it_reads_the_thermometer_until_that_is_gone() {
+    fn it_reads_the_thermometer_until_the_connection_is_lost() {
         let (thermometer, path) = EmulatedDevice::at_pty(EmulatedThermometer { celsius: 21.5 });
         let mut driver = DriverTest::<__Name__>::with_port(&format!("serial:{}@9600", path.display()));
         driver.awake();
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_port_is_refused_before_anything_starts() {
+    fn a_wrong_port_is_refused_before_the_start() {
         let driver = &mut DriverTest::<__Name__>::with_port("COM1").bench;
         let reason = driver.awake().unwrap_err().reason;
         let problems = driver.inspect().unwrap();

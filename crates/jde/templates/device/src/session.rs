@@ -1,18 +1,18 @@
-//! The protocol of the device. It does no I/O: bytes and time are arguments, and what is to be done is an event.
+//! The protocol of the device. It does no I/O: bytes and time are arguments, and actions are events.
 
 use core::time::Duration;
 
 use jde_device::{Event, Protocol};
 
-/// How long to wait for an answer.
-const PATIENCE: Duration = Duration::from_secs(3);
-/// The longest line that the device sends.
-const LONGEST: usize = 64;
+/// Longest wait for a reply.
+const TIMEOUT: Duration = Duration::from_secs(3);
+/// Longest line that the device sends, in bytes.
+const MAX_LINE: usize = 64;
 
 /// One connection to the device.
 pub struct Session {
     line: Vec<u8>,
-    asked: Duration,
+    requested: Duration,
     ready: bool,
 }
 
@@ -24,21 +24,21 @@ impl Protocol for Session {
 
     fn start((): (), now: Duration, events: &mut Vec<Event<f64>>) -> Self {
         events.push(Event::Send(b"?".to_vec()));
-        Self { line: Vec::new(), asked: now, ready: false }
+        Self { line: Vec::new(), requested: now, ready: false }
     }
 
-    /// Called in every iteration, often without a byte.
+    /// Called in every iteration, often without bytes.
     fn receive(&mut self, bytes: &[u8], now: Duration, events: &mut Vec<Event<f64>>) {
         self.line.extend_from_slice(bytes);
         if let Some(end) = self.line.iter().position(|byte| *byte == b'\n') {
             let line: Vec<u8> = self.line.drain(..=end).collect();
             self.read(&String::from_utf8_lossy(&line), events);
-            self.asked = now;
+            self.requested = now;
             events.push(Event::Send(b"?".to_vec()));
-        } else if self.line.len() > LONGEST {
-            events.push(Event::Disconnect("what came has no end of line".to_owned()));
-        } else if now > self.asked + PATIENCE {
-            events.push(Event::Disconnect(format!("no answer came for {PATIENCE:?}")));
+        } else if self.line.len() > MAX_LINE {
+            events.push(Event::Disconnect("a line is too long".to_owned()));
+        } else if now > self.requested + TIMEOUT {
+            events.push(Event::Disconnect(format!("no reply for {TIMEOUT:?}")));
         }
     }
 
@@ -61,7 +61,7 @@ impl Session {
                 }
                 events.push(Event::Data(celsius));
             }
-            Err(error) => events.push(Event::Warn(format!("{line:?} is no temperature: {error}"))),
+            Err(error) => events.push(Event::Warn(format!("{line:?} is not a temperature: {error}"))),
         }
     }
 }

@@ -1,37 +1,37 @@
-//! A father of two children: it wakes them, gives one of them its targets, and decides between them.
+//! A father with two children: it wakes them, sets the target of one, and arbitrates between them.
 
 use jde_schema::prelude::*;
 
-/// Sends its children from one place to another and back.
+/// Drives back and forth between two places, by its children.
 #[derive(Describe)]
 #[schema(motor, period = "100ms")]
 pub struct __Name__ {
-    /// Where the robot is.
+    /// Pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// One place, in the frame of the odometry.
+    /// The first place, in the frame of the odometry.
     #[modulation(default = Pose2D::new(1.5, 1.5, 0.0))]
     first: Modulation<Pose2D>,
-    /// The other.
+    /// The second place, in the same frame.
     #[modulation(default = Pose2D::new(4.5, 1.5, 0.0))]
     second: Modulation<Pose2D>,
-    /// How near to a place is there.
+    /// The robot has reached a place at this distance from it.
     #[modulation(default = 0.3, unit = "m", min = 0.0)]
     tolerance: Modulation<f64>,
-    /// Stops before what is very close.
+    /// Stops in front of a close obstacle.
     #[child(group = "base")]
     brake: Child,
     /// Drives to its target.
     #[child(group = "base")]
     cruise: Child,
-    /// Where `cruise` is to go.
+    /// The target of `cruise`.
     #[modulates(child = "cruise")]
     target: Modulates<Target>,
     returning: bool,
 }
 
 impl Schema for __Name__ {
-    /// One step; called every period while it is WINNER. Without a check it is always ready.
+    /// One iteration; called every period while it is WINNER. Without a `check` it is always ready.
     fn iterate(&mut self, cx: &Context) -> Result {
         self.brake.wake(cx);
         self.cruise.wake(cx);
@@ -40,7 +40,7 @@ impl Schema for __Name__ {
             && pose.pose2d().distance_to(&place) < self.tolerance.get(cx)
         {
             self.returning = !self.returning;
-            info!(cx, "is at {:.2}, {:.2}", place.x, place.y);
+            info!(cx, "reached {:.2}, {:.2}", place.x, place.y);
         }
         self.target.set(cx, Target::at(self.place(cx)));
         Ok(())
@@ -53,17 +53,17 @@ impl __Name__ {
     }
 }
 
-/// Decides when both children are ready, or none is. Without it, the first that is ready wins.
+/// Arbitrates when both children are ready, or none is. Without it, the first child that is ready wins.
 impl Arbitrate for __Name__ {
     fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
         if level.is_ready(&self.brake) {
-            return Ok(Verdict::choose(&self.brake, "something is too close to drive on"));
+            return Ok(Verdict::choose(&self.brake, "an obstacle is too close"));
         }
-        Ok(Verdict::nobody("there is nothing to do"))
+        Ok(Verdict::nobody("no child is ready"))
     }
 }
 
-jde_schema::export!("__name__", "Sends a robot back and forth.", [__Name__]);
+jde_schema::export!("__name__", "Drives back and forth between two places.", [__Name__]);
 
 #[cfg(test)]
 mod tests {
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_sends_its_children_back_and_forth() {
+    fn it_drives_back_and_forth() {
         let mut bench = Bench::<__Name__>::new();
         let (first, second) = (Pose2D::new(1.5, 1.5, 0.0), Pose2D::new(4.5, 1.5, 0.0));
         for (at, to) in [(first, second), (second, first), (second, first), (first, second)] {
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn the_brake_wins_where_both_are_ready() {
+    fn the_brake_wins_when_both_children_are_ready() {
         let mut bench = Bench::<__Name__>::new();
         bench.set_child("brake", State::Ready);
         bench.set_child("cruise", State::Winner);

@@ -1,28 +1,28 @@
-//! Finds what is nearest, and a motor schema that turns to it.
+//! A perceptive schema that finds the nearest obstacle, and a motor schema that turns to it.
 
 use jde_schema::prelude::*;
 
-/// Finds the nearest of all that the laser sees.
+/// Finds the nearest obstacle in a laser scan.
 #[derive(Describe)]
 #[schema(perceptive, period = "100ms")]
 pub struct __Name__ {
-    /// The scan to search; a new one is searched as soon as it is there.
+    /// The scan of the laser. A new scan triggers an iteration.
     #[import(trigger)]
     laser: Import<LaserScan>,
-    /// What is farther away does not count.
+    /// Obstacles at a greater distance are ignored.
     #[modulation(default = 5.0, unit = "m", min = 0.0)]
     farthest: Modulation<f64>,
-    /// Where the nearest thing is, as the laser sees it. It has no value while there is none.
+    /// Position of the nearest obstacle in the frame of the laser. It has no value while there is none.
     #[export]
     nearest: Export<Pose2D>,
 }
 
 impl Schema for __Name__ {
-    /// One step; called every period while a schema needs what it exports.
+    /// One iteration; called every period while an awake schema imports its export.
     fn iterate(&mut self, cx: &Context) -> Result {
         let Some(laser) = self.laser.get(cx) else { return Ok(()) };
         match nearest(&laser, self.farthest.get(cx)) {
-            // What it exports is as old as what it is made from.
+            // The export is as old as the scan that it results from.
             Some(place) => self.nearest.write_at(cx, place, laser.time()),
             None => self.nearest.retract(cx),
         }
@@ -36,7 +36,7 @@ fn nearest(laser: &LaserScan, farthest: f64) -> Option<Pose2D> {
     Some(Pose2D::new(point.x, point.y, 0.0))
 }
 
-/// What it shows to whoever looks; nothing here changes what it does.
+/// Its panel, which is drawn while a window or `jde panel` shows it.
 impl Panel for __Name__ {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
         let Some(laser) = self.laser.get(cx) else { return };
@@ -53,11 +53,11 @@ impl Panel for __Name__ {
     }
 }
 
-/// Turns to what is nearest. It needs no laser: another schema has found it.
+/// Turns to the nearest obstacle, which the other schema finds.
 #[derive(Describe)]
 #[schema(motor, period = "100ms")]
 pub struct Face {
-    /// Where the nearest thing is.
+    /// Position of the nearest obstacle.
     #[import(trigger)]
     nearest: Import<Pose2D>,
     /// Speeds of the base.
@@ -77,7 +77,7 @@ impl Schema for Face {
     }
 }
 
-jde_schema::export!("__name__", "Finds what is nearest.", [__Name__, Face]);
+jde_schema::export!("__name__", "Finds the nearest obstacle.", [__Name__, Face]);
 
 #[cfg(test)]
 mod tests {
@@ -85,37 +85,37 @@ mod tests {
 
     use super::*;
 
-    /// A laser with three beams: to the right, straight ahead and to the left.
-    fn sees(ranges: [f32; 3]) -> LaserScan {
+    /// A scan with three beams: to the right, straight ahead and to the left.
+    fn scan(ranges: [f32; 3]) -> LaserScan {
         let right = -core::f32::consts::FRAC_PI_2;
         let ranges = Seq::from_slice(&ranges).unwrap();
         LaserScan { angle_min: right, angle_increment: -right, range_max: 8.0, ranges, ..LaserScan::default() }
     }
 
     #[test]
-    fn it_finds_what_is_nearest() {
+    fn it_finds_the_nearest_obstacle() {
         let mut bench = Bench::<__Name__>::new();
-        bench.import("laser", &sees([3.0, 2.0, 1.0]));
+        bench.import("laser", &scan([3.0, 2.0, 1.0]));
         bench.iterate().unwrap();
         let nearest = bench.exported::<Pose2D>("nearest").unwrap();
-        assert!(nearest.distance_to(&Pose2D::new(0.0, 1.0, 0.0)) < 1e-3, "on the left, not {nearest:?}");
+        assert!(nearest.distance_to(&Pose2D::new(0.0, 1.0, 0.0)) < 1e-3, "expected on the left, got {nearest:?}");
         assert!((bench.draw().unwrap().value("distance") - 1.0).abs() < 1e-3);
     }
 
     #[test]
-    fn it_takes_back_what_is_not_there_any_more() {
+    fn it_retracts_its_export_when_there_is_no_obstacle() {
         let mut bench = Bench::<__Name__>::new();
         for (range, found) in [(4.0, true), (6.0, false)] {
-            bench.import("laser", &sees([range; 3]));
+            bench.import("laser", &scan([range; 3]));
             bench.iterate().unwrap();
             assert_eq!(bench.exported::<Pose2D>("nearest").is_some(), found, "{range} m");
         }
     }
 
     #[test]
-    fn a_robot_turns_to_what_is_nearest() {
+    fn the_robot_turns_to_the_nearest_obstacle() {
         let mut bench = Bench::<Face>::new();
-        assert!(!bench.check().unwrap().ready, "it does not know where that is");
+        assert!(!bench.check().unwrap().ready, "there is no obstacle");
         bench.import("nearest", &Pose2D::new(0.0, 1.0, 0.0));
         assert!(bench.check().unwrap().ready);
         bench.iterate().unwrap();
