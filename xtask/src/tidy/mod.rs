@@ -2,6 +2,7 @@
 //! the tree and reports what is wrong, where, and what to do. No check changes anything.
 
 mod fences;
+mod first_command;
 mod header;
 mod honest_tests;
 mod layering;
@@ -36,6 +37,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
     let mut found = [
         layering::check(&tree, &metadata),
         fences::check(&tree),
+        first_command::check(&tree)?,
         header::check(&tree),
         honest_tests::check(&tree),
         length::check(&tree),
