@@ -60,7 +60,6 @@ const TABLE: &[Row] = &[
             "crates/panel",
         ],
     ),
-    row("crates/headers", &["crates/abi", "crates/core", "crates/types"]),
     // An application file is checked without any runtime.
     row(
         "crates/app",
@@ -233,7 +232,7 @@ const TABLE: &[Row] = &[
         ],
     ),
     row("schemas/", &["crates/schema", "crates/ball"]),
-    row("xtask", &["crates/headers"]),
+    row("xtask", &["crates/abi", "crates/core", "crates/types"]),
 ];
 
 /// The page with the same table for readers.
