@@ -182,18 +182,6 @@ const TABLE: &[Row] = &[
     },
     // Both ends use the same protocol, which depends on neither.
     row("crates/p2os", &[]),
-    row(
-        "crates/driver-suite",
-        &[
-            "crates/app",
-            "crates/board",
-            "crates/host",
-            "crates/loader",
-            "crates/records",
-            "crates/schema",
-            "crates/watchdog",
-        ],
-    ),
     // It runs whole applications and observes everything from outside.
     row(
         "crates/faults",

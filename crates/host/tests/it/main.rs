@@ -5,6 +5,8 @@ mod exceptions;
 mod follow_ball;
 mod limits;
 mod loader;
+#[path = "../common/plugins.rs"]
+mod plugin_builds;
 mod safe_navigation;
 mod shared_value;
 mod two_robots;

@@ -4,11 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Builds plugins of this workspace in the caller's profile, and returns the folder that contains them.
-///
-/// # Panics
-/// If cargo fails.
-#[must_use]
-pub fn build(plugins: &[&str]) -> PathBuf {
+pub(crate) fn build(plugins: &[&str]) -> PathBuf {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["build", "--message-format=json"]);
     cargo.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
