@@ -3,9 +3,9 @@
 
 use core::time::Duration;
 
-use jde_port::Port;
 use jde_schema::prelude::*;
 
+use crate::port::Port;
 use crate::report::{ConnectionReport, ConnectionState};
 
 /// How long sending the last bytes may take when the driver goes to sleep.

@@ -11,11 +11,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
-use jde_port::Pty;
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+use crate::port::Pty;
 
 /// A device in software. It does no I/O.
 pub trait Emulator: Send + 'static {

@@ -2,8 +2,9 @@
 
 use core::fmt::Display;
 
-use jde_port::Address;
 use jde_schema::{Modulation, Problems};
+
+use crate::port::Address;
 
 /// Reports an invalid address in `modulation`, and a device file that is missing or may not be opened. It
 /// opens nothing. For `Inspect::inspect` of a driver.

@@ -1,6 +1,6 @@
-//! The common part of drivers for devices. A [`Device`] runs a protocol over a port, a [`ConnectionReport`]
-//! exports the state of the connection, and [`emulate`] emulates devices in tests. It knows no particular
-//! device: the driver defines the protocol and its exports.
+//! The common part of drivers for devices. A [`port`] is a byte stream that reconnects, a [`Device`] runs a
+//! protocol over a port, a [`ConnectionReport`] exports the state of the connection, and [`emulate`] emulates
+//! devices in tests. It knows no particular device: the driver defines the protocol and its exports.
 //!
 //! A driver for another device at a serial line or behind TCP can start from this example, a thermometer that
 //! replies to `?` with a line:
@@ -130,9 +130,9 @@
 mod device;
 pub mod emulate;
 mod inspect;
+pub mod port;
 mod report;
 
 pub use device::{Device, Event, Protocol};
 pub use inspect::inspect_port;
-pub use jde_port as port;
 pub use report::{ConnectionReport, ConnectionState};

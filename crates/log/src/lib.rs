@@ -5,34 +5,49 @@
 //! including one that a power cut left incomplete. A robot never waits for a recording: messages that cannot
 //! be recorded are counted and reported. This crate decides nothing and prints nothing.
 
+#[cfg(feature = "record")]
 mod error;
+#[cfg(feature = "record")]
 mod origin;
 pub mod panel;
 mod part;
 mod pattern;
+#[cfg(feature = "record")]
 mod pre_trigger_buffer;
+#[cfg(feature = "record")]
 mod recorder;
 mod recording;
 #[cfg(feature = "host")]
 pub mod replay;
+#[cfg(feature = "record")]
 mod sink;
+#[cfg(feature = "record")]
 mod subscriber;
 mod survey;
+#[cfg(feature = "record")]
 mod topic;
+#[cfg(feature = "record")]
 pub mod trigger;
 mod turns;
+#[cfg(feature = "record")]
 mod writer;
+#[cfg(feature = "record")]
 mod writer_thread;
 
+#[cfg(feature = "record")]
 pub use error::Error;
+#[cfg(feature = "record")]
 pub use origin::Origin;
 pub use pattern::{Selection, UnknownPattern, variables};
+#[cfg(feature = "record")]
 pub use recorder::{
     Clock, FileEvent, OnError, OnFile, Options, PartSize, Parts, Recorder, SplitOptions, Status,
-    TriggerOptions, TriggeredFile,
+    TriggerOptions, TriggeredFile, turns,
 };
 pub use recording::{Channel, Damage, Message, Messages, ReadError, Recording};
+#[cfg(feature = "record")]
 pub use subscriber::topic_name;
 pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, SchemaProblems, Survey, TopicSurvey};
+#[cfg(feature = "record")]
 pub use topic::{Stamps, Topic};
-pub use turns::{RecordedGroup, RecordedHierarchy, RecordedSchema, turns};
+pub use turns::{RecordedGroup, RecordedHierarchy, RecordedSchema};

@@ -26,6 +26,7 @@ pub fn schema(channel: &Channel) -> Option<&str> {
 }
 
 /// Encodes the drawing of a panel, or the reason why there is none.
+#[cfg(feature = "record")]
 pub(crate) fn message(shown: &Result<List, String>) -> Vec<u8> {
     match shown {
         Ok(list) => jde_panel::encode(list),

@@ -1,4 +1,4 @@
-//! Recordings in parts: the mark of each part, and which files are parts of the same recording. It reads only
+//! Recordings in parts: the mark and the name of each part, and which files are parts of the same recording. It reads only
 //! the beginning of each file.
 
 use std::collections::BTreeMap;
@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use mcap::records::{Record, op};
 
 use crate::recording::scan;
-use crate::sink::numbered;
 
 /// The name of the metadata with the mark of a part.
 pub(crate) const PART: &str = "jde/part";
@@ -34,6 +33,7 @@ pub(crate) struct Mark {
 
 impl Mark {
     /// Returns the mark as metadata.
+    #[cfg(feature = "record")]
     pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
         BTreeMap::from([
             ("recording".to_owned(), self.recording.clone()),
@@ -135,6 +135,17 @@ pub(crate) fn find_parts(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
     Ok(parts)
 }
 
+/// Returns the name with a number: `drive-001.mcap` for `drive.mcap`.
+pub(crate) fn numbered(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{number:03}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
 /// Finds all recordings of a folder, each with its parts in their order. A second copy of a part is ignored.
 fn find_in_folder(folder: &Path, is_candidate: impl Fn(&Path) -> bool) -> io::Result<Vec<Vec<PathBuf>>> {
     let mut recordings = Vec::new();
@@ -178,4 +189,21 @@ fn folder_of(parent: &Path) -> &Path {
 fn is_same_file(a: &Path, b: &Path) -> bool {
     let real = |path: &Path| path.canonicalize().ok();
     real(a).is_some_and(|a| Some(a) == real(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_files_precede_the_extension() {
+        for (path, third) in [
+            ("runs/drive.mcap", "runs/drive-003.mcap"),
+            ("drive", "drive-003"),
+            ("a.b.mcap", "a.b-003.mcap"),
+        ] {
+            assert_eq!(numbered(path.as_ref(), 3), Path::new(third));
+        }
+        assert_eq!(numbered("d.mcap".as_ref(), 1234), Path::new("d-1234.mcap"));
+    }
 }

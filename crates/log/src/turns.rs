@@ -1,19 +1,16 @@
-//! The topic `/jde/turns`: every turn of every schema, recorded like a variable, so that a replay can repeat
-//! it.
+//! What the topic `/jde/turns` refers to by number: the schemas and groups of a recording.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use jde_app::{Application, Binding, InstanceConfig};
 use jde_core::{GroupContract, contract};
-use jde_records::turn::{OnTurn, Turn};
-use jde_types::Value;
 use serde::{Deserialize, Serialize};
 
-use crate::{Recorder, Recording, Stamps};
+use crate::Recording;
 
-/// The name of the topic.
+/// The name of the topic with every turn of every schema, recorded like a variable, so that a replay can repeat
+/// it.
+#[cfg(any(feature = "host", feature = "record"))]
 pub(crate) const TOPIC: &str = "/jde/turns";
 /// The key in the topic's metadata under which the recording describes its schemas, in JSON.
 const HIERARCHY_KEY: &str = "cast";
@@ -77,32 +74,6 @@ fn commanded(application: &Application, instance: &InstanceConfig) -> Vec<String
     drivers.into_iter().map(name).collect()
 }
 
-/// Records every turn of an application, for [`crate::replay`]. `lockstep` states whether it runs in virtual
-/// time.
-#[must_use]
-pub fn turns(recorder: &Recorder, application: &Application, lockstep: bool) -> OnTurn {
-    let hierarchy = RecordedHierarchy::of(application, lockstep);
-    let metadata = BTreeMap::from([
-        (
-            "doc".to_owned(),
-            "What every schema did, and what it saw.".to_owned(),
-        ),
-        hierarchy.metadata_entry(),
-    ]);
-    let topic = recorder.topic(TOPIC, Arc::new(Turn::describe()), metadata);
-    let count = AtomicU64::new(0);
-    Arc::new(move |turn: &Turn| {
-        let time = turn.time();
-        let stamps = Stamps {
-            published: time,
-            measured: time,
-            sequence: count.fetch_add(1, Ordering::Relaxed) + 1,
-        };
-        // A turn for which there is no room is counted as lost by the topic.
-        topic.put(turn.as_bytes(), stamps);
-    })
-}
-
 impl RecordedHierarchy {
     /// Returns the schemas and groups of an application.
     #[must_use]
@@ -157,6 +128,7 @@ impl RecordedHierarchy {
     }
 
     /// Returns the entry for a recording's metadata: key and JSON text.
+    #[cfg(feature = "record")]
     pub(crate) fn metadata_entry(&self) -> (String, String) {
         // Names and numbers can always be written as JSON.
         (

@@ -9,7 +9,7 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 
-use jde_port::Pty;
+use jde_device::port::Pty;
 use rustix::event::PollFlags;
 use rustix::fs::OFlags;
 
@@ -129,7 +129,7 @@ impl Endpoint {
         // one is accepted in the next round.
         let (stream, address) = listener.accept().ok()?;
         Some(PendingClient {
-            stream: jde_port::configure_stream(stream).ok()?,
+            stream: jde_device::port::configure_stream(stream).ok()?,
             name: address.to_string(),
         })
     }

@@ -1,7 +1,7 @@
 //! The driver of cameras: connects a feed to a clock and the exports.
 
+use jde_device::port::Backoff;
 use jde_device::{ConnectionReport, ConnectionState};
-use jde_port::Backoff;
 use jde_schema::prelude::*;
 
 use crate::feed::{Feed, FeedEvent, State};
@@ -136,7 +136,7 @@ impl Inspect for V4l2 {
 mod tests {
     use std::thread;
 
-    use jde_port::Pty;
+    use jde_device::port::Pty;
     use jde_schema::bench::Bench;
     use jde_watchdog::Watchdog;
 

@@ -4,9 +4,9 @@
 use core::time::Duration;
 use std::time::Instant;
 
+use jde_device::port::Port;
 use jde_device::{ConnectionReport, ConnectionState};
 use jde_p2os::{Beams, Event, Options, Session, Setpoint, State};
-use jde_port::Port;
 use jde_schema::prelude::{Connection, Context, Export, Result};
 
 /// Time limit for sending the last packets: five of them, which take 50 ms at 9600 baud.

@@ -2,8 +2,8 @@
 //! opened.
 
 use jde_device::inspect_port;
+use jde_device::port::{Address, Backoff, Port};
 use jde_p2os::{Beams, HeadKind, LaserMode, Model, Options, Pose};
-use jde_port::{Address, Backoff, Port};
 use jde_schema::prelude::*;
 
 use crate::Pioneer;

@@ -61,7 +61,6 @@ const TABLE: &[Row] = &[
             "crates/panel",
         ],
     ),
-    row("crates/headers", &["crates/abi", "crates/core", "crates/types"]),
     // An application file is checked without any runtime.
     row(
         "crates/app",
@@ -184,18 +183,6 @@ const TABLE: &[Row] = &[
     },
     // Both ends use the same protocol, which depends on neither.
     row("crates/p2os", &[]),
-    row(
-        "crates/driver-suite",
-        &[
-            "crates/app",
-            "crates/board",
-            "crates/host",
-            "crates/loader",
-            "crates/records",
-            "crates/schema",
-            "crates/watchdog",
-        ],
-    ),
     // It runs whole applications and observes everything from outside.
     row(
         "crates/faults",
@@ -204,11 +191,11 @@ const TABLE: &[Row] = &[
             "crates/app",
             "crates/board",
             "crates/core",
+            "crates/device",
             "crates/host",
             "crates/isolation",
             "crates/loader",
             "crates/p2os-server",
-            "crates/port",
             "crates/records",
             "crates/shadow",
             "crates/sim",
@@ -216,15 +203,11 @@ const TABLE: &[Row] = &[
             "crates/watchdog",
         ],
     ),
-    row("crates/port", &[]),
     row("crates/ball", &["crates/types"]),
-    row(
-        "crates/device",
-        &["crates/port", "crates/schema", "crates/watchdog"],
-    ),
+    row("crates/device", &["crates/schema", "crates/watchdog"]),
     row(
         "crates/p2os-server",
-        &["crates/p2os", "crates/port", "crates/sim"],
+        &["crates/device", "crates/p2os", "crates/sim"],
     ),
     row(
         "drivers/",
@@ -232,14 +215,16 @@ const TABLE: &[Row] = &[
             "crates/schema",
             "crates/sim",
             "crates/p2os",
-            "crates/port",
             "crates/device",
             "crates/log",
             "crates/ros",
         ],
     ),
     row("schemas/", &["crates/schema", "crates/ball"]),
-    row("xtask", &["crates/headers", "crates/test-plugins"]),
+    row(
+        "xtask",
+        &["crates/abi", "crates/core", "crates/test-plugins", "crates/types"],
+    ),
 ];
 
 /// The page with the same table for readers.

@@ -1,7 +1,7 @@
 //! The state of a device's connection, exported when it changes. It observes no device: the caller supplies
 //! the state.
 
-use jde_port::{Port, PortState};
+use crate::port::{Port, PortState};
 use jde_schema::prelude::*;
 
 /// The state of the connection to a device.

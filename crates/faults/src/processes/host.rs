@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context as _, Result, bail};
-use jde_port::Pty;
+use jde_device::port::Pty;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::log_file;

@@ -2,6 +2,7 @@
 
 mod split;
 mod trigger_options;
+mod turns;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -25,6 +26,7 @@ use crate::{Error, Origin, panel, subscriber};
 
 pub use split::{PartSize, Parts, SplitOptions};
 pub use trigger_options::{FileEvent, OnFile, TriggerOptions, TriggeredFile};
+pub use turns::turns;
 
 /// Upper limit of the notices that are not yet written: more than the busiest application sends while a disk
 /// blocks for a second.

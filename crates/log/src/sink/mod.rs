@@ -24,7 +24,7 @@ use crate::writer::{Times, Writer};
 
 pub(crate) use continuous::ContinuousSink;
 pub(crate) use file::OpenFile;
-pub(crate) use names::{create, numbered};
+pub(crate) use names::create;
 pub(crate) use split::PartSequence;
 pub(crate) use syncer::Disk;
 pub(crate) use triggered::{Plan, TriggeredSink};

@@ -1,7 +1,7 @@
-//! Creates files, numbers their names, and checks whether a folder accepts files.
+//! Creates files, and checks whether a folder accepts files.
 
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::syncer::{Disk, disk};
 use crate::writer::Output;
@@ -31,32 +31,4 @@ pub(super) fn probe(path: &Path) -> Result<(), Error> {
         path: path.to_owned(),
         error,
     })
-}
-
-/// Returns the name with a number: `drive-001.mcap` for `drive.mcap`.
-pub(crate) fn numbered(path: &Path, number: u32) -> PathBuf {
-    let mut name = path.file_stem().unwrap_or_default().to_owned();
-    name.push(format!("-{number:03}"));
-    if let Some(extension) = path.extension() {
-        name.push(".");
-        name.push(extension);
-    }
-    path.with_file_name(name)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_of_files_precede_the_extension() {
-        for (path, third) in [
-            ("runs/drive.mcap", "runs/drive-003.mcap"),
-            ("drive", "drive-003"),
-            ("a.b.mcap", "a.b-003.mcap"),
-        ] {
-            assert_eq!(numbered(path.as_ref(), 3), Path::new(third));
-        }
-        assert_eq!(numbered("d.mcap".as_ref(), 1234), Path::new("d-1234.mcap"));
-    }
 }

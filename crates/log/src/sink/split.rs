@@ -11,9 +11,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use jde_board::Nanos;
 
 use super::file::{ClosedFile, OpenFile};
-use super::names::{numbered, with_disk};
+use super::names::with_disk;
 use super::{Effect, SinkChannel};
-use crate::part::{self, BEGINS, BYTE, Mark};
+use crate::part::{self, BEGINS, BYTE, Mark, numbered};
 use crate::pre_trigger_buffer::{InForce, StateKey};
 use crate::recorder::{self, PartSize, Parts};
 use crate::writer::{self, Output, Times};

@@ -295,15 +295,15 @@ fn the_headers_compile_as_cplusplus() {
         .arg(source));
 }
 
-/// Writes a plugin in C that exports a variable of each standard type.
+/// Writes a plugin in C that exports a variable of each standard type, in the order of the header.
 fn write_types_plugin() -> PathBuf {
     let mut ports = String::new();
-    for (number, ty) in jde_schema::types::standard().iter().enumerate() {
-        let (_, last) = ty.name.rsplit_once('/').expect("package/msg/Name");
-        ports += &format!(
-            "JDE_PORT_EXPORT(\"p{number}\", \"\", {}_type),\n",
-            jde_headers::c_name(last)
-        );
+    let header = std::fs::read_to_string(include().join("jde_types.h")).expect("the header exists");
+    let descriptions = header
+        .lines()
+        .filter_map(|line| line.strip_prefix("static const jde_type ")?.strip_suffix(" = {"));
+    for (number, ty) in descriptions.enumerate() {
+        ports += &format!("JDE_PORT_EXPORT(\"p{number}\", \"\", {ty}),\n");
     }
     let text = format!(
         "#include \"jde_types.h\"\n\

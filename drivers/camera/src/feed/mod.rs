@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread;
 
-use jde_port::Backoff;
+use jde_device::port::Backoff;
 
 use crate::format::Shape;
 use crate::picture::Picture;

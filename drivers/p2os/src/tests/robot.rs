@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
+use jde_device::port::Pty;
 use jde_p2os::*;
-use jde_port::Pty;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 /// The reports that the robot sends, and the commands that it received.

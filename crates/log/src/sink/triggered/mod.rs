@@ -12,8 +12,9 @@ use std::sync::atomic::Ordering;
 use jde_board::Nanos;
 
 use super::current_file::CurrentFile;
-use super::names::{create, numbered, probe};
+use super::names::{create, probe};
 use super::{Disk, Effect, OpenFile, Sink, SinkChannel};
+use crate::part::numbered;
 use crate::pre_trigger_buffer::{Content, Entry, PreTriggerBuffer};
 use crate::recorder::{FileEvent, OnFile, TriggeredFile};
 use crate::topic::{Shared, lock};

@@ -8,7 +8,7 @@ use std::os::unix::fs::symlink;
 use std::thread;
 
 use crate::common::{connected, port, read, read_until_lost, reason, until};
-use jde_port::{Port, PortState, Pty};
+use jde_device::port::{Port, PortState, Pty};
 
 fn port_at(pty: &Pty, line: &str) -> Port {
     port(&format!("serial:{}@{line}", pty.path().display()))

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 /// Returns the C name of a structure: `jde_child_status` for `ChildStatus`, `jde_pose2d` for `Pose2D`.
-pub(crate) fn structure(name: &str) -> String {
+pub(super) fn structure(name: &str) -> String {
     let letters: Vec<char> = name.chars().collect();
     let mut snake = String::from("jde");
     for (at, letter) in letters.iter().enumerate() {
@@ -17,12 +17,12 @@ pub(crate) fn structure(name: &str) -> String {
 }
 
 /// Returns the C name of a constant: `JDE_ABI_MAJOR` for `ABI_MAJOR`.
-pub(crate) fn constant(name: &str) -> String {
+pub(super) fn constant(name: &str) -> String {
     format!("JDE_{name}")
 }
 
 /// Returns a Rust comment with its links replaced by C names.
-pub(crate) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
+pub(super) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
     let mut out = String::new();
     let mut rest = text;
     while let Some((before, after)) = rest.split_once("[`") {
@@ -44,7 +44,7 @@ pub(crate) fn comment(text: &str, constants: &BTreeSet<String>) -> String {
 }
 
 /// Returns the C name of a member. Keywords of C and C++ get an underscore at the end.
-pub(crate) fn member(name: &str) -> String {
+pub(super) fn member(name: &str) -> String {
     if [
         "case", "default", "switch", "register", "class", "template", "operator", "new",
     ]
@@ -56,7 +56,7 @@ pub(crate) fn member(name: &str) -> String {
 }
 
 /// Returns a block comment for a declaration.
-pub(crate) fn block(text: &str, indent: &str) -> String {
+pub(super) fn block(text: &str, indent: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     match lines.as_slice() {
         [] => String::new(),

@@ -10,7 +10,7 @@ use rustix::termios::{
     tcgetattr, tcsetattr,
 };
 
-use crate::address::{Framing, Parity};
+use super::address::{Framing, Parity};
 
 /// Opens a line. The error is a message for the person who connected the device.
 pub(crate) fn open_port(path: &str, baud: u32, framing: Framing) -> Result<File, String> {
@@ -107,7 +107,7 @@ fn describe_error(error: Errno, path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Pty;
+    use crate::port::Pty;
 
     #[test]
     fn a_framing_becomes_the_bits_of_the_line() {

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 use std::any::Any;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use jde_board::value::Value;
@@ -14,9 +14,18 @@ use jde_schema::prelude::{Connection, LaserScan, Odometry, Pose2D, normalize_ang
 use jde_watchdog::Watchdog;
 
 use crate::pilot::{Pilot, Watcher};
+use crate::plugins;
+
+/// A room with a robot at [`START`], as a world file of the simulator.
+pub(crate) const ROOM: &str = r#"
+name  = "room"
+walls = [{ name = "wall", points = [[0, 0], [5, 0], [5, 4], [0, 4]], closed = true }]
+[robots.pioneer]
+start = { x = 2.5, y = 1.5 }
+"#;
 
 /// The start of every robot.
-pub const START: Pose2D = Pose2D {
+pub(crate) const START: Pose2D = Pose2D {
     x: 2.5,
     y: 1.5,
     theta: 0.0,
@@ -28,36 +37,28 @@ const POLL_PERIOD: Duration = Duration::from_millis(20);
 static SUITE: raw::Plugin = jde_schema::plugin!("suite", "Schemas of the suite.", [Pilot, Watcher]);
 
 /// The environment of a driver under test.
-pub struct DriverConfig {
+pub(crate) struct DriverConfig {
     /// The lines of the driver's table in the application.
-    pub driver_toml: String,
-    /// The folder of its plugin.
-    pub plugins: PathBuf,
-    /// Whether there is a head that exports its pan and tilt.
-    pub head: bool,
+    pub(crate) driver_toml: String,
     /// Resources that must live as long as the driver, such as a server or a folder.
-    pub resources: Box<dyn Any>,
+    pub(crate) resources: Box<dyn Any>,
 }
 
 /// A running application.
-pub struct Fixture {
+pub(crate) struct Fixture {
     running: Running,
     handle: Handle,
     /// Resources that must live as long as the application.
-    pub resources: Box<dyn Any>,
+    pub(crate) resources: Box<dyn Any>,
     pilot: usize,
     _watchdog: Watchdog,
 }
 
 impl Fixture {
     /// Starts the application, and returns when the robot is connected and a scan has arrived.
-    ///
-    /// # Panics
-    /// If the application is invalid or does not start.
-    #[must_use]
-    pub fn start(config: DriverConfig) -> Self {
+    pub(crate) fn start(config: DriverConfig) -> Self {
         let mut path = SearchPath::default();
-        path.push(&config.plugins, "built for this test");
+        path.push(plugins(), "built for this test");
         let mut plugins = Plugins::new(path);
         plugins.link(&SUITE).expect("the plugin of the suite is valid");
         let text = format!(
@@ -91,11 +92,8 @@ impl Fixture {
     }
 
     /// Waits until a condition holds.
-    ///
-    /// # Panics
-    /// If the application ends first.
     #[track_caller]
-    pub fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
+    pub(crate) fn wait_until(&self, condition: impl Fn(&Self) -> bool) {
         let odometry = self.handle.board().get("pioneer.odometry");
         let odometry = odometry.expect("every base has one");
         while !condition(self) {
@@ -106,45 +104,36 @@ impl Fixture {
     }
 
     /// Returns the newest value of a variable.
-    #[must_use]
-    pub fn read<T: jde_schema::Value>(&self, variable: &str) -> Option<T> {
+    pub(crate) fn read<T: jde_schema::Value>(&self, variable: &str) -> Option<T> {
         self.handle
             .value(variable)
             .unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// Returns the newest odometry.
-    #[must_use]
-    pub fn odometry(&self) -> Option<Odometry> {
+    pub(crate) fn odometry(&self) -> Option<Odometry> {
         self.read("pioneer.odometry")
     }
 
     /// Returns the newest scan.
-    #[must_use]
-    pub fn laser(&self) -> Option<Box<LaserScan>> {
+    pub(crate) fn laser(&self) -> Option<Box<LaserScan>> {
         self.read("pioneer.laser").map(Box::new)
     }
 
     /// Returns the pose of the odometry.
-    ///
-    /// # Panics
-    /// If there is no odometry.
-    #[must_use]
     #[track_caller]
-    pub fn pose(&self) -> Pose2D {
+    pub(crate) fn pose(&self) -> Pose2D {
         self.odometry().expect("the odometry has arrived").pose2d()
     }
 
     /// Returns whether the robot is connected and its odometry has arrived.
-    #[must_use]
-    pub fn is_up(&self) -> bool {
+    pub(crate) fn is_up(&self) -> bool {
         let connection: Option<Connection> = self.read("pioneer.connection");
         connection.is_some_and(|connection| connection.is_up()) && self.odometry().is_some()
     }
 
     /// Returns whether the robot is at rest, according to its odometry.
-    #[must_use]
-    pub fn is_standing(&self) -> bool {
+    pub(crate) fn is_standing(&self) -> bool {
         self.odometry().is_some_and(|odometry| {
             let twist = odometry.twist.twist;
             twist.linear.x.abs() < 0.002 && twist.angular.z.abs() < 0.005
@@ -152,16 +141,13 @@ impl Fixture {
     }
 
     /// Sets the speeds that the pilot commands from now on.
-    pub fn drive(&self, linear: f64, angular: f64) {
+    pub(crate) fn drive(&self, linear: f64, angular: f64) {
         self.modulate("linear", linear);
         self.modulate("angular", angular);
     }
 
     /// Writes a modulation of the pilot.
-    ///
-    /// # Panics
-    /// If there is no modulation of that name.
-    pub fn modulate(&self, name: &str, value: f64) {
+    pub(crate) fn modulate(&self, name: &str, value: f64) {
         self.handle
             .operator("suite")
             .modulate(self.pilot, name, &Value::Float(value))
@@ -169,13 +155,13 @@ impl Fixture {
     }
 
     /// Stops, and waits until the robot is at rest.
-    pub fn halt(&self) {
+    pub(crate) fn halt(&self) {
         self.drive(0.0, 0.0);
         self.wait_until(Self::is_standing);
     }
 
     /// Drives a distance ahead, in metres, and stops.
-    pub fn drive_distance(&self, metres: f64) {
+    pub(crate) fn drive_distance(&self, metres: f64) {
         let start = self.pose();
         self.drive(0.25, 0.0);
         // Braking takes a tenth of a metre.
@@ -184,7 +170,7 @@ impl Fixture {
     }
 
     /// Turns to a heading of the odometry, in radians, and stops.
-    pub fn turn_to(&self, heading: f64) {
+    pub(crate) fn turn_to(&self, heading: f64) {
         let error = |fixture: &Self| normalize_angle(heading - fixture.pose().theta);
         self.wait_until(|fixture| {
             let error = error(fixture);
@@ -197,20 +183,17 @@ impl Fixture {
     }
 
     /// Returns the index of the pilot's instance, to hold or release it.
-    #[must_use]
-    pub fn pilot(&self) -> usize {
+    pub(crate) fn pilot(&self) -> usize {
         self.pilot
     }
 
     /// Returns the handle of the application.
-    #[must_use]
-    pub fn handle(&self) -> &Handle {
+    pub(crate) fn handle(&self) -> &Handle {
         &self.handle
     }
 
     /// Ends the application, and returns its outcome and the resources.
-    #[must_use]
-    pub fn stop(self) -> (Outcome, Box<dyn Any>) {
+    pub(crate) fn stop(self) -> (Outcome, Box<dyn Any>) {
         self.handle.stop();
         (self.running.wait(), self.resources)
     }

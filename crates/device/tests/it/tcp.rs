@@ -6,7 +6,7 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 
 use crate::common::{connected, port, read, read_until_lost, reason, until};
-use jde_port::{Address, Backoff, Port, PortState};
+use jde_device::port::{Address, Backoff, Port, PortState};
 
 fn listen() -> (TcpListener, String) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");

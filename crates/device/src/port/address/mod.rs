@@ -103,7 +103,7 @@ impl Address {
     pub fn check_access(&self) -> Result<(), String> {
         match self {
             Self::Tcp { .. } => Ok(()),
-            Self::Serial { path, .. } => crate::serial::check_device(path),
+            Self::Serial { path, .. } => super::serial::check_device(path),
         }
     }
 

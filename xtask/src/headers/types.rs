@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-use crate::names::{block, structure};
+use super::names::{block, structure};
 
-pub(crate) fn header() -> String {
+pub(super) fn header() -> String {
     let mut out = String::from(
         "/*\n * The standard types of sensors and actuators, with the fields of their ROS 2 interfaces: SI units, axes of REP-103.\n \
          * Each has a structure, and a description `<structure>_type` for tables of ports.\n *\n \

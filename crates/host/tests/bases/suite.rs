@@ -22,7 +22,7 @@ fn near(what: &str, actual: f64, expected: f64, tolerance: f64) {
 }
 
 /// The driver connects by itself, the robot drives, and the application ends in order.
-pub fn the_driver_connects_drives_and_stops_the_robot_at_the_end(config: DriverConfig) {
+pub(crate) fn the_driver_connects_drives_and_stops_the_robot_at_the_end(config: DriverConfig) {
     let fixture = Fixture::start(config);
     let pose = fixture.pose();
     near("x at the start", pose.x, START.x, 0.02);
@@ -35,7 +35,7 @@ pub fn the_driver_connects_drives_and_stops_the_robot_at_the_end(config: DriverC
 }
 
 /// A robot without commands stays where it is.
-pub fn a_robot_without_commands_does_not_move(config: DriverConfig) {
+pub(crate) fn a_robot_without_commands_does_not_move(config: DriverConfig) {
     let fixture = Fixture::start(config);
     fixture.modulate("silent", 1.0);
     let start_time = fixture.handle().now();
@@ -47,7 +47,7 @@ pub fn a_robot_without_commands_does_not_move(config: DriverConfig) {
 }
 
 /// Ahead is along x, in metres and metres a second.
-pub fn the_robot_drives_ahead_in_metres_and_reports_its_speed(config: DriverConfig) {
+pub(crate) fn the_robot_drives_ahead_in_metres_and_reports_its_speed(config: DriverConfig) {
     let fixture = Fixture::start(config);
     let wall = ahead(&fixture.laser().expect("a scan"));
     near("the wall at the start", wall, ROOM[0] - START.x - 0.018, 0.05);
@@ -67,7 +67,7 @@ pub fn the_robot_drives_ahead_in_metres_and_reports_its_speed(config: DriverConf
 }
 
 /// A positive turn is counter-clockwise, and does not displace the robot.
-pub fn a_positive_turn_is_to_the_left_and_on_the_spot(config: DriverConfig) {
+pub(crate) fn a_positive_turn_is_to_the_left_and_on_the_spot(config: DriverConfig) {
     let fixture = Fixture::start(config);
     fixture.drive(0.0, 0.5);
     fixture.wait_until(|fixture| {
@@ -90,7 +90,7 @@ pub fn a_positive_turn_is_to_the_left_and_on_the_spot(config: DriverConfig) {
 }
 
 /// Four sides and four turns: at each corner, the scan agrees with the pose of the odometry.
-pub fn a_square_ends_at_its_start_and_the_scans_agree_with_the_odometry(config: DriverConfig) {
+pub(crate) fn a_square_ends_at_its_start_and_the_scans_agree_with_the_odometry(config: DriverConfig) {
     let fixture = Fixture::start(config);
     for side in 1..=4 {
         fixture.drive_distance(0.6);
@@ -114,7 +114,7 @@ pub fn a_square_ends_at_its_start_and_the_scans_agree_with_the_odometry(config: 
 }
 
 /// Each sonar's pose and range agree with a wall.
-pub fn sonars_measure_the_distances_of_the_walls(config: DriverConfig) {
+pub(crate) fn sonars_measure_the_distances_of_the_walls(config: DriverConfig) {
     let fixture = Fixture::start(config);
     fixture.wait_until(|fixture| {
         fixture
@@ -139,7 +139,7 @@ pub fn sonars_measure_the_distances_of_the_walls(config: DriverConfig) {
 }
 
 /// Odometry arrives several times a second, and each stamp is not before the one before it.
-pub fn odometry_arrives_at_a_steady_rate_with_increasing_stamps(config: DriverConfig) {
+pub(crate) fn odometry_arrives_at_a_steady_rate_with_increasing_stamps(config: DriverConfig) {
     let fixture = Fixture::start(config);
     let stamp = |odometry: &Odometry| {
         f64::from(odometry.header.stamp.sec) + f64::from(odometry.header.stamp.nanosec) * 1e-9
@@ -159,7 +159,7 @@ pub fn odometry_arrives_at_a_steady_rate_with_increasing_stamps(config: DriverCo
 }
 
 /// The robot brakes when an operator holds the pilot asleep, and drives again after the release.
-pub fn r7_a_schema_without_authority_moves_nothing(config: DriverConfig) {
+pub(crate) fn r7_a_schema_without_authority_moves_nothing(config: DriverConfig) {
     let fixture = Fixture::start(config);
     fixture.drive(0.2, 0.0);
     fixture.wait_until(|fixture| fixture.pose().x > START.x + 0.1);
@@ -184,7 +184,7 @@ pub fn r7_a_schema_without_authority_moves_nothing(config: DriverConfig) {
 }
 
 /// The robot brakes when the last command of a silent pilot expires.
-pub fn r7_the_robot_brakes_when_the_commands_stop(config: DriverConfig) {
+pub(crate) fn r7_the_robot_brakes_when_the_commands_stop(config: DriverConfig) {
     let fixture = Fixture::start(config);
     fixture.drive(0.2, 0.0);
     fixture.wait_until(|fixture| fixture.pose().x > START.x + 0.1);
@@ -194,7 +194,7 @@ pub fn r7_the_robot_brakes_when_the_commands_stop(config: DriverConfig) {
 }
 
 /// The battery has about 12 V, and the encoders count the distance of the odometry.
-pub fn the_driver_exports_battery_and_wheels(config: DriverConfig) {
+pub(crate) fn the_driver_exports_battery_and_wheels(config: DriverConfig) {
     let fixture = Fixture::start(config);
     fixture.wait_until(|fixture| fixture.read::<WheelEncoders>("pioneer.encoders").is_some());
     let battery: BatteryState = fixture.read("pioneer.battery").expect("the odometry has arrived");
@@ -215,10 +215,7 @@ pub fn the_driver_exports_battery_and_wheels(config: DriverConfig) {
 }
 
 /// Positive pan is to the left, positive tilt down. Without a speed the head holds its angles.
-pub fn a_head_turns_to_the_commanded_angles(config: DriverConfig) {
-    if !config.head {
-        return;
-    }
+pub(crate) fn a_head_turns_to_the_commanded_angles(config: DriverConfig) {
     let fixture = Fixture::start(config);
     let head = |fixture: &Fixture| fixture.read::<PanTilt>("pioneer.pan_tilt");
     fixture.modulate("pan", 0.6);
@@ -242,7 +239,7 @@ pub fn a_head_turns_to_the_commanded_angles(config: DriverConfig) {
 }
 
 /// A wall ahead is detected by a front bumper, or by a stall of the wheels.
-pub fn a_collision_with_a_wall_is_detected(config: DriverConfig) {
+pub(crate) fn a_collision_with_a_wall_is_detected(config: DriverConfig) {
     let fixture = Fixture::start(config);
     let collided = |fixture: &Fixture| {
         fixture

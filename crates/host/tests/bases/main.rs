@@ -1,25 +1,62 @@
-//! The suite, run on the simulator in the process, and on the Pioneer driver against the served simulator
-//! over TCP and over a serial line.
+//! One test suite for every driver of a robot's base: the behaviour that an application may rely on with any
+//! driver. It runs the driver's real plugin in a real application, in real time, and waits for conditions of
+//! the robot or of the application's clock.
+//!
+//! The drivers are the simulator in the process, and the Pioneer driver against the served simulator over TCP
+//! and over a serial line. Each has a room of 5 x 4 m, a start at x 2.5, y 1.5 with heading along x, the sonars
+//! of a P3-DX, a laser and a head.
 
+mod fixture;
+mod pilot;
 mod served;
+mod suite;
 
 use std::any::Any;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use jde_driver_suite::{DriverConfig, Fixture, ROOM, START, build};
+use fixture::{DriverConfig, Fixture, ROOM, START};
 use jde_p2os_server::EventKind;
 use jde_schema::prelude::{Connection, LaserScan, RangeRing};
 use served::{Line, ServedRoom};
 
-jde_driver_suite::suite!(in_process, crate::in_process);
-jde_driver_suite::suite!(over_tcp, crate::over_tcp);
-jde_driver_suite::suite!(over_a_serial_line, crate::over_a_serial_line);
+/// Defines a module with the tests of the suite for a driver.
+macro_rules! suite {
+    ($name:ident) => {
+        suite!(@ $name,
+            the_driver_connects_drives_and_stops_the_robot_at_the_end,
+            a_robot_without_commands_does_not_move,
+            the_robot_drives_ahead_in_metres_and_reports_its_speed,
+            a_positive_turn_is_to_the_left_and_on_the_spot,
+            a_square_ends_at_its_start_and_the_scans_agree_with_the_odometry,
+            sonars_measure_the_distances_of_the_walls,
+            odometry_arrives_at_a_steady_rate_with_increasing_stamps,
+            r7_a_schema_without_authority_moves_nothing,
+            r7_the_robot_brakes_when_the_commands_stop,
+            the_driver_exports_battery_and_wheels,
+            a_head_turns_to_the_commanded_angles,
+            a_collision_with_a_wall_is_detected,
+        );
+    };
+    (@ $name:ident, $($test:ident,)+) => {
+        mod $name {
+            $(#[test]
+            fn $test() {
+                crate::suite::$test(crate::$name());
+            })+
+        }
+    };
+}
 
-fn plugins() -> PathBuf {
+suite!(in_process);
+suite!(over_tcp);
+suite!(over_a_serial_line);
+
+/// Returns the folder of the drivers' plugins.
+fn plugins() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    FOLDER.get_or_init(|| build(&["sim", "p2os"])).clone()
+    FOLDER.get_or_init(|| jde_test_plugins::folder(&["sim", "p2os"]))
 }
 
 fn in_process() -> DriverConfig {
@@ -31,8 +68,6 @@ fn in_process() -> DriverConfig {
             "type = \"sim/pioneer\"\nworld = {:?}",
             world.display().to_string()
         ),
-        plugins: plugins(),
-        head: true,
         resources: Box::new(folder),
     }
 }
@@ -54,8 +89,6 @@ fn pioneer(served: ServedRoom) -> DriverConfig {
             START.y,
             START.theta
         ),
-        plugins: plugins(),
-        head: true,
         resources: Box::new(served),
     }
 }

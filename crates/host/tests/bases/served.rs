@@ -7,11 +7,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use jde_driver_suite::ROOM;
 use jde_p2os_server::{EndpointAddress, Event, EventKind, Options, Server};
 use jde_sim::World;
 use jde_watchdog::Watchdog;
 use tempfile::TempDir;
+
+use crate::fixture::ROOM;
 
 /// Real time between two checks of the stop flag.
 const STEP: Duration = Duration::from_millis(50);

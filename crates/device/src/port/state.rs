@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use crate::address::Address;
-use crate::backoff::Backoff;
-use crate::connect::{Attempt, Stream};
+use super::address::Address;
+use super::backoff::Backoff;
+use super::connect::{Attempt, Stream};
 
 /// How long an attempt may take: longer than one host's timeout, so that the attempt's own error comes first.
 const MAX_ATTEMPT_TIME: Duration = Duration::from_secs(5);

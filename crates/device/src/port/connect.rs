@@ -11,8 +11,8 @@ use std::thread::{self, JoinHandle};
 
 use rustix::net::sockopt;
 
-use crate::address::Address;
-use crate::serial;
+use super::address::Address;
+use super::serial;
 
 /// How long a host may take to accept: a radio link that loses packets needs a second retry.
 const TIMEOUT: Duration = Duration::from_secs(3);

@@ -4,7 +4,7 @@
 //!
 //! ```
 //! use core::time::Duration;
-//! use jde_port::{Address, Backoff, Port, Pty};
+//! use jde_device::port::{Address, Backoff, Port, Pty};
 //!
 //! # fn main() -> Result<(), Box<dyn core::error::Error>> {
 //! let device = Pty::open()?;
@@ -25,12 +25,12 @@
 mod address;
 mod backoff;
 mod connect;
-mod port;
 mod pty;
 mod serial;
+mod state;
 
 pub use address::{Address, AddressError, Framing, Parity};
 pub use backoff::Backoff;
 pub use connect::configure_stream;
-pub use port::{Port, PortState};
 pub use pty::Pty;
+pub use state::{Port, PortState};

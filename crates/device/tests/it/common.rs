@@ -3,7 +3,7 @@
 use core::time::Duration;
 use std::thread;
 
-use jde_port::{Address, Backoff, Port, PortState};
+use jde_device::port::{Address, Backoff, Port, PortState};
 use jde_watchdog::Watchdog;
 
 /// Attempts follow each other without a delay, so that no test waits.

@@ -11,20 +11,20 @@ use syn::{
 };
 use syn::{PathArguments, PointerMutability, ReturnType, Type};
 
-use crate::names::{block, comment, constant, member, structure};
+use super::names::{block, comment, constant, member, structure};
 
 /// The sources of the ABI, in the order of the declarations in C.
 const SOURCES: [&str; 5] = [
-    include_str!("../../abi/src/raw/mod.rs"),
-    include_str!("../../abi/src/raw/host.rs"),
-    include_str!("../../abi/src/raw/panel.rs"),
-    include_str!("../../abi/src/raw/state.rs"),
-    include_str!("../../abi/src/raw/inspect.rs"),
+    include_str!("../../../crates/abi/src/raw/mod.rs"),
+    include_str!("../../../crates/abi/src/raw/host.rs"),
+    include_str!("../../../crates/abi/src/raw/panel.rs"),
+    include_str!("../../../crates/abi/src/raw/state.rs"),
+    include_str!("../../../crates/abi/src/raw/inspect.rs"),
 ];
 /// The part of `jde.h` that exists only in C: macros and functions that use the tables.
 const HELPERS: &str = include_str!("helpers.h");
 
-pub(crate) fn header() -> String {
+pub(super) fn header() -> String {
     let files = SOURCES.map(|source| match syn::parse_file(source) {
         Ok(file) => file,
         Err(error) => unreachable!("the ABI compiles, so it parses: {error}"),

@@ -8,7 +8,7 @@ const BEGIN: &str = "<!-- policies: from crates/core/src/policy; `cargo xtask he
 const END: &str = "<!-- end -->\n";
 
 /// Returns the page with a new table. A page without the marks of a table stays as it is.
-pub(crate) fn renew(page: &str) -> String {
+pub(super) fn renew(page: &str) -> String {
     let parts = page.split_once(BEGIN);
     let Some((before, Some((_, after)))) = parts.map(|(before, rest)| (before, rest.split_once(END))) else {
         return page.to_owned();
