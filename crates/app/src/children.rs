@@ -22,7 +22,7 @@ pub(super) struct NamedChild<'a> {
 
 /// Reads `children` of an instance, in the file's order. Returns those that are schemas of the application.
 pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usize) -> Vec<NamedChild<'a>> {
-    let section = &drafts.get(index).section;
+    let section = &drafts.list[index].section;
     let what = section.key("children");
     let mut all: Vec<NamedChild> = Vec::new();
     for (role, name) in section.pairs(report, "children") {
@@ -66,7 +66,7 @@ fn find_role(
     child: usize,
     name: &Text,
 ) -> Option<usize> {
-    let what = drafts.get(father).section.key("children");
+    let what = drafts.list[father].section.key("children");
     let roles = &drafts.schema(father)?.children;
     let Some(place) = roles.iter().position(|known| known.name == role.text) else {
         report

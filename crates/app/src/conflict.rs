@@ -103,7 +103,7 @@ fn claim(
 }
 
 fn instance_span(drafts: &Drafts, user: usize, role: &str) -> std::ops::Range<usize> {
-    let section = &drafts.get(user).section;
+    let section = &drafts.list[user].section;
     section
         .get("actuators")
         .and_then(|node| node.get_ref().get(role))
@@ -114,5 +114,5 @@ fn command_name(drafts: &Drafts, (driver, port): (usize, usize)) -> String {
     let port = drafts
         .schema(driver)
         .map_or("", |schema| &schema.ports[port].name);
-    quote(&format!("{}.{port}", drafts.get(driver).name))
+    quote(&format!("{}.{port}", drafts.list[driver].name))
 }

@@ -6,7 +6,7 @@ use jde_abi::read::RESERVED;
 use jde_board::value::{Value, encode};
 use jde_types::Value as _;
 
-use super::document::{Node, Section, Text, report_wrong_shape};
+use super::document::{Node, Section, Text, expect};
 use super::drafts::{Drafts, InstanceContext};
 use super::literal::parse_node;
 use super::report::{FaultReport, quote};
@@ -161,11 +161,14 @@ fn choice(
     node: &Node,
 ) -> Option<Value> {
     let choices = limits.choices.iter().map(String::as_str);
-    let Some(chosen) = node.get_ref().as_str() else {
-        let expected = format!("one of {}", limits.choices.join(", "));
-        report_wrong_shape(report, &section.key(name), &expected, node);
-        return None;
-    };
+    let expected = format!("one of {}", limits.choices.join(", "));
+    let chosen = expect(
+        report,
+        &section.key(name),
+        &expected,
+        node,
+        node.get_ref().as_str(),
+    )?;
     let Some(number) = limits.choice(chosen) else {
         report
             .fault(

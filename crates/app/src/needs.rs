@@ -29,7 +29,7 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
         })
         .collect();
     for (cycle, span) in find_cycles(&edges) {
-        let names: Vec<_> = cycle.iter().map(|index| drafts.get(*index).name).collect();
+        let names: Vec<_> = cycle.iter().map(|index| drafts.list[*index].name).collect();
         report
             .fault(
                 &span,
@@ -62,7 +62,7 @@ pub(super) fn refuse_self_triggers(
                 continue;
             };
             if provider == index && instance.schema.ports[number].role == Role::Export {
-                let section = &drafts.get(index).section;
+                let section = &drafts.list[index].section;
                 let written = section
                     .get("imports")
                     .and_then(|node| node.get_ref().get(port.name.as_str()));
@@ -81,7 +81,7 @@ pub(super) fn refuse_self_triggers(
 }
 
 fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> {
-    let section = &drafts.get(index).section;
+    let section = &drafts.list[index].section;
     let imports = section.get("imports");
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     ports
