@@ -6,6 +6,7 @@ use super::document::Text;
 use super::drafts::{Drafts, InstanceContext};
 use super::report::{FaultReport, quote};
 use super::variable;
+use super::wiring::{is_modulation, position};
 use super::{Binding, ChildTarget};
 
 /// The modulation that every schema has, and its type.
@@ -135,12 +136,7 @@ fn modulation_target(
         }
         return Some(ChildTarget::Period(child.child));
     }
-    let is_modulation = |other: &&Port| matches!(other.role, Role::Modulation { .. });
-    let place = schema
-        .ports
-        .iter()
-        .position(|other| other.name == port.name && is_modulation(&other));
-    if let Some(place) = place {
+    if let Some(place) = position(schema, is_modulation, &port.name) {
         let found = (child.child, place);
         return variable::can_bind(
             report,
@@ -154,7 +150,7 @@ fn modulation_target(
         .then_some(ChildTarget::Port(child.child, place));
     }
     if !port.optional {
-        let modulations = schema.ports.iter().filter(is_modulation);
+        let modulations = schema.ports.iter().filter(|port| is_modulation(port));
         report
             .fault(
                 &child.name.span,

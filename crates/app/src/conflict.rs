@@ -39,7 +39,7 @@ pub(super) fn refuse_conflicts(
             };
             let rival = drafts.quoted(rival);
             let role = &instance.schema.ports[port].name;
-            let span = instance_span(drafts, user, role);
+            let span = drafts.list[user].section.entry_span("actuators", role);
             let command = command_name(drafts, target);
             let user = drafts.quoted(user);
             if rival == user {
@@ -100,14 +100,6 @@ fn claim(
         child = father?;
     }
     None
-}
-
-fn instance_span(drafts: &Drafts, user: usize, role: &str) -> std::ops::Range<usize> {
-    let section = &drafts.list[user].section;
-    section
-        .get("actuators")
-        .and_then(|node| node.get_ref().get(role))
-        .map_or(section.span.clone(), |node| node.span())
 }
 
 fn command_name(drafts: &Drafts, (driver, port): (usize, usize)) -> String {

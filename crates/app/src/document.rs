@@ -66,6 +66,12 @@ impl<'a> Section<'a> {
             .map_or_else(|| self.span.clone(), |(key, _)| key.span())
     }
 
+    /// Returns the position of a value in the table at `key`, or of the section if the value is missing.
+    pub(super) fn entry_span(&self, key: &str, name: &str) -> Range<usize> {
+        let entry = self.get(key).and_then(|node| node.get_ref().get(name));
+        entry.map_or_else(|| self.span.clone(), Spanned::span)
+    }
+
     /// Returns the name of a key in messages: "`period` of schema `goon`".
     pub(super) fn key(&self, key: &str) -> String {
         format!("{} of {}", quote(key), self.label)

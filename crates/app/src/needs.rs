@@ -3,8 +3,6 @@
 
 use jde_abi::describe::{Kind, Role, Schema};
 
-use toml::Spanned;
-
 use super::cycle::{Edge, find_cycles};
 use super::drafts::Drafts;
 use super::report::{FaultReport, quote};
@@ -63,10 +61,7 @@ pub(super) fn refuse_self_triggers(
             };
             if provider == index && instance.schema.ports[number].role == Role::Export {
                 let section = &drafts.list[index].section;
-                let written = section
-                    .get("imports")
-                    .and_then(|node| node.get_ref().get(port.name.as_str()));
-                let span = written.map_or_else(|| section.span.clone(), Spanned::span);
+                let span = section.entry_span("imports", &port.name);
                 let message = format!(
                     "{} would trigger itself without end: {} is its own export, and triggers it",
                     section.label,
@@ -82,7 +77,6 @@ pub(super) fn refuse_self_triggers(
 
 fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> {
     let section = &drafts.list[index].section;
-    let imports = section.get("imports");
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     ports
         .filter_map(|(port, binding)| {
@@ -94,8 +88,7 @@ fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> 
                 return None;
             };
             let needed = provider != index && keeps_awake(drafts.schema(provider)?, number);
-            let span = imports.and_then(|node| Some(node.get_ref().get(port.name.as_str())?.span()));
-            needed.then(|| (provider, span.unwrap_or_else(|| section.span.clone())))
+            needed.then(|| (provider, section.entry_span("imports", &port.name)))
         })
         .collect()
 }

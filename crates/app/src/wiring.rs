@@ -280,11 +280,15 @@ fn is_import(port: &Port) -> bool {
     matches!(port.role, Role::Import { .. })
 }
 
+pub(super) fn is_modulation(port: &Port) -> bool {
+    matches!(port.role, Role::Modulation { .. })
+}
+
 fn is_actuator(port: &Port) -> bool {
     port.role == Role::Actuator
 }
 
-fn position(schema: &Schema, is_role: fn(&Port) -> bool, name: &str) -> Option<usize> {
+pub(super) fn position(schema: &Schema, is_role: fn(&Port) -> bool, name: &str) -> Option<usize> {
     schema
         .ports
         .iter()
