@@ -6,6 +6,7 @@ use super::document::Text;
 use super::drafts::{Drafts, InstanceContext};
 use super::report::{FaultReport, quote};
 use super::variable;
+use super::wiring::{is_modulation, position};
 use super::{Binding, ChildTarget};
 
 /// The modulation that every schema has, and its type.
@@ -22,7 +23,7 @@ pub(super) struct NamedChild<'a> {
 
 /// Reads `children` of an instance, in the file's order. Returns those that are schemas of the application.
 pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usize) -> Vec<NamedChild<'a>> {
-    let section = &drafts.get(index).section;
+    let section = &drafts.list[index].section;
     let what = section.key("children");
     let mut all: Vec<NamedChild> = Vec::new();
     for (role, name) in section.pairs(report, "children") {
@@ -66,7 +67,7 @@ fn find_role(
     child: usize,
     name: &Text,
 ) -> Option<usize> {
-    let what = drafts.get(father).section.key("children");
+    let what = drafts.list[father].section.key("children");
     let roles = &drafts.schema(father)?.children;
     let Some(place) = roles.iter().position(|known| known.name == role.text) else {
         report
@@ -135,12 +136,7 @@ fn modulation_target(
         }
         return Some(ChildTarget::Period(child.child));
     }
-    let is_modulation = |other: &&Port| matches!(other.role, Role::Modulation { .. });
-    let place = schema
-        .ports
-        .iter()
-        .position(|other| other.name == port.name && is_modulation(&other));
-    if let Some(place) = place {
+    if let Some(place) = position(schema, is_modulation, &port.name) {
         let found = (child.child, place);
         return variable::can_bind(
             report,
@@ -154,7 +150,7 @@ fn modulation_target(
         .then_some(ChildTarget::Port(child.child, place));
     }
     if !port.optional {
-        let modulations = schema.ports.iter().filter(is_modulation);
+        let modulations = schema.ports.iter().filter(|port| is_modulation(port));
         report
             .fault(
                 &child.name.span,

@@ -39,7 +39,7 @@ pub(super) fn refuse_conflicts(
             };
             let rival = drafts.quoted(rival);
             let role = &instance.schema.ports[port].name;
-            let span = instance_span(drafts, user, role);
+            let span = drafts.list[user].section.entry_span("actuators", role);
             let command = command_name(drafts, target);
             let user = drafts.quoted(user);
             if rival == user {
@@ -102,17 +102,9 @@ fn claim(
     None
 }
 
-fn instance_span(drafts: &Drafts, user: usize, role: &str) -> std::ops::Range<usize> {
-    let section = &drafts.get(user).section;
-    section
-        .get("actuators")
-        .and_then(|node| node.get_ref().get(role))
-        .map_or(section.span.clone(), |node| node.span())
-}
-
 fn command_name(drafts: &Drafts, (driver, port): (usize, usize)) -> String {
     let port = drafts
         .schema(driver)
         .map_or("", |schema| &schema.ports[port].name);
-    quote(&format!("{}.{port}", drafts.get(driver).name))
+    quote(&format!("{}.{port}", drafts.list[driver].name))
 }

@@ -6,7 +6,10 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use jde_core::Nanos;
+
 use super::report::{FaultReport, quote};
+use super::time;
 
 /// A value and its position.
 pub(super) type Node<'a> = Spanned<DeValue<'a>>;
@@ -24,6 +27,12 @@ pub(super) struct Section<'a> {
     pub(super) label: String,
     pub(super) span: Range<usize>,
     entries: &'a DeTable<'a>,
+}
+
+/// A value that a word abbreviates: `restart = "never"`, or `restart = { limit = 5 }`.
+pub(super) enum WordOrTable<'a> {
+    Word(Text<'a>),
+    Table(Section<'a>),
 }
 
 impl<'a> Section<'a> {
@@ -57,6 +66,12 @@ impl<'a> Section<'a> {
             .map_or_else(|| self.span.clone(), |(key, _)| key.span())
     }
 
+    /// Returns the position of a value in the table at `key`, or of the section if the value is missing.
+    pub(super) fn entry_span(&self, key: &str, name: &str) -> Range<usize> {
+        let entry = self.get(key).and_then(|node| node.get_ref().get(name));
+        entry.map_or_else(|| self.span.clone(), Spanned::span)
+    }
+
     /// Returns the name of a key in messages: "`period` of schema `goon`".
     pub(super) fn key(&self, key: &str) -> String {
         format!("{} of {}", quote(key), self.label)
@@ -68,15 +83,52 @@ impl<'a> Section<'a> {
 
     pub(super) fn texts(&self, report: &mut FaultReport, key: &str) -> Option<Vec<Text<'a>>> {
         let (what, node) = (self.key(key), self.get(key)?);
-        let Some(list) = node.get_ref().as_array() else {
-            report_wrong_shape(report, &what, "a list of texts", node);
-            return None;
-        };
+        let list = expect(report, &what, "a list of texts", node, node.get_ref().as_array())?;
+        let what = format!("each of {what}");
         Some(
             list.iter()
-                .filter_map(|entry| text(report, &format!("each of {what}"), entry))
+                .filter_map(|entry| text(report, &what, entry))
                 .collect(),
         )
+    }
+
+    /// Returns true or false; `None` if the key is missing.
+    pub(super) fn flag(&self, report: &mut FaultReport, key: &str) -> Option<bool> {
+        let node = self.get(key)?;
+        expect(
+            report,
+            &self.key(key),
+            "true or false",
+            node,
+            node.get_ref().as_bool(),
+        )
+    }
+
+    /// Returns a time in ns.
+    pub(super) fn time(&self, report: &mut FaultReport, key: &str) -> Option<Nanos> {
+        time::time(report, &self.key(key), self.get(key)?)
+    }
+
+    /// Returns a word, or the table that it abbreviates. `expected` names both in messages.
+    pub(super) fn word_or_table(
+        &self,
+        report: &mut FaultReport,
+        key: &str,
+        expected: &str,
+    ) -> Option<WordOrTable<'a>> {
+        let node = self.get(key)?;
+        let found = match node.get_ref() {
+            DeValue::String(text) => Some(WordOrTable::Word(Text {
+                text,
+                span: node.span(),
+            })),
+            DeValue::Table(entries) => {
+                let section = Section::new(self.key(key), self.key_span(key), entries);
+                Some(WordOrTable::Table(section))
+            }
+            _ => None,
+        };
+        expect(report, &self.key(key), expected, node, found)
     }
 
     /// Returns a table in this one.
@@ -87,10 +139,7 @@ impl<'a> Section<'a> {
         what: impl Into<String>,
     ) -> Option<Section<'a>> {
         let node = self.get(key)?;
-        let Some(entries) = node.get_ref().as_table() else {
-            report_wrong_shape(report, &self.key(key), "a table", node);
-            return None;
-        };
+        let entries = expect(report, &self.key(key), "a table", node, node.get_ref().as_table())?;
         Some(Section::new(what, self.key_span(key), entries))
     }
 
@@ -134,6 +183,20 @@ impl<'a> Section<'a> {
     }
 }
 
+/// Returns the value of the expected shape; reports the value if there is none.
+pub(super) fn expect<T>(
+    report: &mut FaultReport,
+    what: &str,
+    expected: &str,
+    node: &Node,
+    found: Option<T>,
+) -> Option<T> {
+    if found.is_none() {
+        report_wrong_shape(report, what, expected, node);
+    }
+    found
+}
+
 /// Reports a value of another shape.
 pub(super) fn report_wrong_shape(report: &mut FaultReport, what: &str, expected: &str, found: &Node) {
     report.fault(
@@ -143,10 +206,7 @@ pub(super) fn report_wrong_shape(report: &mut FaultReport, what: &str, expected:
 }
 
 fn text<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Option<Text<'a>> {
-    let Some(text) = node.get_ref().as_str() else {
-        report_wrong_shape(report, what, "a text", node);
-        return None;
-    };
+    let text = expect(report, what, "a text", node, node.get_ref().as_str())?;
     Some(Text {
         text,
         span: node.span(),
@@ -171,11 +231,7 @@ pub(super) fn number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(_) => integer(value).map(|whole| whole as f64),
-        DeValue::String(_)
-        | DeValue::Boolean(_)
-        | DeValue::Datetime(_)
-        | DeValue::Array(_)
-        | DeValue::Table(_) => None,
+        _ => None,
     }
 }
 

@@ -14,13 +14,13 @@ use super::report::{FaultReport, quote};
 /// The most schemas of one application. A thousand light ones occupy a processor, so more than this is a
 /// fault of the program that wrote the file.
 const MAX_SCHEMAS: usize = 10_000;
-/// The longest name of a schema, as for every other name in a plugin.
-const MAX_NAME_LENGTH: usize = 64;
+/// The longest name of a schema or a link, as for every name in a plugin.
+pub(super) const MAX_NAME_LENGTH: usize = 64;
 
 /// The schemas that a file defines, by number and by name.
 #[derive(Default)]
 pub(super) struct Drafts<'a> {
-    list: Vec<Draft<'a>>,
+    pub(super) list: Vec<Draft<'a>>,
     indices: HashMap<&'a str, usize>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct InstanceContext<'d, 'a> {
 
 impl<'d, 'a> InstanceContext<'d, 'a> {
     pub(super) fn section(&self) -> &'d Section<'a> {
-        &self.drafts.get(self.index).section
+        &self.drafts.list[self.index].section
     }
 }
 
@@ -70,7 +70,7 @@ impl<'a> Drafts<'a> {
                 report_wrong_shape(report, &what, "a table", node);
                 continue;
             };
-            refuse_bad_name(report, &name);
+            refuse_bad_name(report, &name, "a schema");
             if drafts.list.len() == MAX_SCHEMAS {
                 report.file_fault(format!(
                     "it defines more than {MAX_SCHEMAS} schemas, which is as many as one application may have"
@@ -85,22 +85,6 @@ impl<'a> Drafts<'a> {
             });
         }
         drafts
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.list.len()
-    }
-
-    pub(super) fn iter(&self) -> std::slice::Iter<'_, Draft<'a>> {
-        self.list.iter()
-    }
-
-    pub(super) fn iter_mut(&mut self) -> std::slice::IterMut<'_, Draft<'a>> {
-        self.list.iter_mut()
-    }
-
-    pub(super) fn get(&self, index: usize) -> &Draft<'a> {
-        &self.list[index]
     }
 
     /// Returns the type of an instance; `None` if it is unknown.
@@ -141,17 +125,22 @@ impl<'a> Drafts<'a> {
 
 /// Whether the text can be the name of a schema or a variable.
 pub(super) fn is_legal_name(name: &str) -> bool {
-    let legal = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    (1..=MAX_NAME_LENGTH).contains(&name.len()) && name.chars().all(legal)
+    (1..=MAX_NAME_LENGTH).contains(&name.len()) && name.chars().all(is_legal)
 }
 
-fn refuse_bad_name(report: &mut FaultReport, name: &Text) {
-    if !is_legal_name(name.text) {
+/// Whether a name may contain the character.
+pub(super) fn is_legal(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_' || c == '-'
+}
+
+/// Reports a name that `what`, such as "a schema", cannot have. Returns whether it was legal.
+pub(super) fn refuse_bad_name(report: &mut FaultReport, name: &Text, what: &str) -> bool {
+    let legal = is_legal_name(name.text);
+    if !legal {
+        let message = format!("{} cannot be the name of {what}", quote(name.text));
         report
-            .fault(
-                &name.span,
-                format!("{} cannot be the name of a schema", quote(name.text)),
-            )
+            .fault(&name.span, message)
             .advise("use 1 to 64 letters, digits, `_` and `-`");
     }
+    legal
 }

@@ -4,6 +4,13 @@ use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
 
+use jde_board::nearest;
+
+use super::report::{quote, quote_all};
+
+/// The most names that are listed if none is similar.
+pub(super) const MAX_LISTED: usize = 12;
+
 /// The most faults in one text; the others are counted.
 const MAX_SHOWN: usize = 40;
 
@@ -94,6 +101,19 @@ impl Fault {
     pub(super) fn advise(&mut self, help: impl Into<String>) -> &mut Self {
         self.help = Some(help.into());
         self
+    }
+
+    /// Suggests the most similar known name; if there is none and the names are few, all of them.
+    pub(super) fn suggest<'n>(&mut self, name: &str, what: &str, known: impl IntoIterator<Item = &'n str>) {
+        if self.counted {
+            return;
+        }
+        let known: Vec<_> = known.into_iter().collect();
+        if let Some(near) = nearest(name, known.iter().copied()) {
+            self.advise(format!("did you mean {}?", quote(near)));
+        } else if (1..=MAX_LISTED).contains(&known.len()) {
+            self.advise(format!("{what}: {}", quote_all(known)));
+        }
     }
 }
 

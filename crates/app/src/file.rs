@@ -4,9 +4,10 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use jde_board::nearest;
+
 use super::Faults;
 use super::report::{FaultReport, quote};
-use super::suggest::nearest;
 
 /// The largest application file: enough for twenty thousand schemas. A larger file is no application.
 const MAX_BYTES: u64 = 2 << 20;

@@ -8,7 +8,6 @@ use jde_core::{
 use super::GroupConfig;
 use super::document::{Section, number, report_wrong_shape};
 use super::report::{FaultReport, quote};
-use super::time;
 
 /// The keys beside those of the policies.
 const KEYS: &[&str] = &[
@@ -55,15 +54,11 @@ impl GroupSettings {
         };
         let keys = &KEYS[usize::from(!context.lists)..];
         section.refuse_unknown(report, &[keys, &policy_keys()].concat());
-        let time = |report: &mut FaultReport, key: &str| {
-            let node = section.get(key)?;
-            time::time(report, &section.key(key), node)
-        };
         Self {
-            policy: policy(report, section, default, arbitrates, &time),
-            absence: absence(report, section, context, &time),
-            patience_ns: time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
-            budget_ns: time(report, "budget").unwrap_or(DEFAULT_BUDGET),
+            policy: policy(report, section, default, arbitrates),
+            absence: absence(report, section, context),
+            patience_ns: section.time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
+            budget_ns: section.time(report, "budget").unwrap_or(DEFAULT_BUDGET),
         }
     }
 
@@ -93,13 +88,7 @@ fn parameter_keys(kind: &PolicyKind) -> impl Iterator<Item = &'static str> {
     time.chain(kind.number.iter().map(|number| number.key))
 }
 
-fn policy(
-    report: &mut FaultReport,
-    section: &Section,
-    default: Policy,
-    arbitrates: bool,
-    time: &impl Fn(&mut FaultReport, &str) -> Option<Nanos>,
-) -> Policy {
+fn policy(report: &mut FaultReport, section: &Section, default: Policy, arbitrates: bool) -> Policy {
     let written = section.text(report, "policy");
     let name = written.as_ref().map(|written| written.text);
     let kind = name.and_then(PolicyKind::named);
@@ -132,7 +121,7 @@ fn policy(
                 parameter.key,
                 &format!("{:?}", parameter.example),
             );
-            time(report, parameter.key).unwrap_or_default()
+            section.time(report, parameter.key).unwrap_or_default()
         }),
         kind.number
             .as_ref()
@@ -166,11 +155,10 @@ fn absence(
         members,
         ..
     }: &GroupContext,
-    time: &impl Fn(&mut FaultReport, &str) -> Option<Nanos>,
 ) -> Absence {
     let written = section.text(report, "absence");
     let name = written.as_ref().map(|written| written.text);
-    let hold = time(report, "hold");
+    let hold = section.time(report, "hold");
     let fallback = section.text(report, "fallback").and_then(|role| {
         let member = members.iter().find(|(name, _)| *name == role.text);
         if member.is_none() {

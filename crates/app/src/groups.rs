@@ -18,7 +18,7 @@ pub(super) fn of_roots(
     roots: &[Edge],
 ) -> GroupConfig {
     let members: Vec<_> = roots.iter().map(|(root, _)| *root).collect();
-    let names = members.iter().map(|root| (drafts.get(*root).name, *root));
+    let names = members.iter().map(|root| (drafts.list[*root].name, *root));
     let lists = level.name != "roots";
     let context = GroupContext {
         arbitrates: false,
@@ -40,7 +40,7 @@ pub(super) fn of_father(
     let Some(schema) = drafts.schema(father) else {
         return Vec::new();
     };
-    let section = &drafts.get(father).section;
+    let section = &drafts.list[father].section;
     let sections = section.section(report, "groups", section.key("groups"));
     let many = schema.children.iter().any(|child| child.many);
     let mut known: Vec<&str> = Vec::new();
@@ -89,7 +89,7 @@ pub(super) fn of_father(
         };
         let settings = GroupSettings::read(report, group_section.as_ref(), &context);
         if !members.is_empty() {
-            let name = format!("{}/{group}", drafts.get(father).name);
+            let name = format!("{}/{group}", drafts.list[father].name);
             let members = members.into_iter().map(|(_, child)| child).collect();
             groups.push((
                 first_member_position(children, &names),

@@ -26,10 +26,10 @@ impl<'a> DeclaredHierarchy<'a> {
         let mut names = roots.levels.iter().flat_map(|level| &level.members);
         let mut complete = roots.complete && names.all(|root| drafts.index_of(root.text).is_some());
         let roots = self::read_roots(report, drafts, roots);
-        let children = (0..drafts.len())
+        let children = (0..drafts.list.len())
             .map(|index| {
                 let named = children::read(report, drafts, index);
-                complete &= drafts.get(index).section.entry_count("children") == named.len();
+                complete &= drafts.list[index].section.entry_count("children") == named.len();
                 named
             })
             .collect();
@@ -43,7 +43,7 @@ impl<'a> DeclaredHierarchy<'a> {
     /// Returns the father of every motor schema that has one. Reports second fathers, roots with a father,
     /// cycles, and schemas that are never woken.
     pub(super) fn fathers(&self, report: &mut FaultReport, drafts: &Drafts) -> Vec<Option<usize>> {
-        let mut fathers = vec![None; drafts.len()];
+        let mut fathers = vec![None; drafts.list.len()];
         for (father, children) in self.children.iter().enumerate() {
             for child in children.iter().filter(|child| is_motor(drafts, child.child)) {
                 match fathers[child.child] {
@@ -79,7 +79,7 @@ impl<'a> DeclaredHierarchy<'a> {
             })
             .collect();
         for (cycle, span) in find_cycles(&edges) {
-            let names: Vec<_> = cycle.iter().map(|index| drafts.get(*index).name).collect();
+            let names: Vec<_> = cycle.iter().map(|index| drafts.list[*index].name).collect();
             report
                 .fault(
                     &span,
@@ -90,14 +90,14 @@ impl<'a> DeclaredHierarchy<'a> {
     }
 
     fn refuse_orphans(&self, report: &mut FaultReport, drafts: &Drafts) {
-        let mut woken = vec![false; drafts.len()];
+        let mut woken = vec![false; drafts.list.len()];
         for index in self.children.iter().flatten().map(|child| child.child) {
             woken[index] = true;
         }
         for (root, _) in self.roots.iter().flatten() {
             woken[*root] = true;
         }
-        for (index, draft) in drafts.iter().enumerate() {
+        for (index, draft) in drafts.list.iter().enumerate() {
             if self.complete && !woken[index] && is_motor(drafts, index) {
                 report
                     .fault(

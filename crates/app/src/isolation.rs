@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 use toml::de::DeValue;
 
-use super::document::{Node, Section, integer, report_wrong_shape};
+use super::document::{Node, Section, WordOrTable, integer};
 use super::report::{FaultReport, quote};
-use super::time;
 
 /// A process of its own, and its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,56 +32,32 @@ impl Default for Isolation {
 
 /// Reads `isolate = "process"`, or `{ memory = "200 MB", cpu = "2s", network = false, files = "read-only" }`.
 pub(super) fn isolation(report: &mut FaultReport, section: &Section) -> Option<Isolation> {
-    let what = section.key("isolate");
-    let node = section.get("isolate")?;
-    match node.get_ref() {
-        DeValue::Table(_) => {}
-        DeValue::String(mode) => {
-            if mode != "process" {
+    const EXPECTED: &str =
+        "\"process\", or a table of its limits such as { memory = \"200 MB\", network = false }";
+    let table = match section.word_or_table(report, "isolate", EXPECTED)? {
+        WordOrTable::Table(table) => table,
+        WordOrTable::Word(mode) => {
+            if mode.text != "process" {
+                let (what, mode_name) = (section.key("isolate"), quote(mode.text));
                 report
                     .fault(
-                        &node.span(),
-                        format!("{what} is {}, which is not a way to isolate", quote(mode)),
+                        &mode.span,
+                        format!("{what} is {mode_name}, which is not a way to isolate"),
                     )
-                    .suggest(mode, "ways", ["process"]);
+                    .suggest(mode.text, "ways", ["process"]);
             }
             return Some(Isolation::default());
         }
-        DeValue::Integer(_)
-        | DeValue::Float(_)
-        | DeValue::Boolean(_)
-        | DeValue::Datetime(_)
-        | DeValue::Array(_) => {
-            let expected =
-                "\"process\", or a table of its limits such as { memory = \"200 MB\", network = false }";
-            report_wrong_shape(report, &what, expected, node);
-            return None;
-        }
-    }
-    let table = section.section(report, "isolate", what)?;
+    };
     table.refuse_unknown(report, &["memory", "cpu", "network", "files"]);
     Some(Isolation {
         memory: table
             .get("memory")
             .and_then(|node| memory(report, &table.key("memory"), node)),
-        cpu: table.get("cpu").and_then(|node| {
-            let time = time::time(report, &table.key("cpu"), node)?;
-            Some(time.div_ceil(1_000_000_000))
-        }),
-        network: network(report, &table),
+        cpu: table.time(report, "cpu").map(|time| time.div_ceil(1_000_000_000)),
+        network: table.flag(report, "network").unwrap_or(true),
         read_only: read_only(report, &table),
     })
-}
-
-fn network(report: &mut FaultReport, table: &Section) -> bool {
-    let Some(node) = table.get("network") else {
-        return true;
-    };
-    let network = node.get_ref().as_bool();
-    if network.is_none() {
-        report_wrong_shape(report, &table.key("network"), "true or false", node);
-    }
-    network.unwrap_or(true)
 }
 
 fn read_only(report: &mut FaultReport, table: &Section) -> bool {

@@ -69,7 +69,6 @@ mod remote;
 mod report;
 mod settings;
 mod spec;
-mod suggest;
 mod syntax;
 mod time;
 mod types;

@@ -110,7 +110,7 @@ fn check(
         groups.extend(groups::of_father(report, drafts, father, children));
     }
     let mut remotes = RemoteVariables::new(&outline.link);
-    let mut instances: Vec<Option<InstanceConfig>> = Vec::with_capacity(drafts.len());
+    let mut instances: Vec<Option<InstanceConfig>> = Vec::with_capacity(drafts.list.len());
     for (index, children) in hierarchy.children.iter().enumerate() {
         instances.push(check_instance(
             report,
@@ -122,7 +122,7 @@ fn check(
         ));
     }
     let remotes = remotes.into_list();
-    let mut group_of = vec![None; drafts.len()];
+    let mut group_of = vec![None; drafts.list.len()];
     for (place, group) in groups.iter().enumerate() {
         for member in &group.members {
             group_of[*member].get_or_insert(place);
@@ -173,7 +173,7 @@ fn check_instance(
     (index, named_children): (usize, &[NamedChild]),
     remotes: &mut RemoteVariables,
 ) -> Option<InstanceConfig> {
-    let draft = outline.drafts.get(index);
+    let draft = &outline.drafts.list[index];
     let (section, schema) = (&draft.section, outline.drafts.schema(index));
     let mut settings = Settings::read(report, section, schema.map(Arc::as_ref));
     let found = draft.resolved.clone()?;

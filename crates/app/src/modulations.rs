@@ -6,12 +6,13 @@ use jde_abi::read::RESERVED;
 use jde_board::value::{Value, encode};
 use jde_types::Value as _;
 
-use super::document::{Node, Section, Text, report_wrong_shape};
+use super::document::{Node, Section, Text, expect};
 use super::drafts::{Drafts, InstanceContext};
 use super::literal::parse_node;
 use super::report::{FaultReport, quote};
 use super::settings::Settings;
 use super::values::{Paths, ValueTarget};
+use super::wiring::{is_modulation, position};
 use super::{Binding, Override, time};
 
 /// The only reserved key that an option may set.
@@ -26,7 +27,7 @@ pub(super) fn from_file(
     bindings: &mut [Binding],
 ) {
     for (key, node) in section.entries().filter(|(key, _)| !RESERVED.contains(&key.text)) {
-        match find_modulation(schema, key.text) {
+        match position(schema, is_modulation, key.text) {
             Some(port) => set_initial(report, section, schema, port, node, paths, &mut bindings[port]),
             None => refuse_unknown_key(report, section, schema, &key),
         }
@@ -48,7 +49,7 @@ pub(super) fn from_option(
         settings.period_ns = time::period(report, &section.key(PERIOD), &node).unwrap_or(settings.period_ns);
         return;
     }
-    let Some(port) = find_modulation(schema, &given.variable) else {
+    let Some(port) = position(schema, is_modulation, &given.variable) else {
         let message = format!("{} has no modulation {}", section.label, quote(&given.variable));
         let known = modulations(schema).chain([PERIOD]);
         return report
@@ -70,18 +71,11 @@ pub(super) fn refuse_unknown_schemas(report: &mut FaultReport, drafts: &Drafts, 
     }
 }
 
-fn find_modulation(schema: &Schema, name: &str) -> Option<usize> {
-    schema
-        .ports
-        .iter()
-        .position(|port| port.name == name && matches!(port.role, Role::Modulation { .. }))
-}
-
 fn modulations(schema: &Schema) -> impl Iterator<Item = &str> {
     schema
         .ports
         .iter()
-        .filter(|port| matches!(port.role, Role::Modulation { .. }))
+        .filter(|port| is_modulation(port))
         .map(|port| port.name.as_str())
 }
 
@@ -161,11 +155,14 @@ fn choice(
     node: &Node,
 ) -> Option<Value> {
     let choices = limits.choices.iter().map(String::as_str);
-    let Some(chosen) = node.get_ref().as_str() else {
-        let expected = format!("one of {}", limits.choices.join(", "));
-        report_wrong_shape(report, &section.key(name), &expected, node);
-        return None;
-    };
+    let expected = format!("one of {}", limits.choices.join(", "));
+    let chosen = expect(
+        report,
+        &section.key(name),
+        &expected,
+        node,
+        node.get_ref().as_str(),
+    )?;
     let Some(number) = limits.choice(chosen) else {
         report
             .fault(

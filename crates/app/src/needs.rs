@@ -3,8 +3,6 @@
 
 use jde_abi::describe::{Kind, Role, Schema};
 
-use toml::Spanned;
-
 use super::cycle::{Edge, find_cycles};
 use super::drafts::Drafts;
 use super::report::{FaultReport, quote};
@@ -29,7 +27,7 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
         })
         .collect();
     for (cycle, span) in find_cycles(&edges) {
-        let names: Vec<_> = cycle.iter().map(|index| drafts.get(*index).name).collect();
+        let names: Vec<_> = cycle.iter().map(|index| drafts.list[*index].name).collect();
         report
             .fault(
                 &span,
@@ -62,11 +60,8 @@ pub(super) fn refuse_self_triggers(
                 continue;
             };
             if provider == index && instance.schema.ports[number].role == Role::Export {
-                let section = &drafts.get(index).section;
-                let written = section
-                    .get("imports")
-                    .and_then(|node| node.get_ref().get(port.name.as_str()));
-                let span = written.map_or_else(|| section.span.clone(), Spanned::span);
+                let section = &drafts.list[index].section;
+                let span = section.entry_span("imports", &port.name);
                 let message = format!(
                     "{} would trigger itself without end: {} is its own export, and triggers it",
                     section.label,
@@ -81,8 +76,7 @@ pub(super) fn refuse_self_triggers(
 }
 
 fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> {
-    let section = &drafts.get(index).section;
-    let imports = section.get("imports");
+    let section = &drafts.list[index].section;
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     ports
         .filter_map(|(port, binding)| {
@@ -94,8 +88,7 @@ fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> 
                 return None;
             };
             let needed = provider != index && keeps_awake(drafts.schema(provider)?, number);
-            let span = imports.and_then(|node| Some(node.get_ref().get(port.name.as_str())?.span()));
-            needed.then(|| (provider, span.unwrap_or_else(|| section.span.clone())))
+            needed.then(|| (provider, section.entry_span("imports", &port.name)))
         })
         .collect()
 }

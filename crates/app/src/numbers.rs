@@ -4,7 +4,7 @@ use jde_abi::describe::Scalar;
 use jde_board::value::Value;
 use toml::de::DeValue;
 
-use super::document::{self, Node, report_wrong_shape};
+use super::document::{self, Node, expect, report_wrong_shape};
 use super::report::{FaultReport, quote};
 use super::units::{QuantityError, quantity};
 use super::values::ValueTarget;
@@ -82,10 +82,7 @@ impl ValueTarget<'_> {
     /// Reads a text such as "30 cm".
     fn quantity(&self, report: &mut FaultReport, unit: &str, node: &Node) -> Option<f64> {
         let expected = format!("a number{}", in_unit(unit));
-        let Some(text) = node.get_ref().as_str() else {
-            report_wrong_shape(report, &self.label(), &expected, node);
-            return None;
-        };
+        let text = expect(report, &self.label(), &expected, node, node.get_ref().as_str())?;
         let message = match quantity(text, unit) {
             Ok(number) => return Some(number),
             Err(QuantityError::NotANumber) => {

@@ -7,10 +7,9 @@ use toml::de::DeTable;
 
 use super::Executor;
 use super::document::{Section, Text, integer};
-use super::drafts::{Drafts, is_legal_name};
+use super::drafts::{Drafts, refuse_bad_name};
 use super::link::{self, Link};
 use super::report::{FaultReport, quote};
-use super::time;
 
 const KEYS: &[&str] = &[
     "name", "doc", "roots", "plugins", "seed", "mission", "executor", "root", "schemas", "link",
@@ -136,14 +135,7 @@ fn levels<'a>(report: &mut FaultReport, top: &Section<'a>) -> Roots<'a> {
     let roots = top.section(report, "roots", "`roots`");
     for (name, _) in roots.iter().flat_map(Section::entries) {
         let what = format!("level {} of `roots`", quote(name.text));
-        if !is_legal_name(name.text) {
-            report
-                .fault(
-                    &name.span,
-                    format!("{} cannot be the name of a level", quote(name.text)),
-                )
-                .advise("use 1 to 64 letters, digits, `_` and `-`");
-        }
+        refuse_bad_name(report, &name, "a level");
         let Some(section) = roots
             .as_ref()
             .and_then(|roots| roots.section(report, name.text, what))
@@ -198,10 +190,7 @@ fn mission<'a>(report: &mut FaultReport, top: &Section<'a>) -> (Option<Text<'a>>
             .fault(&section.span, "`mission` does not name an export")
             .advise("add from = \"SCHEMA.mission\"");
     }
-    let stalls = section
-        .get("stalls")
-        .and_then(|node| time::time(report, &section.key("stalls"), node));
-    (from, stalls)
+    (from, section.time(report, "stalls"))
 }
 
 fn seed(report: &mut FaultReport, top: &Section) -> u64 {

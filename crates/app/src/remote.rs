@@ -6,13 +6,12 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Port, Type};
 use jde_core::Nanos;
-use toml::de::DeValue;
 
-use super::document::{Node, Section, Text, report_wrong_shape};
+use super::document::{Section, Text, WordOrTable};
 use super::drafts::is_legal_name;
 use super::link::Link;
 use super::report::{FaultReport, quote};
-use super::{time, variable};
+use super::variable;
 
 /// An imported variable of another application. On the board it is an export that the link writes. It has no
 /// value before the first one arrives, after the last one has expired, and while the other application is
@@ -71,56 +70,35 @@ pub(super) fn entries<'a>(report: &mut FaultReport, section: &Section<'a>) -> Ve
     };
     let entries = table.entries();
     entries
-        .filter_map(|(role, node)| entry(report, &table, role, node))
+        .filter_map(|(role, _)| entry(report, &table, role))
         .collect()
 }
 
-fn entry<'a>(
-    report: &mut FaultReport,
-    table: &Section<'a>,
-    role: Text<'a>,
-    node: &'a Node<'a>,
-) -> Option<ImportEntry<'a>> {
-    let what = table.key(role.text);
-    match node.get_ref() {
-        DeValue::String(text) => Some(ImportEntry {
+fn entry<'a>(report: &mut FaultReport, table: &Section<'a>, role: Text<'a>) -> Option<ImportEntry<'a>> {
+    const EXPECTED: &str =
+        "a text, or a table such as { from = \"robot2:pioneer.odometry\", stale = \"300ms\" }";
+    match table.word_or_table(report, role.text, EXPECTED)? {
+        WordOrTable::Word(from) => Some(ImportEntry {
             role,
-            from: Text {
-                text,
-                span: node.span(),
-            },
+            from,
             stale: None,
         }),
-        DeValue::Table(_) => {
-            let inner = table.section(report, role.text, what.clone())?;
+        WordOrTable::Table(inner) => {
             inner.refuse_unknown(report, &["from", "stale"]);
             if inner.get("from").is_none() {
                 report
-                    .fault(&inner.span, format!("{what} has no `from`"))
+                    .fault(&inner.span, format!("{} has no `from`", inner.label))
                     .advise("name the variable, as in from = \"robot2:pioneer.odometry\"");
             }
             let from = inner.text(report, "from");
             let stale = inner
                 .get("stale")
-                .and_then(|node| Some((time::time(report, &inner.key("stale"), node)?, node.span())));
+                .and_then(|node| Some((inner.time(report, "stale")?, node.span())));
             Some(ImportEntry {
                 role,
                 from: from?,
                 stale,
             })
-        }
-        DeValue::Integer(_)
-        | DeValue::Float(_)
-        | DeValue::Boolean(_)
-        | DeValue::Datetime(_)
-        | DeValue::Array(_) => {
-            report_wrong_shape(
-                report,
-                &what,
-                "a text, or a table such as { from = \"robot2:pioneer.odometry\", stale = \"300ms\" }",
-                node,
-            );
-            None
         }
     }
 }

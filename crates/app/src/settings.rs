@@ -4,9 +4,7 @@
 use jde_abi::describe::Schema;
 use jde_core::{Nanos, Restart};
 
-use toml::de::DeValue;
-
-use super::document::{Section, integer, report_wrong_shape};
+use super::document::{Section, WordOrTable, integer};
 use super::isolation::{Isolation, isolation};
 use super::report::{FaultReport, quote};
 use super::time;
@@ -40,9 +38,7 @@ impl Settings {
             .get("period")
             .and_then(|node| time::period(report, &section.key("period"), node))
             .unwrap_or(type_period);
-        let budget_ns = section
-            .get("budget")
-            .and_then(|node| time::time(report, &section.key("budget"), node));
+        let budget_ns = section.time(report, "budget");
         // A type without a budget has the period as its budget, also if the file changes the period.
         let budget_ns = budget_ns.or(type_budget).unwrap_or(period_ns);
         Self {
@@ -84,43 +80,33 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
         limit,
         within,
     };
-    let what = section.key("restart");
-    let Some(node) = section.get("restart") else {
+    const EXPECTED: &str =
+        "\"never\", \"on-fault\" or a table such as { back-off = \"500ms\", limit = 5, within = \"60s\" }";
+    if section.get("restart").is_none() {
         return on_fault(BACK_OFF, LIMIT, WITHIN);
-    };
-    match node.get_ref() {
-        DeValue::Table(_) => {}
-        DeValue::String(mode) => {
-            match mode.as_ref() {
+    }
+    let table = match section.word_or_table(report, "restart", EXPECTED) {
+        None => return Restart::Never,
+        Some(WordOrTable::Table(table)) => table,
+        Some(WordOrTable::Word(mode)) => {
+            match mode.text {
                 "never" => return Restart::Never,
                 "on-fault" => {}
-                other => report
-                    .fault(
-                        &node.span(),
-                        format!("{what} is {}, which is not a way to restart", quote(other)),
-                    )
-                    .suggest(other, "ways", ["never", "on-fault"]),
+                other => {
+                    let (what, mode_name) = (section.key("restart"), quote(other));
+                    report
+                        .fault(
+                            &mode.span,
+                            format!("{what} is {mode_name}, which is not a way to restart"),
+                        )
+                        .suggest(other, "ways", ["never", "on-fault"]);
+                }
             }
             return on_fault(BACK_OFF, LIMIT, WITHIN);
         }
-        DeValue::Integer(_)
-        | DeValue::Float(_)
-        | DeValue::Boolean(_)
-        | DeValue::Datetime(_)
-        | DeValue::Array(_) => {
-            let expected = "\"never\", \"on-fault\" or a table such as { back-off = \"500ms\", limit = 5, within = \"60s\" }";
-            report_wrong_shape(report, &what, expected, node);
-            return Restart::Never;
-        }
-    }
-    let Some(table) = section.section(report, "restart", &what) else {
-        return Restart::Never;
     };
     table.refuse_unknown(report, &["back-off", "limit", "within"]);
-    let backoff = table
-        .get("back-off")
-        .and_then(|node| time::time(report, &table.key("back-off"), node))
-        .unwrap_or(BACK_OFF);
+    let backoff = table.time(report, "back-off").unwrap_or(BACK_OFF);
     let limit = table.get("limit").map_or(Some(LIMIT), |node| {
         let limit = integer(node.get_ref())
             .and_then(|limit| u32::try_from(limit).ok())
@@ -135,9 +121,6 @@ fn restart(report: &mut FaultReport, section: &Section) -> Restart {
         }
         limit
     });
-    let within = table
-        .get("within")
-        .and_then(|node| time::time(report, &table.key("within"), node))
-        .unwrap_or(WITHIN);
+    let within = table.time(report, "within").unwrap_or(WITHIN);
     on_fault(backoff, limit.unwrap_or(LIMIT), within)
 }

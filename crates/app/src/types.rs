@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use jde_abi::describe::Plugin;
+use jde_board::nearest;
 
 use super::Catalogue;
 use super::document::Text;
 use super::drafts::{Drafts, ResolvedType};
 use super::report::{FaultReport, quote, quote_all};
-use super::suggest::nearest;
 
 /// Gives every draft its type, and returns the plugins in use.
 pub(super) fn resolve(
@@ -28,7 +28,7 @@ pub(super) fn resolve(
         type_names: OnceCell::new(),
         resolved: HashMap::new(),
     };
-    for draft in drafts.iter_mut() {
+    for draft in &mut drafts.list {
         if draft.section.get("type").is_none() {
             let message = format!("{} has no `type`", draft.section.label);
             let fault = report.fault(&draft.section.span, message);

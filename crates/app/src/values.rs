@@ -8,7 +8,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::value::Value;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::document::{Node, report_wrong_shape};
+use super::document::{Node, expect, report_wrong_shape};
 use super::report::{FaultReport, quote};
 
 /// The unit of a text that is a path.
@@ -170,10 +170,7 @@ impl ValueTarget<'_> {
         (least, most): (usize, usize),
         node: &Node,
     ) -> Option<Value> {
-        let Some(list) = node.get_ref().as_array() else {
-            report_wrong_shape(report, &self.label(), "a list", node);
-            return None;
-        };
+        let list = expect(report, &self.label(), "a list", node, node.get_ref().as_array())?;
         if !(least..=most).contains(&list.len()) {
             let expected = if least == most { "exactly" } else { "at most" };
             let message = format!(
@@ -200,10 +197,7 @@ impl ValueTarget<'_> {
             FieldKind::Struct(ty) => self.value(report, ty, node),
             FieldKind::Scalar(Scalar::Bool) => {
                 let value = node.get_ref().as_bool();
-                if value.is_none() {
-                    report_wrong_shape(report, &self.label(), "true or false", node);
-                }
-                value.map(Value::Bool)
+                expect(report, &self.label(), "true or false", node, value).map(Value::Bool)
             }
             FieldKind::Scalar(Scalar::F32) => self.float(report, unit, f64::from(f32::MAX), node),
             FieldKind::Scalar(Scalar::F64) => self.float(report, unit, f64::MAX, node),
@@ -212,10 +206,7 @@ impl ValueTarget<'_> {
     }
 
     fn text(&self, report: &mut FaultReport, unit: &str, capacity: usize, node: &Node) -> Option<Value> {
-        let Some(text) = node.get_ref().as_str() else {
-            report_wrong_shape(report, &self.label(), "a text", node);
-            return None;
-        };
+        let text = expect(report, &self.label(), "a text", node, node.get_ref().as_str())?;
         let text = if is_path(unit) && !text.is_empty() {
             self.folder.join(text).to_string_lossy().into_owned()
         } else {

@@ -123,7 +123,7 @@ pub(super) fn can_bind(
         return false;
     };
     let other = &schema.ports[number];
-    let full = quote(&format!("{}.{}", drafts.get(instance).name, other.name));
+    let full = quote(&format!("{}.{}", drafts.list[instance].name, other.name));
     if !port.value_type.same_as(&other.value_type) {
         let (takes, has) = (quote(&port.value_type.name), quote(&other.value_type.name));
         if takes == has {

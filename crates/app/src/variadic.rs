@@ -5,12 +5,12 @@
 use std::sync::Arc;
 
 use super::document::{Section, Text};
-use super::drafts::{Drafts, is_legal_name};
+use super::drafts::{Drafts, refuse_bad_name};
 use super::report::{FaultReport, quote};
 
 /// Gives every schema whose type has such a role the children that the file names.
 pub(super) fn name_children(report: &mut FaultReport, drafts: &mut Drafts) {
-    for draft in drafts.iter_mut() {
+    for draft in &mut drafts.list {
         let Some(found) = &mut draft.resolved else {
             continue;
         };
@@ -35,13 +35,8 @@ pub(super) fn name_children(report: &mut FaultReport, drafts: &mut Drafts) {
                 )
                 .advise("name them, such as children = { left = \"NAME\", right = \"NAME\" }");
         }
-        for name in names.iter().filter(|name| !is_legal_name(name.text)) {
-            report
-                .fault(
-                    &name.span,
-                    format!("{} cannot be the name of a child", quote(name.text)),
-                )
-                .advise("use 1 to 64 letters, digits, `_` and `-`");
+        for name in &names {
+            refuse_bad_name(report, name, "a child");
         }
         let mut children = group_members(report, section, &names);
         let rest = names
@@ -81,14 +76,7 @@ fn group_members<'a>(
             continue;
         };
         let what = format!("group {} of {}", quote(group.text), section.label);
-        if !is_legal_name(group.text) {
-            report
-                .fault(
-                    &group.span,
-                    format!("{} cannot be the name of a group", quote(group.text)),
-                )
-                .advise("use 1 to 64 letters, digits, `_` and `-`");
-        }
+        refuse_bad_name(report, &group, "a group");
         let settings = Section::new(what, group.span.clone(), entries);
         for member in settings.texts(report, "members").unwrap_or_default() {
             let twice = children.iter().find(|(child, _)| *child == member.text);

@@ -6,9 +6,9 @@ use jde_abi::describe::{Kind, Port, Role, Schema};
 use super::children::kind_noun;
 use super::document::Text;
 use super::drafts::{Drafts, InstanceContext};
+use super::fault::MAX_LISTED;
 use super::remote::{self, RemoteVariables};
 use super::report::{FaultReport, quote, quote_all};
-use super::suggest::MAX_LISTED;
 use super::variable::{self, VariableKind};
 use super::{Binding, ImportSource};
 
@@ -253,9 +253,9 @@ fn candidates<'c>(
     port: &'c Port,
     kind: VariableKind,
 ) -> impl Iterator<Item = String> + 'c {
-    let others = (0..instance.drafts.len()).filter(|index| *index != instance.index);
+    let others = (0..instance.drafts.list.len()).filter(|index| *index != instance.index);
     others
-        .filter_map(|index| Some((instance.drafts.get(index).name, instance.drafts.schema(index)?)))
+        .filter_map(|index| Some((instance.drafts.list[index].name, instance.drafts.schema(index)?)))
         .flat_map(move |(name, schema)| {
             let fitting = schema.ports.iter().filter(move |other| {
                 // A modulation can be read, but is rarely intended.
@@ -280,11 +280,15 @@ fn is_import(port: &Port) -> bool {
     matches!(port.role, Role::Import { .. })
 }
 
+pub(super) fn is_modulation(port: &Port) -> bool {
+    matches!(port.role, Role::Modulation { .. })
+}
+
 fn is_actuator(port: &Port) -> bool {
     port.role == Role::Actuator
 }
 
-fn position(schema: &Schema, is_role: fn(&Port) -> bool, name: &str) -> Option<usize> {
+pub(super) fn position(schema: &Schema, is_role: fn(&Port) -> bool, name: &str) -> Option<usize> {
     schema
         .ports
         .iter()

@@ -5,10 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Result, bail};
+use clap::ValueEnum as _;
 use jde_watchdog::Watchdog;
 
 use crate::application::{Root, TestApplication};
-use crate::case::{Case, Clock, Scenario};
+use crate::case::{Case, Clock, Scenario, name};
 use crate::observer::Tamper;
 use crate::plan::{Kind, plan};
 use crate::processes;
@@ -192,12 +193,12 @@ impl Campaign {
     /// The command that repeats a case.
     #[must_use]
     pub fn repeat_command(&self, case: Case) -> String {
-        let kinds = if self.kinds.len() == Kind::ALL.len() {
+        let kinds = if self.kinds.len() == Kind::value_variants().len() {
             String::new()
         } else {
             self.kinds
                 .iter()
-                .map(|kind| format!(" --kind {}", kind.name()))
+                .map(|kind| format!(" --kind {}", name(kind)))
                 .collect()
         };
         format!("cargo xtask faults --seed {}{kinds} --case {case}", self.seed)

@@ -5,9 +5,10 @@ use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{Context as _, bail};
+use clap::ValueEnum;
 
 /// The clock and the process of a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum Clock {
     /// Virtual time on one thread.
     Lockstep,
@@ -18,7 +19,7 @@ pub enum Clock {
 }
 
 /// The application of a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum Scenario {
     /// Safe navigation, with additional schemas that misbehave on command.
     Demo,
@@ -37,27 +38,10 @@ pub struct Case {
     pub number: u64,
 }
 
-impl Clock {
-    /// The name on the command line and in output.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Lockstep => "lockstep",
-            Self::RealTime => "real-time",
-            Self::Outside => "outside",
-        }
-    }
-}
-
-impl Scenario {
-    /// The name on the command line and in output.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Demo => "demo",
-            Self::Hundred => "hundred",
-        }
-    }
+/// Returns a value's name on the command line.
+pub fn name(value: &impl ValueEnum) -> String {
+    let value = value.to_possible_value().expect("no value is hidden");
+    value.get_name().to_owned()
 }
 
 impl fmt::Display for Case {
@@ -65,8 +49,8 @@ impl fmt::Display for Case {
         write!(
             f,
             "{}/{}/{}",
-            self.clock.name(),
-            self.scenario.name(),
+            name(&self.clock),
+            name(&self.scenario),
             self.number
         )
     }
@@ -81,11 +65,8 @@ impl FromStr for Case {
         };
         let mut parts = text.split('/');
         let (clock, scenario, number) = (parts.next(), parts.next(), parts.next());
-        let clocks = [Clock::Lockstep, Clock::RealTime, Clock::Outside];
-        let clock = clocks.into_iter().find(|known| Some(known.name()) == clock);
-        let scenario = [Scenario::Demo, Scenario::Hundred]
-            .into_iter()
-            .find(|known| Some(known.name()) == scenario);
+        let clock = clock.and_then(|name| Clock::from_str(name, false).ok());
+        let scenario = scenario.and_then(|name| Scenario::from_str(name, false).ok());
         let number = number.and_then(|number| number.parse().ok());
         let case = Self {
             clock: clock.with_context(error)?,

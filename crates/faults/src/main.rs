@@ -10,10 +10,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context as _, Result};
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use jde_faults::application::{Root, TestApplication};
 use jde_faults::campaign::Campaign;
-use jde_faults::case::{Case, Clock};
+use jde_faults::case::{Case, Clock, name};
 use jde_faults::observer::Tamper;
 use jde_faults::plan::Kind;
 use jde_faults::run::SERVE;
@@ -77,8 +77,18 @@ struct Arguments {
 }
 
 fn kinds() -> String {
-    let names = Kind::ALL.map(Kind::name).join(", ");
+    let names: Vec<_> = Kind::value_variants().iter().map(name).collect();
+    let names = names.join(", ");
     format!("Inject only this kind (may be repeated): {names}")
+}
+
+/// Returns all values if none is given.
+fn or_all<T: ValueEnum>(given: Vec<T>) -> Vec<T> {
+    if given.is_empty() {
+        T::value_variants().to_vec()
+    } else {
+        given
+    }
 }
 
 fn main() -> ExitCode {
@@ -113,23 +123,11 @@ fn serve_schema() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> Result<ExitCode> {
-    let all_if_empty = |kinds: Vec<Kind>| {
-        if kinds.is_empty() {
-            Kind::ALL.to_vec()
-        } else {
-            kinds
-        }
-    };
-    let clocks = vec![Clock::Lockstep, Clock::RealTime, Clock::Outside];
     let campaign = Campaign {
         seed: arguments.seed,
         count: arguments.count,
-        kinds: all_if_empty(arguments.kind),
-        clocks: if arguments.only.is_empty() {
-            clocks
-        } else {
-            arguments.only
-        },
+        kinds: or_all(arguments.kind),
+        clocks: or_all(arguments.only),
         case: arguments.case,
         plugins: arguments.plugins,
         jde: arguments.jde,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::case::{Case, Clock, Scenario};
+use crate::case::{Case, Clock, Scenario, name};
 use crate::plan::Kind;
 use crate::run::Report;
 
@@ -80,7 +80,7 @@ impl Table {
         lines.push(vec!["---"; count].join(" | "));
         let mut sum = Row::default();
         for (kind, row) in &self.rows {
-            lines.push(row.line(kind.name()));
+            lines.push(row.line(&name(kind)));
             sum.effective += row.effective;
             sum.failed += row.failed;
             for (total, count) in sum.counts.iter_mut().zip(row.counts) {

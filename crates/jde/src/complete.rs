@@ -8,6 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter};
+use jde_link::message::{SchemaInfo, VariableInfo};
 use jde_link::{Client, Folders, Rate, Reach, Remote};
 use jde_loader::SearchPath;
 use jde_log::Recording;
@@ -22,29 +23,21 @@ const TIMEOUT: Duration = Duration::from_millis(700);
 
 /// Completes the names of applications that run on this machine.
 pub(crate) fn applications(current: &OsStr) -> Vec<CompletionCandidate> {
-    let start = current.to_string_lossy().into_owned();
-    with_timeout(|| {
-        let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
-        client.applications().ok()
-    })
-    .unwrap_or_default()
-    .into_iter()
-    .filter(|about| about.name.starts_with(&start))
-    .map(|about| CompletionCandidate::new(about.name).help(Some(about.file.into())))
-    .collect()
+    let known = with_timeout(|| {
+        let applications = client()?.applications().ok()?.into_iter();
+        Some(applications.map(|about| (about.name, about.file)).collect())
+    });
+    candidates(current, known)
 }
 
 /// Completes the schemas of the chosen application.
 pub(crate) fn schemas(current: &OsStr) -> Vec<CompletionCandidate> {
-    complete_names(current, |remote| {
-        let schemas = remote.schemas().ok()?.schemas;
-        Some(
-            schemas
-                .into_iter()
-                .map(|schema| (schema.name, schema.doc))
-                .collect(),
-        )
-    })
+    complete_names(current, |remote| schemas_of(remote, |_| true))
+}
+
+/// Completes the schemas that have panels.
+pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
+    complete_names(current, |remote| schemas_of(remote, |schema| schema.panel))
 }
 
 /// Completes the schemas of the chosen application, and their plugins.
@@ -62,48 +55,18 @@ pub(crate) fn schemas_and_plugins(current: &OsStr) -> Vec<CompletionCandidate> {
 
 /// Completes the variables of the chosen application.
 pub(crate) fn variables(current: &OsStr) -> Vec<CompletionCandidate> {
-    complete_names(current, |remote| {
-        let variables = remote.variables(false).ok()?;
-        Some(
-            variables
-                .into_iter()
-                .map(|variable| (variable.name, variable.doc))
-                .collect(),
-        )
-    })
+    complete_names(current, |remote| variables_of(remote, |_| true))
 }
 
 /// Completes the modulations of the chosen application.
 pub(crate) fn modulations(current: &OsStr) -> Vec<CompletionCandidate> {
     complete_names(current, |remote| {
-        let mut variables = remote.variables(false).ok()?;
-        variables.retain(|variable| variable.access == "modulation");
-        Some(
-            variables
-                .into_iter()
-                .map(|variable| (variable.name, variable.doc))
-                .collect(),
-        )
-    })
-}
-
-/// Completes the schemas that have panels.
-pub(crate) fn panels(current: &OsStr) -> Vec<CompletionCandidate> {
-    complete_names(current, |remote| {
-        let mut schemas = remote.schemas().ok()?.schemas;
-        schemas.retain(|schema| schema.panel);
-        Some(
-            schemas
-                .into_iter()
-                .map(|schema| (schema.name, schema.doc))
-                .collect(),
-        )
+        variables_of(remote, |variable| variable.access == "modulation")
     })
 }
 
 /// Completes the widgets of the panel that the command line names.
 pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
-    let current = current.to_string_lossy().into_owned();
     let line = CommandLine::parse(std::env::args_os());
     let mut words = line.positionals.into_iter().skip_while(|word| word != "panel");
     let Some(schema) = words.nth(1) else {
@@ -112,26 +75,20 @@ pub(crate) fn widgets(current: &OsStr) -> Vec<CompletionCandidate> {
     let default = line.application.or_else(default_application);
     let widgets = with_timeout(move || {
         let (named, schema) = split_application(&schema);
-        let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
-        let remote = client.application(named.or(default.as_deref())).ok()?;
+        let remote = client()?.application(named.or(default.as_deref())).ok()?;
         let (sender, receiver) = channel();
         let _watching = remote
             .watch_panel(schema, Rate::Full, move |sample| drop(sender.send(sample.list)))
             .ok()?;
         let list = receiver.recv_timeout(TIMEOUT).ok()?.ok()?;
         let names = panel::touchable(&list).filter_map(Item::id);
-        Some(names.map(str::to_owned).collect::<Vec<_>>())
+        Some(names.map(|id| (id.to_owned(), String::new())).collect())
     });
-    let widgets = widgets.unwrap_or_default().into_iter();
-    widgets
-        .filter(|id| id.starts_with(&current))
-        .map(CompletionCandidate::new)
-        .collect()
+    candidates(current, widgets)
 }
 
 /// Completes the numbers of the recording on the same command line.
 pub(crate) fn recorded_fields(current: &OsStr) -> Vec<CompletionCandidate> {
-    let start = current.to_string_lossy().into_owned();
     let is_recording = |word: &OsString| {
         Path::new(word)
             .extension()
@@ -143,78 +100,71 @@ pub(crate) fn recorded_fields(current: &OsStr) -> Vec<CompletionCandidate> {
             Some(analysis::names(&recording))
         })
     });
-    let names = names.unwrap_or_default().into_iter();
-    names
-        .filter(|(name, _)| name.starts_with(&start))
-        .map(|(name, doc)| {
-            let doc = doc.lines().next().map(str::to_owned);
-            CompletionCandidate::new(name).help(doc.map(Into::into))
-        })
-        .collect()
+    candidates(current, names)
 }
 
 /// Completes the names of plugins, the types of value in them, and files.
 pub(crate) fn plugins_and_value_types(current: &OsStr) -> Vec<CompletionCandidate> {
-    let start = current.to_string_lossy().into_owned();
     let names = with_timeout(|| {
         let plugins = load::describe_all(&load::plugins(SearchPath::usual(None)), &[]);
         let of_plugins = plugins.iter().map(|plugin| plugin.description.name.clone());
-        Some(
-            of_plugins
-                .chain(inspect::value_type_names(&plugins))
-                .collect::<Vec<_>>(),
-        )
+        let names = of_plugins.chain(inspect::value_type_names(&plugins));
+        Some(names.map(|name| (name, String::new())).collect())
     });
-    let names = names.unwrap_or_default().into_iter();
-    let named = names
-        .filter(|name| name.starts_with(&start))
-        .map(CompletionCandidate::new);
-    named.chain(PathCompleter::file().complete(current)).collect()
+    let mut known = candidates(current, names);
+    known.extend(PathCompleter::file().complete(current));
+    known
 }
 
 /// Names with their documentation.
 type DocumentedNames = Vec<(String, String)>;
 
-fn complete_names(current: &OsStr, list: fn(&Remote) -> Option<DocumentedNames>) -> Vec<CompletionCandidate> {
-    let current = current.to_string_lossy().into_owned();
-    let (named, start) = split_application(&current);
-    let (prefix, start) = (
-        named.map_or(String::new(), |name| format!("{name}:")),
-        start.to_owned(),
-    );
-    let named = named.map(str::to_owned);
-    let default = CommandLine::parse(std::env::args_os())
-        .application
-        .or_else(default_application);
-    let known = with_timeout(move || {
-        let client = Client::connect(&Reach::Local(Folders::of_user())).ok()?;
-        let list = |name: Option<&str>| list(&client.application(name).ok()?);
-        let of_default = list(default.as_deref()).unwrap_or_default();
-        // The name of an imported variable already contains its application.
-        let of_named = named
-            .as_deref()
-            .and_then(|named| list(Some(named)))
-            .unwrap_or_default();
-        let remote_names = of_named.into_iter().filter(|(name, _)| name.starts_with(&start));
-        let remote_names = remote_names.map(|(name, doc)| (format!("{prefix}{name}"), doc));
-        Some(
-            of_default
-                .into_iter()
-                .chain(remote_names)
-                .collect::<DocumentedNames>(),
-        )
-    });
-    let mut known = known.unwrap_or_default();
-    known.retain(|(name, _)| name.starts_with(&current));
-    known.sort_unstable();
-    known.dedup_by(|a, b| a.0 == b.0);
+/// Returns the candidates that begin with the current word.
+fn candidates(current: &OsStr, known: Option<DocumentedNames>) -> Vec<CompletionCandidate> {
+    let start = current.to_string_lossy();
+    let known = known.unwrap_or_default().into_iter();
     known
-        .into_iter()
+        .filter(|(name, _)| name.starts_with(&*start))
         .map(|(name, doc)| {
             let doc = doc.lines().next().map(str::to_owned);
             CompletionCandidate::new(name).help(doc.map(Into::into))
         })
         .collect()
+}
+
+/// Connects to the applications of this machine.
+fn client() -> Option<Client> {
+    Client::connect(&Reach::Local(Folders::of_user())).ok()
+}
+
+fn schemas_of(remote: &Remote, fits: fn(&SchemaInfo) -> bool) -> Option<DocumentedNames> {
+    let schemas = remote.schemas().ok()?.schemas.into_iter().filter(fits);
+    Some(schemas.map(|schema| (schema.name, schema.doc)).collect())
+}
+
+fn variables_of(remote: &Remote, fits: fn(&VariableInfo) -> bool) -> Option<DocumentedNames> {
+    let variables = remote.variables(false).ok()?.into_iter().filter(fits);
+    Some(variables.map(|variable| (variable.name, variable.doc)).collect())
+}
+
+fn complete_names(current: &OsStr, list: fn(&Remote) -> Option<DocumentedNames>) -> Vec<CompletionCandidate> {
+    let word = current.to_string_lossy().into_owned();
+    let default = CommandLine::parse(std::env::args_os()).application;
+    let default = default.or_else(default_application);
+    let known = with_timeout(move || {
+        let client = client()?;
+        let list = |name: Option<&str>| list(&client.application(name).ok()?);
+        // The name of an imported variable already contains its application.
+        let mut known = list(default.as_deref()).unwrap_or_default();
+        if let (Some(named), _) = split_application(&word) {
+            let of_named = list(Some(named)).unwrap_or_default().into_iter();
+            known.extend(of_named.map(|(name, doc)| (format!("{named}:{name}"), doc)));
+        }
+        known.sort_unstable();
+        known.dedup_by(|a, b| a.0 == b.0);
+        Some(known)
+    });
+    candidates(current, known)
 }
 
 /// The application to use if the command line names none.

@@ -104,8 +104,8 @@ impl Failure {
         Self::usage(format!("there is no {what} `{name}`"), help)
     }
 
-    /// Returns the faults of an application that is correct but names something that is absent at present.
-    pub(crate) fn missing(faults: Faults) -> Self {
+    /// Returns faults of an application that do not concern its plugins.
+    pub(crate) fn application(faults: Faults) -> Self {
         Self::Application {
             faults,
             unusable: false,

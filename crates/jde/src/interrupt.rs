@@ -3,7 +3,7 @@
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -46,6 +46,20 @@ impl SignalListener {
             }
             stop();
         })
+    }
+
+    /// Sets the returned flag at the first signal, and then calls `then` as [`on_first`](Self::on_first) does.
+    ///
+    /// # Errors
+    /// The operating system refuses to deliver signals.
+    pub(crate) fn flag(then: impl Fn() + Send + 'static) -> io::Result<(Arc<AtomicBool>, Self)> {
+        let flag = Arc::new(AtomicBool::new(false));
+        let received = Arc::clone(&flag);
+        let listener = Self::on_first(move || {
+            received.store(true, Ordering::Relaxed);
+            then();
+        })?;
+        Ok((flag, listener))
     }
 
     /// Calls `callback` at each signal with its number and whether this is the only listener. The call is on

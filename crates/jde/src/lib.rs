@@ -21,10 +21,13 @@ mod failure;
 mod inspect;
 mod interrupt;
 mod load;
+mod lock;
 mod log;
 #[cfg(feature = "tools")]
 mod new;
 mod paths;
+#[cfg(feature = "tools")]
+mod quantity;
 mod queue;
 #[cfg(feature = "tools")]
 mod remote;

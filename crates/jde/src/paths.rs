@@ -53,13 +53,8 @@ fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
         .find(|file| file.is_file());
     found.ok_or_else(|| {
         let names = list_names(&homes, folder);
-        let near = names
-            .iter()
-            .map(|name| (strsim::damerau_levenshtein(name, &text), name))
-            .filter(|(distance, name)| *distance <= (name.len() / 3).max(1))
-            .min();
-        let help = match near {
-            Some((_, near)) => format!("did you mean `{near}`?"),
+        let help = match jde_board::nearest(&text, names.iter().map(String::as_str)) {
+            Some(near) => format!("did you mean `{near}`?"),
             None if names.is_empty() => "give the path of its file".to_owned(),
             None => format!("give the path of its file, or one of: {}", names.join(", ")),
         };

@@ -203,6 +203,15 @@ pub fn state_name(state: State) -> &'static str {
     }
 }
 
+/// Returns the state with that name; SLEPT for an unknown name.
+#[must_use]
+pub fn state_named(name: &str) -> State {
+    let mut awake = [State::Checking, State::Ready, State::Winner].into_iter();
+    awake
+        .find(|state| state_name(*state) == name)
+        .unwrap_or(State::Slept)
+}
+
 fn case_name(case: Case) -> &'static str {
     match case {
         Case::Alone => "alone",

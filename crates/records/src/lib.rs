@@ -17,7 +17,7 @@ use jde_app::Application;
 use jde_core::Nanos;
 
 use crate::event::Event;
-pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT, state_name};
+pub use decision_tracker::{DecisionTracker, MAX_QUEUED, MAX_WAIT, state_name, state_named};
 pub use messages::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
 pub use resource_usage::ResourceUsage;
 

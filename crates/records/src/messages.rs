@@ -1,5 +1,7 @@
 //! The messages of a run, as programs write, send, store and read them. Data only.
 
+use std::fmt;
+
 use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +33,23 @@ pub struct Decision {
     /// Time from the cause to the winner's first iteration, us; `None` if the choice was not carried out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub takeover_us: Option<f64>,
+}
+
+impl Decision {
+    /// The name of a choice, or of none.
+    const NOBODY: &str = "nobody";
+
+    /// Returns the name of the choice before, or "nobody".
+    #[must_use]
+    pub fn before_name(&self) -> &str {
+        self.before.as_deref().unwrap_or(Self::NOBODY)
+    }
+
+    /// Returns the name of the choice, or "nobody".
+    #[must_use]
+    pub fn choice_name(&self) -> &str {
+        self.choice.as_deref().unwrap_or(Self::NOBODY)
+    }
 }
 
 /// A candidate that was awake at a selection.
@@ -79,6 +98,16 @@ pub struct EventRecord {
     /// The gesture on a panel, if the event is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub touched: Option<GestureRecord>,
+}
+
+/// The schema if there is one, the kind and the description: `goon faulted: it panicked`.
+impl fmt::Display for EventRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(schema) = &self.schema {
+            write!(f, "{schema} ")?;
+        }
+        write!(f, "{}: {}", self.kind, self.text)
+    }
 }
 
 /// A gesture on a panel, with its exact data.

@@ -23,6 +23,7 @@ mod round;
 mod sheet;
 #[cfg(all(test, feature = "recordings"))]
 mod tests;
+mod text;
 
 #[cfg(feature = "recordings")]
 pub use analysis::{Analysis, Number, Series, Wanted};
@@ -32,3 +33,4 @@ pub use page::{columns, page};
 pub use picture::{Picture, PictureError};
 #[cfg(feature = "recordings")]
 pub use sheet::{SIDES, Size};
+pub use text::format_size;

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::read::{WrittenAddress, flag};
+use super::read::WrittenAddress;
 use super::{Identity, Link, Login, Tls};
 use crate::document::Section;
 use crate::report::{FaultReport, quote};
@@ -40,7 +40,9 @@ pub(super) fn tls(report: &mut FaultReport, section: &Section, folder: &Path) ->
         refuse_without(report, &section, key, other);
     }
     let authority = existing_file(report, &section, "authority", folder);
-    let clients = section.get("clients").map(|_| flag(report, &section, "clients"));
+    let clients = section
+        .get("clients")
+        .map(|_| section.flag(report, "clients").unwrap_or_default());
     if clients == Some(true) {
         refuse_without(report, &section, "clients", "authority");
     }

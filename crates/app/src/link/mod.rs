@@ -27,10 +27,10 @@ use std::path::PathBuf;
 
 use jde_core::Nanos;
 
+use super::drafts::{MAX_NAME_LENGTH, is_legal, is_legal_name};
+
 pub(super) use read::read;
 
-/// The longest name, as for every other name in an application.
-const MAX_NAME_LENGTH: usize = 64;
 /// The default age at which an imported value expires, ns.
 const STALE: Nanos = 1_000_000_000;
 
@@ -128,7 +128,7 @@ impl Link {
     /// Whether the text can be the name of a link: 1 to 64 letters, digits, `-` and `_`.
     #[must_use]
     pub fn is_name(name: &str) -> bool {
-        (1..=MAX_NAME_LENGTH).contains(&name.len()) && name.chars().all(is_legal)
+        is_legal_name(name)
     }
 
     /// Returns a warning for each secret file that users other than its owner can read.
@@ -158,8 +158,4 @@ impl Link {
     pub fn is_open(&self) -> bool {
         !self.off && self.listen.iter().any(|address| address::is_network(address))
     }
-}
-
-fn is_legal(c: char) -> bool {
-    c.is_ascii_alphanumeric() || c == '_' || c == '-'
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 use super::address::{Address, AddressError, PROTOCOLS};
 use super::authentication;
 use super::{Access, Link};
-use crate::document::{Section, Text, report_wrong_shape};
+use crate::document::{Section, Text};
+use crate::drafts::refuse_bad_name;
 use crate::report::{FaultReport, quote};
-use crate::time;
 
 const KEYS: &[&str] = &[
     "name",
@@ -47,16 +47,13 @@ pub(crate) fn read(report: &mut FaultReport, top: &Section, application: &str, f
             .fault(&peer.text.span, format!("{what} has no port to connect to"))
             .advise("give the port at which the other listens, such as 7447");
     }
-    link.discover = flag(report, &section, "discover");
+    link.discover = section.flag(report, "discover").unwrap_or_default();
     link.access = access(report, &section);
     link.login = authentication::login(report, &section, folder);
     link.tls = authentication::tls(report, &section, folder);
-    if let Some(node) = section.get("stale") {
-        let stale = time::time(report, &section.key("stale"), node);
-        link.stale_ns = stale.unwrap_or(link.stale_ns);
-    }
-    link.insecure = flag(report, &section, "insecure");
-    link.off = flag(report, &section, "off");
+    link.stale_ns = section.time(report, "stale").unwrap_or(link.stale_ns);
+    link.insecure = section.flag(report, "insecure").unwrap_or_default();
+    link.off = section.flag(report, "off").unwrap_or_default();
     authentication::refuse_without_certificate(report, &link, &section, &listen);
     authentication::refuse_unauthenticated(report, &link, &section, &listen, &connect);
     if link.discover && !listen.iter().any(|written| written.address.is_network()) {
@@ -76,16 +73,7 @@ pub(crate) fn read(report: &mut FaultReport, top: &Section, application: &str, f
 
 fn name(report: &mut FaultReport, section: &Section) -> Option<String> {
     let name = section.text(report, "name")?;
-    if !Link::is_name(name.text) {
-        report
-            .fault(
-                &name.span,
-                format!("{} cannot be the name of a link", quote(name.text)),
-            )
-            .advise("use 1 to 64 letters, digits, `_` and `-`");
-        return None;
-    }
-    Some(name.text.to_owned())
+    refuse_bad_name(report, &name, "a link").then(|| name.text.to_owned())
 }
 
 fn addresses<'a>(report: &mut FaultReport, section: &Section<'a>, key: &str) -> Vec<WrittenAddress<'a>> {
@@ -139,15 +127,4 @@ fn access(report: &mut FaultReport, section: &Section) -> Access {
             }
         },
     }
-}
-
-pub(super) fn flag(report: &mut FaultReport, section: &Section, key: &str) -> bool {
-    let Some(node) = section.get(key) else {
-        return false;
-    };
-    let flag = node.get_ref().as_bool();
-    if flag.is_none() {
-        report_wrong_shape(report, &section.key(key), "true or false", node);
-    }
-    flag.unwrap_or_default()
 }

@@ -143,14 +143,7 @@ fn encode_scalar(scalar: Scalar, value: &Value, output: &mut [u8], path: &str) -
             output.copy_from_slice(&number.to_ne_bytes());
         }};
     }
-    let float = || match value {
-        Value::Int(number) => Ok(*number as f64),
-        Value::UInt(number) => Ok(*number as f64),
-        Value::Float(number) => Ok(*number),
-        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => {
-            Err(kind(path, "a number", value))
-        }
-    };
+    let float = || value.as_number().ok_or_else(|| kind(path, "a number", value));
     match scalar {
         Scalar::Bool => match value {
             Value::Bool(flag) => output[0] = u8::from(*flag),

@@ -121,6 +121,28 @@ pub enum ValueError {
     },
 }
 
+impl Value {
+    /// Returns a number of any type as a float; `None` for other values, also true and false.
+    #[must_use]
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Self::Float(number) => Some(*number),
+            Self::Int(number) => Some(*number as f64),
+            Self::UInt(number) => Some(*number as f64),
+            Self::Bool(_) | Self::Text(_) | Self::List(_) | Self::Map(_) => None,
+        }
+    }
+
+    /// Replaces a structure with one field by that field.
+    #[must_use]
+    pub fn into_only_field(self) -> Self {
+        match self {
+            Self::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
+            other => other,
+        }
+    }
+}
+
 impl From<bool> for Value {
     fn from(value: bool) -> Self {
         Self::Bool(value)

@@ -33,7 +33,7 @@ pub(crate) struct PeriodMonitor {
     schemas: Vec<TurnRecord>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct TurnRecord {
     period: Nanos,
     /// The schema runs in a process of its own.
@@ -73,16 +73,7 @@ impl PeriodMonitor {
             .map(|instance| TurnRecord {
                 period: instance.period_ns,
                 isolated: instance.isolate.is_some(),
-                victim: false,
-                faults: 0,
-                resumes_at: None,
-                last_seen: None,
-                awake: None,
-                last: None,
-                taken: 0,
-                expected: 0,
-                late: false,
-                missed: Vec::new(),
+                ..TurnRecord::default()
             })
             .collect();
     }

@@ -24,19 +24,3 @@ pub enum Tamper {
     /// Memory stays allocated.
     Memory,
 }
-
-impl Tamper {
-    /// All kinds.
-    pub const ALL: [Self; 10] = [
-        Self::Withdrawal,
-        Self::Stranger,
-        Self::Brake,
-        Self::Motion,
-        Self::Turn,
-        Self::Recovery,
-        Self::Value,
-        Self::Leak,
-        Self::Held,
-        Self::Memory,
-    ];
-}

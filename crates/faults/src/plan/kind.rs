@@ -77,110 +77,73 @@ pub enum TargetKind {
     Device,
 }
 
-impl Kind {
-    /// All kinds.
-    pub const ALL: [Self; 29] = [
-        Self::Panic,
-        Self::Error,
-        Self::Hang,
-        Self::Dawdle,
-        Self::Slow,
-        Self::Silence,
-        Self::Nan,
-        Self::Beyond,
-        Self::Flood,
-        Self::Trespass,
-        Self::Chatter,
-        Self::Meddle,
-        Self::Crash,
-        Self::Kill,
-        Self::Freeze,
-        Self::Reload,
-        Self::Operator,
-        Self::StopAll,
-        Self::Client,
-        Self::HostKilled,
-        Self::HostStopped,
-        Self::HostCrashed,
-        Self::LineCut,
-        Self::Contest,
-        Self::AmidReload,
-        Self::Unread,
-        Self::TerminalLost,
-        Self::DiskFull,
-        Self::DiskFails,
-    ];
+/// Where faults of a kind can be injected.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    /// Into a schema, in virtual time and in real time.
+    Schema,
+    /// Into a schema, in real time only: the fault takes time.
+    RealTime,
+    /// Into a whole process.
+    Process,
+}
 
-    /// The name on the command line and in output.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+/// Schemas of all kinds. Motor schemas are listed repeatedly, as they are the most.
+const ANY: &[TargetKind] = &[
+    TargetKind::Motor,
+    TargetKind::Motor,
+    TargetKind::Motor,
+    TargetKind::Eye,
+    TargetKind::Device,
+];
+const MOTOR_OR_EYE: &[TargetKind] = &[TargetKind::Motor, TargetKind::Eye];
+const MOTOR: &[TargetKind] = &[TargetKind::Motor];
+
+impl Kind {
+    /// Where it can be injected, the kinds of schemas it can affect, and the troubles of the fault schemas that
+    /// cause it.
+    fn spec(self) -> (Scope, &'static [TargetKind], &'static [&'static str]) {
+        use Scope::{Process, RealTime, Schema};
         match self {
-            Self::Panic => "panic",
-            Self::Error => "error",
-            Self::Hang => "hang",
-            Self::Dawdle => "dawdle",
-            Self::Slow => "slow",
-            Self::Silence => "silence",
-            Self::Nan => "nan",
-            Self::Beyond => "beyond",
-            Self::Flood => "flood",
-            Self::Trespass => "trespass",
-            Self::Chatter => "chatter",
-            Self::Meddle => "meddle",
-            Self::Crash => "crash",
-            Self::Kill => "kill",
-            Self::Freeze => "freeze",
-            Self::Reload => "reload",
-            Self::Operator => "operator",
-            Self::StopAll => "stop-all",
-            Self::Client => "client",
-            Self::HostKilled => "host-killed",
-            Self::HostStopped => "host-stopped",
-            Self::HostCrashed => "host-crashed",
-            Self::LineCut => "line-cut",
-            Self::Contest => "contest",
-            Self::AmidReload => "amid-reload",
-            Self::Unread => "unread",
-            Self::TerminalLost => "terminal-lost",
-            Self::DiskFull => "disk-full",
-            Self::DiskFails => "disk-fails",
+            Self::Panic => (Schema, ANY, &["panic"]),
+            Self::Error => (Schema, ANY, &["error"]),
+            Self::Hang => (RealTime, ANY, &["hang"]),
+            Self::Dawdle => (RealTime, ANY, &["dawdle"]),
+            Self::Slow => (RealTime, ANY, &["slow"]),
+            Self::Silence => (Schema, ANY, &["silence"]),
+            Self::Nan => (Schema, ANY, &["nan", "infinity"]),
+            Self::Beyond => (Schema, MOTOR, &["beyond"]),
+            Self::Flood => (Schema, MOTOR_OR_EYE, &["flood"]),
+            Self::Trespass => (Schema, MOTOR, &["trespass"]),
+            Self::Chatter => (Schema, MOTOR, &["chatter"]),
+            Self::Meddle => (Schema, MOTOR, &["meddle"]),
+            Self::Crash => (
+                Schema,
+                MOTOR_OR_EYE,
+                &["segfault", "abort", "exit", "overflow", "eat"],
+            ),
+            Self::Kill => (Schema, MOTOR_OR_EYE, &[]),
+            Self::Freeze => (RealTime, MOTOR_OR_EYE, &[]),
+            Self::Reload | Self::Operator | Self::StopAll | Self::AmidReload => (Schema, MOTOR, &[]),
+            Self::Contest => (RealTime, MOTOR, &[]),
+            Self::Client | Self::HostKilled | Self::HostStopped | Self::HostCrashed | Self::LineCut => {
+                (Process, MOTOR, &[])
+            }
+            Self::Unread | Self::TerminalLost | Self::DiskFull | Self::DiskFails => (Process, MOTOR, &[]),
         }
     }
 
-    /// Whether it can be injected under this clock. Faults by lateness are not possible in
-    /// lockstep, which has no deadlines (R16).
+    /// Whether it can be injected there.
     #[must_use]
     pub fn fits(self, clock: Clock) -> bool {
-        match self {
-            Self::Client
-            | Self::HostKilled
-            | Self::HostStopped
-            | Self::HostCrashed
-            | Self::LineCut
-            | Self::Unread
-            | Self::TerminalLost
-            | Self::DiskFull
-            | Self::DiskFails => clock == Clock::Outside,
-            Self::Hang | Self::Dawdle | Self::Slow | Self::Freeze | Self::Contest => clock == Clock::RealTime,
-            Self::Panic
-            | Self::Error
-            | Self::Silence
-            | Self::Nan
-            | Self::Beyond
-            | Self::Flood
-            | Self::Trespass
-            | Self::Chatter
-            | Self::Meddle
-            | Self::Crash
-            | Self::Kill
-            | Self::Reload
-            | Self::Operator
-            | Self::StopAll
-            | Self::AmidReload => clock != Clock::Outside,
+        match self.spec().0 {
+            Scope::Schema => clock != Clock::Outside,
+            Scope::RealTime => clock == Clock::RealTime,
+            Scope::Process => clock == Clock::Outside,
         }
     }
 
-    /// Whether only a schema in a process of its own survives it.
+    /// Whether its schema must run in its own process.
     #[must_use]
     pub fn needs_process(self) -> bool {
         matches!(self, Self::Crash | Self::Kill | Self::Freeze)
@@ -189,77 +152,13 @@ impl Kind {
     /// The kinds of schemas that it can affect.
     #[must_use]
     pub fn targets(self) -> &'static [TargetKind] {
-        match self {
-            Self::Panic
-            | Self::Error
-            | Self::Hang
-            | Self::Dawdle
-            | Self::Slow
-            | Self::Silence
-            | Self::Nan => &[
-                TargetKind::Motor,
-                TargetKind::Motor,
-                TargetKind::Motor,
-                TargetKind::Eye,
-                TargetKind::Device,
-            ],
-            Self::Flood => &[TargetKind::Motor, TargetKind::Eye],
-            Self::Crash | Self::Kill | Self::Freeze => &[TargetKind::Motor, TargetKind::Eye],
-            Self::Beyond
-            | Self::Trespass
-            | Self::Chatter
-            | Self::Meddle
-            | Self::Reload
-            | Self::Operator
-            | Self::StopAll
-            | Self::Client
-            | Self::HostKilled
-            | Self::HostStopped
-            | Self::HostCrashed
-            | Self::LineCut
-            | Self::Contest
-            | Self::AmidReload
-            | Self::Unread
-            | Self::TerminalLost
-            | Self::DiskFull
-            | Self::DiskFails => &[TargetKind::Motor],
-        }
+        self.spec().1
     }
 
-    /// The values of the modulation `trouble` that cause it.
+    /// The troubles of the fault schemas that cause it.
     #[must_use]
     pub fn troubles(self) -> &'static [&'static str] {
-        match self {
-            Self::Panic => &["panic"],
-            Self::Error => &["error"],
-            Self::Hang => &["hang"],
-            Self::Dawdle => &["dawdle"],
-            Self::Slow => &["slow"],
-            Self::Silence => &["silence"],
-            Self::Nan => &["nan", "infinity"],
-            Self::Beyond => &["beyond"],
-            Self::Flood => &["flood"],
-            Self::Trespass => &["trespass"],
-            Self::Chatter => &["chatter"],
-            Self::Meddle => &["meddle"],
-            Self::Crash => &["segfault", "abort", "exit", "overflow", "eat"],
-            Self::Reload => &["panic", "error"],
-            Self::Kill
-            | Self::Freeze
-            | Self::Operator
-            | Self::StopAll
-            | Self::Client
-            | Self::HostKilled
-            | Self::HostStopped
-            | Self::HostCrashed
-            | Self::LineCut
-            | Self::Contest
-            | Self::AmidReload
-            | Self::Unread
-            | Self::TerminalLost
-            | Self::DiskFull
-            | Self::DiskFails => &[],
-        }
+        self.spec().2
     }
 
     /// The calls in which it can occur.
@@ -280,22 +179,6 @@ impl Kind {
                 "end",
             ],
             (_, TargetKind::Eye | TargetKind::Device) => &["iterate", "iterate", "awake", "sleep"],
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::ValueEnum as _;
-
-    use super::Kind;
-
-    #[test]
-    fn the_command_line_name_of_a_kind_is_its_displayed_name() {
-        assert_eq!(Kind::value_variants(), Kind::ALL);
-        for kind in Kind::ALL {
-            let value = kind.to_possible_value().expect("none is hidden");
-            assert_eq!(value.get_name(), kind.name());
         }
     }
 }

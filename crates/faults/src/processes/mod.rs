@@ -18,7 +18,7 @@ use anyhow::{Context as _, Result, bail};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::campaign::Campaign;
-use crate::case::{Case, Clock};
+use crate::case::{Case, Clock, name};
 use crate::plan::{Act, Fault, Kind, TargetKind};
 use crate::rng::Rng;
 use crate::run::{Injected, Leftovers, Report, is_machine_loaded, wait_within};
@@ -125,28 +125,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             }
             Kind::DiskFull => let_disk_fail(&mut host, &robot, "No space left", &mut violations)?,
             Kind::DiskFails => let_disk_fail(&mut host, &robot, "Input/output error", &mut violations)?,
-            Kind::Panic
-            | Kind::Error
-            | Kind::Hang
-            | Kind::Dawdle
-            | Kind::Slow
-            | Kind::Silence
-            | Kind::Nan
-            | Kind::Beyond
-            | Kind::Flood
-            | Kind::Trespass
-            | Kind::Chatter
-            | Kind::Meddle
-            | Kind::Crash
-            | Kind::Kill
-            | Kind::Freeze
-            | Kind::Reload
-            | Kind::Operator
-            | Kind::StopAll
-            | Kind::Contest
-            | Kind::AmidReload => {
-                unreachable!("a fault of a schema is not a fault of a whole process: see `fits`")
-            }
+            kind => unreachable!("{kind:?} is a fault of a schema, not of a whole process: see `fits`"),
         }
     }
     end(&mut host, kind, &mut violations);
@@ -160,7 +139,7 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
         any: true,
         stays: false,
         act: Act::SetTrouble {
-            trouble: kind.name(),
+            trouble: name(&kind).into(),
             place: "its process",
         },
     };

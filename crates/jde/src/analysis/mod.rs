@@ -8,11 +8,13 @@ use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use jde_core::Nanos;
 use jde_log::Recording;
 use jde_report::{Analysis, Wanted};
 
 use crate::failure::{Failure, display_path};
+use crate::quantity;
 use crate::terminal::{self, FAINT};
 
 pub(crate) use output::Output;
@@ -21,13 +23,15 @@ pub(crate) use series::{names, series};
 /// Time before the first progress line appears, and between two updates of it.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(300);
 
-/// A range of application time, ns since the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// A range of application time, ns since the start; the recording's begin or end if not given.
+#[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct TimeRange {
-    /// Its beginning; `None` means the beginning of the recording.
-    pub(crate) from: Option<Nanos>,
-    /// Its end; `None` means the end of the recording.
-    pub(crate) to: Option<Nanos>,
+    /// Start at this time of the application.
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
+    from: Option<Nanos>,
+    /// End at this time of the application.
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
+    to: Option<Nanos>,
 }
 
 impl TimeRange {

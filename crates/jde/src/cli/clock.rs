@@ -17,7 +17,7 @@ pub(super) struct Time {
 }
 
 /// Parses a speed factor from 0.01 to 100: "4x" or "0.5".
-pub(super) fn speed(text: &str) -> Result<f64, String> {
+pub(crate) fn speed(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('x').unwrap_or(text).trim().parse::<f64>();
     match number {
         Ok(speed) if (0.01..=100.0).contains(&speed) => Ok(speed),

@@ -62,11 +62,7 @@ impl Demo {
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;
         }
-        let mut output = if self.json {
-            terminal::err()
-        } else {
-            terminal::out()
-        };
+        let mut output = terminal::text_out(self.json);
         let prints_lines = self.headless || self.json || self.time.lockstep || !terminal::is_interactive();
         if prints_lines {
             let application = &loaded.application;

@@ -2,13 +2,13 @@
 //!
 //! A verb parses its options and calls the module that does the work. This module does no other work.
 
-mod clock;
+pub(crate) mod clock;
 mod demo;
 #[cfg(feature = "tools")]
 pub(crate) mod tools;
 mod verbs;
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -149,6 +149,20 @@ fn conclude(
     summary
         .recording
         .map_or(Ok(()), |recorded| recorded.check_complete())
+}
+
+/// Prints a value on standard output: as one line of JSON, or as the text that `write` makes of it.
+pub(crate) fn print_value<T: serde::Serialize>(
+    json: bool,
+    value: &T,
+    write: impl FnOnce(&T, &mut dyn Write) -> io::Result<()>,
+) -> Result<(), Failure> {
+    if json {
+        return print_json(value);
+    }
+    let mut out = terminal::out();
+    write(value, &mut out)?;
+    Ok(out.flush()?)
 }
 
 /// Prints a value as one line of JSON on standard output.

@@ -5,8 +5,7 @@ mod report;
 
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use jde_app::Override;
 use jde_core::Nanos;
@@ -50,7 +49,16 @@ pub(crate) fn run(
         Some(application) => load::load_application(application, &options.sets),
         None => load::load_attached(&drive.application()?, &options.sets, options.trust),
     };
-    let mut loaded = loaded.map_err(treat_missing_as_unusable)?;
+    // A recorded application ran once, so a missing plugin counts as an unusable one, also in the exit status.
+    let mut loaded = loaded.map_err(|mut failure| {
+        if let Failure::Application {
+            unusable, missing, ..
+        } = &mut failure
+        {
+            *unusable |= *missing;
+        }
+        failure
+    })?;
     let is_set = |name: &str| {
         let mut sets = options.sets.iter();
         sets.any(|set| format!("{}.{}", set.schema, set.variable) == name)
@@ -65,22 +73,14 @@ pub(crate) fn run(
     }
     let tolerance = Tolerance::new(&options.tolerance, &loaded.application)?;
     let _log = log(&loaded)?;
-    let mut output = if options.json {
-        terminal::err()
-    } else {
-        terminal::out()
-    };
+    let mut output = terminal::text_out(options.json);
     let name = display_path(&options.file);
     let differences = drive.differences(&loaded.application);
     report::print_header(&mut output, &name, &drive, &loaded.application.name, &differences)?;
     report::print_plugins(&mut output, &loaded, options.trust)?;
     output.flush()?;
 
-    let stopped = Arc::new(AtomicBool::new(false));
-    let _interrupts = {
-        let stopped = Arc::clone(&stopped);
-        SignalListener::on_first(move || stopped.store(true, Ordering::Relaxed))?
-    };
+    let (stopped, _interrupts) = SignalListener::flag(|| {})?;
     let mut progress = DecideProgress::new();
     let LoadedApplication {
         application, plugins, ..
@@ -108,25 +108,6 @@ pub(crate) fn run(
         Ok(())
     } else {
         Err(Failure::Mismatch)
-    }
-}
-
-/// Treats a missing plugin as an unusable one, which sets the exit status. A recorded application ran once,
-/// so the missing plugin is the error.
-fn treat_missing_as_unusable(failure: Failure) -> Failure {
-    match failure {
-        Failure::Application {
-            faults,
-            unusable,
-            missing,
-            skipped_folders,
-        } => Failure::Application {
-            faults,
-            unusable: unusable || missing,
-            missing,
-            skipped_folders,
-        },
-        other => other,
     }
 }
 

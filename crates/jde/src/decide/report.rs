@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::failure::{describe_skipped_folders, display_path};
 use crate::load::{LoadedApplication, Trust};
+use crate::summary::pluralize;
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 
 /// Differences that are shown. The rest is only counted.
@@ -173,11 +174,10 @@ pub(super) fn print_verdict(
 /// "3 of 7 values", or "7 values" if none differs.
 fn format_share(different: u64, same: u64, what: &str) -> String {
     let total = different + same;
-    let s = if total == 1 { "" } else { "s" };
-    if different == 0 {
-        format!("{total} {what}{s}")
-    } else {
-        format!("{different} of {total} {what}{s}")
+    let all = pluralize(total, what);
+    match different {
+        0 => all,
+        different => format!("{different} of {all}"),
     }
 }
 
@@ -235,7 +235,7 @@ fn print_decision(output: &mut TextWriter, when: &str, decision: Option<&Decisio
     let Some(decision) = decision else {
         return writeln!(output, "      {when:<5} no selection");
     };
-    let choice = decision.choice.as_deref().unwrap_or("nobody");
+    let choice = decision.choice_name();
     writeln!(
         output,
         "      {when:<5} {choice} by {}: {} {FAINT}({}; {}){FAINT:#}",
@@ -321,33 +321,18 @@ pub(super) fn json(file: &str, drive: &Drive, differences: &[String], verdict: &
             "saw": inputs.collect::<Vec<_>>(),
         })
     });
-    let missed: Vec<_> = verdict
-        .missed
-        .iter()
-        .map(|(variable, values)| json!({ "variable": variable, "values": values }))
-        .collect();
+    let counts = |counts: &[(String, u64)]| -> Vec<Value> {
+        let counts = counts.iter();
+        counts
+            .map(|(variable, values)| json!({ "variable": variable, "values": values }))
+            .collect()
+    };
     let values = verdict.values.as_ref().map(|values| {
-        let first = values.first.iter().map(|deviation| {
-            json!({
-                "time_s": deviation.time_s,
-                "schema": deviation.schema,
-                "port": deviation.port,
-                "variable": deviation.variable,
-                "field": deviation.field,
-                "then": deviation.recorded,
-                "now": deviation.replayed,
-                "different": deviation.count,
-            })
-        });
         json!({
             "same": values.same,
             "different": values.different,
-            "unknown": values
-                .unknown
-                .iter()
-                .map(|(variable, values)| json!({ "variable": variable, "values": values }))
-                .collect::<Vec<_>>(),
-            "first": first.collect::<Vec<_>>(),
+            "unknown": counts(&values.unknown),
+            "first": values.first,
         })
     });
     json!({
@@ -360,7 +345,7 @@ pub(super) fn json(file: &str, drive: &Drive, differences: &[String], verdict: &
         "values": values,
         "until_s": verdict.until as f64 / 1e9,
         "lost_steps": verdict.lost_steps,
-        "missed": missed,
+        "missed": counts(&verdict.missed),
         "unknown": verdict.unknown,
         "reloads": verdict
             .reloads

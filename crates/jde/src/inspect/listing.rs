@@ -123,12 +123,7 @@ fn named_folders(
         && let Err(faults) = jde_app::load(file, &[], &catalogue)
         && !file.is_file()
     {
-        return Err(Failure::Application {
-            faults,
-            unusable: false,
-            missing: false,
-            skipped_folders: Vec::new(),
-        });
+        return Err(Failure::application(faults));
     }
     let (plugins, report) = catalogue.into_parts();
     Ok((plugins, report.folders))

@@ -7,6 +7,7 @@ use jde_abi::describe::{Plugin, Port, Role, Schema};
 
 use super::value::{format_value, short_type_name};
 use crate::failure;
+use crate::remote::table::{Cell, Table};
 use crate::session::Millis;
 use crate::terminal::{FAINT, TITLE};
 
@@ -99,19 +100,12 @@ pub(super) fn write_section(title: &str, rows: Vec<[String; 3]>, output: &mut dy
     if rows.is_empty() {
         return Ok(());
     }
-    let width = |column: usize| {
-        rows.iter()
-            .map(|row| row[column].chars().count())
-            .max()
-            .unwrap_or(0)
-    };
-    let (first, second) = (width(0), width(1));
     writeln!(output, "  {TITLE}{title}{TITLE:#}")?;
-    for [name, facts, doc] in &rows {
-        let line = format!("    {name:<first$}  {facts:<second$}  {FAINT}{doc}{FAINT:#}");
-        writeln!(output, "{}", line.trim_end())?;
+    let mut table = Table::untitled(3).indented(4);
+    for [name, facts, doc] in rows {
+        table.add_row([name.into(), facts.into(), Cell::from(doc).styled(FAINT)]);
     }
-    Ok(())
+    table.write(output)
 }
 
 /// Returns a port's name. For a child's modulation, the child's name is prepended.

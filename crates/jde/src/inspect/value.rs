@@ -42,10 +42,7 @@ fn rounded(value: Value) -> Value {
 
 /// Decodes a value. A structure with one field is replaced by that field.
 pub(crate) fn decode_plain(value_type: &Type, bytes: &[u8]) -> Value {
-    match value::decode(value_type, bytes) {
-        Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
-        other => other,
-    }
+    value::decode(value_type, bytes).into_only_field()
 }
 
 /// Returns the name of a type, without the package `std_msgs`.

@@ -71,13 +71,8 @@ impl Filter {
             if known.clone().any(|known| known == name) {
                 continue;
             }
-            let near = known
-                .clone()
-                .map(|known| (strsim::damerau_levenshtein(known, name), known))
-                .filter(|(distance, known)| *distance <= (known.len() / 3).max(1))
-                .min();
-            let help = match near {
-                Some((_, near)) => format!("did you mean `{near}`?"),
+            let help = match jde_board::nearest(name, known.clone()) {
+                Some(near) => format!("did you mean `{near}`?"),
                 None => format!("its schemas: {}", known.collect::<Vec<_>>().join(", ")),
             };
             return Err((

@@ -1,16 +1,18 @@
 //! An application of another process as a source of the oscilloscope: the newest data from the link. No call
 //! waits for the network, except that an action waits for its answer.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
-use jde_link::message::{Action as OperatorAction, Request, VariableInfo};
+use jde_link::message::{Action as OperatorAction, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
 use jde_records::event::Outcome;
 use jde_records::snapshot::Snapshot;
 use jde_records::{RecordKind, RunRecord};
 use jde_types::{Mission, Odometry, Pose2D, Value as _};
 
+use super::request;
 use crate::failure::Failure;
+use crate::lock::lock;
 use crate::session::{self, MissionProgress, ValueView};
 use crate::top::{Action, ObservedApplication, RobotView};
 
@@ -144,12 +146,9 @@ impl ObservedApplication for RemoteApplication {
             Action::StopAll => OperatorAction::StopAll,
             Action::ReleaseAll => OperatorAction::ReleaseAll,
         };
-        let request = Request {
-            by: jde_link::operator(),
-            action,
-            lease_ms: None,
-        };
-        self.remote.operate(&request).map_err(|error| error.to_string())
+        self.remote
+            .operate(&request(action))
+            .map_err(|error| error.to_string())
     }
 
     fn outcome(&self) -> Option<Outcome> {
@@ -170,17 +169,6 @@ impl RemoteState {
         if self.notes.len() == MAX_NOTES {
             self.notes.remove(0);
         }
-        let schema = event
-            .schema
-            .as_ref()
-            .map_or(String::new(), |name| format!("{name} "));
-        self.notes.push(format!(
-            "{:.2} s  {schema}{}: {}",
-            event.time_s, event.kind, event.text
-        ));
+        self.notes.push(format!("{:.2} s  {event}", event.time_s));
     }
-}
-
-fn lock(state: &Mutex<RemoteState>) -> std::sync::MutexGuard<'_, RemoteState> {
-    state.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -81,11 +81,8 @@ impl VariableField {
     /// Decodes its value as a number; a flag is 0 or 1. `None` if it is neither.
     pub(crate) fn decode_number(&self, bytes: &[u8]) -> Option<f64> {
         match self.decode(bytes).ok()? {
-            Value::Float(number) => Some(number),
-            Value::Int(number) => Some(number as f64),
-            Value::UInt(number) => Some(number as f64),
             Value::Bool(flag) => Some(f64::from(u8::from(flag))),
-            Value::Text(_) | Value::List(_) | Value::Map(_) => None,
+            value => value.as_number(),
         }
     }
 

@@ -34,9 +34,7 @@ pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<(
         match row {
             Row::Group { branch, group } => {
                 let group = &snapshot.groups[group];
-                let winner = group
-                    .winner
-                    .map_or("nobody", |winner| &snapshot.schemas[winner].name);
+                let winner = snapshot.winner_name(group);
                 table.add_row([
                     Cell::from(format!("{branch}[{}]", group.name)).styled(TITLE),
                     Cell::from(format!("{} → {winner}", group.policy)).styled(FAINT),

@@ -7,6 +7,7 @@ use anstyle::Style;
 use jde_panel::{Item, List, Shape, Solid, Trace, Words};
 
 use super::table::{Alignment, Cell, Table};
+use crate::summary::pluralize;
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
 
 /// Writes a list from top to bottom.
@@ -89,33 +90,16 @@ fn flatten_row(item: &Item) -> Vec<&Item> {
 
 /// Returns label, value, range and id of a widget; `None` for all other items.
 fn widget_cells(item: &Item) -> Option<[(String, Style); 4]> {
-    let (style, label, value, range, id) = match item {
-        Item::Value { label, value, unit } => (
-            Style::new(),
-            label.clone(),
-            format_number(*value, unit),
-            String::new(),
-            "",
-        ),
+    let mut style = Style::new();
+    let (id, label, value, range) = match item {
+        Item::Value { label, value, unit } => ("", label.clone(), format_number(*value, unit), String::new()),
         Item::Button { id, label, enabled } => {
-            let style = if *enabled { TITLE } else { FAINT };
-            (
-                style,
-                format!("[ {label} ]"),
-                String::new(),
-                String::new(),
-                id.as_str(),
-            )
+            style = if *enabled { TITLE } else { FAINT };
+            (id.as_str(), format!("[ {label} ]"), String::new(), String::new())
         }
         Item::Toggle { id, label, on } => {
             let value = if *on { "on" } else { "off" };
-            (
-                Style::new(),
-                label.clone(),
-                value.to_owned(),
-                "on, off".to_owned(),
-                id.as_str(),
-            )
+            (id.as_str(), label.clone(), value.to_owned(), "on, off".to_owned())
         }
         Item::Slider {
             id,
@@ -126,13 +110,7 @@ fn widget_cells(item: &Item) -> Option<[(String, Style); 4]> {
             unit,
         } => {
             let range = format!("{least} to {greatest}");
-            (
-                Style::new(),
-                label.clone(),
-                format_number(*value, unit),
-                range,
-                id.as_str(),
-            )
+            (id.as_str(), label.clone(), format_number(*value, unit), range)
         }
         Item::Choice {
             id,
@@ -141,13 +119,7 @@ fn widget_cells(item: &Item) -> Option<[(String, Style); 4]> {
             chosen,
         } => {
             let chosen = options.get(*chosen as usize).cloned().unwrap_or_default();
-            (
-                Style::new(),
-                label.clone(),
-                chosen,
-                options.join(", "),
-                id.as_str(),
-            )
+            (id.as_str(), label.clone(), chosen, options.join(", "))
         }
         _ => return None,
     };
@@ -213,10 +185,10 @@ fn describe_item(item: &Item) -> String {
 /// Describes a picture: the number of its shapes, and its labels.
 fn describe_picture<'l>(where_: &str, count: usize, labels: impl Iterator<Item = &'l str>) -> String {
     let labels: Vec<_> = labels.map(sanitize).collect();
-    let shapes = if count == 1 { "shape" } else { "shapes" };
+    let shapes = pluralize(count as u64, "shape");
     match labels.as_slice() {
-        [] => format!("{where_} with {count} {shapes}"),
-        labels => format!("{where_} with {count} {shapes}: {}", labels.join(", ")),
+        [] => format!("{where_} with {shapes}"),
+        labels => format!("{where_} with {shapes}: {}", labels.join(", ")),
     }
 }
 

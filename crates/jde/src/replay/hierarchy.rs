@@ -5,7 +5,7 @@ use jde_core::{Health, Nanos, PolicyKind, State};
 use jde_link::message::{GroupInfo, SchemaInfo, Schemas};
 use jde_log::RecordedHierarchy;
 use jde_records::snapshot::{GroupView, SchemaView, Snapshot, Switch};
-use jde_records::{Decision, RunRecord};
+use jde_records::{Decision, RunRecord, state_named};
 
 use super::index::Cycle;
 
@@ -111,7 +111,7 @@ impl Hierarchy {
         match line {
             RunRecord::State(change) => {
                 if let Some(schema) = self.schema_mut(&change.schema) {
-                    schema.state = parse_state(&change.to);
+                    schema.state = state_named(&change.to);
                 }
             }
             RunRecord::Decision(decision) => self.apply_decision(decision),
@@ -259,15 +259,6 @@ pub(super) fn unknown_schema(name: &str) -> SchemaInfo {
 fn add_schema(schemas: &mut Vec<(String, String)>, name: &str) {
     if schemas.iter().all(|(known, _)| known != name) {
         schemas.push((name.to_owned(), String::new()));
-    }
-}
-
-fn parse_state(name: &str) -> State {
-    match name {
-        "winner" => State::Winner,
-        "ready" => State::Ready,
-        "checking" => State::Checking,
-        _ => State::Slept,
     }
 }
 

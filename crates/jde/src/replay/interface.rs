@@ -136,11 +136,9 @@ impl PlayedRecording {
             Value::Bool(flag) => Ok(*flag),
             _ => Err(refusal(format!("`{CONTROL_SCHEMA}.{name}` is true or false"))),
         };
-        let number = || match setting {
-            Value::Float(number) if number.is_finite() => Ok(*number),
-            Value::Int(number) => Ok(*number as f64),
-            Value::UInt(number) => Ok(*number as f64),
-            _ => Err(refusal(format!("`{CONTROL_SCHEMA}.{name}` is a number"))),
+        let number = || {
+            let number = setting.as_number().filter(|number| number.is_finite());
+            number.ok_or_else(|| refusal(format!("`{CONTROL_SCHEMA}.{name}` is a number")))
         };
         match name {
             "paused" => self.player.set_paused(flag()?),

@@ -11,15 +11,17 @@ mod screen;
 mod state;
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
+use clap::Args;
 use jde_board::Board;
 use jde_core::Nanos;
 use jde_link::{Events, Link, Settings, as_name};
 
+use crate::cli::clock::speed;
 use crate::failure::{Failure, display_path};
 use crate::interrupt::SignalListener;
 use crate::terminal::{self, FAINT, TITLE, WARN};
@@ -33,35 +35,40 @@ use publisher::Publisher;
 /// The interval at which the position is written for tools.
 const UPDATE_INTERVAL: Duration = Duration::from_millis(50);
 
-/// What to play, and how.
+/// How to play the recording.
+#[derive(Args)]
 pub(crate) struct PlayOptions {
-    /// The recording.
-    pub(crate) file: PathBuf,
-    /// The name under which tools find it.
-    pub(crate) name: Option<String>,
-    /// Start at this time of the application, in ns.
-    pub(crate) from: Nanos,
-    /// Seconds of the recording per second.
+    /// Play this many times as fast as real time.
+    #[arg(long, value_name = "FACTOR", value_parser = speed, default_value = "1x", conflicts_with = "decide")]
     pub(crate) speed: f64,
-    /// Start paused.
-    pub(crate) paused: bool,
     /// Start again at the end.
+    #[arg(long = "loop", conflicts_with = "decide")]
     pub(crate) looping: bool,
-    /// Print lines instead of showing a screen.
+    /// Start paused.
+    #[arg(long, conflicts_with = "decide")]
+    pub(crate) paused: bool,
+    /// The name under which tools find it, instead of the application's.
+    #[arg(long, value_name = "NAME", conflicts_with = "decide")]
+    pub(crate) name: Option<String>,
+    /// Play to the end without a screen.
+    #[arg(long, conflicts_with = "decide")]
     pub(crate) plain: bool,
-    /// Wait at the end instead of ending there.
-    pub(crate) wait_at_end: bool,
-    /// End at the end of standard input.
+    /// Wait at the end until it is stopped, instead of ending there.
+    #[arg(long, conflicts_with = "decide")]
+    pub(crate) stay: bool,
+    /// End at the end of standard input, and so with the process that started this one, even if that is
+    /// killed.
+    #[arg(long, hide = true, requires = "plain")]
     pub(crate) until_eof: bool,
 }
 
-/// Plays a recording to its end, or on a terminal until the user leaves.
+/// Plays a recording from a time of the application, ns, to its end, or on a terminal until the user leaves.
 ///
 /// # Errors
 /// The recording cannot be read, or the link for tools cannot be opened.
-pub(crate) fn play(options: PlayOptions) -> Result<(), Failure> {
-    let index = Index::read(&options.file)?;
-    let file = display_path(&options.file);
+pub(crate) fn play(recording: &Path, from: Nanos, options: PlayOptions) -> Result<(), Failure> {
+    let index = Index::read(recording)?;
+    let file = display_path(recording);
     let mut output = terminal::out();
     if let Some(damage) = index.damage() {
         writeln!(
@@ -83,7 +90,7 @@ pub(crate) fn play(options: PlayOptions) -> Result<(), Failure> {
         options.paused,
         options.speed,
         options.looping,
-        options.from,
+        from,
     ));
     let playing = Arc::new(PlayedRecording::new(
         Arc::clone(&player),
@@ -121,7 +128,7 @@ pub(crate) fn play(options: PlayOptions) -> Result<(), Failure> {
         let line_events = events.clone();
         let playback = {
             let player = &player;
-            scope.spawn(move || player.play(&mut publisher, &line_events, lines && !options.wait_at_end))
+            scope.spawn(move || player.play(&mut publisher, &line_events, lines && !options.stay))
         };
         let screen_result = if lines {
             while !playback.is_finished() {

@@ -3,13 +3,15 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use jde_core::Nanos;
 use jde_link::{OnDrawn, PanelViewer};
 use jde_panel::List;
 use jde_panel::PanelFrame;
+
+use crate::lock::lock;
 
 /// Shown while the recording has no drawing of a panel.
 const NO_DRAWING: &str = "nothing of it was recorded before this time";
@@ -103,8 +105,4 @@ impl Drop for RecordedPanelViewer {
     fn drop(&mut self) {
         lock(&self.store.viewers).remove(&self.number);
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,7 +1,7 @@
 //! Plays a recording at its speed: publishes its values and lines, and follows its controls. Draws nothing.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
@@ -14,6 +14,7 @@ use super::index::{Entries, Entry, Index};
 use super::publisher::Publisher;
 use super::state::PlaybackState;
 use crate::failure::Failure;
+use crate::lock::lock;
 
 /// The longest wait before the position is updated if there are no messages.
 const TICK: Duration = Duration::from_millis(50);
@@ -248,10 +249,6 @@ impl Player {
         let waited = self.changed.wait_timeout(controls, time);
         waited.map_or_else(|poisoned| poisoned.into_inner().0, |(controls, _)| controls)
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Stops the player when it is dropped, also by a panic of the viewer.

@@ -92,12 +92,10 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
     frame.render_widget(gauge, gauge_area);
 
     let snapshot = player.hierarchy().snapshot(position);
-    let winners = snapshot.groups.iter().map(|group| {
-        let winner = group
-            .winner
-            .map_or("nobody", |winner| &snapshot.schemas[winner].name);
-        format!("{} ▸ {winner}", group.name)
-    });
+    let winners = snapshot
+        .groups
+        .iter()
+        .map(|group| format!("{} ▸ {}", group.name, snapshot.winner_name(group)));
     let winners = winners.collect::<Vec<_>>().join("   ");
     frame.render_widget(
         Paragraph::new(vec![Line::default(), Line::from(escape(&winners))]),
@@ -114,27 +112,15 @@ fn draw(frame: &mut Frame<'_>, player: &Player, title: &str) {
 /// Returns the text of a line, or `None` if it is not shown.
 fn line_text(line: &RunRecord) -> Option<String> {
     match line {
-        RunRecord::Decision(decision) if decision.changed => {
-            let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
-            Some(format!(
-                "{:>9.3} s  {}: {} → {}  {}",
-                decision.time_s,
-                decision.group,
-                name(&decision.before),
-                name(&decision.choice),
-                decision.reason
-            ))
-        }
-        RunRecord::Event(event) => {
-            let schema = event
-                .schema
-                .as_ref()
-                .map_or(String::new(), |name| format!("{name} "));
-            Some(format!(
-                "{:>9.3} s  {schema}{}: {}",
-                event.time_s, event.kind, event.text
-            ))
-        }
+        RunRecord::Decision(decision) if decision.changed => Some(format!(
+            "{:>9.3} s  {}: {} → {}  {}",
+            decision.time_s,
+            decision.group,
+            decision.before_name(),
+            decision.choice_name(),
+            decision.reason
+        )),
+        RunRecord::Event(event) => Some(format!("{:>9.3} s  {event}", event.time_s)),
         RunRecord::Decision(_) | RunRecord::State(_) => None,
     }
 }

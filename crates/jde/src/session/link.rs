@@ -5,7 +5,7 @@ use std::io::Read;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 
 use jde_app::Application;
@@ -17,6 +17,7 @@ use jde_records::event::Observer;
 use super::extension::{Extension, PreparedExtension, RunContext};
 use super::recording_summary::RecordingSummary;
 use crate::failure::Failure;
+use crate::lock::lock;
 
 /// The options of a run for its link.
 #[derive(Clone, Debug, Default)]
@@ -117,7 +118,7 @@ impl PreparedExtension for RunLink {
                     if view {
                         open_windows(&open.about().name)?;
                     }
-                    *link.lock().unwrap_or_else(PoisonError::into_inner) = Some(open);
+                    *lock(&link) = Some(open);
                     Ok(())
                 }
                 Err(error) if required => Err(Box::new(Failure::Link(error))),
@@ -131,7 +132,7 @@ impl PreparedExtension for RunLink {
 
     /// Closes the link.
     fn finish(&self) -> Option<RecordingSummary> {
-        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let link = lock(&self.link).take();
         drop(link);
         None
     }

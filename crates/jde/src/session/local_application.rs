@@ -1,6 +1,6 @@
 //! A running application of this process, as the oscilloscope sees it.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use jde_host::{Handle, OperatorHandle};
 use jde_records::event::Outcome;
@@ -8,6 +8,7 @@ use jde_records::snapshot::Snapshot;
 use jde_types::Pose2D;
 
 use super::sampler::Sampler;
+use crate::lock::lock;
 use crate::log::Log;
 use crate::top::{Action, ObservedApplication, RobotView};
 
@@ -39,11 +40,7 @@ impl ObservedApplication for LocalApplication<'_> {
     }
 
     fn robot(&self) -> Option<RobotView> {
-        let observation = self
-            .sampler
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .sample();
+        let observation = lock(&self.sampler).sample();
         // The target is in the frame of the odometry, so the robot is shown in that frame too.
         Some(robot_view(
             observation.odometry.or(observation.truth)?,

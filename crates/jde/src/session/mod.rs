@@ -212,10 +212,7 @@ fn run_lockstep(
     let mut lockstep = Lockstep::start(application, plugins, options).map_err(start_failure)?;
     let handle = lockstep.handle();
     log.set_clock(&handle);
-    let _interrupts = {
-        let handle = handle.clone();
-        SignalListener::on_first(move || handle.stop())?
-    };
+    let _interrupts = stop_on_signal(&handle)?;
     recorder.start_sampling(&handle);
     recorder.process_pending(0)?;
     let mut then = 0;
@@ -249,10 +246,7 @@ fn run_real_time(
     let running = Running::start(application, plugins, options).map_err(start_failure)?;
     let handle = running.handle();
     log.set_clock(&handle);
-    let _interrupts = {
-        let handle = handle.clone();
-        SignalListener::on_first(move || handle.stop())?
-    };
+    let _interrupts = stop_on_signal(&handle)?;
     recorder.start_sampling(&handle);
     let _watch = watch
         .then(|| PluginWatcher::start(handle.clone(), Arc::clone(plugins)))
@@ -298,6 +292,12 @@ fn start_failure(error: StartError) -> Failure {
         },
         other => other.into(),
     }
+}
+
+/// Stops the application at the first signal.
+fn stop_on_signal(handle: &Handle) -> io::Result<SignalListener> {
+    let handle = handle.clone();
+    SignalListener::on_first(move || handle.stop())
 }
 
 struct StopRunOnDrop<'h>(&'h Handle);

@@ -4,19 +4,24 @@
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 
+use clap::Args;
 use jde_app::Application;
 use jde_host::{Handle, PanelViewGuard, StartError};
 use jde_log::{Recorder, Selection, Stamps, Topic};
 
 use crate::failure::Failure;
+use crate::quantity;
 
-/// Which panels are recorded, and how often.
-#[derive(Clone, Debug)]
+/// Panels in a recording. The verb has an argument `file`, the recording to write.
+#[derive(Args, Clone, Debug)]
 pub(crate) struct PanelOptions {
-    /// Patterns of the names of the schemas with these panels.
-    pub(crate) patterns: Vec<String>,
-    /// Most drawings of each panel per second.
-    pub(crate) rate: f64,
+    /// Also record the panels of all schemas, or of the schemas that match.
+    #[arg(long, value_name = "SCHEMA", num_args = 0..=1, require_equals = true, default_missing_value = "*",
+          value_delimiter = ',', requires = "file")]
+    pub(crate) panels: Vec<String>,
+    /// The most drawings of each panel per second. A panel is drawn at most 30 times per second.
+    #[arg(long, value_name = "HZ", default_value = "5", value_parser = quantity::rate, requires = "panels")]
+    pub(crate) panel_rate: f64,
 }
 
 /// The schemas that the patterns match.
@@ -54,7 +59,7 @@ impl PanelOptions {
         let selected = self.select_names(&names)?.into_iter();
         Ok(PanelSelection {
             schemas: selected.map(|selected| indices[selected]).collect(),
-            rate: self.rate,
+            rate: self.panel_rate,
         })
     }
 
@@ -69,7 +74,7 @@ impl PanelOptions {
                 "omit --panels",
             ));
         }
-        let selection = Selection::new(self.patterns.clone(), names).map_err(|unknown| {
+        let selection = Selection::new(self.panels.clone(), names).map_err(|unknown| {
             Failure::unknown("panel", &unknown.pattern, names.iter().map(String::as_str))
         })?;
         let indices = names.iter().enumerate();
@@ -153,12 +158,18 @@ impl Drop for PanelRecording {
 mod tests {
     use super::*;
 
+    fn options(patterns: &[&str]) -> PanelOptions {
+        PanelOptions {
+            panels: patterns.iter().map(|name| (*name).to_owned()).collect(),
+            panel_rate: 5.0,
+        }
+    }
+
     #[test]
     fn panels_are_selected_among_the_existing_ones() {
         let names = ["example", "goon"].map(str::to_owned);
         let selected = |patterns: &[&str]| {
-            let patterns = patterns.iter().map(|name| (*name).to_owned()).collect();
-            let selected = PanelOptions { patterns, rate: 5.0 }.select_names(&names);
+            let selected = options(patterns).select_names(&names);
             selected.map_err(|failure| match failure {
                 Failure::Usage { message, help } => format!("{message}; {help}"),
                 other => other.to_string(),
@@ -170,11 +181,7 @@ mod tests {
             selected(&["gon"]),
             Err("there is no panel `gon`; did you mean `goon`?".to_owned())
         );
-        let all = PanelOptions {
-            patterns: vec!["*".to_owned()],
-            rate: 5.0,
-        };
-        let none = all.select_names(&[]).unwrap_err().to_string();
+        let none = options(&["*"]).select_names(&[]).unwrap_err().to_string();
         assert_eq!(none, "no schema of this application has a panel");
     }
 }

@@ -8,6 +8,7 @@ use jde_records::event::Event;
 
 use super::sampler::Observation;
 use super::statistics::{Statistics, Takeover};
+use crate::summary::pluralize;
 use crate::terminal::{BAD, FAINT, GOOD, TextWriter, WARN};
 
 /// What is printed during a run.
@@ -309,8 +310,7 @@ impl ProgressPrinter {
         let takeovers = statistics.total_takeovers();
         match takeovers - self.status.takeovers {
             0 => {}
-            1 => parts.push("1 takeover".to_owned()),
-            many => parts.push(format!("{many} takeovers")),
+            count => parts.push(pluralize(count, "takeover")),
         }
         (self.status.time, self.status.takeovers) = (time, takeovers);
         parts.join(", ")

@@ -2,8 +2,9 @@
 //! early, and ends with it. The file format belongs to `jde-log`.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
+use clap::Args;
 use jde_app::Application;
 use jde_core::Nanos;
 use jde_host::{StartError, StartHook};
@@ -20,6 +21,8 @@ use super::extension::{Extension, PreparedExtension, RunContext};
 use super::panels::{PanelOptions, PanelRecording, PanelSelection};
 use super::recording_summary::{RecordedFile, RecordedParts, RecordingSummary};
 use crate::failure::{Failure, display_path};
+use crate::lock::lock;
+use crate::quantity;
 
 /// What to record, and where.
 pub(crate) struct RecordOptions {
@@ -37,15 +40,23 @@ pub(crate) struct RecordOptions {
     pub(crate) split: Option<SplitOptions>,
 }
 
-/// The conditions of a recording, and how much it keeps around them.
+/// Recording around chosen moments only. The verb has an argument `file`, the recording to write.
+#[derive(Args)]
 pub(crate) struct TriggerWindow {
-    /// The conditions, as the user wrote them.
-    pub(crate) conditions: Vec<String>,
-    /// Time recorded before a condition becomes true, ns.
+    /// Record only around the moments at which this condition becomes true, to FILE-001, FILE-002 and so on
+    /// (repeatable). Conditions: collision, absence or chatter>N, each also with :GROUP; overrun or fault,
+    /// each also with :SCHEMA; refused; operator; or an expression over variables, as in
+    /// 'pioneer.odometry.twist.twist.linear.x > 0.4'.
+    #[arg(long, value_name = "CONDITION", requires = "file")]
+    pub(crate) when: Vec<String>,
+    /// The time to keep before the condition.
+    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "60s", requires = "when")]
     pub(crate) before: Nanos,
-    /// Time recorded afterwards, ns.
+    /// The time to record after a condition last became true.
+    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "10s", requires = "when")]
     pub(crate) after: Nanos,
-    /// Most bytes of past messages in memory.
+    /// The most memory for the time before the condition. When it is full, the oldest data is dropped.
+    #[arg(long, value_name = "SIZE", value_parser = quantity::size, default_value = "256MB", requires = "when")]
     pub(crate) memory: usize,
 }
 
@@ -146,7 +157,7 @@ impl PreparedExtension for RunRecording {
             }
             if let Some(panels) = &panels {
                 let started = PanelRecording::start(handle, &recorder, panels).map_err(Box::new)?;
-                *panel_recording.lock().unwrap_or_else(PoisonError::into_inner) = Some(started);
+                *lock(&panel_recording) = Some(started);
             }
             Ok(())
         })
@@ -154,12 +165,7 @@ impl PreparedExtension for RunRecording {
 
     /// Completes the recording.
     fn finish(&self) -> Option<RecordingSummary> {
-        drop(
-            self.panel_recording
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .take(),
-        );
+        drop(lock(&self.panel_recording).take());
         Some(RecordingSummary::of(
             &self.file,
             self.is_triggered,
@@ -202,7 +208,7 @@ impl RecordingSummary {
 
 /// Reads the conditions, and logs the start and end of each file.
 pub(crate) fn parse_triggers(window: &TriggerWindow, names: Names) -> Result<TriggerOptions, Failure> {
-    let conditions = window.conditions.iter().map(|text| Condition::new(text, &names));
+    let conditions = window.when.iter().map(|text| Condition::new(text, &names));
     let conditions = conditions.collect::<Result<_, _>>().map_err(|error| {
         Failure::usage(
             error.to_string(),

@@ -240,7 +240,7 @@ impl Sampler {
                 let Value::List(ranges) = read.value("ranges")? else {
                     return None;
                 };
-                let ranges = ranges.iter().filter_map(number).enumerate();
+                let ranges = ranges.iter().filter_map(Value::as_number).enumerate();
                 let valid = ranges.filter(|(_, range)| valid.contains(range));
                 let point = |(beam, range): (usize, f64)| {
                     let (sin, cos) = (first + beam as f64 * step).sin_cos();
@@ -288,7 +288,7 @@ impl ValueView<'_> {
     }
 
     fn number(self, path: &str) -> Option<f64> {
-        number(&self.value(path)?)
+        self.value(path)?.as_number()
     }
 
     /// Returns the pose of a value of type `Odometry`.
@@ -334,13 +334,4 @@ fn read<T>(reader: &mut Reader, view: impl FnOnce(ValueView<'_>) -> Option<T>) -
     });
     reader.release();
     result
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Float(number) => Some(*number),
-        Value::Int(number) => Some(*number as f64),
-        Value::UInt(number) => Some(*number as f64),
-        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => None,
-    }
 }

@@ -137,8 +137,5 @@ fn modulation(instance: &InstanceConfig, name: &str, unit: &str) -> Option<Value
     let Binding::Modulation { initial, .. } = binding else {
         return None;
     };
-    Some(match value::decode(&port.value_type, initial) {
-        Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
-        other => other,
-    })
+    Some(value::decode(&port.value_type, initial).into_only_field())
 }

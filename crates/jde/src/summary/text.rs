@@ -163,7 +163,11 @@ fn print_file(
 
 /// Returns a count with its noun, in the plural unless the count is 1.
 pub(crate) fn pluralize(count: u64, what: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
+    let plural = match what {
+        _ if count == 1 => "",
+        what if what.ends_with("ch") => "es",
+        _ => "s",
+    };
     format!("{count} {what}{plural}")
 }
 
@@ -196,8 +200,7 @@ fn print_headline(summary: &RunSummary, output: &mut dyn Write) -> io::Result<()
     match summary.collisions {
         None => {}
         Some(0) => write!(output, "no collision")?,
-        Some(1) => write!(output, "{BAD}1 collision{BAD:#}")?,
-        Some(many) => write!(output, "{BAD}{many} collisions{BAD:#}")?,
+        Some(count) => write!(output, "{BAD}{}{BAD:#}", pluralize(count, "collision"))?,
     }
     if let Some(clearance) = summary.min_clearance_m {
         write!(output, ", never nearer than {clearance:.2} m to anything")?;

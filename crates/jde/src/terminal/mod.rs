@@ -75,6 +75,11 @@ pub(crate) fn out() -> TextWriter {
     Box::new(EscapingWriter::new(Printer::new(Arc::clone(stdout()), plain)))
 }
 
+/// Returns the output for text: standard error if standard output is for JSON.
+pub(crate) fn text_out(json: bool) -> TextWriter {
+    if json { err() } else { out() }
+}
+
 /// Returns standard output without escaping or dropping colours: for pictures, and for a view that uses the
 /// terminal.
 pub(crate) fn raw_out() -> Printer {

@@ -25,6 +25,16 @@ pub(crate) enum Row {
     Heading(&'static str),
 }
 
+impl Row {
+    /// Returns the schema of the row, if it shows one.
+    pub(super) fn schema(&self) -> Option<usize> {
+        match self {
+            Self::Schema { schema, .. } => Some(*schema),
+            Self::Group { .. } | Self::Heading(_) => None,
+        }
+    }
+}
+
 /// Returns the rows of a snapshot. Every schema appears once.
 pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
     let mut list = RowBuilder {

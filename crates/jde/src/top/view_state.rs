@@ -75,10 +75,7 @@ impl ViewState {
     pub(super) fn new(title: &str, theme: Theme, app: &dyn ObservedApplication) -> Self {
         let snapshot = app.snapshot();
         let rows = tree::rows(&snapshot);
-        let first = rows.iter().find_map(|row| match row {
-            Row::Schema { schema, .. } => Some(*schema),
-            Row::Group { .. } | Row::Heading(_) => None,
-        });
+        let first = rows.iter().find_map(Row::schema);
         let mut screen = Self {
             title: escape(title),
             theme,
@@ -129,19 +126,12 @@ impl ViewState {
     pub(super) fn selected_row(&self) -> Option<usize> {
         self.rows
             .iter()
-            .position(|row| matches!(row, Row::Schema { schema, .. } if *schema == self.selected))
+            .position(|row| row.schema() == Some(self.selected))
     }
 
     /// Moves the selection by a number of schemas, in the order of the rows, and stops at the ends.
     pub(super) fn select(&mut self, by: isize) {
-        let order: Vec<usize> = self
-            .rows
-            .iter()
-            .filter_map(|row| match row {
-                Row::Schema { schema, .. } => Some(*schema),
-                Row::Group { .. } | Row::Heading(_) => None,
-            })
-            .collect();
+        let order: Vec<usize> = self.rows.iter().filter_map(Row::schema).collect();
         let Some(last) = order.len().checked_sub(1) else {
             return;
         };

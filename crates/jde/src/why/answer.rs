@@ -122,14 +122,13 @@ impl Question {
     }
 
     fn is_match(&self, decision: &Decision) -> bool {
-        let matches = |expected: &Option<String>, actual: &Option<String>| {
-            let actual = actual.as_deref().unwrap_or(NOBODY);
+        let matches = |expected: &Option<String>, actual: &str| {
             expected.as_deref().is_none_or(|expected| expected == actual)
         };
         // A selection without a winner is no takeover. It matches a question about nobody.
         (decision.changed || self.winner.as_deref() == Some(NOBODY) && self.loser.is_none())
-            && matches(&self.winner, &decision.choice)
-            && matches(&self.loser, &decision.before)
+            && matches(&self.winner, decision.choice_name())
+            && matches(&self.loser, decision.before_name())
             && self.group.as_ref().is_none_or(|group| *group == decision.group)
     }
 
@@ -144,7 +143,7 @@ impl Question {
         let winner = self.winner.as_deref();
         let won = takeovers
             .clone()
-            .filter(|decision| Some(decision.choice.as_deref().unwrap_or(NOBODY)) == winner)
+            .filter(|decision| Some(decision.choice_name()) == winner)
             .count();
         match (winner, self.loser.as_deref()) {
             (Some(name), _) if self.negated => {
@@ -165,8 +164,8 @@ impl Question {
             ),
             (Some(name), Some(loser)) => {
                 let mut others: Vec<_> = takeovers
-                    .filter(|decision| Some(decision.choice.as_deref().unwrap_or(NOBODY)) == winner)
-                    .map(|decision| decision.before.as_deref().unwrap_or(NOBODY))
+                    .filter(|decision| Some(decision.choice_name()) == winner)
+                    .map(|decision| decision.before_name())
                     .collect();
                 others.sort_unstable();
                 others.dedup();

@@ -34,7 +34,6 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
 /// Returns a takeover in one line:
 /// `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 0.40 ms`.
 pub(crate) fn format_takeover(decision: &Decision) -> String {
-    let name = |name: &Option<String>| name.as_deref().unwrap_or("nobody").to_owned();
     let decider = match decision.decider.as_str() {
         "nobody" => String::new(),
         decider => format!(" {FAINT}({decider}){FAINT:#}"),
@@ -47,8 +46,8 @@ pub(crate) fn format_takeover(decision: &Decision) -> String {
         "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {GOOD}{}{GOOD:#}  {}{decider}{took}",
         decision.time_s,
         decision.group,
-        name(&decision.before),
-        name(&decision.choice),
+        decision.before_name(),
+        decision.choice_name(),
         decision.reason,
     )
 }
@@ -60,19 +59,22 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         group,
         case,
         candidates,
-        before,
         choice,
         decider,
         reason,
         cause,
         changed,
         takeover_us,
+        ..
     } = decision;
-    let name = |name: &Option<String>| name.as_deref().unwrap_or("nobody").to_owned();
     let what = if *changed {
-        format!("{} -> {GOOD}{}{GOOD:#}", name(before), name(choice))
+        format!(
+            "{} -> {GOOD}{}{GOOD:#}",
+            decision.before_name(),
+            decision.choice_name()
+        )
     } else {
-        format!("{GOOD}{}{GOOD:#} stays", name(choice))
+        format!("{GOOD}{}{GOOD:#} stays", decision.choice_name())
     };
     writeln!(
         output,

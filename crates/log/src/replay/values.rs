@@ -7,6 +7,7 @@ use jde_abi::describe::Type;
 use jde_app::Application;
 use jde_board::value::{self, Value};
 use jde_host::replay::{PairedWrite, WriteOutcome, format_value};
+use serde::Serialize;
 
 use super::{ReplayError, Span};
 
@@ -27,7 +28,7 @@ pub struct Values {
 }
 
 /// A port that wrote other values than recorded.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Deviation {
     /// The time of the first difference, in s since the application's start.
     pub time_s: f64,
@@ -40,10 +41,13 @@ pub struct Deviation {
     /// The first field that differs, such as `linear.x`. Empty if it is the whole value.
     pub field: String,
     /// The recorded value of the field, as text.
+    #[serde(rename = "then")]
     pub recorded: String,
     /// The present value of the field, as text.
+    #[serde(rename = "now")]
     pub replayed: String,
     /// The number of the port's values that differ.
+    #[serde(rename = "different")]
     pub count: u64,
 }
 

@@ -22,6 +22,14 @@ pub struct Snapshot {
     pub groups: Vec<GroupView>,
 }
 
+impl Snapshot {
+    /// Returns the name of a group's winner, or "nobody".
+    #[must_use]
+    pub fn winner_name(&self, group: &GroupView) -> &str {
+        group.winner.map_or("nobody", |winner| &self.schemas[winner].name)
+    }
+}
+
 /// A schema at one instant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SchemaView {

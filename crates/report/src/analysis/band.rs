@@ -87,16 +87,6 @@ fn kind(state: State) -> Option<usize> {
     }
 }
 
-/// Reads a state as recordings write it; unknown names mean SLEPT.
-pub(crate) fn state(name: &str) -> State {
-    match name {
-        "winner" => State::Winner,
-        "ready" => State::Ready,
-        "checking" => State::Checking,
-        _ => State::Slept,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

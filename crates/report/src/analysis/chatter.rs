@@ -7,6 +7,7 @@ use jde_core::Nanos;
 use jde_records::Decision;
 use jde_records::chattering::ChatterDetector;
 
+use super::bounded::count;
 use super::durations::Durations;
 
 /// Most pairs that are counted separately.
@@ -73,9 +74,7 @@ impl ChatterStatistics {
         if let Some(margin) = margin(decision) {
             self.margins.add((margin * URGENCY_SCALE) as Nanos);
         }
-        if self.pairs.len() < MOST_PAIRS || self.pairs.contains_key(&pair) {
-            *self.pairs.entry(pair).or_default() += 1;
-        }
+        count(&mut self.pairs, &pair, MOST_PAIRS);
     }
 
     /// The pair with the most switches.

@@ -410,12 +410,7 @@ pub(super) fn read<T: jde_types::Value>(message: &Message) -> Option<T> {
 
 /// Decodes a message that is one number.
 pub(super) fn number(message: &Message) -> Option<f64> {
-    match single(&message.channel, message)? {
-        Value::Float(number) => Some(number),
-        Value::Int(number) => Some(number as f64),
-        Value::UInt(number) => Some(number as f64),
-        Value::Bool(_) | Value::Text(_) | Value::List(_) | Value::Map(_) => None,
-    }
+    single(&message.channel, message)?.as_number()
 }
 
 /// Decodes a message of one text or number, of any type.
@@ -423,10 +418,7 @@ fn single(channel: &Channel, message: &Message) -> Option<Value> {
     let text = std::str::from_utf8(&channel.definition).ok()?;
     let value_type = definition::read(&channel.type_name, text).ok()?;
     let bytes = cdr::decode(&value_type, &message.data).ok()?;
-    match value::decode(&value_type, &bytes) {
-        Value::Map(mut fields) if fields.len() == 1 => Some(fields.remove(0).1),
-        other => Some(other),
-    }
+    Some(value::decode(&value_type, &bytes).into_only_field())
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! Events other than selections and state changes. Of many, the first and the last are stored and the rest
 //! counted.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 use jde_records::EventRecord;
+
+use super::bounded::{Ends, count};
 
 /// Events stored: so many of the first, and of the last.
 const FIRST: usize = 1000;
@@ -12,32 +14,24 @@ const LAST: usize = 500;
 const MOST_KINDS: usize = 64;
 
 /// Events in their order.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Events {
-    first: Vec<EventRecord>,
-    last: VecDeque<EventRecord>,
-    /// The number of dropped events in between.
-    pub(crate) left_out: u64,
+    pub(crate) list: Ends<EventRecord>,
     /// The number of events by kind.
     pub(crate) kinds: BTreeMap<String, u64>,
 }
 
 impl Events {
+    pub(crate) fn new() -> Self {
+        Self {
+            list: Ends::new(FIRST, LAST),
+            kinds: BTreeMap::new(),
+        }
+    }
+
     pub(crate) fn add(&mut self, happening: EventRecord) {
-        if let Some(count) = self.kinds.get_mut(&happening.kind) {
-            *count += 1;
-        } else if self.kinds.len() < MOST_KINDS {
-            self.kinds.insert(happening.kind.clone(), 1);
-        }
-        if self.first.len() < FIRST {
-            self.first.push(happening);
-            return;
-        }
-        self.last.push_back(happening);
-        if self.last.len() > LAST {
-            self.last.pop_front();
-            self.left_out += 1;
-        }
+        count(&mut self.kinds, &happening.kind, MOST_KINDS);
+        self.list.add(happening);
     }
 
     /// The number of events of a kind.
@@ -47,11 +41,7 @@ impl Events {
 
     /// The last stored event of a kind.
     pub(crate) fn last_of(&self, kind: &str) -> Option<&EventRecord> {
-        self.kept().filter(|happening| happening.kind == kind).last()
-    }
-
-    /// The stored events.
-    pub(crate) fn kept(&self) -> impl Iterator<Item = &EventRecord> {
-        self.first.iter().chain(&self.last)
+        let events = self.list.kept();
+        events.filter(|happening| happening.kind == kind).last()
     }
 }

@@ -6,15 +6,15 @@ use std::collections::{BTreeMap, VecDeque};
 use jde_core::Nanos;
 use jde_records::Decision;
 
+use super::bounded::count;
 use super::chatter::ChatterStatistics;
 use super::columns::Columns;
 use super::durations::Durations;
 
 /// The time window for the highest rate of switches, ns.
 const BUSY_WINDOW: Nanos = 1_000_000_000;
-/// Switches of a recording that are stored completely: so many of the first, and of the last.
-const FIRST: usize = 4000;
-const LAST: usize = 1000;
+/// Most cases that are counted separately; there are four.
+const MOST_CASES: usize = 8;
 /// Most pairs of schemas that are counted separately.
 const MOST_PAIRS: usize = 10_000;
 
@@ -39,15 +39,6 @@ pub(crate) struct GroupStatistics {
     pub(crate) chatter: ChatterStatistics,
     pairs: BTreeMap<(String, String), u64>,
     recent: VecDeque<Nanos>,
-}
-
-/// Selections that changed a winner, in their order.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Switches {
-    first: Vec<Decision>,
-    last: VecDeque<Decision>,
-    /// The number of dropped ones in between, which are only counted.
-    pub(crate) left_out: u64,
 }
 
 /// Two schemas that take over from each other.
@@ -78,11 +69,7 @@ impl GroupStatistics {
     /// Records a selection of this group.
     pub(crate) fn add_decision(&mut self, columns: Columns, time: Nanos, decision: &Decision) {
         self.decisions += 1;
-        if let Some(count) = self.cases.get_mut(&decision.case) {
-            *count += 1;
-        } else if self.cases.len() < 8 {
-            self.cases.insert(decision.case.clone(), 1);
-        }
+        count(&mut self.cases, &decision.case, MOST_CASES);
         if !decision.changed {
             return;
         }
@@ -104,9 +91,7 @@ impl GroupStatistics {
             } else {
                 (choice.clone(), before.clone())
             };
-            if self.pairs.len() < MOST_PAIRS || self.pairs.contains_key(&pair) {
-                *self.pairs.entry(pair).or_default() += 1;
-            }
+            count(&mut self.pairs, &pair, MOST_PAIRS);
         }
         self.recent.push_back(time);
         while self
@@ -134,29 +119,6 @@ impl GroupStatistics {
         let mut pairs: Vec<_> = pairs.collect();
         pairs.sort_by_key(|pair| std::cmp::Reverse(pair.switches));
         pairs
-    }
-}
-
-impl Switches {
-    pub(crate) fn add(&mut self, decision: Decision) {
-        if self.first.len() < FIRST {
-            self.first.push(decision);
-            return;
-        }
-        self.last.push_back(decision);
-        if self.last.len() > LAST {
-            self.last.pop_front();
-            self.left_out += 1;
-        }
-    }
-
-    /// The first switches and the last. Some in between may have been dropped.
-    pub(crate) fn kept(&self) -> (impl Iterator<Item = &Decision>, impl Iterator<Item = &Decision>) {
-        (self.first.iter(), self.last.iter())
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.first.is_empty()
     }
 }
 
@@ -207,17 +169,5 @@ mod tests {
             switches: 3,
         };
         assert_eq!(statistics.pairs(), [pair]);
-    }
-
-    #[test]
-    fn the_first_and_the_last_switches_are_kept_and_the_others_counted() {
-        let mut switches = Switches::default();
-        for number in 0..6000 {
-            switches.add(switch(number, None, Some("goon"), None));
-        }
-        let (first, last) = switches.kept();
-        let numbers: Vec<_> = first.chain(last).map(|decision| decision.number).collect();
-        assert_eq!((numbers.len(), switches.left_out), (5000, 1000));
-        assert_eq!((numbers[3999], numbers[4000], numbers[4999]), (3999, 5000, 5999));
     }
 }

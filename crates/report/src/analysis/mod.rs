@@ -3,6 +3,7 @@
 //! a bounded number of items and count the rest.
 
 mod band;
+mod bounded;
 mod chatter;
 mod columns;
 mod decimated;
@@ -21,7 +22,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use jde_core::{Nanos, State};
 use jde_log::{Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey};
 use jde_records::turn::Turn;
-use jde_records::{RecordKind, RunRecord};
+use jde_records::{Decision, RecordKind, RunRecord, state_named};
 use jde_ros::cdr;
 use jde_types::{Mission, Value as _};
 
@@ -30,15 +31,19 @@ pub(crate) use chatter::ChatterStatistics;
 pub(crate) use columns::Columns;
 pub(crate) use drive::DriveSummary;
 pub(crate) use events::Events;
-pub(crate) use group_statistics::{GroupStatistics, Switches};
+pub(crate) use group_statistics::GroupStatistics;
 pub(crate) use hierarchy::{Hierarchy, Row};
 pub(crate) use timing::SchemaTiming;
 pub(crate) use trace::{Cell, Trace};
 
+use bounded::Ends;
 use drive::DriveCollector;
 
 /// The topic of the schemas' turns.
 const TURNS: &str = "/jde/turns";
+/// Switches of a recording that are stored completely: so many of the first, and of the last.
+const FIRST_SWITCHES: usize = 4000;
+const LAST_SWITCHES: usize = 1000;
 /// Messages between two reports of progress.
 const PROGRESS_INTERVAL: u64 = 2000;
 /// Most columns of small charts.
@@ -95,7 +100,7 @@ pub struct Analysis {
     /// Selections by group.
     pub(crate) groups: Vec<GroupStatistics>,
     /// Selections that changed a winner.
-    pub(crate) switches: Switches,
+    pub(crate) switches: Ends<Decision>,
     /// Other events.
     pub(crate) events: Events,
     /// Schemas with faults or overruns.
@@ -249,8 +254,8 @@ impl Reader {
                 timings: Vec::new(),
                 periods: Vec::new(),
                 groups: Vec::new(),
-                switches: Switches::default(),
-                events: Events::default(),
+                switches: Ends::new(FIRST_SWITCHES, LAST_SWITCHES),
+                events: Events::new(),
                 troubled: Vec::new(),
                 ending: DriveSummary::default(),
                 traces,
@@ -323,7 +328,7 @@ impl Reader {
                     return;
                 };
                 self.grow();
-                let (from, to) = (band::state(&change.from), band::state(&change.to));
+                let (from, to) = (state_named(&change.from), state_named(&change.to));
                 self.analysis.bands[schema].change(columns, time, from, to);
                 self.update_acting(schema, to);
             }
@@ -363,13 +368,13 @@ impl Reader {
     }
 
     /// Takes the state of a schema from a selection if it is not known otherwise.
-    fn take_states_of(&mut self, decision: &jde_records::Decision) {
+    fn take_states_of(&mut self, decision: &Decision) {
         let columns = self.analysis.columns;
         for candidate in &decision.candidates {
             if let Some(schema) = self.analysis.hierarchy.find(&candidate.name)
                 && self.analysis.bands[schema].state().is_none()
             {
-                let state = band::state(&candidate.state);
+                let state = state_named(&candidate.state);
                 self.analysis.bands[schema].change(columns, columns.from, state, state);
                 self.update_acting(schema, state);
             }

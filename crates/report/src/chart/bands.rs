@@ -10,6 +10,7 @@ use super::{Area, SMALL, TEXT};
 use crate::analysis::{Analysis, Row};
 use crate::drawing::{Align, ColorRole, Drawing, Fill, Shape};
 use crate::map::Palette;
+use crate::text::{counted, percent};
 
 /// Width of the names on the left, and of the numbers on the right, units.
 pub(crate) const NAMES: f32 = 200.0;
@@ -88,7 +89,7 @@ impl<'t> Bands<'t> {
         match row {
             Row::Group(group, _) => {
                 let (about, statistics) = (&analysis.hierarchy.groups[group], &analysis.groups[group]);
-                format!("{}: {}", about.name, switches(statistics.switches))
+                format!("{}: {}", about.name, counted(statistics.switches, "switch"))
             }
             Row::Schema(schema, _) => {
                 let band = &analysis.bands[schema];
@@ -179,7 +180,7 @@ impl<'t> Bands<'t> {
             );
         }
         self.name(drawing, area, &about.name, depth, ColorRole::Soft);
-        self.number(drawing, area, &switches(statistics.switches));
+        self.number(drawing, area, &counted(statistics.switches, "switch"));
     }
 
     fn name(&self, drawing: &mut Drawing, area: Area, name: &str, depth: usize, tone: ColorRole) {
@@ -245,21 +246,6 @@ fn shade(share: f32) -> f32 {
         0.0
     } else {
         ((share - 1e-4) * SHADES).ceil().max(SHADES * FAINTEST) / SHADES
-    }
-}
-
-/// The number of switches as text.
-fn switches(count: u64) -> String {
-    match count {
-        1 => "1 switch".to_owned(),
-        count => format!("{count} switches"),
-    }
-}
-
-fn percent(share: f64) -> String {
-    match share * 100.0 {
-        share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
-        share => format!("{share:.0} %"),
     }
 }
 

@@ -6,20 +6,13 @@ use std::collections::BTreeMap;
 use super::axis::{self, numbers};
 use super::{Area, SMALL, TEXT};
 use crate::analysis::{Cell, Columns, Series, Trace};
-use crate::drawing::{Align, ColorRole, Drawing, Fill, Line, Point, Shape};
+use crate::drawing::{Align, ColorRole, Drawing, Line, Point, Shape};
 
 /// Height of the legend above a chart, and distance between two charts, units.
 const LEGEND: f32 = 26.0;
 const BETWEEN: f32 = 16.0;
 /// Width of a legend entry without its name, units.
 const SIGN: f32 = 36.0;
-
-/// The style of a line.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LineStyle {
-    pub(crate) ink: Fill,
-    pub(crate) width: f32,
-}
 
 /// Draws one chart per unit, one above the other.
 pub(crate) fn charts(drawing: &mut Drawing, area: Area, columns: Columns, traces: &[(Series, Trace)]) {
@@ -67,10 +60,7 @@ fn chart(
     }
     frame(drawing, area);
     for number in numbers_of {
-        let style = LineStyle {
-            ink: ColorRole::Of(*number).into(),
-            width: 1.8,
-        };
+        let style = Line::new(ColorRole::Of(*number), 1.8);
         line(drawing, area, traces[*number].1.cells(), (least, greatest), style);
     }
     if range.is_none() {
@@ -124,7 +114,7 @@ pub(crate) fn small_chart(
     trace: &Trace,
     range: (f64, f64),
     nominal: Option<f64>,
-    style: LineStyle,
+    style: Line,
 ) {
     frame(drawing, area);
     let (least, greatest) = range;
@@ -147,7 +137,7 @@ fn line(
     area: Area,
     cells: &[Option<Cell>],
     (least, greatest): (f64, f64),
-    style: LineStyle,
+    style: Line,
 ) {
     let column_width = area.width / cells.len().max(1) as f32;
     let y = |value: f64| at(area, least, greatest, value);
@@ -155,7 +145,7 @@ fn line(
     for (column, cell) in cells.iter().enumerate() {
         let left = area.left + column as f32 * column_width;
         let Some(cell) = cell else {
-            drawing.polyline(&std::mem::take(&mut points), Line::new(style.ink, style.width));
+            drawing.polyline(&std::mem::take(&mut points), style);
             continue;
         };
         let middle = left + column_width / 2.0;
@@ -173,7 +163,7 @@ fn line(
         }
         add(&mut points, (left + column_width, y(cell.last)));
     }
-    drawing.polyline(&points, Line::new(style.ink, style.width));
+    drawing.polyline(&points, style);
 }
 
 /// Adds a point. On a level stretch, the end of the line moves instead.

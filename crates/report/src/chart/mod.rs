@@ -6,7 +6,7 @@ mod lines;
 
 pub(crate) use axis::{seconds, time_axis, time_grid};
 pub(crate) use bands::{Bands, NAMES, NUMBERS};
-pub(crate) use lines::{LineStyle, charts, small_chart};
+pub(crate) use lines::{charts, small_chart};
 
 /// A part of the drawing, units.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,6 +9,7 @@ use super::frame::Frame;
 use super::palette::Palette;
 use super::{Drive, RobotPath, ground, path};
 use crate::drawing::{Align, ColorRole, Drawing, Font, Line};
+use crate::text::{counted, percent};
 
 /// Text size of the title, pixels.
 const TITLE: f32 = 32.0;
@@ -61,7 +62,7 @@ pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
             .filter(|(of, _)| *of == winner)
             .map(|(_, time)| time)
             .sum();
-        percent(time, total)
+        percent(if total > 0.0 { time / total } else { 0.0 })
     };
     let name = |winner: usize| drive.schema_names.get(winner).map_or("unknown", String::as_str);
     let drawn_winners: BTreeSet<usize> = drive.drawn_winners().collect();
@@ -178,11 +179,11 @@ fn numbers(drive: &Drive) -> String {
         let reached = drive.targets.iter().filter(|target| target.reached).count();
         numbers.push(format!(
             "{reached} of {} reached",
-            count(drive.targets.len() as u64, "target")
+            counted(drive.targets.len() as u64, "target")
         ));
     }
     if drive.takeover_count > 0 {
-        numbers.push(count(drive.takeover_count, "takeover"));
+        numbers.push(counted(drive.takeover_count, "takeover"));
     }
     numbers.join("  ·  ")
 }
@@ -193,16 +194,4 @@ fn times(drive: &Drive) -> Vec<(Option<usize>, f64)> {
     pairs
         .map(|pair| (pair[0].winner, (pair[1].time - pair[0].time).max(0.0)))
         .collect()
-}
-
-fn percent(time: f64, total: f64) -> String {
-    match if total > 0.0 { 100.0 * time / total } else { 0.0 } {
-        share if share > 0.0 && share < 1.0 => "<1 %".to_owned(),
-        // The sum of no numbers is -0.
-        share => format!("{:.0} %", share.abs()),
-    }
-}
-
-fn count(number: u64, noun: &str) -> String {
-    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }

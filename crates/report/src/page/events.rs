@@ -9,7 +9,7 @@ const UNFOLDED: usize = 40;
 
 pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
     let events = &page.analysis.events;
-    let count = events.kept().count();
+    let count = events.list.kept().count();
     if count == 0 {
         return None;
     }
@@ -18,15 +18,15 @@ pub(super) fn events(page: &Page<'_>) -> Option<Markup> {
     Some(html! {
         p.note { (kinds.join(" · ")) }
         details open[count <= UNFOLDED] {
-            summary { (counted(count as u64 + events.left_out, "event")) }
-            @if events.left_out > 0 {
-                p.note { "The first and the last are shown; " (counted(events.left_out, "event")) " between are only counted." }
+            summary { (counted(count as u64 + events.list.left_out, "event")) }
+            @if events.list.left_out > 0 {
+                p.note { "The first and the last are shown; " (counted(events.list.left_out, "event")) " between are only counted." }
             }
             div.scroll {
                 table {
                     thead { tr { th.n { "time" } th { "kind" } th { "schema" } th { "description" } } }
                     tbody {
-                        @for happening in events.kept() {
+                        @for happening in events.list.kept() {
                             tr {
                                 td.n { (at(happening.time_s)) }
                                 td.name { @if is_bad(&happening.kind) { span.bad { (happening.kind) } } @else { (happening.kind) } }

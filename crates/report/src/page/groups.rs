@@ -105,10 +105,7 @@ fn chatter_report(page: &Page<'_>, chatter: &ChatterStatistics) -> Markup {
         1 => String::from("once"),
         count => format!("{count} times"),
     };
-    let switches = match chatter.switches {
-        1 => String::from("1 switch"),
-        count => format!("{count} switches"),
-    };
+    let switches = counted(chatter.switches, "switch");
     html! {
         span.bad { "chattered " (spells) }
         @if let Some((first, second)) = chatter.between() {

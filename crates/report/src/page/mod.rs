@@ -17,6 +17,7 @@ use sha2::{Digest, Sha256};
 use crate::analysis::Analysis;
 use crate::drawing::{ColorRole, color_role};
 use crate::map::Palette;
+use crate::text::counted;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
@@ -144,11 +145,6 @@ fn percent(share: f64) -> String {
         share if share < 10.0 => format!("{share:.1} %"),
         share => format!("{share:.0} %"),
     }
-}
-
-/// A count with its noun.
-fn counted(count: u64, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A count that is marked unless it is 0.

@@ -7,8 +7,8 @@ use maud::{Markup, html};
 
 use super::{Page, percent, trouble};
 use crate::analysis::{Row, SchemaTiming};
-use crate::chart::{self, Area, LineStyle};
-use crate::drawing::{ColorRole, Drawing};
+use crate::chart::{self, Area};
+use crate::drawing::{ColorRole, Drawing, Line};
 
 /// Size of a small chart, units.
 const CHART: (f32, f32) = (190.0, 34.0);
@@ -119,10 +119,7 @@ fn periods(work: &SchemaTiming, configured: Option<f64>) -> Option<Drawing> {
         width: CHART.0 - 1.0,
         height: CHART.1 - 1.0,
     };
-    let style = LineStyle {
-        ink: ColorRole::Of(0).into(),
-        width: 1.2,
-    };
+    let style = Line::new(ColorRole::Of(0), 1.2);
     // The axis begins at 0, unless that would hide the variation.
     let bottom = if least > 0.8 * greatest { least * 0.95 } else { 0.0 };
     let bottom = configured.map_or(bottom, |configured| bottom.min(configured * 0.95));

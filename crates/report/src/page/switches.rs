@@ -14,9 +14,7 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
     if switches.is_empty() {
         return None;
     }
-    let (first, last) = switches.kept();
-    let (first, last): (Vec<_>, Vec<_>) = (first.collect(), last.collect());
-    let count = first.len() + last.len();
+    let count = switches.kept().count();
     let all = count as u64 + switches.left_out;
     Some(html! {
         p.note { "Every selection that changed the winner, with its reason and its candidates." }
@@ -27,7 +25,7 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
             span.note { "or drag over the bands above to select a time" }
         }
         details open[count <= UNFOLDED] {
-            summary { (counted(all, "switch").replace("switchs", "switches")) }
+            summary { (counted(all, "switch")) }
             div.scroll {
                 table {
                     thead { tr {
@@ -35,11 +33,11 @@ pub(super) fn switches(page: &Page<'_>) -> Option<Markup> {
                         th.n { "took" }
                     } }
                     tbody {
-                        @for decision in &first { (switch_row(page, decision)) }
+                        @for decision in &switches.first { (switch_row(page, decision)) }
                         @if switches.left_out > 0 {
-                            tr data-s="-1" { td colspan="8" { (counted(switches.left_out, "more switch").replace("switchs", "switches")) " are not listed: `jde why --in` prints all of them." } }
+                            tr data-s="-1" { td colspan="8" { (counted(switches.left_out, "more switch")) " are not listed: `jde why --in` prints all of them." } }
                         }
-                        @for decision in &last { (switch_row(page, decision)) }
+                        @for decision in &switches.last { (switch_row(page, decision)) }
                     }
                 }
             }

@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::{Page, counted, trouble};
+use crate::text::format_size;
 
 pub(super) fn topics(page: &Page<'_>) -> Option<Markup> {
     let survey = &page.analysis.survey;
@@ -12,7 +13,7 @@ pub(super) fn topics(page: &Page<'_>) -> Option<Markup> {
     Some(html! {
         details {
             summary {
-                (counted(survey.messages, "message")) " on " (counted(survey.topics.len() as u64, "topic")) ", " (size(survey.bytes))
+                (counted(survey.messages, "message")) " on " (counted(survey.topics.len() as u64, "topic")) ", " (format_size(survey.bytes))
             }
             div.scroll {
                 table {
@@ -26,7 +27,7 @@ pub(super) fn topics(page: &Page<'_>) -> Option<Markup> {
                                 td { (topic.type_name) }
                                 td.n { (topic.messages) }
                                 td.n { @if let Some(hz) = topic.rate_hz { (format!("{hz:.1} Hz")) } @else { "–" } }
-                                td.n { (size(topic.bytes)) }
+                                td.n { (format_size(topic.bytes)) }
                                 td.n { (trouble(survey.lost.get(&topic.topic).copied().unwrap_or(0))) }
                             }
                         }
@@ -36,13 +37,4 @@ pub(super) fn topics(page: &Page<'_>) -> Option<Markup> {
             @if !survey.attachments.is_empty() { p.note { "With " (survey.attachments.join(", ")) "." } }
         }
     })
-}
-
-fn size(bytes: u64) -> String {
-    match bytes {
-        0..1_000 => format!("{bytes} B"),
-        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
-        _ => format!("{:.1} GB", bytes as f64 / 1e9),
-    }
 }

@@ -44,6 +44,6 @@ impl Check {
         out.flush()?;
         application
             .concerns
-            .map_or(Ok(()), |faults| Err(Failure::missing(faults)))
+            .map_or(Ok(()), |faults| Err(Failure::application(faults)))
     }
 }

@@ -1,16 +1,15 @@
 //! `jde describe`: prints a plugin's description of itself, or a type of value.
 
-use std::io::Write;
 use std::path::Path;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_loader::SearchPath;
 
-use crate::cli::print_json;
+use crate::cli::print_value;
 use crate::failure::Failure;
 use crate::inspect::{self, ValueTypeData};
-use crate::{complete, load, terminal};
+use crate::{complete, load};
 
 /// Describe a plugin: its types of schemas with their inputs, outputs, modulations and children. Or a type of
 /// value: its fields, and the schemas that have it.
@@ -40,12 +39,7 @@ impl Describe {
         // The names of plugins and of their types of schemas have no capitals.
         if !is_a_file && last.starts_with(char::is_uppercase) {
             let value_type = ValueTypeData::find(&self.name, &load::describe_all(&plugins, &[]))?;
-            if self.json {
-                return print_json(&value_type);
-            }
-            let mut out = terminal::out();
-            value_type.write(&mut out)?;
-            return Ok(out.flush()?);
+            return print_value(self.json, &value_type, ValueTypeData::write);
         }
         let plugin = if is_a_file {
             plugins.describe_file(path)?
@@ -53,15 +47,8 @@ impl Describe {
             // Accept the full name of a type as well: its plugin is the part before the slash.
             plugins.describe(self.name.split('/').next().unwrap_or_default(), &[])?
         };
-        if self.json {
-            return print_json(&inspect::PluginData::new(
-                &plugin.description,
-                plugin.path.as_deref(),
-            ));
-        }
-        let mut out = terminal::out();
-        inspect::plugin(&plugin.description, plugin.path.as_deref(), &mut out)?;
-        out.flush()?;
-        Ok(())
+        let (description, path) = (&plugin.description, plugin.path.as_deref());
+        let data = inspect::PluginData::new(description, path);
+        print_value(self.json, &data, |_, out| inspect::plugin(description, path, out))
     }
 }

@@ -6,13 +6,14 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use clap::{Args, ValueHint};
 use jde_log::{Recording, SchemaProblems, Survey, TopicSurvey};
+use jde_report::format_size;
 use serde::Serialize;
 
-use crate::cli::print_json;
+use crate::cli::print_value;
 use crate::failure::{Failure, display_path};
 use crate::remote::table::{Alignment, Cell, Table};
 use crate::summary::pluralize;
-use crate::terminal::{self, BAD, FAINT, TITLE, WARN};
+use crate::terminal::{BAD, FAINT, TITLE, WARN};
 
 /// The longest time, in ns, between the application's start and the first message of a recording that counts
 /// as complete from the start.
@@ -53,17 +54,12 @@ impl Info {
         let recording = Recording::open(&self.file)?;
         let survey = Survey::of(&recording)?;
         let file = display_path(&self.file);
-        if self.json {
-            return print_json(&RecordingInfo {
-                file,
-                seconds: survey.seconds(),
-                survey: &survey,
-            });
-        }
-        let mut out = terminal::out();
-        write(&file, &survey, &mut out)?;
-        out.flush()?;
-        Ok(())
+        let info = RecordingInfo {
+            file,
+            seconds: survey.seconds(),
+            survey: &survey,
+        };
+        print_value(self.json, &info, |info, out| write(&info.file, info.survey, out))
     }
 }
 
@@ -101,15 +97,9 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     if survey.decisions > 0 {
         writeln!(out, "\n{}", pluralize(survey.decisions, "decision"))?;
         for group in &survey.groups {
-            let switches = match group.switches {
-                1 => "1 switch".to_owned(),
-                switches => format!("{switches} switches"),
-            };
-            writeln!(
-                out,
-                "  {TITLE}{}{TITLE:#}: {}, {switches}",
-                group.group, group.decisions
-            )?;
+            let switches = pluralize(group.switches, "switch");
+            let (name, decisions) = (&group.group, group.decisions);
+            writeln!(out, "  {TITLE}{name}{TITLE:#}: {decisions}, {switches}")?;
         }
     }
     if !survey.troubled.is_empty() {
@@ -222,15 +212,6 @@ fn write_problems(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()
 fn seconds_since_start(survey: &Survey, log_time: Option<u64>) -> Option<f64> {
     let start = survey.application_start_ns.or(survey.first_ns)?;
     Some(log_time?.saturating_sub(start) as f64 / 1e9)
-}
-
-fn format_size(bytes: u64) -> String {
-    match bytes {
-        0..1_000 => format!("{bytes} B"),
-        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
-        _ => format!("{:.1} GB", bytes as f64 / 1e9),
-    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@ mod link;
 mod new;
 mod plot;
 mod plugins;
-pub(crate) mod quantity;
 pub(crate) mod recording;
 mod replay;
 mod report;

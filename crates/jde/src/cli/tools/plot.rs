@@ -4,14 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
-use jde_core::Nanos;
 use jde_log::Recording;
 use jde_report::{Picture, PictureError, Size, Wanted};
 
-use super::quantity;
 use crate::analysis::{self, Output, TimeRange};
 use crate::complete;
 use crate::failure::{Failure, display_path};
+use crate::quantity;
 
 /// Draw a recording as a picture: the robot's path, or numbers over time, and the states of the schemas.
 ///
@@ -34,12 +33,8 @@ pub(crate) struct Plot {
     /// The PNG file, or - for standard output. By default it is named after the recording.
     #[arg(short, long = "output", value_name = "FILE.png", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
-    /// Start at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
-    from: Option<Nanos>,
-    /// End at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
-    to: Option<Nanos>,
+    #[command(flatten)]
+    time_range: TimeRange,
     /// Size of the picture in pixels. A larger picture shows the same with more detail.
     #[arg(long, value_name = "SIZE", value_parser = quantity::pixels, default_value = "1200x800")]
     size: Size,
@@ -54,11 +49,7 @@ impl Plot {
             series: analysis::series(&recording, &self.variables)?,
             ..Wanted::default()
         };
-        let time_range = TimeRange {
-            from: self.from,
-            to: self.to,
-        };
-        let analysis = analysis::read(&recording, time_range, options)?;
+        let analysis = analysis::read(&recording, self.time_range, options)?;
         if analysis.is_empty() {
             return Err(Failure::usage(
                 format!(

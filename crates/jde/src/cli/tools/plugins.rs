@@ -1,13 +1,12 @@
 //! `jde plugins`: lists the plugins, their files, and the searched folders with the reason for each.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
-use crate::cli::print_json;
+use crate::cli::print_value;
 use crate::failure::Failure;
-use crate::{inspect, terminal};
+use crate::inspect;
 
 /// List the plugins, the searched folders in their order, and the files that cannot be used with the reason.
 #[derive(Args)]
@@ -27,12 +26,6 @@ impl Plugins {
     /// Prints the list.
     pub(super) fn run(self) -> Result<(), Failure> {
         let listing = inspect::PluginListing::scan(self.application.as_deref())?;
-        if self.json {
-            return print_json(&listing);
-        }
-        let mut out = terminal::out();
-        listing.write(&mut out)?;
-        out.flush()?;
-        Ok(())
+        print_value(self.json, &listing, inspect::PluginListing::write)
     }
 }

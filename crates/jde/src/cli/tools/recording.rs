@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use jde_core::Nanos;
 use jde_log::{PartSize, SplitOptions};
 
-use super::quantity;
 use crate::failure::Failure;
+use crate::quantity;
 use crate::session::{PanelOptions, RecordOptions, TriggerWindow};
 
 /// What to record.
@@ -25,43 +24,11 @@ pub(super) struct RecordingArgs {
     #[arg(long, requires = "file")]
     overwrite: bool,
     #[command(flatten)]
-    panels: PanelArgs,
+    panels: Option<PanelOptions>,
     #[command(flatten)]
-    trigger: TriggerArgs,
+    trigger: Option<TriggerWindow>,
     #[command(flatten)]
     splitting: SplitArgs,
-}
-
-/// Panels in a recording. The verb has an argument `file`, the recording to write.
-#[derive(Args)]
-pub(super) struct PanelArgs {
-    /// Also record the panels of all schemas, or of the schemas that match.
-    #[arg(long, value_name = "SCHEMA", num_args = 0..=1, require_equals = true, default_missing_value = "*",
-          value_delimiter = ',', requires = "file")]
-    panels: Vec<String>,
-    /// The most drawings of each panel per second. A panel is drawn at most 30 times per second.
-    #[arg(long, value_name = "HZ", default_value = "5", value_parser = quantity::rate, requires = "panels")]
-    panel_rate: f64,
-}
-
-/// Recording around chosen moments only. The verb has an argument `file`, the recording to write.
-#[derive(Args)]
-pub(super) struct TriggerArgs {
-    /// Record only around the moments at which this condition becomes true, to FILE-001, FILE-002 and so on
-    /// (repeatable). Conditions: collision, absence or chatter>N, each also with :GROUP; overrun or fault,
-    /// each also with :SCHEMA; refused; operator; or an expression over variables, as in
-    /// 'pioneer.odometry.twist.twist.linear.x > 0.4'.
-    #[arg(long, value_name = "CONDITION", requires = "file")]
-    when: Vec<String>,
-    /// The time to keep before the condition.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "60s", requires = "when")]
-    before: Nanos,
-    /// The time to record after a condition last became true.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "10s", requires = "when")]
-    after: Nanos,
-    /// The most memory for the time before the condition. When it is full, the oldest data is dropped.
-    #[arg(long, value_name = "SIZE", value_parser = quantity::size, default_value = "256MB", requires = "when")]
-    memory: usize,
 }
 
 /// Recording without end. The verb has an argument `file`, the recording to write.
@@ -83,14 +50,13 @@ impl RecordingArgs {
     /// # Errors
     /// The options contradict each other.
     pub(super) fn into_settings(self) -> Result<Option<RecordOptions>, Failure> {
-        let (panels, around) = (self.panels.into_panels(), self.trigger.into_trigger());
-        let (only, overwrite, split) = (self.only, self.overwrite, self.splitting.into_split()?);
+        let split = self.splitting.into_split()?;
         Ok(self.file.map(|file| RecordOptions {
             file,
-            patterns: only,
-            overwrite,
-            panels,
-            trigger: around,
+            patterns: self.only,
+            overwrite: self.overwrite,
+            panels: self.panels,
+            trigger: self.trigger,
             split,
         }))
     }
@@ -115,27 +81,5 @@ impl SplitArgs {
             part_size: every,
             max_total_bytes: keep,
         }))
-    }
-}
-
-impl PanelArgs {
-    /// Returns the panels to record, or `None` if none are requested.
-    pub(super) fn into_panels(self) -> Option<PanelOptions> {
-        (!self.panels.is_empty()).then_some(PanelOptions {
-            patterns: self.panels,
-            rate: self.panel_rate,
-        })
-    }
-}
-
-impl TriggerArgs {
-    /// Returns the moments to record, or `None` if none are requested.
-    pub(super) fn into_trigger(self) -> Option<TriggerWindow> {
-        (!self.when.is_empty()).then_some(TriggerWindow {
-            conditions: self.when,
-            before: self.before,
-            after: self.after,
-            memory: self.memory,
-        })
     }
 }

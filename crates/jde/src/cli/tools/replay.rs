@@ -7,14 +7,13 @@ use jde_app::Override;
 use jde_core::Nanos;
 use jde_log::replay::{Span, ToleranceEntry};
 
-use super::quantity;
-use crate::cli::clock::speed;
 use crate::cli::start_log;
 use crate::decide::{self, DecideOptions};
 use crate::failure::Failure;
 use crate::load::Trust;
 use crate::log::Filter;
-use crate::replay;
+use crate::quantity;
+use crate::replay::{self, PlayOptions};
 
 /// Play a recording, or with --decide let the schemas decide again and report every difference.
 ///
@@ -73,51 +72,14 @@ pub(crate) struct Replay {
     #[arg(long, requires = "decide")]
     json: bool,
     #[command(flatten)]
-    play: PlayArgs,
-}
-
-/// How to play the recording.
-#[derive(Args)]
-struct PlayArgs {
-    /// Play this many times as fast as real time.
-    #[arg(long, value_name = "FACTOR", value_parser = speed, default_value = "1x", conflicts_with = "decide")]
-    speed: f64,
-    /// Start again at the end.
-    #[arg(long = "loop", conflicts_with = "decide")]
-    looping: bool,
-    /// Start paused.
-    #[arg(long, conflicts_with = "decide")]
-    paused: bool,
-    /// The name under which tools find it, instead of the application's.
-    #[arg(long, value_name = "NAME", conflicts_with = "decide")]
-    name: Option<String>,
-    /// Play to the end without a screen.
-    #[arg(long, conflicts_with = "decide")]
-    plain: bool,
-    /// Wait at the end until it is stopped, instead of ending there.
-    #[arg(long, conflicts_with = "decide")]
-    stay: bool,
-    /// End at the end of standard input, and so with the process that started this one, even if that is
-    /// killed.
-    #[arg(long, hide = true, requires = "plain")]
-    until_eof: bool,
+    play: PlayOptions,
 }
 
 impl Replay {
     /// Plays the recording, or decides it again.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
         if !self.decide {
-            return replay::play(replay::PlayOptions {
-                file: self.file,
-                name: self.play.name,
-                from: self.from.unwrap_or(0),
-                speed: self.play.speed,
-                paused: self.play.paused,
-                looping: self.play.looping,
-                plain: self.play.plain,
-                wait_at_end: self.play.stay,
-                until_eof: self.play.until_eof,
-            });
+            return replay::play(&self.file, self.from.unwrap_or(0), self.play);
         }
         let span = Span {
             from: self.from.unwrap_or(0),

@@ -3,11 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use jde_core::Nanos;
 use jde_log::{RecordedHierarchy, Recording};
 use jde_report::Wanted;
 
-use super::quantity;
 use crate::analysis::{self, Output, TimeRange};
 use crate::failure::{Failure, display_path};
 
@@ -27,12 +25,8 @@ pub(crate) struct Report {
     /// The HTML file, or - for standard output. By default it is named after the recording.
     #[arg(short, long = "output", value_name = "FILE.html", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
-    /// Start at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
-    from: Option<Nanos>,
-    /// End at this time of the application.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset)]
-    to: Option<Nanos>,
+    #[command(flatten)]
+    time_range: TimeRange,
 }
 
 impl Report {
@@ -44,11 +38,7 @@ impl Report {
             columns: jde_report::columns(schemas),
             ..Wanted::default()
         };
-        let stretch = TimeRange {
-            from: self.from,
-            to: self.to,
-        };
-        let analysis = analysis::read(&recording, stretch, options)?;
+        let analysis = analysis::read(&recording, self.time_range, options)?;
         output.write(jde_report::page(&analysis, &display_path(&self.file)).as_bytes())
     }
 }

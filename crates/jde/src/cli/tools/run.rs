@@ -7,13 +7,13 @@ use jde_app::Override;
 use jde_core::Nanos;
 
 use super::link::Link;
-use super::quantity;
 use super::recording::RecordingArgs;
 use crate::cli::clock::Time;
 use crate::cli::{conclude, start_log};
 use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
+use crate::quantity;
 use crate::session::{self, Extension, LinkOptions, ProgressMode, RunOptions, RunView};
 use crate::summary::RunSummary;
 use crate::terminal;
@@ -92,11 +92,7 @@ impl Run {
             } else {
                 RunView::Screen
             },
-            output: if self.json {
-                terminal::err()
-            } else {
-                terminal::out()
-            },
+            output: terminal::text_out(self.json),
             decisions: self.decisions,
             picture: self.picture,
             extensions,

@@ -3,8 +3,7 @@
 use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::{ArgGroup, Args, ValueHint};
@@ -14,12 +13,12 @@ use jde_p2os_server::{EndpointAddress, Options, RobotStats, Server, ServerError}
 use jde_sim::World;
 use serde::Serialize;
 
-use super::quantity;
 use crate::cli::clock::speed;
 use crate::cli::print_json;
 use crate::failure::Failure;
 use crate::interrupt::{self, SignalListener};
 use crate::paths;
+use crate::quantity;
 use crate::summary::pluralize;
 use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, TextWriter, WARN};
 
@@ -101,11 +100,7 @@ impl Sim {
                 .collect::<Result<_, _>>()?,
             speed: self.speed,
         };
-        let mut output = if self.json {
-            terminal::err()
-        } else {
-            terminal::out()
-        };
+        let mut output = terminal::text_out(self.json);
         let warnings: Vec<String> = world.warnings().iter().map(ToString::to_string).collect();
         let mut server = Server::open(world, &options).map_err(server_failure)?;
         for warning in warnings {
@@ -113,9 +108,7 @@ impl Sim {
         }
         self.announce(&server, &mut output)?;
 
-        let stop = Arc::new(AtomicBool::new(false));
-        let stop_requested = Arc::clone(&stop);
-        let _interrupts = SignalListener::on_first(move || stop_requested.store(true, Ordering::Relaxed))?;
+        let (stop, _interrupts) = SignalListener::flag(|| {})?;
         let limit = self.limit.map(Duration::from_nanos);
         // The world must not wait for a reader of the output.
         let no_waiting = terminal::never_block();

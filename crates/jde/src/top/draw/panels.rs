@@ -1,7 +1,6 @@
 //! The panels below the list: the details of the selected schema, the latest switches with their reasons, and
 //! the log.
 
-use jde_abi::describe::Kind;
 use jde_core::{Health, State};
 use jde_records::snapshot::{Hold, SchemaView, Switch};
 use ratatui::Frame;
@@ -11,6 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::columns;
+use crate::summary::pluralize;
 use crate::top::text;
 use crate::top::view_state::ViewState;
 
@@ -27,12 +27,7 @@ pub(super) fn details_height(screen: &ViewState, width: u16) -> u16 {
 /// Draws the details of the selected schema.
 pub(super) fn details(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let Some(schema) = screen.selection() else { return };
-    let kind = match schema.kind {
-        Kind::Perceptive => "perceptive",
-        Kind::Motor => "motor",
-        Kind::Driver => "driver",
-    };
-    let title = format!("{} · {}, {kind}", schema.name, schema.type_name);
+    let title = format!("{} · {}, {}", schema.name, schema.type_name, schema.kind);
     let lines = wrap_spans(detail_spans(screen, schema), usize::from(area.width));
     panel(frame, area, screen, &title, lines);
 }
@@ -178,8 +173,4 @@ fn wrap_spans(facts: Vec<Span<'static>>, width: usize) -> Vec<Line<'static>> {
     }
     lines.truncate(DETAIL_LINES);
     lines
-}
-
-fn pluralize(number: u64, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }

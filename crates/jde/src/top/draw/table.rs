@@ -10,6 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::columns::{self, Column};
+use crate::summary::pluralize;
 use crate::top::history::StripState;
 use crate::top::text;
 use crate::top::tree::Row;
@@ -138,7 +139,6 @@ fn group_line(
         ),
         None => Span::styled("▸ nobody", theme.bad()),
     };
-    let switches = if group.switches == 1 { "switch" } else { "switches" };
     let late = group.allowed > 0 && group.worst > group.allowed;
     let worst = match (group.worst, group.allowed) {
         (0, 0) => String::new(),
@@ -160,7 +160,7 @@ fn group_line(
         Some(winner),
         chatters,
         Some(Span::raw(group.policy.clone())),
-        Some(Span::raw(format!("{} {switches}", group.switches))),
+        Some(Span::raw(pluralize(group.switches, "switch"))),
         Some(Span::styled(
             worst,
             if late { theme.bad() } else { theme.faint() },

@@ -3,10 +3,11 @@
 
 use std::io::{self, Write};
 
-use jde_link::message::{Action, Request};
+use jde_link::message::Action;
 
 use super::{Context, Target};
 use crate::failure::{Failure, display_path};
+use crate::remote::request;
 use crate::terminal::{self, BAD, FAINT, GOOD};
 
 /// Stops everything.
@@ -40,11 +41,7 @@ fn send_to_all(
     effect: &str,
     hint: &str,
 ) -> Result<(), Failure> {
-    let request = Request {
-        by: jde_link::operator(),
-        action,
-        lease_ms: None,
-    };
+    let request = request(action);
     let mut out = terminal::out();
     let mut failed = Vec::new();
     let mut printed: io::Result<()> = Ok(());

@@ -1,7 +1,7 @@
 //! `jde events`: prints the events of a running application.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
@@ -60,14 +60,10 @@ impl Events {
             &[RecordKind::Decision, RecordKind::Event]
         };
         let queue = Queue::new(MAX_QUEUED);
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let _interrupts = {
-            let (queue, interrupted) = (Arc::clone(&queue), Arc::clone(&interrupted));
-            SignalListener::on_first(move || {
-                interrupted.store(true, Ordering::Relaxed);
-                queue.close();
-            })?
-        };
+        let (interrupted, _interrupts) = SignalListener::flag({
+            let queue = Arc::clone(&queue);
+            move || queue.close()
+        })?;
         {
             let queue = Arc::clone(&queue);
             remote.on_gone(move || queue.close());
@@ -142,18 +138,15 @@ impl Events {
     /// Shows a line, and how many lines of all kinds were dropped before it.
     fn show(&self, event: &ReceivedEvent, unread: u64) -> Result<(), Failure> {
         if self.json {
+            let (stream, line) = match &event.record {
+                RunRecord::Decision(decision) => ("decisions", json!(decision)),
+                RunRecord::State(change) => ("states", json!(change)),
+                RunRecord::Event(happening) => ("events", json!(happening)),
+            };
             let (number, missed) = (event.number, event.missed + unread);
-            return print_json(&match &event.record {
-                RunRecord::Decision(decision) => {
-                    json!({ "stream": "decisions", "number": number, "missed": missed, "line": decision })
-                }
-                RunRecord::State(change) => {
-                    json!({ "stream": "states", "number": number, "missed": missed, "line": change })
-                }
-                RunRecord::Event(happening) => {
-                    json!({ "stream": "events", "number": number, "missed": missed, "line": happening })
-                }
-            });
+            return print_json(
+                &json!({ "stream": stream, "number": number, "missed": missed, "line": line }),
+            );
         }
         let mut out = terminal::out();
         if unread > 0 {

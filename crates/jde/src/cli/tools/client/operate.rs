@@ -9,13 +9,14 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
 use jde_link::Remote;
-use jde_link::message::{Action, Request};
+use jde_link::message::Action;
 
 use super::{Context, Target};
-use crate::cli::tools::quantity;
 use crate::failure::Failure;
 use crate::interrupt::SignalListener;
+use crate::quantity;
 use crate::remote::name::split_application;
+use crate::remote::request;
 use crate::terminal::{self, FAINT, GOOD};
 use crate::{complete, top};
 
@@ -169,11 +170,7 @@ pub(super) fn perform_action(
     lasting: &DurationArg,
     messages: &ActionMessages,
 ) -> Result<(), Failure> {
-    let request = Request {
-        by: jde_link::operator(),
-        action,
-        lease_ms: None,
-    };
+    let request = request(action);
     let mut out = terminal::out();
     if lasting.time.is_some() && remote.about().executor == "replay" {
         return Err(Failure::usage(

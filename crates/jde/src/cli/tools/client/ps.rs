@@ -4,10 +4,10 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 
 use super::{Context, Target};
-use crate::cli::print_json;
+use crate::cli::print_value;
 use crate::complete;
 use crate::failure::Failure;
-use crate::{remote, terminal};
+use crate::remote;
 
 /// Show the hierarchy: the state, the health and the timing of each schema.
 #[derive(Args)]
@@ -28,13 +28,6 @@ pub(crate) struct Ps {
 impl Ps {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
-        let snapshot = remote.hierarchy()?;
-        if self.json {
-            return print_json(&snapshot);
-        }
-        let mut out = terminal::out();
-        remote::hierarchy::write(&snapshot, &mut out)?;
-        out.flush()?;
-        Ok(())
+        print_value(self.json, &remote.hierarchy()?, remote::hierarchy::write)
     }
 }

@@ -18,11 +18,11 @@ use jde_records::RecordKind;
 
 use super::rate_limiter::RateLimiter;
 use super::{Context, Target};
-use crate::cli::tools::quantity;
-use crate::cli::tools::recording::{PanelArgs, SplitArgs, TriggerArgs};
+use crate::cli::tools::recording::SplitArgs;
 use crate::failure::Failure;
 use crate::interrupt::SignalListener;
-use crate::session::{self, PanelOptions, RecordingSummary};
+use crate::quantity;
+use crate::session::{self, PanelOptions, RecordingSummary, TriggerWindow};
 use crate::terminal::{self, FAINT};
 use crate::{complete, summary};
 
@@ -61,9 +61,9 @@ pub(crate) struct Record {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
-    panels: PanelArgs,
+    panels: Option<PanelOptions>,
     #[command(flatten)]
-    trigger: TriggerArgs,
+    trigger: Option<TriggerWindow>,
     #[command(flatten)]
     splitting: SplitArgs,
 }
@@ -77,15 +77,11 @@ impl Record {
         let selection = Selection::new(patterns, &names)
             .map_err(|unknown| Failure::usage(unknown.to_string(), "`jde vars` lists the variables"))?;
         // Check the panels before the file is created, because that may overwrite another one.
-        let panels = self
-            .panels
-            .into_panels()
-            .map(|panels| resolve_panels(&remote, panels));
+        let panels = self.panels.map(|panels| resolve_panels(&remote, panels));
         let panels = panels.transpose()?;
         let options = options(&remote, self.overwrite);
-        let trigger = self.trigger.into_trigger();
-        let is_triggered = trigger.is_some();
-        let recorder = match (trigger, split) {
+        let is_triggered = self.trigger.is_some();
+        let recorder = match (self.trigger, split) {
             (Some(trigger), _) => Recorder::create_triggered(
                 &self.file,
                 options,
@@ -275,7 +271,10 @@ fn resolve_panels(remote: &Remote, panels: PanelOptions) -> Result<(Vec<String>,
         .map(|schema| schema.name)
         .collect();
     let indices = panels.select_names(&names)?.into_iter();
-    Ok((indices.map(|index| names[index].clone()).collect(), panels.rate))
+    Ok((
+        indices.map(|index| names[index].clone()).collect(),
+        panels.panel_rate,
+    ))
 }
 
 /// Records a panel in a topic.

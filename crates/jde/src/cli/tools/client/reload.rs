@@ -6,17 +6,18 @@ use std::time::Duration;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_core::Nanos;
-use jde_link::message::{Action, Request};
+use jde_link::message::Action;
 use jde_records::reload::{ReloadOutcome, ReloadReport};
 
 use super::apps::format_span;
 use super::{Context, Target};
-use crate::cli::print_json;
-use crate::cli::tools::quantity;
+use crate::cli::print_value;
 use crate::complete;
 use crate::failure::{Failure, display_path};
+use crate::quantity;
 use crate::remote::name::split_application;
-use crate::terminal::{self, BAD, GOOD, TextWriter, WARN};
+use crate::remote::request;
+use crate::terminal::{BAD, GOOD, WARN};
 
 /// Replace the code of a schema while it runs: the current build in its plugin's file takes over between two
 /// iterations.
@@ -39,7 +40,7 @@ pub(crate) struct Reload {
     #[command(flatten)]
     target: Target,
     /// How long the previous build is kept for a return to it; 0s for not at all.
-    #[arg(long, value_name = "TIME", value_parser = quantity::time_or_zero, default_value = "3s")]
+    #[arg(long, value_name = "TIME", value_parser = quantity::time_offset, default_value = "3s")]
     probation: Nanos,
     /// Start without the memory of the previous build.
     #[arg(long)]
@@ -53,27 +54,17 @@ impl Reload {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let (named, name) = split_application(&self.name);
         let remote = context.remote(&self.target, named)?;
-        let request = Request {
-            by: jde_link::operator(),
-            action: Action::Reload {
-                schema: name.to_owned(),
-                probation_s: Some(self.probation as f64 / 1e9),
-                fresh: self.fresh,
-            },
-            lease_ms: None,
-        };
+        let request = request(Action::Reload {
+            schema: name.to_owned(),
+            probation_s: Some(self.probation as f64 / 1e9),
+            fresh: self.fresh,
+        });
         let reloaded = match remote.reload(&request) {
             Ok(reloaded) => reloaded,
             Err(jde_link::Error::Refused { text, nearest: None }) => return Err(Failure::NotReloaded(text)),
             Err(error) => return Err(error.into()),
         };
-        if self.json {
-            print_json(&reloaded)?;
-        } else {
-            let mut out = terminal::out();
-            write_results(&reloaded, &mut out)?;
-            out.flush()?;
-        }
+        print_value(self.json, &reloaded, write_results)?;
         let undone: Vec<_> = reloaded
             .schemas
             .iter()
@@ -92,7 +83,7 @@ impl Reload {
 }
 
 /// Prints one line for the plugin, and a line for each schema that needs attention.
-fn write_results(reloaded: &ReloadReport, output: &mut TextWriter) -> io::Result<()> {
+fn write_results(reloaded: &ReloadReport, output: &mut dyn Write) -> io::Result<()> {
     let file = display_path(&reloaded.file);
     let age = reloaded.age.map_or_else(String::new, |age| {
         format!(", built {} ago", format_span(Duration::from_nanos(age)))

@@ -6,7 +6,6 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use jde_app::literal;
 use jde_app::period::RANGE;
-use jde_board::value::Value;
 use jde_link::message::Action;
 use jde_link::value::to_json;
 
@@ -105,26 +104,13 @@ impl Set {
             &folder,
             name,
         )
-        .map_err(|faults| Failure::Application {
-            faults,
-            unusable: false,
-            missing: false,
-            skipped_folders: Vec::new(),
-        })?;
+        .map_err(Failure::application)?;
         let action = Action::Modulate {
             schema,
             variable: info.variable.clone(),
-            value: to_json(&unwrap_single_field(read)),
+            value: to_json(&read.into_only_field()),
         };
         perform_action(&remote, action, &self.lasting, &messages)
-    }
-}
-
-/// Replaces a structure with one field by that field, as in arguments and events.
-fn unwrap_single_field(value: Value) -> Value {
-    match value {
-        Value::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
-        other => other,
     }
 }
 

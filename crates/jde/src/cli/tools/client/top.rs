@@ -1,7 +1,6 @@
 //! `jde top`: the oscilloscope for an application of another process.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
@@ -39,14 +38,7 @@ impl Top {
         let remote = context.remote_by_name(&self.target, self.application.as_deref())?;
         let title = remote.about().name.clone();
         let live = RemoteApplication::new(remote)?;
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let _interrupts = {
-            let (interrupted, stop) = (Arc::clone(&interrupted), live.stop_callback());
-            SignalListener::on_first(move || {
-                interrupted.store(true, Ordering::Relaxed);
-                stop();
-            })?
-        };
+        let (interrupted, _interrupts) = SignalListener::flag(live.stop_callback())?;
         let exit_reason = top::run(&live, &title)?;
         if exit_reason == ExitReason::Ended
             && !interrupted.load(Ordering::Relaxed)

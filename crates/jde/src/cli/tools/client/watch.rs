@@ -12,10 +12,10 @@ use serde_json::json;
 
 use super::{Context, Target};
 use crate::cli::print_json;
-use crate::cli::tools::quantity;
 use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::SignalListener;
+use crate::quantity;
 use crate::queue::{Popped, Queue};
 use crate::remote::field::VariableField;
 use crate::remote::name;

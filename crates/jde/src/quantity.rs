@@ -5,7 +5,14 @@ use jde_log::PartSize;
 use jde_report::{SIDES, Size};
 
 /// Units of time with their nanoseconds.
-const UNITS: [(&str, f64); 5] = [("ms", 1e6), ("s", 1e9), ("min", 60e9), ("m", 60e9), ("h", 3600e9)];
+const UNITS: [(&str, f64); 6] = [
+    ("", 1e9),
+    ("ms", 1e6),
+    ("s", 1e9),
+    ("min", 60e9),
+    ("m", 60e9),
+    ("h", 3600e9),
+];
 /// Units of size with their bytes.
 const SIZES: [(&str, f64); 3] = [("kB", 1e3), ("MB", 1e6), ("GB", 1e9)];
 /// The least and most memory of a size, in bytes.
@@ -19,7 +26,7 @@ const MIN_PART_TIME: Nanos = 1_000_000_000;
 const MAX_TIME_S: f64 = 366.0 * 86_400.0;
 
 /// Parses a duration in ns, greater than 0: "60s", "2min", "500ms", or a number of seconds.
-pub(super) fn time(text: &str) -> Result<Nanos, String> {
+pub(crate) fn time(text: &str) -> Result<Nanos, String> {
     match time_offset(text)? {
         0 => Err(format!("`{text}` must be more than 0 and at most a year")),
         time => Ok(time),
@@ -27,16 +34,9 @@ pub(super) fn time(text: &str) -> Result<Nanos, String> {
 }
 
 /// Parses a time in ns since the application's start, in the same form. "0s" is valid.
-pub(super) fn time_offset(text: &str) -> Result<Nanos, String> {
+pub(crate) fn time_offset(text: &str) -> Result<Nanos, String> {
     let wrong = || format!("`{text}` is not a time; write a number with ms, s, min or h, such as 60s");
-    let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (number, unit) = text.split_at(digits);
-    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
-    let nanos = match unit {
-        "" => 1e9,
-        unit => UNITS.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?.1,
-    };
-    let time = number * nanos;
+    let time = with_unit(text, &UNITS).ok_or_else(wrong)?;
     if (0.0..=MAX_TIME_S * 1e9).contains(&time) {
         Ok(time.round() as Nanos)
     } else {
@@ -44,16 +44,8 @@ pub(super) fn time_offset(text: &str) -> Result<Nanos, String> {
     }
 }
 
-/// Parses a duration in ns in the same form. "0s" is valid.
-pub(super) fn time_or_zero(text: &str) -> Result<Nanos, String> {
-    match text {
-        "0" | "0s" | "0ms" => Ok(0),
-        text => time(text),
-    }
-}
-
 /// Parses a rate in 1/s: "5", "5Hz" or "0.5".
-pub(super) fn rate(text: &str) -> Result<f64, String> {
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
     let number = text.trim_end_matches("Hz").trim_end_matches("hz").trim();
     match number.parse::<f64>() {
         Ok(hz) if hz > 0.0 && hz.is_finite() => Ok(hz),
@@ -64,13 +56,9 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a size in bytes: "256MB", "1GB" or "64 kB".
-pub(super) fn size(text: &str) -> Result<usize, String> {
+pub(crate) fn size(text: &str) -> Result<usize, String> {
     let wrong = || format!("`{text}` is not a size; write a number with kB, MB or GB, such as 256MB");
-    let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (number, unit) = text.split_at(digits);
-    let number: f64 = number.trim().parse().map_err(|_| wrong())?;
-    let unit = SIZES.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?.1;
-    let size = number * unit;
+    let size = with_unit(text, &SIZES).ok_or_else(wrong)?;
     if (MIN_SIZE..=MAX_SIZE).contains(&size) {
         Ok(size as usize)
     } else {
@@ -79,7 +67,7 @@ pub(super) fn size(text: &str) -> Result<usize, String> {
 }
 
 /// Parses the size or duration of one file of a recording in parts: "1GB" or "10min".
-pub(super) fn part_limit(text: &str) -> Result<PartSize, String> {
+pub(crate) fn part_limit(text: &str) -> Result<PartSize, String> {
     if text.ends_with('B') {
         let bytes = size(text)? as u64;
         return match bytes {
@@ -96,7 +84,7 @@ pub(super) fn part_limit(text: &str) -> Result<PartSize, String> {
 }
 
 /// Parses the size of a picture in pixels: "1200x800".
-pub(super) fn pixels(text: &str) -> Result<Size, String> {
+pub(crate) fn pixels(text: &str) -> Result<Size, String> {
     let (least, most) = (SIDES.start(), SIDES.end());
     let wrong = || {
         format!(
@@ -109,6 +97,14 @@ pub(super) fn pixels(text: &str) -> Result<Size, String> {
         width: side(width).ok_or_else(wrong)?,
         height: side(height).ok_or_else(wrong)?,
     })
+}
+
+/// Parses a number and its unit, and multiplies them.
+fn with_unit(text: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let (_, size) = units.iter().find(|(name, _)| *name == unit)?;
+    Some(number.trim().parse::<f64>().ok()? * size)
 }
 
 #[cfg(test)]
