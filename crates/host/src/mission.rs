@@ -56,7 +56,7 @@ pub(crate) fn watch_mission(engine: &Arc<Engine>) {
         if let Some(since) = progress.check_stall(mission, now, patience) {
             drop(progress);
             // The publishing thread may be inside a call, and must not wait for the rules' lock.
-            engine.report_later(Event::Stalled {
+            engine.rules.report_later(Event::Stalled {
                 time: now,
                 schema: instance,
                 since,

@@ -97,7 +97,7 @@ impl OperatorHandle {
 
     /// Whether a schema has faulted and has not been restarted since.
     pub(crate) fn is_faulted(&self, schema: usize) -> bool {
-        self.engine.is_faulted(schema)
+        self.engine.rules.is_faulted(schema)
     }
 
     /// Makes a schema the winner of its group while it is awake.

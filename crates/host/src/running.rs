@@ -181,7 +181,7 @@ impl Running {
             .name(String::from("supervisor"))
             .spawn(supervise)
             .inspect_err(|_| drop(threads.end_all(&engine)))?;
-        engine.start();
+        engine.rules.start();
         engine.clock.unregister_thread();
         Ok(Self {
             engine,
@@ -212,7 +212,7 @@ impl Running {
         self.alarm.stop();
         // `run_guarded` has reported a panic of this thread.
         let _ = thread.join();
-        self.engine.report(&Event::Ended {
+        self.engine.rules.report(&Event::Ended {
             time: self.engine.clock.now(),
             outcome: outcome.clone(),
         });
@@ -286,7 +286,7 @@ impl Lockstep {
             self.engine.outcome.conclude(Outcome::Stopped);
             self.executor.shut_down();
             let outcome = self.engine.outcome.wait();
-            self.engine.report(&Event::Ended {
+            self.engine.rules.report(&Event::Ended {
                 time: self.engine.clock.now(),
                 outcome,
             });

@@ -3,11 +3,11 @@
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use jde_core::{Health, Nanos};
+use jde_core::Nanos;
 use jde_records::ResourceUsage;
 use jde_records::event::Event;
 
-use super::{Engine, Signal, schema};
+use super::{Engine, Signal};
 use crate::instance::AbandonedInstance;
 
 /// The limit of calls of one schema that were given up and have not returned. Each keeps a thread, its stack,
@@ -33,8 +33,7 @@ impl Engine {
     /// Reports that a call does not return: the level selects again as after a failure. If the call could not
     /// be given up and still runs at a restart, the restart fails too.
     pub(crate) fn report_hung_call(&self, instance: usize, reason: String) {
-        let known = matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_));
-        if !known {
+        if !self.rules.is_faulted(instance) {
             // Marks a death of the process as reported: a later discovery of it must not report it again.
             self.processes.claim_death_report(instance);
             self.report_death(instance, reason);
@@ -52,17 +51,17 @@ impl Engine {
         self.report_hung_call(instance, reason);
         // The instance may have faulted long before and published values since.
         self.variables.retract_exports(instance);
-        self.transact_end(None, instance);
+        self.rules.transact_end(None, instance);
         if self.builds.is_pending(instance) {
             // The call may have taken the signal from the inbox and hung before the exchange.
-            self.signals.send(instance, Signal::BuildPending);
+            self.rules.signals.send(instance, Signal::BuildPending);
         }
         let process = ResourceUsage::now();
         tracing::warn!(
             schema = self.name(instance),
             "a call that hangs is left behind; {left} of its calls are, and the process has {process}"
         );
-        self.report(&Event::CallAbandoned {
+        self.rules.report(&Event::CallAbandoned {
             time: self.clock.now(),
             schema: instance,
             since,
@@ -77,7 +76,7 @@ impl Engine {
         let (instance, since) = (left.number, left.since);
         left.end();
         let left = self.metrics[instance].abandoned_calls.fetch_sub(1, Relaxed) - 1;
-        self.report(&Event::AbandonedCallReturned {
+        self.rules.report(&Event::AbandonedCallReturned {
             time: self.clock.now(),
             schema: instance,
             since,

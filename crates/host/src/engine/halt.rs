@@ -15,30 +15,37 @@ impl Engine {
     /// has lost its authority, long before the group's patience ends (R1). Every command is neutral, even
     /// where an absence policy would hold it for a while (R9).
     pub(crate) fn stop_all(&self, by: &str) -> Result<(), String> {
-        let (done, moment) =
-            self.transact_recorded(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
+        let (done, moment) = self
+            .rules
+            .transact_recorded(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
         let way = if done.is_ok() { Turn::ALL_STOPPED } else { 0 };
-        self.record_turn(Turn::OPERATED, 0, way, moment);
+        self.rules.record_turn(Turn::OPERATED, 0, way, moment);
         self.report_operations(by, done, Operator::Stop)
     }
 
     /// Releases every root that was stopped with everything and was not also stopped individually.
     pub(crate) fn release_all(&self, by: &str) -> Result<(), String> {
-        let (done, moment) = self.transact_recorded(|hierarchy, now, out| hierarchy.release_all(now, out));
+        let (done, moment) = self
+            .rules
+            .transact_recorded(|hierarchy, now, out| hierarchy.release_all(now, out));
         let way = if done.is_ok() { Turn::ALL_RELEASED } else { 0 };
-        self.record_turn(Turn::OPERATED, 0, way, moment);
+        self.rules.record_turn(Turn::OPERATED, 0, way, moment);
         self.report_operations(by, done, Operator::Release)
     }
 
     /// Repeats an operator's stop of everything, in a replay.
     pub(crate) fn repeat_stop_all(&self) {
         // The original operator was informed of a refusal.
-        let _ = self.transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, ""));
+        let _ = self
+            .rules
+            .transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, ""));
     }
 
     /// Repeats an operator's release of everything, in a replay.
     pub(crate) fn repeat_release_all(&self) {
-        let _ = self.transact(|hierarchy, now, out| hierarchy.release_all(now, out));
+        let _ = self
+            .rules
+            .transact(|hierarchy, now, out| hierarchy.release_all(now, out));
     }
 
     fn stop_roots(
@@ -64,7 +71,8 @@ impl Engine {
         operator: impl Fn(SchemaId) -> Operator,
     ) -> Result<(), String> {
         for id in done.map_err(|refused| refused.to_string())? {
-            self.report_operation(by, OperatorAction::Hierarchy(operator(id)));
+            self.rules
+                .report_operation(by, OperatorAction::Hierarchy(operator(id)));
         }
         Ok(())
     }

@@ -7,12 +7,12 @@ use jde_abi::describe::Limits;
 use jde_app::period;
 use jde_board::value::{self, Value};
 use jde_board::{Refused as NotTaken, Stamp, Variable};
-use jde_core::{Effect, GroupId, Hierarchy, Nanos, Operator, Requester, SchemaId};
+use jde_core::{Effect, Hierarchy, Nanos, Operator, Requester, SchemaId};
 use jde_records::event::OperatorAction;
 use jde_records::snapshot::{Hold, HoldKind};
 use jde_records::turn::{Moment, Turn};
 
-use super::{Engine, RulesState, Signal};
+use super::Engine;
 
 /// The writer number of operators.
 pub(crate) const OPERATOR: u32 = u32::MAX - 1;
@@ -64,8 +64,9 @@ impl Engine {
     /// Plays, stops, forces or releases a schema.
     pub(crate) fn operate(&self, by: &str, operator: Operator) -> Result<(), String> {
         let (done, moment) = self
+            .rules
             .transact_recorded(|hierarchy, now, out| self.apply_operation(hierarchy, now, out, by, operator));
-        self.record_turn(
+        self.rules.record_turn(
             Turn::OPERATED,
             operated_schema(operator),
             operator_code(operator),
@@ -75,7 +76,8 @@ impl Engine {
         if let Operator::Release(id) = operator {
             self.restore_values(id.index(), |_| true);
         }
-        self.report_operation(by, OperatorAction::Hierarchy(operator));
+        self.rules
+            .report_operation(by, OperatorAction::Hierarchy(operator));
         Ok(())
     }
 
@@ -83,14 +85,17 @@ impl Engine {
     /// again.
     pub(crate) fn repeat_operation(&self, operator: Operator) {
         // The original operator was informed of a refusal.
-        let _: Result<(), String> =
-            self.transact(|hierarchy, now, out| self.apply_operation(hierarchy, now, out, "", operator));
+        let _: Result<(), String> = self
+            .rules
+            .transact(|hierarchy, now, out| self.apply_operation(hierarchy, now, out, "", operator));
     }
 
     /// Repeats the release of one operator's hold, in a replay.
     pub(crate) fn repeat_undo(&self, instance: usize) {
         // The original operator was informed of a refusal.
-        let _ = self.transact(|hierarchy, now, out| self.undo(hierarchy, now, out, instance));
+        let _ = self
+            .rules
+            .transact(|hierarchy, now, out| self.undo(hierarchy, now, out, instance));
     }
 
     /// Undoes what operators did to a schema individually.
@@ -142,18 +147,19 @@ impl Engine {
     pub(crate) fn release_own(&self, by: &str, instance: usize) -> Result<(), String> {
         self.check_schema(instance)?;
         let release = Operator::Release(super::schema(instance));
-        let (held, moment) = self.transact_recorded(|hierarchy, now, out| {
+        let (held, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
             if !self.holds().is_held_by(instance, by) {
                 return Ok(false);
             }
             self.undo(hierarchy, now, out, instance).map(|()| true)
         });
         let way = if held == Ok(false) { 0 } else { Turn::UNDONE };
-        self.record_turn(Turn::OPERATED, instance, way, moment);
+        self.rules.record_turn(Turn::OPERATED, instance, way, moment);
         let held = held?;
         let given_back = self.restore_values(instance, |writer| writer == by);
         if held || given_back {
-            self.report_operation(by, OperatorAction::Hierarchy(release));
+            self.rules
+                .report_operation(by, OperatorAction::Hierarchy(release));
         }
         Ok(())
     }
@@ -170,7 +176,7 @@ impl Engine {
             schema: instance,
             period,
         };
-        self.report_operation(by, action);
+        self.rules.report_operation(by, action);
         Ok(())
     }
 
@@ -210,7 +216,7 @@ impl Engine {
             variable: name.to_owned(),
             value: new.to_string(),
         };
-        self.report_operation(by, action);
+        self.rules.report_operation(by, action);
         Ok(())
     }
 
@@ -221,30 +227,6 @@ impl Engine {
         let seconds = f64::from_ne_bytes(bytes.try_into().ok()?);
         // An invalid period from a father leaves the period as it was.
         period::from_seconds(seconds).ok()
-    }
-
-    pub(crate) fn apply_period(&self, instance: usize, period: Nanos) {
-        self.metrics[instance]
-            .period
-            .store(period, std::sync::atomic::Ordering::Relaxed);
-        self.transact(|hierarchy, _, _| hierarchy.set_period(super::schema(instance), period));
-        if let Some(group) = self.application.instances[instance].group {
-            self.renew_contract(GroupId(group as u32));
-        }
-    }
-
-    /// Recomputes the contracts of a group and of its father's group (R17), after the period of a member or a
-    /// policy changed.
-    pub(super) fn renew_contract(&self, group: GroupId) {
-        let father = self.application.groups[group.index()].father;
-        let above = father.and_then(|father| self.application.instances[father].group);
-        let RulesState {
-            hierarchy, groups, ..
-        } = &mut *self.lock();
-        groups.update_contract(hierarchy, group);
-        if let Some(above) = above {
-            groups.update_contract(hierarchy, GroupId(above as u32));
-        }
     }
 
     /// The hold of an operator on a schema, and the operator.
@@ -370,32 +352,6 @@ impl Engine {
         Err(format!(
             "there is no schema number {instance}; the application has {count}"
         ))
-    }
-
-    /// Withdraws all authority and sends every actuator its neutral value. No schema gains authority
-    /// afterwards. Returns the drivers that have commands to carry out.
-    pub(crate) fn brake_all(&self) -> Vec<usize> {
-        let mut rules = self.lock();
-        rules.shutdown_order.get_or_insert_default();
-        let drivers = rules.commands.brake_all(self.clock.now());
-        for driver in &drivers {
-            self.signals
-                .post_within(&mut rules.notifications, *driver, Signal::Triggered);
-        }
-        self.unlock(rules);
-        drivers
-    }
-
-    /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.
-    pub(crate) fn send_to_sleep(&self, instance: usize) {
-        self.signals.send(instance, Signal::Asleep);
-    }
-
-    /// Puts everything to sleep. Returns the order in which it must happen, children before fathers.
-    pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
-        let moment = self.transact_shutdown();
-        self.record_turn(Turn::ENDED, 0, 0, moment);
-        self.lock().shutdown_order.replace(Vec::new()).unwrap_or_default()
     }
 }
 

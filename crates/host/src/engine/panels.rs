@@ -2,7 +2,6 @@
 
 use std::sync::atomic::Ordering;
 
-use jde_core::GroupId;
 use jde_panel::Gesture;
 use jde_records::event::{Event, OperatorAction};
 
@@ -14,13 +13,7 @@ impl Engine {
     /// accounts for it from now on (R17).
     pub(crate) fn declare_panel(&self, instance: usize, panel: Option<bool>) {
         self.panels.declare(instance, panel);
-        let changed = self
-            .lock()
-            .hierarchy
-            .set_panel(super::schema(instance), panel.is_some());
-        if changed && let Some(group) = self.application.instances[instance].group {
-            self.renew_contract(GroupId(group as u32));
-        }
+        self.rules.set_panel(instance, panel.is_some());
     }
 
     /// Has a panel drawn for as long as the returned [`Look`] lives.
@@ -36,7 +29,7 @@ impl Engine {
             // No runner will report that.
             self.panels.publish_absence(schema, self.clock.now());
         }
-        self.signals.send(schema, Signal::PanelOpened);
+        self.rules.signals.send(schema, Signal::PanelOpened);
         Ok(look)
     }
 
@@ -56,7 +49,7 @@ impl Engine {
             list.takes(&gesture).map_err(PanelError::InvalidGesture)?;
         }
         match self.panels.push_gesture(schema, by, gesture) {
-            GestureOutcome::Queued => self.signals.send(schema, Signal::GestureQueued),
+            GestureOutcome::Queued => self.rules.signals.send(schema, Signal::GestureQueued),
             GestureOutcome::NoInstance => return Err(PanelError::NoInstance(name())),
             GestureOutcome::Full => return Err(PanelError::QueueFull(name())),
         }
@@ -72,7 +65,7 @@ impl Engine {
             .refused
             .fetch_add(count as u64, Ordering::Relaxed);
         let gestures = if count == 1 { "gesture" } else { "gestures" };
-        self.report(&Event::Refused {
+        self.rules.report(&Event::Refused {
             time: self.clock.now(),
             schema,
             description: format!(
@@ -85,7 +78,7 @@ impl Engine {
     pub(crate) fn take_gesture(&self, schema: usize) -> Option<(String, Gesture)> {
         let (first, more) = self.panels.pop_gesture(schema)?;
         if more {
-            self.signals.send(schema, Signal::GestureQueued);
+            self.rules.signals.send(schema, Signal::GestureQueued);
         }
         Some(first)
     }
@@ -98,7 +91,7 @@ impl Engine {
             number,
             gesture: gesture.clone(),
         };
-        self.report_operation(by, action);
+        self.rules.report_operation(by, action);
         number
     }
 

@@ -8,7 +8,7 @@ use jde_loader::build::{self, Build, map_build};
 use jde_records::event::{Event, OperatorAction};
 use jde_records::reload::{BuildName, Replacement};
 
-use super::{Engine, Signal, schema};
+use super::{Engine, Signal};
 use crate::reload::{Completion, PendingReload, ReloadOptions, Swap};
 
 impl Engine {
@@ -38,8 +38,8 @@ impl Engine {
         self.builds
             .enqueue(instance, swap)
             .map_err(|reason| vec![reason])?;
-        self.report_operation(by, action);
-        self.signals.send(instance, Signal::BuildPending);
+        self.rules.report_operation(by, action);
+        self.rules.signals.send(instance, Signal::BuildPending);
         Ok(PendingReload::new(&order))
     }
 
@@ -108,7 +108,7 @@ impl Engine {
     /// Reports that a build took over.
     pub(crate) fn report_reload(&self, instance: usize, takeover: &Replacement) {
         tracing::info!(schema = self.name(instance), "runs {} now", takeover.build);
-        self.report(&Event::Reloaded {
+        self.rules.report(&Event::Reloaded {
             time: self.clock.now(),
             schema: instance,
             takeover: takeover.clone(),
@@ -145,17 +145,12 @@ impl Engine {
         self.builds.finish_swap(instance, outcome);
     }
 
-    /// Reports that a faulted schema has new code. It wakes up if it is requested.
-    pub(crate) fn report_restored(&self, instance: usize) {
-        self.transact(|hierarchy, now, out| hierarchy.restored(now, schema(instance), out));
-    }
-
     fn report_rollback(&self, instance: usize, build: BuildName, reason: &str) {
         tracing::warn!(
             schema = self.name(instance),
             "goes on with the build before {build}: {reason}"
         );
-        self.report(&Event::ReloadRolledBack {
+        self.rules.report(&Event::ReloadRolledBack {
             time: self.clock.now(),
             schema: instance,
             build,

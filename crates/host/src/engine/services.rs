@@ -1,5 +1,6 @@
 //! What instances request of the host during a call: their children, their names, their log.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
 use std::sync::{MutexGuard, PoisonError};
 
@@ -64,7 +65,9 @@ impl Engine {
         };
         if let Some(later) = &mut *self.deferred_actions() {
             later.push(FatherAction::Child(lead));
-            let may = self.lock().hierarchy.has_authority(schema(father));
+            let may = self
+                .rules
+                .read(|rules| rules.hierarchy.has_authority(schema(father)));
             return if may { raw::OK } else { raw::REFUSED };
         }
         self.apply_child_request(lead)
@@ -78,7 +81,7 @@ impl Engine {
             child,
             awake,
         } = lead;
-        let (result, moment) = self.transact_if_any(|hierarchy, now, out| {
+        let (result, moment) = self.rules.transact_if_any(|hierarchy, now, out| {
             if awake {
                 hierarchy.wake(now, schema(father), schema(child), out)
             } else {
@@ -88,13 +91,13 @@ impl Engine {
         self.record_father_action(father, &FatherAction::Child(lead), moment);
         match result {
             Ok(()) => {
-                self.lock().refused_requests.remove(&(father, role));
+                self.refused_requests().remove(&(father, role));
                 raw::OK
             }
             // The request is kept, and takes effect when the operator releases the child (R14).
             Err(jde_core::Refused::Stopped { .. }) => raw::REFUSED,
             Err(refused) => {
-                let first = self.lock().refused_requests.insert((father, role));
+                let first = self.refused_requests().insert((father, role));
                 self.count_refusal(father, first, || refused.to_string());
                 raw::REFUSED
             }
@@ -122,9 +125,11 @@ impl Engine {
                 FatherAction::Child(_) | FatherAction::Policy { .. } => None,
             })
         });
-        let rules = self.lock();
-        let faulted = matches!(rules.hierarchy.health(child), jde_core::Health::Faulted(_));
-        let state = match (asked, rules.hierarchy.state(child)) {
+        let (current, faulted) = self.rules.read(|rules| {
+            let faulted = matches!(rules.hierarchy.health(child), jde_core::Health::Faulted(_));
+            (rules.hierarchy.state(child), faulted)
+        });
+        let state = match (asked, current) {
             // The father sees the result of its collected request.
             (Some(true), State::Slept) if !faulted => State::Checking,
             (Some(false), _) => State::Slept,
@@ -169,14 +174,14 @@ impl Engine {
                 policy,
             } => (father, group, policy),
         };
-        let (changed, moment) = self.transact_if_any(|hierarchy, now, out| {
+        let (changed, moment) = self.rules.transact_if_any(|hierarchy, now, out| {
             hierarchy.set_policy(now, jde_core::GroupId(group as u32), policy, out)
         });
         self.record_father_action(father, &led, moment);
         if changed.is_err() {
             return raw::BAD_ARGUMENT;
         }
-        self.renew_contract(jde_core::GroupId(group as u32));
+        self.rules.renew_contract(jde_core::GroupId(group as u32));
         raw::OK
     }
 
@@ -242,16 +247,17 @@ impl Engine {
         }
         let what = what();
         tracing::debug!(schema = self.name(instance), "{what}");
-        let mut rules = self.lock();
-        let time = self.clock.now();
-        self.notify_observers(
-            &mut rules,
-            &Event::Refused {
-                time,
-                schema: instance,
-                description: what,
-            },
-        );
+        self.rules.report_now(|time| Event::Refused {
+            time,
+            schema: instance,
+            description: what,
+        });
+    }
+
+    fn refused_requests(&self) -> MutexGuard<'_, BTreeSet<(usize, usize)>> {
+        self.refused_requests
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     fn child_of_role(&self, father: usize, role: usize) -> Result<usize, i32> {

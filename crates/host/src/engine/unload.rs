@@ -15,25 +15,28 @@ impl Engine {
     /// Puts a schema to sleep and ends its instance. Its variables stay.
     pub(crate) fn unload(&self, by: &str, instance: usize) -> Result<(), String> {
         self.check_schema(instance)?;
-        let (done, moment) = self.transact_recorded(|hierarchy, now, out| {
+        let (done, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
             self.refuse_needed(hierarchy, instance)?;
             self.unload_within(hierarchy, now, out, by, instance)
         });
         let way = if done.is_ok() { Turn::UNLOADED } else { 0 };
-        self.record_turn(Turn::OPERATED, instance, way, moment);
+        self.rules.record_turn(Turn::OPERATED, instance, way, moment);
         if done? {
-            self.signals.notify(instance);
+            self.rules.signals.notify(instance);
         }
-        self.report_operation(by, OperatorAction::Unload { schema: instance });
+        self.rules
+            .report_operation(by, OperatorAction::Unload { schema: instance });
         Ok(())
     }
 
     /// Repeats an operator's unloading, in a replay. Refused unloadings were not recorded.
     pub(crate) fn repeat_unload(&self, instance: usize) {
-        let done = self.transact(|hierarchy, now, out| self.unload_within(hierarchy, now, out, "", instance));
+        let done = self
+            .rules
+            .transact(|hierarchy, now, out| self.unload_within(hierarchy, now, out, "", instance));
         debug_assert!(done.is_ok(), "it was done then: {done:?}");
         if done == Ok(true) {
-            self.signals.notify(instance);
+            self.rules.signals.notify(instance);
         }
     }
 
@@ -41,24 +44,23 @@ impl Engine {
     /// grants. The schema gets a new instance when it wakes up, which is at once if it is requested.
     pub(crate) fn load(&self, by: &str, instance: usize) -> Result<(), String> {
         self.check_schema(instance)?;
-        let (done, moment) =
-            self.transact_recorded(|hierarchy, now, out| self.load_within(hierarchy, now, out, instance));
+        let (done, moment) = self
+            .rules
+            .transact_recorded(|hierarchy, now, out| self.load_within(hierarchy, now, out, instance));
         let way = if done.is_ok() { Turn::LOADED } else { 0 };
-        self.record_turn(Turn::OPERATED, instance, way, moment);
+        self.rules.record_turn(Turn::OPERATED, instance, way, moment);
         done?;
-        self.report_operation(by, OperatorAction::Load { schema: instance });
+        self.rules
+            .report_operation(by, OperatorAction::Load { schema: instance });
         Ok(())
     }
 
     /// Repeats an operator's loading, in a replay.
     pub(crate) fn repeat_load(&self, instance: usize) {
         // The original operator was informed of a refusal.
-        let _ = self.transact(|hierarchy, now, out| self.load_within(hierarchy, now, out, instance));
-    }
-
-    /// Whether the schema faulted and was not restarted since.
-    pub(crate) fn is_faulted(&self, instance: usize) -> bool {
-        is_faulted(&self.lock().hierarchy, instance)
+        let _ = self
+            .rules
+            .transact(|hierarchy, now, out| self.load_within(hierarchy, now, out, instance));
     }
 
     /// Whether an operator unloaded the schema.
@@ -78,7 +80,7 @@ impl Engine {
         self.apply_operation(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
         self.holds().unloaded.insert(instance);
         // The instance may be asleep already; it ends as soon as it is.
-        Ok(self.signals.post(instance, Signal::Unloaded))
+        Ok(self.rules.signals.post(instance, Signal::Unloaded))
     }
 
     fn load_within(

@@ -9,7 +9,7 @@ use jde_board::{Access, Board, Declaration, Error, Variable, Watch};
 use jde_loader::AlignedBytes;
 use jde_types::Value;
 
-use super::authority::{Command, Commands};
+use super::rules::{Command, Commands};
 use super::{Engine, Notifier, Signal};
 use crate::instance::MAX_INLINE_BYTES;
 use crate::instance::{BoundPort, Ports};

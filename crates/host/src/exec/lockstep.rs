@@ -113,7 +113,7 @@ impl LockstepExecutor {
     }
 
     pub(crate) fn start(&mut self) {
-        self.engine.start();
+        self.engine.rules.start();
         self.process_signals();
     }
 
@@ -155,9 +155,9 @@ impl LockstepExecutor {
 
     /// Brakes, puts all schemas to sleep, children before fathers, and ends the instances in reverse order.
     pub(crate) fn shut_down(&mut self) {
-        self.engine.brake_all();
+        self.engine.rules.brake_all();
         self.process_signals();
-        for number in self.engine.put_to_sleep() {
+        for number in self.engine.rules.put_to_sleep() {
             let mut inbox = Inbox::default();
             inbox.push(Signal::Asleep);
             self.take_turn(number, inbox);

@@ -85,7 +85,7 @@ pub(crate) fn supervise(
         if limit.is_some_and(|limit| now >= limit) {
             engine.outcome.conclude(Outcome::TimeUp);
         }
-        if engine.next_timer().is_some_and(|timer| timer <= now) {
+        if engine.rules.next_timer().is_some_and(|timer| timer <= now) {
             engine.clock.mark_busy();
             engine.tick();
         }
@@ -107,7 +107,7 @@ pub(crate) fn supervise(
 /// Stops actuators first, then puts schemas to sleep, children before fathers, and then ends them in reverse
 /// order.
 pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor) {
-    for driver in engine.brake_all() {
+    for driver in engine.rules.brake_all() {
         if !executor.wait_until_idle(driver, REST_TIMEOUT) {
             tracing::error!(
                 schema = engine.name(driver),
@@ -115,7 +115,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor)
             );
         }
     }
-    let order = engine.put_to_sleep();
+    let order = engine.rules.put_to_sleep();
     // Schemas put to sleep earlier may still be in that call.
     for instance in (0..engine.metrics.len()).rev() {
         if !order.contains(&instance) {
@@ -123,7 +123,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor)
         }
     }
     for instance in order {
-        engine.send_to_sleep(instance);
+        engine.rules.send_to_sleep(instance);
         if !executor.wait_until_idle(instance, REST_TIMEOUT) && engine.processes.has_process(instance) {
             let why = "its process was ended while it was inside its last call";
             engine.processes.kill(instance, why, true);
@@ -141,7 +141,7 @@ pub(crate) fn bring_to_rest(engine: &Arc<Engine>, executor: &dyn ThreadExecutor)
             "never returned from its last call"
         );
         let time = engine.clock.now();
-        engine.report(&Event::Hung {
+        engine.rules.report(&Event::Hung {
             time,
             schema: instance,
             since: engine.metrics[instance].running_since().unwrap_or(time),
@@ -177,7 +177,7 @@ fn detect_hung_calls(
             continue;
         }
         if reported[number].replace(since) != Some(since) {
-            engine.report(&Event::Hung {
+            engine.rules.report(&Event::Hung {
                 time: now,
                 schema: number,
                 since,

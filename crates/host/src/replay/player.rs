@@ -131,7 +131,7 @@ impl Player {
     /// Returns the time of the next step that the recording does not contain.
     fn next_unrecorded_time(&self) -> Option<Nanos> {
         let with_slack = |since: Nanos| since.saturating_add(self.slack);
-        let timer = self.engine.next_timer().map(with_slack);
+        let timer = self.engine.rules.next_timer().map(with_slack);
         let slots = self.slots.iter().flatten();
         let waiting = slots
             .clone()
@@ -145,6 +145,7 @@ impl Player {
     fn take_unrecorded_step(&mut self, now: Nanos) {
         if self
             .engine
+            .rules
             .next_timer()
             .is_some_and(|timer| timer.saturating_add(self.slack) <= now)
         {
@@ -219,7 +220,7 @@ impl Player {
         let turn = &*step.turn;
         let number = turn.schema as usize;
         match turn.kind {
-            Turn::STARTED => self.engine.start(),
+            Turn::STARTED => self.engine.rules.start(),
             Turn::TICKED => self.engine.tick(),
             Turn::OPERATED => self.apply_operator_action(number, turn),
             Turn::GIVEN_UP => {
@@ -291,7 +292,7 @@ impl Player {
             }
             (Turn::ARBITRATED, StepKind::Checked) => {
                 if let Some((group, ticket, reply)) = slot.arbitration_result.take() {
-                    engine.report_arbitration(group, ticket, reply);
+                    engine.rules.report_arbitration(group, ticket, reply);
                 }
             }
             (Turn::TOUCHED, StepKind::CheckCall) => match self.recorded_run.gesture(turn.detail) {
@@ -389,8 +390,8 @@ impl Player {
     }
 
     fn shut_down(&mut self) {
-        self.engine.brake_all();
-        for number in self.engine.put_to_sleep() {
+        self.engine.rules.brake_all();
+        for number in self.engine.rules.put_to_sleep() {
             if let Some(slot) = &mut self.slots[number] {
                 slot.runner.sleep_now();
             }

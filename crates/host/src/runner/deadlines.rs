@@ -23,7 +23,7 @@ impl Runner {
             self.set_due(next.max(self.engine.clock.now()));
         }
         self.period = period;
-        self.engine.apply_period(self.number, period);
+        self.engine.set_period(self.number, period);
     }
 
     /// Puts the deadlines of an instance that was woken at `woken` on its grid: whole periods after that
@@ -91,10 +91,10 @@ impl Runner {
         self.late[work as usize] = late;
         let healthy = |late: [bool; 2]| !late.contains(&true);
         if healthy(before) != healthy(self.late) {
-            self.engine.report_deadline(self.number, healthy(self.late));
+            self.engine.rules.report_deadline(self.number, healthy(self.late));
         }
         if late && !before[work as usize] {
-            self.engine.report(&Event::Overrun {
+            self.engine.rules.report(&Event::Overrun {
                 time: self.engine.clock.now(),
                 schema: self.number,
                 took,

@@ -170,7 +170,7 @@ impl Runner {
             has_run = if now >= due {
                 self.run_cycle(now, due);
                 true
-            } else if triggered || promoted && self.engine.is_taking(self.number) {
+            } else if triggered || promoted && self.engine.rules.is_taking(self.number) {
                 // The values behind the choice may be a period old, so it checks again before it acts (R8).
                 self.react(now);
                 true
@@ -288,15 +288,18 @@ impl Runner {
         let first = matches!(request, IterationRequest::First);
         let (is_permitted, begun) = match checked {
             Some(check) if requests_iteration => {
-                let (checked, begun) = self.engine.report_check_and_request(self.number, check, first);
+                let (checked, begun) = self
+                    .engine
+                    .rules
+                    .report_check_and_request(self.number, check, first);
                 self.turn_record.checked = checked;
                 begun
             }
             Some(check) => {
-                self.turn_record.checked = self.engine.report_check(self.number, check);
+                self.turn_record.checked = self.engine.rules.report_check(self.number, check);
                 return;
             }
-            None if requests_iteration => self.engine.request_iteration(self.number),
+            None if requests_iteration => self.engine.rules.request_iteration(self.number),
             None => return,
         };
         self.turn_record.begun = begun;
@@ -354,7 +357,7 @@ impl Runner {
             Ok(()) => self.engine.metrics[self.number].started.store(true, Relaxed),
             Err(reason) => self.fault(reason),
         }
-        self.turn_record.ended = self.engine.report_iteration_end(self.number);
+        self.turn_record.ended = self.engine.rules.report_iteration_end(self.number);
     }
 
     /// Records the turn that has ended, if there was one.
@@ -395,7 +398,7 @@ impl Runner {
             ArbitrationReply::Failed { reason } => Some(reason.clone()),
             ArbitrationReply::Chosen { .. } => None,
         };
-        self.turn_record.checked = self.engine.report_arbitration(group, ticket, reply);
+        self.turn_record.checked = self.engine.rules.report_arbitration(group, ticket, reply);
         self.record_turn();
         if let Some(reason) = failed
             && !self.roll_back(&reason)

@@ -64,7 +64,7 @@ impl Runner {
     /// Reports the result of that check to the rules.
     pub(crate) fn report_check(&mut self, result: Result<instance::CheckResult, String>) {
         if let Some(check) = self.handle_check_result(self.engine.clock.now(), result) {
-            self.turn_record.checked = self.engine.report_check(self.number, check);
+            self.turn_record.checked = self.engine.rules.report_check(self.number, check);
         }
     }
 
@@ -72,8 +72,8 @@ impl Runner {
     pub(crate) fn repeat_begin(&mut self, turn: &Turn) -> bool {
         self.is_awake()
             && match turn.way {
-                Turn::FIRST => self.engine.request_first_iteration(self.number).0,
-                _ => self.engine.request_iteration(self.number).0,
+                Turn::FIRST => self.engine.rules.request_first_iteration(self.number).0,
+                _ => self.engine.rules.request_iteration(self.number).0,
             }
     }
 

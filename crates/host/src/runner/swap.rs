@@ -265,7 +265,7 @@ impl Runner {
             .builds
             .record_replacement(self.number, Arc::clone(&swap.build), None);
         self.install(instance, false);
-        self.engine.report_restored(self.number);
+        self.engine.rules.report_restored(self.number);
         Ok(())
     }
 

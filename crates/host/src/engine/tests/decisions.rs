@@ -77,7 +77,7 @@ impl Fixture {
             None,
         )
         .unwrap();
-        engine.start();
+        engine.rules.start();
         Self {
             engine,
             heard,
@@ -97,13 +97,13 @@ impl Fixture {
             urgency: 0.0,
             cause: 0,
         };
-        self.engine.report_check(self.of(name), check);
+        self.engine.rules.report_check(self.of(name), check);
     }
 
     /// Iterates once, if that is permitted.
     fn iterate(&self, name: &str) {
-        if self.engine.request_iteration(self.of(name)).0 {
-            self.engine.report_iteration_end(self.of(name));
+        if self.engine.rules.request_iteration(self.of(name)).0 {
+            self.engine.rules.report_iteration_end(self.of(name));
         }
     }
 
@@ -111,11 +111,11 @@ impl Fixture {
     fn lead(&self) {
         self.check("bottom", true);
         let father = self.of("bottom");
-        assert!(self.engine.request_iteration(father).0);
+        assert!(self.engine.rules.request_iteration(father).0);
         for role in [0, 1] {
             assert_eq!(self.engine.request_child(father, role, true), jde_abi::raw::OK);
         }
-        self.engine.report_iteration_end(father);
+        self.engine.rules.report_iteration_end(father);
     }
 
     fn at(&self, time: Nanos) {
@@ -175,7 +175,7 @@ fn r15_a_takeover_is_told_with_its_time() {
 fn r15_a_cancelled_handover_withholds_nothing() {
     let mut desk = Fixture::new();
     desk.check("bottom", true);
-    assert!(desk.engine.request_iteration(desk.of("bottom")).0);
+    assert!(desk.engine.rules.request_iteration(desk.of("bottom")).0);
     desk.check("top", true);
     assert_eq!(desk.withheld().len(), 1, "top waits for the end of the iteration");
     desk.check("top", false);
@@ -184,7 +184,7 @@ fn r15_a_cancelled_handover_withholds_nothing() {
         [0; 0],
         "bottom was chosen again, and goes on as it was"
     );
-    desk.engine.report_iteration_end(desk.of("bottom"));
+    desk.engine.rules.report_iteration_end(desk.of("bottom"));
     desk.lead();
     desk.check("first", true);
     desk.iterate("first");
@@ -214,7 +214,7 @@ fn r15_whoever_was_to_take_over_and_falls_asleep_withholds_nothing() {
     let mut desk = Fixture::new();
     desk.lead();
     desk.check("second", true);
-    assert!(desk.engine.request_iteration(desk.of("second")).0);
+    assert!(desk.engine.rules.request_iteration(desk.of("second")).0);
     desk.check("first", true);
     assert_eq!(
         desk.withheld().len(),

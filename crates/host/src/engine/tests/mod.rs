@@ -94,7 +94,7 @@ struct CountingNotifier {
 impl CountingNotifier {
     fn note(&self, count: &AtomicUsize) {
         let engine = self.engine.get().and_then(Weak::upgrade).unwrap();
-        assert!(engine.rules.try_lock().is_ok(), "called under the rules' lock");
+        assert!(engine.rules.is_unlocked(), "called under the rules' lock");
         count.fetch_add(1, Ordering::Relaxed);
     }
 }
@@ -152,18 +152,18 @@ fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
             urgency: 0.0,
             cause: 0,
         };
-        engine.report_check(instance, check);
+        engine.rules.report_check(instance, check);
     };
 
-    engine.start();
+    engine.rules.start();
     assert_eq!(since()[0], 2, "both are awake");
     wants(1);
     assert_eq!(since()[0], 1, "it is the only one that wants");
-    let (may, _) = engine.request_iteration(1);
+    let (may, _) = engine.rules.request_iteration(1);
     assert!(may);
     wants(0);
     assert_eq!(since(), [0, 1], "it has to wait, but not for ever");
-    engine.report_iteration_end(1);
+    engine.rules.report_iteration_end(1);
     assert_eq!(since()[0], 1, "it wins");
     engine.report_fault(0, String::from("it broke"));
     assert!(since()[1] > 0, "it is to be restarted");
@@ -202,16 +202,18 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
             urgency: 0.0,
             cause: 0,
         };
-        engine.start();
-        engine.report_check(0, check);
+        engine.rules.start();
+        engine.rules.report_check(0, check);
         for role in [0, 1] {
             engine.request_child(0, role, true);
         }
-        engine.report_check(1, check);
-        engine.report_check(2, check);
+        engine.rules.report_check(1, check);
+        engine.rules.report_check(2, check);
         if let Some(begun) = begun {
             engine.clock.advance_to(begun);
-            let asked = engine.lock().hierarchy.pending_arbitration(GroupId(1));
+            let asked = engine
+                .rules
+                .read(|rules| rules.hierarchy.pending_arbitration(GroupId(1)));
             engine.metrics[0].begin_arbitration(asked.unwrap(), begun);
             engine.metrics[0].begin_call(begun);
         }
@@ -221,10 +223,11 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         }
         engine.clock.advance_to(5 * MS);
         engine.tick();
-        let rules = engine.lock();
-        let decided = rules.hierarchy.winner(GroupId(1));
+        let decided = engine.rules.read(|rules| rules.hierarchy.winner(GroupId(1)));
         assert_eq!(decided, Some(schema(1)), "the priority order decides");
-        let blamed = matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_));
+        let blamed = engine
+            .rules
+            .read(|rules| matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_)));
         assert_eq!(blamed, wanted, "begun at {begun:?}, returned: {returned}");
     }
 }
@@ -253,7 +256,7 @@ fn a_mission_is_published_while_somebody_has_the_rules() {
     let (told, stalls) = mpsc::channel();
     let (engine, _ears) = engine(REPORTS, vec![Box::new(Stalls(told))]);
     crate::mission::watch_mission(&engine);
-    engine.start();
+    engine.rules.start();
     let mut writer = engine.variables.of(0, 0).unwrap().writer(0, "report").unwrap();
     let mut publish = || {
         let now = engine.clock.now();
@@ -266,9 +269,9 @@ fn a_mission_is_published_while_somebody_has_the_rules() {
     };
     publish();
     engine.clock.advance_to(20 * SECOND);
-    let rules = engine.lock();
-    std::thread::scope(|scope| scope.spawn(publish).join().unwrap());
-    drop(rules);
+    engine
+        .rules
+        .read(|_| std::thread::scope(|scope| scope.spawn(publish).join().unwrap()));
     engine.tick();
     assert_eq!(stalls.try_recv(), Ok(20 * SECOND), "it is told all the same");
 }

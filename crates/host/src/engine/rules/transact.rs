@@ -5,22 +5,23 @@ use jde_core::{Check, Effect, Hierarchy, Nanos};
 use jde_records::event::Event;
 use jde_records::turn::{Moment, Turn};
 
-use super::{Engine, RulesState, Signal, schema, subtree_with};
+use super::{Rules, RulesState, Signal, subtree_with};
+use crate::engine::schema;
 use crate::journal::Journal;
 use crate::transaction_observer::{Transaction, TransactionInput};
 
 /// Whether permission to iterate was given, and when it was asked for.
 pub(crate) type IterationPermission = (bool, Moment);
 
-impl Engine {
+impl Rules {
     /// Runs `change` and carries out all its effects in order, before any other change.
-    pub(super) fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
+    pub(crate) fn transact<R>(&self, change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R) -> R {
         self.transact_as(None, |_| TransactionInput::Other, change).0
     }
 
     /// Like [`Self::transact`], with a moment for the turns only if the change has effects. For changes that
     /// schemas request often.
-    pub(super) fn transact_if_any<R>(
+    pub(crate) fn transact_if_any<R>(
         &self,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
     ) -> (R, Moment) {
@@ -37,7 +38,7 @@ impl Engine {
     }
 
     /// Like [`Self::transact`], with a moment for the turns.
-    pub(super) fn transact_recorded<R>(
+    pub(crate) fn transact_recorded<R>(
         &self,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
     ) -> (R, Moment) {
@@ -46,7 +47,7 @@ impl Engine {
 
     /// Like [`Self::transact_recorded`], in a turn of an instance. The turns of drivers are not recorded: their
     /// exports show the results.
-    pub(super) fn transact_for<R>(
+    pub(crate) fn transact_for<R>(
         &self,
         instance: usize,
         change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>) -> R,
@@ -87,7 +88,7 @@ impl Engine {
     }
 
     /// Reports that the iteration of an instance ended, or that the host no longer waits for it.
-    pub(super) fn transact_end(&self, journal: Option<&Journal>, instance: usize) -> Moment {
+    pub(crate) fn transact_end(&self, journal: Option<&Journal>, instance: usize) -> Moment {
         let id = schema(instance);
         self.transact_as(
             journal,
@@ -107,7 +108,7 @@ impl Engine {
     }
 
     /// The journal for an instance's turns; `None` for drivers.
-    pub(super) fn journal_of(&self, instance: usize) -> Option<&Journal> {
+    pub(crate) fn journal_of(&self, instance: usize) -> Option<&Journal> {
         let is_driver = self.application.instances[instance].schema.kind == Kind::Driver;
         self.journal.as_deref().filter(|_| !is_driver)
     }
@@ -175,7 +176,7 @@ impl Engine {
     }
 
     /// Records a transaction that is not part of a schema's turn.
-    pub(super) fn record_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
+    pub(crate) fn record_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
         if let Some(journal) = &self.journal {
             journal.forward(&Turn {
                 way,
@@ -237,7 +238,7 @@ impl Engine {
                 self.signal_drivers(rules, &drivers);
             }
             Effect::Changed { id, from, to } => {
-                tracing::trace!(target: "jde::state", schema = self.name(id.index()), ?from, ?to);
+                tracing::trace!(target: "jde::state", schema = self.application.instances[id.index()].name, ?from, ?to);
                 self.notify_observers(
                     rules,
                     &Event::StateChanged {

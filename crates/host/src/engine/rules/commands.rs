@@ -13,18 +13,18 @@ pub(crate) struct Commands {
     commands: Vec<Command>,
 }
 
-pub(super) struct Command {
-    pub(super) driver: usize,
-    pub(super) variable: Arc<Variable>,
-    pub(super) newest: Reader,
-    pub(super) neutral: Vec<u8>,
+pub(crate) struct Command {
+    pub(crate) driver: usize,
+    pub(crate) variable: Arc<Variable>,
+    pub(crate) newest: Reader,
+    pub(crate) neutral: Vec<u8>,
     /// The sequence number of a value that stays in force without its writer's authority, held or taken over;
     /// 0 if none does.
-    pub(super) held_sequence: u64,
+    pub(crate) held_sequence: u64,
     /// The instances for which that value stays in force. Only they end it.
-    pub(super) holders: Vec<usize>,
+    pub(crate) holders: Vec<usize>,
     /// The motor schemas that are bound to the command.
-    pub(super) commanders: Vec<usize>,
+    pub(crate) commanders: Vec<usize>,
 }
 
 /// What happens to the newest value of a command.
@@ -50,7 +50,7 @@ struct NewestCommand {
 }
 
 impl Commands {
-    pub(super) fn new(commands: Vec<Command>) -> Self {
+    pub(crate) fn new(commands: Vec<Command>) -> Self {
         Self { commands }
     }
 

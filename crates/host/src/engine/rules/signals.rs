@@ -57,7 +57,7 @@ pub(crate) enum Signal {
 
 /// The way to the runners.
 #[derive(Default)]
-pub(super) struct Signals {
+pub(crate) struct Signals {
     notifier: OnceLock<Weak<dyn Notifier>>,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct PendingNotifications {
 
 impl Signals {
     /// Connects the executor. Called once.
-    pub(super) fn attach(&self, notifier: &Arc<dyn Notifier>) {
+    pub(crate) fn attach(&self, notifier: &Arc<dyn Notifier>) {
         assert!(
             self.notifier.set(Arc::downgrade(notifier)).is_ok(),
             "an engine has one executor"
@@ -78,19 +78,19 @@ impl Signals {
     }
 
     /// Signals an instance outside of the rules' lock.
-    pub(super) fn send(&self, instance: usize, signal: Signal) {
+    pub(crate) fn send(&self, instance: usize, signal: Signal) {
         if self.post(instance, signal) {
             self.notify(instance);
         }
     }
 
     /// Leaves a signal for an instance. Returns whether to notify its thread, outside of the lock.
-    pub(super) fn post(&self, instance: usize, signal: Signal) -> bool {
+    pub(crate) fn post(&self, instance: usize, signal: Signal) -> bool {
         self.notifier()
             .is_some_and(|notifier| notifier.post(instance, signal))
     }
 
-    pub(super) fn notify(&self, instance: usize) {
+    pub(crate) fn notify(&self, instance: usize) {
         if let Some(notifier) = self.notifier() {
             notifier.notify(instance);
         }

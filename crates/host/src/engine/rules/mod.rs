@@ -1,0 +1,187 @@
+//! The rules under one lock: the only place that locks them.
+//!
+//! Every change of the hierarchy is one [`Rules::transact`], which carries out the effects of the change in
+//! order before it releases the lock. Readers use [`Rules::read`].
+
+mod commands;
+mod reports;
+mod signals;
+mod statistics;
+mod transact;
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use jde_app::Application;
+use jde_core::{Effect, GroupId, Hierarchy, Nanos, SchemaId};
+use jde_records::event::Observer;
+use jde_records::turn::Turn;
+
+use super::schema;
+use crate::clock::Clock;
+use crate::journal::Journal;
+use crate::transaction_observer::TransactionObserver;
+pub(crate) use commands::{Command, Commands};
+pub(crate) use signals::{Notifier, Signal};
+use signals::{PendingNotifications, Signals};
+use statistics::{DeferredEvents, GroupStatistics};
+pub(crate) use transact::IterationPermission;
+
+/// The hierarchy, and everything that its transactions need.
+pub(crate) struct Rules {
+    application: Arc<Application>,
+    clock: Arc<Clock>,
+    journal: Option<Arc<Journal>>,
+    state: Mutex<RulesState>,
+    pub(super) signals: Signals,
+    deferred_events: DeferredEvents,
+}
+
+/// The state that only transactions change.
+pub(crate) struct RulesState {
+    pub(crate) hierarchy: Hierarchy,
+    effects: Vec<Effect>,
+    observers: Vec<Box<dyn Observer>>,
+    transaction_observer: Option<Box<dyn TransactionObserver>>,
+    commands: Commands,
+    pub(crate) groups: GroupStatistics,
+    /// The timer that was last set.
+    alarm: Option<Nanos>,
+    /// What to notify once the lock is free.
+    notifications: PendingNotifications,
+    /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
+    /// signalled.
+    shutdown_order: Option<Vec<usize>>,
+}
+
+impl Rules {
+    pub(super) fn new(
+        application: &Arc<Application>,
+        clock: &Arc<Clock>,
+        journal: Option<Arc<Journal>>,
+        hierarchy: Hierarchy,
+        commands: Commands,
+        observers: Vec<Box<dyn Observer>>,
+        transaction_observer: Option<Box<dyn TransactionObserver>>,
+    ) -> Self {
+        let groups = GroupStatistics::new(application.groups.len(), &hierarchy);
+        Self {
+            application: Arc::clone(application),
+            clock: Arc::clone(clock),
+            journal,
+            state: Mutex::new(RulesState {
+                hierarchy,
+                effects: Vec::new(),
+                observers,
+                transaction_observer,
+                commands,
+                groups,
+                alarm: None,
+                notifications: PendingNotifications::default(),
+                shutdown_order: None,
+            }),
+            signals: Signals::default(),
+            deferred_events: DeferredEvents::default(),
+        }
+    }
+
+    /// Reads the rules under their lock.
+    pub(super) fn read<R>(&self, query: impl FnOnce(&RulesState) -> R) -> R {
+        query(&self.lock())
+    }
+
+    /// Whether no thread holds the lock.
+    #[cfg(test)]
+    pub(super) fn is_unlocked(&self) -> bool {
+        self.state.try_lock().is_ok()
+    }
+
+    /// Sets the period of an instance, and renews the contracts that depend on it.
+    pub(crate) fn set_period(&self, instance: usize, period: Nanos) {
+        self.transact(|hierarchy, _, _| hierarchy.set_period(schema(instance), period));
+        self.renew_contracts_of(instance);
+    }
+
+    /// Records whether an instance has a panel, and renews the contracts that depend on it.
+    pub(crate) fn set_panel(&self, instance: usize, has_panel: bool) {
+        let changed = self.lock().hierarchy.set_panel(schema(instance), has_panel);
+        if changed {
+            self.renew_contracts_of(instance);
+        }
+    }
+
+    fn renew_contracts_of(&self, instance: usize) {
+        if let Some(group) = self.application.instances[instance].group {
+            self.renew_contract(GroupId(group as u32));
+        }
+    }
+
+    /// Recomputes the contracts of a group and of its father's group (R17), after the period of a member or a
+    /// policy changed.
+    pub(crate) fn renew_contract(&self, group: GroupId) {
+        let father = self.application.groups[group.index()].father;
+        let above = father.and_then(|father| self.application.instances[father].group);
+        let RulesState {
+            hierarchy, groups, ..
+        } = &mut *self.lock();
+        groups.update_contract(hierarchy, group);
+        if let Some(above) = above {
+            groups.update_contract(hierarchy, GroupId(above as u32));
+        }
+    }
+
+    /// Withdraws all authority and sends every actuator its neutral value. No schema gains authority
+    /// afterwards. Returns the drivers that have commands to carry out.
+    pub(crate) fn brake_all(&self) -> Vec<usize> {
+        let mut rules = self.lock();
+        rules.shutdown_order.get_or_insert_default();
+        let drivers = rules.commands.brake_all(self.clock.now());
+        for driver in &drivers {
+            self.signals
+                .post_within(&mut rules.notifications, *driver, Signal::Triggered);
+        }
+        self.unlock(rules);
+        drivers
+    }
+
+    /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.
+    pub(crate) fn send_to_sleep(&self, instance: usize) {
+        self.signals.send(instance, Signal::Asleep);
+    }
+
+    /// Puts everything to sleep. Returns the order in which it must happen, children before fathers.
+    pub(crate) fn put_to_sleep(&self) -> Vec<usize> {
+        let moment = self.transact_shutdown();
+        self.record_turn(Turn::ENDED, 0, 0, moment);
+        self.lock().shutdown_order.replace(Vec::new()).unwrap_or_default()
+    }
+
+    /// The instances that act for a group: its members and all schemas below them.
+    fn group_subtree(&self, hierarchy: &Hierarchy, group: GroupId) -> Vec<usize> {
+        let members = &self.application.groups[group.index()].members;
+        members
+            .iter()
+            .flat_map(|member| subtree_with(hierarchy, schema(*member)))
+            .collect()
+    }
+
+    /// Ends a transaction: releases the lock, then notifies the threads that its effects concern.
+    fn unlock(&self, mut rules: MutexGuard<'_, RulesState>) {
+        let pending = rules.notifications.take();
+        drop(rules);
+        if let Some(pending) = pending {
+            self.signals.notify_all(&pending);
+        }
+    }
+
+    /// Locks the rules. A panic inside a transaction is a fault of the host and ends the application, so a
+    /// poisoned lock only serves the shutdown.
+    fn lock(&self) -> MutexGuard<'_, RulesState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A schema and all schemas below it.
+fn subtree_with(hierarchy: &Hierarchy, id: SchemaId) -> Vec<usize> {
+    let below = hierarchy.subtree(id).into_iter();
+    std::iter::once(id).chain(below).map(SchemaId::index).collect()
+}

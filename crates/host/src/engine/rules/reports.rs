@@ -1,0 +1,165 @@
+//! What runners report to the rules, and what the rules report to observers.
+
+use jde_core::{ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Nanos, SchemaId};
+use jde_records::event::{Event, OperatorAction};
+use jde_records::turn::{Moment, Turn};
+
+use super::{IterationPermission, Rules, RulesState};
+use crate::engine::schema;
+
+impl Rules {
+    pub(crate) fn start(&self) {
+        let ((), moment) = self.transact_recorded(|hierarchy, now, out| hierarchy.start(now, out));
+        self.record_turn(Turn::STARTED, 0, 0, moment);
+    }
+
+    pub(crate) fn next_timer(&self) -> Option<Nanos> {
+        self.lock().hierarchy.next_timer()
+    }
+
+    /// Reports the result of a precondition.
+    pub(crate) fn report_check(&self, instance: usize, check: Check) -> Moment {
+        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+            hierarchy.checked(now, schema(instance), check, out);
+        };
+        self.transact_for(instance, told).1
+    }
+
+    /// Asks the rules for permission to iterate.
+    pub(crate) fn request_iteration(&self, instance: usize) -> IterationPermission {
+        self.transact_begin(instance, None, false).1
+    }
+
+    /// Asks for permission for the first iteration since the instance became WINNER. Refused if that
+    /// iteration has begun already.
+    pub(crate) fn request_first_iteration(&self, instance: usize) -> IterationPermission {
+        self.transact_begin(instance, None, true).1
+    }
+
+    /// [`Self::checked`] and then at once [`Self::begin`] or [`Self::request_first_iteration`].
+    pub(crate) fn report_check_and_request(
+        &self,
+        instance: usize,
+        check: Check,
+        first: bool,
+    ) -> (Moment, IterationPermission) {
+        self.transact_begin(instance, Some(check), first)
+    }
+
+    /// Whether the instance became WINNER and has not begun to iterate since.
+    pub(crate) fn is_taking(&self, instance: usize) -> bool {
+        self.lock().hierarchy.is_taking(schema(instance))
+    }
+
+    /// Reports the end of an iteration.
+    pub(crate) fn report_iteration_end(&self, instance: usize) -> Moment {
+        self.transact_end(self.journal_of(instance), instance)
+    }
+
+    /// Reports the answer of a father.
+    pub(crate) fn report_arbitration(&self, group: GroupId, ticket: u64, answer: ArbitrationReply) -> Moment {
+        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+            hierarchy.arbitrated(now, group, ticket, answer, out);
+        };
+        self.transact_recorded(told).1
+    }
+
+    /// Reports that a deadline was missed or met.
+    pub(crate) fn report_deadline(&self, instance: usize, met: bool) {
+        self.transact(|hierarchy, _, out| {
+            if met {
+                hierarchy.on_time(schema(instance), out);
+            } else {
+                hierarchy.overrun(schema(instance), out);
+            }
+        });
+    }
+
+    /// Reports that a faulted schema has new code. It wakes up if it is requested.
+    pub(crate) fn report_restored(&self, instance: usize) {
+        self.transact(|hierarchy, now, out| hierarchy.restored(now, schema(instance), out));
+    }
+
+    /// Whether the schema faulted and was not restarted since.
+    pub(crate) fn is_faulted(&self, instance: usize) -> bool {
+        matches!(self.lock().hierarchy.health(schema(instance)), Health::Faulted(_))
+    }
+
+    pub(super) fn notify_observers(&self, rules: &mut RulesState, event: &Event) {
+        for observer in &mut rules.observers {
+            observer.on_event(event);
+        }
+    }
+
+    pub(super) fn report_takeover(
+        &self,
+        rules: &mut RulesState,
+        now: Nanos,
+        group: GroupId,
+        record: u64,
+        id: SchemaId,
+        latency: Nanos,
+    ) {
+        let allowed = rules.groups.groups[group.index()].allowed;
+        // In a replay, lateness was reported when it first happened.
+        let late = latency > allowed && !self.clock.is_replayed();
+        rules.groups.record_takeover(group, record, latency, late);
+        if late {
+            tracing::warn!(
+                group = self.application.groups[group.index()].name,
+                winner = self.application.instances[id.index()].name,
+                "took over in {:.1} ms, and its contract allows {:.1} ms",
+                latency as f64 / 1e6,
+                allowed as f64 / 1e6
+            );
+        }
+        let event = Event::TookOver {
+            time: now,
+            group: group.index(),
+            record,
+            schema: id.index(),
+            latency,
+            allowed,
+        };
+        self.notify_observers(rules, &event);
+        if late {
+            let event = Event::TookOverLate {
+                time: now,
+                group: group.index(),
+                record,
+                schema: id.index(),
+                latency,
+                allowed,
+            };
+            self.notify_observers(rules, &event);
+        }
+    }
+
+    /// Reports an operator's action to the observers.
+    pub(crate) fn report_operation(&self, by: &str, action: OperatorAction) {
+        self.report_now(|time| Event::Operator {
+            time,
+            by: by.to_owned(),
+            action,
+        });
+    }
+
+    /// Reports an event with the time at which the lock is held, so that times of events do not decrease.
+    pub(crate) fn report_now(&self, event: impl FnOnce(Nanos) -> Event) {
+        let mut rules = self.lock();
+        let event = event(self.clock.now());
+        self.notify_observers(&mut rules, &event);
+    }
+
+    /// Reports an event to the observers, outside a transaction.
+    pub(crate) fn report(&self, event: &Event) {
+        let mut rules = self.lock();
+        self.notify_observers(&mut rules, event);
+    }
+
+    /// Leaves an event for the next transaction to report. For publications, which do not take the rules'
+    /// lock.
+    pub(crate) fn report_later(&self, event: Event) {
+        self.deferred_events.push(event);
+    }
+}

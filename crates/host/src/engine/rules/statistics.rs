@@ -1,0 +1,143 @@
+//! What is kept for observers: the last switch of every group, worst takeovers (R17), and events that wait
+//! for the next transaction.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use jde_core::{GroupId, Hierarchy, Nanos, Record, SchemaId};
+use jde_records::chattering::{self, ChatterDetector};
+use jde_records::event::Event;
+use jde_records::snapshot::Switch;
+
+/// What is kept of every group.
+pub(crate) struct GroupStatistics {
+    pub(crate) groups: Vec<GroupStatistic>,
+    /// The groups that chatter.
+    chattering: Vec<usize>,
+}
+
+#[derive(Clone, Default)]
+pub(crate) struct GroupStatistic {
+    pub(crate) switches: u64,
+    pub(crate) worst: Nanos,
+    /// Worst takeover that the contract allows (R17).
+    pub(crate) allowed: Nanos,
+    pub(crate) late: u64,
+    pub(crate) last: Option<(u64, Switch)>,
+    pub(crate) detector: ChatterDetector<[Option<usize>; 2]>,
+    /// When the group began to chatter, and its number of switches at that time.
+    pub(crate) chattering_since: Option<(Nanos, u64)>,
+}
+
+impl GroupStatistics {
+    pub(super) fn new(count: usize, hierarchy: &Hierarchy) -> Self {
+        let mut groups = Self {
+            groups: vec![GroupStatistic::default(); count],
+            chattering: Vec::new(),
+        };
+        for group in 0..count {
+            groups.update_contract(hierarchy, GroupId(group as u32));
+        }
+        groups
+    }
+
+    /// Recomputes the contract of a group from the periods and policies in force now.
+    pub(super) fn update_contract(&mut self, hierarchy: &Hierarchy, group: GroupId) {
+        self.groups[group.index()].allowed = hierarchy.allowed(group).unwrap_or_default();
+    }
+
+    /// Records a selection. Returns a further event if the group begins to chatter.
+    pub(super) fn record_decision(&mut self, record: &Record) -> Option<Event> {
+        if !record.changed {
+            return None;
+        }
+        let number = record.group.index();
+        let group = &mut self.groups[number];
+        group.switches += 1;
+        let switch = Switch {
+            time: record.time,
+            from: record.before.map(SchemaId::index),
+            to: record.choice.map(SchemaId::index),
+            decider: record.decider.name().to_owned(),
+            reason: record.reason.to_string(),
+            latency: None,
+        };
+        group.last = Some((record.number, switch));
+        let between = chattering::switched_pair(record)?;
+        let switches = group.detector.record_switch(record.time, between)?;
+        group.chattering_since = Some((record.time, group.switches));
+        self.chattering.push(number);
+        Some(Event::ChatteringStarted {
+            time: record.time,
+            group: number,
+            between: group.detector.dominant_pair().unwrap_or(between),
+            switches,
+        })
+    }
+
+    /// Whether any group chatters. Rarely true, and checked in every transaction.
+    pub(super) fn is_any_chattering(&self) -> bool {
+        !self.chattering.is_empty()
+    }
+
+    /// Advances the time. Returns an event for each group that has calmed down.
+    pub(super) fn advance(&mut self, now: Nanos) -> Vec<Event> {
+        let groups = &mut self.groups;
+        let calmed = self
+            .chattering
+            .extract_if(.., |number| groups[*number].detector.advance(now));
+        let calmed: Vec<usize> = calmed.collect();
+        let told = calmed.into_iter().filter_map(|number| {
+            let group = &mut groups[number];
+            let (since, before) = group.chattering_since.take()?;
+            Some(Event::ChatteringEnded {
+                time: now,
+                group: number,
+                since,
+                switches: group.switches - before,
+            })
+        });
+        told.collect()
+    }
+
+    pub(super) fn record_takeover(&mut self, group: GroupId, record: u64, latency: Nanos, late: bool) {
+        let group = &mut self.groups[group.index()];
+        group.worst = group.worst.max(latency);
+        group.late += u64::from(late);
+        if let Some((_, switch)) = group.last.as_mut().filter(|(number, _)| *number == record) {
+            switch.latency = Some(latency);
+        }
+    }
+}
+
+/// Events that the next transaction reports.
+#[derive(Default)]
+pub(super) struct DeferredEvents {
+    /// Whether there are any; checked in every transaction.
+    has_events: AtomicBool,
+    events: Mutex<Vec<Event>>,
+}
+
+impl DeferredEvents {
+    pub(super) fn push(&self, event: Event) {
+        self.lock().push(event);
+        self.has_events.store(true, Release);
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        !self.has_events.load(Relaxed)
+    }
+
+    pub(super) fn take(&self) -> Vec<Event> {
+        if self.has_events.swap(false, Acquire) {
+            std::mem::take(&mut *self.lock())
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Event>> {
+        self.events.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
