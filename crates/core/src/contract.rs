@@ -74,11 +74,10 @@ pub fn contract(spec: &Spec) -> Vec<GroupContract> {
 pub(crate) fn allowed(spec: &Spec, id: GroupId, own: &dyn Fn(SchemaId) -> Nanos) -> Option<Nanos> {
     let calculator = ContractCalculator { spec, own };
     let group = spec.groups.get(id.index())?;
-    let (slowest_check, slowest_start) = calculator.slowest(group)?;
-    Some(
-        saturating_sum(calculator.detection_times(slowest_check))
-            .saturating_add(calculator.handover_time(group, slowest_start)),
-    )
+    let detection = calculator.detection_time(calculator.slowest_check(group)?);
+    let father = arbitration(group).saturating_mul(2);
+    let start = calculator.call_time(calculator.slowest_start(group)?);
+    Some(saturating_sum([detection, father, group.patience, start]))
 }
 
 /// Returns how long the father of a group may take to arbitrate.
@@ -163,7 +162,7 @@ struct ContractCalculator<'s> {
 
 impl ContractCalculator<'_> {
     fn contract(&self, id: GroupId, group: &GroupSpec) -> Option<GroupContract> {
-        let (slowest_check, slowest_start) = self.slowest(group)?;
+        let (slowest_check, slowest_start) = (self.slowest_check(group)?, self.slowest_start(group)?);
         let wait = self.policy_wait(group);
         let pace = self.pace(group);
         let by_urgency = if group.policy.kind().compares_urgency {
@@ -194,33 +193,36 @@ impl ContractCalculator<'_> {
         })
     }
 
-    /// Returns the member that may take longest to report a change of readiness (its own rise or fall), and
-    /// the member that may take longest to start its first iteration.
-    fn slowest(&self, group: &GroupSpec) -> Option<(SchemaId, SchemaId)> {
-        let is_known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
-        let members = || group.members.iter().filter(is_known).rev();
-        let slowest_check = members().max_by_key(|id| saturating_sum(self.detection_times(**id)))?;
-        let slowest_start = members().max_by_key(|id| saturating_sum(self.start_times(**id)))?;
-        Some((*slowest_check, *slowest_start))
+    /// Returns the member that may take longest to report a change of readiness (its own rise or fall).
+    fn slowest_check(&self, group: &GroupSpec) -> Option<SchemaId> {
+        self.slowest(group, |id| self.detection_time(id))
     }
 
-    /// The times from the situation to the end of the check that reports it. The first term is whole periods,
-    /// until the previous check has ended (for a triggered schema, a turn under way). The next terms may be
-    /// under way when the turn is due or the value arrives: a drawing, a gesture, an arbitration and another
-    /// that waits for it. The check itself is last.
-    fn detection_times(&self, id: SchemaId) -> [Nanos; 4] {
+    /// Returns the member that may take longest to start its first iteration.
+    fn slowest_start(&self, group: &GroupSpec) -> Option<SchemaId> {
+        self.slowest(group, |id| self.call_time(id))
+    }
+
+    /// Returns the first member with the longest time.
+    fn slowest(&self, group: &GroupSpec, time: impl Fn(SchemaId) -> Nanos) -> Option<SchemaId> {
+        let members = group.members.iter().rev().copied();
+        let known = members.filter(|id| id.index() < self.spec.schemas.len());
+        known.max_by_key(|id| time(*id))
+    }
+
+    /// Returns the time from the situation to the end of the check that reports it: whole periods, until the
+    /// previous check has ended (for a triggered schema, a turn under way), and the check.
+    fn detection_time(&self, id: SchemaId) -> Nanos {
+        self.before_check(id).saturating_add(self.call_time(id))
+    }
+
+    fn before_check(&self, id: SchemaId) -> Nanos {
         let schema = &self.spec.schemas[id.index()];
-        let before = if schema.triggered {
+        if schema.triggered {
             schema.budget
         } else {
             self.between_turns(id)
-        };
-        [
-            before,
-            self.panel(id),
-            (self.own)(id).saturating_mul(2),
-            schema.budget,
-        ]
+        }
     }
 
     fn detection_terms(&self, id: SchemaId) -> Vec<Term> {
@@ -231,48 +233,48 @@ impl ContractCalculator<'_> {
             0 => format!("period of {name}"),
             more => format!("{} periods of {name}", more.saturating_add(1)),
         };
-        let descriptions = [
-            before,
-            format!("drawing of the panel of {name} and a gesture on it"),
-            format!("arbitrations by {name}"),
-            format!("check by {name}"),
-        ];
-        self::terms(descriptions, self.detection_times(id))
+        self.call_terms(before, self.before_check(id), id, format!("check by {name}"))
     }
 
-    /// The time from the decision to the first iteration. The father arbitrates, twice if an arbitration is
-    /// under way. The loser ends its iteration, or its patience ends. The winner ends its drawing, a gesture,
-    /// its arbitration and another that waits for it, and checks again before it acts (R8).
-    fn handover_time(&self, group: &GroupSpec, slowest_start: SchemaId) -> Nanos {
-        let father = arbitration(group).saturating_mul(2);
-        father
-            .saturating_add(group.patience)
-            .saturating_add(saturating_sum(self.start_times(slowest_start)))
-    }
-
+    /// Returns the terms from the decision to the first iteration. The father arbitrates, twice if an
+    /// arbitration is under way. The loser ends its iteration, or its patience ends. The winner checks again
+    /// before it acts (R8).
     fn handover_terms(&self, group: &GroupSpec, slowest_start: SchemaId) -> Vec<Term> {
-        let (arbitration_time, name) = (arbitration(group), self.name(slowest_start));
-        let descriptions = [
-            "arbitration that is under way".to_owned(),
-            "arbitration by the father".to_owned(),
-            "patience with the loser".to_owned(),
-        ];
-        let mut terms = self::terms(descriptions, [arbitration_time, arbitration_time, group.patience]);
-        let descriptions = [
-            format!("drawing of the panel of {name} and a gesture on it"),
-            format!("arbitrations by {name}"),
-            format!("look of {name} before it acts"),
-        ];
-        terms.extend(self::terms(descriptions, self.start_times(slowest_start)));
+        let (time, name) = (arbitration(group), self.name(slowest_start));
+        let mut terms = terms([
+            ("arbitration that is under way".to_owned(), time),
+            ("arbitration by the father".to_owned(), time),
+        ]);
+        let patience = "patience with the loser".to_owned();
+        let look = format!("look of {name} before it acts");
+        terms.extend(self.call_terms(patience, group.patience, slowest_start, look));
         terms
     }
 
-    fn start_times(&self, id: SchemaId) -> [Nanos; 3] {
-        [
-            self.panel(id),
-            (self.own)(id).saturating_mul(2),
-            self.spec.schemas[id.index()].budget,
-        ]
+    /// The times until a call of a schema has ended. What may be under way when it is due comes first: a
+    /// drawing and a gesture, an arbitration and another that waits for it.
+    fn call_times(&self, id: SchemaId) -> [Nanos; 3] {
+        let budget = self.spec.schemas[id.index()].budget;
+        [self.panel(id), (self.own)(id).saturating_mul(2), budget]
+    }
+
+    fn call_time(&self, id: SchemaId) -> Nanos {
+        saturating_sum(self.call_times(id))
+    }
+
+    /// Returns the terms of what comes before a call of a schema is due, and of the call.
+    fn call_terms(&self, before: String, before_time: Nanos, id: SchemaId, call: String) -> Vec<Term> {
+        let name = self.name(id);
+        let [panel, arbitrations, budget] = self.call_times(id);
+        terms([
+            (before, before_time),
+            (
+                format!("drawing of the panel of {name} and a gesture on it"),
+                panel,
+            ),
+            (format!("arbitrations by {name}"), arbitrations),
+            (call, budget),
+        ])
     }
 
     /// Returns how long a policy may make a READY member wait before it is chosen.
@@ -290,31 +292,17 @@ impl ContractCalculator<'_> {
     /// Returns the longest time from any moment to the end of a winner's next iteration. A winner iterates at
     /// its period even if it is triggered.
     fn pace(&self, group: &GroupSpec) -> Vec<Term> {
-        let times = |id: SchemaId| {
-            let own = (self.own)(id).saturating_mul(2);
-            [
-                self.between_turns(id),
-                self.panel(id),
-                own,
-                self.spec.schemas[id.index()].budget,
-            ]
-        };
-        let is_known = |id: &&SchemaId| id.index() < self.spec.schemas.len();
-        let members = group.members.iter().filter(is_known).rev();
-        let Some(slowest) = members
-            .max_by_key(|id| saturating_sum(times(**id)))
-            .filter(|_| group.members.len() > 1)
-        else {
+        let time = |id| self.between_turns(id).saturating_add(self.call_time(id));
+        let slowest = self.slowest(group, time).filter(|_| group.members.len() > 1);
+        let Some(slowest) = slowest else {
             return Vec::new();
         };
-        let name = self.name(*slowest);
-        let descriptions = [
+        let name = self.name(slowest);
+        let (period, iteration) = (
             format!("period of the winner {name}"),
-            format!("drawing of the panel of {name} and a gesture on it"),
-            format!("arbitrations by {name}"),
             format!("iteration of {name}"),
-        ];
-        let mut terms = self::terms(descriptions, times(*slowest));
+        );
+        let mut terms = self.call_terms(period, self.between_turns(slowest), slowest, iteration);
         for term in &mut terms {
             term.is_policy_wait = true;
         }
@@ -344,15 +332,12 @@ impl ContractCalculator<'_> {
     }
 }
 
-/// Returns the terms that are not 0, with their descriptions.
-fn terms<const N: usize>(descriptions: [String; N], nanos: [Nanos; N]) -> Vec<Term> {
-    let terms = descriptions
-        .into_iter()
-        .zip(nanos)
-        .map(|(description, nanos)| Term {
-            description,
-            nanos,
-            is_policy_wait: false,
-        });
+/// Returns the terms that are not 0.
+fn terms<const N: usize>(terms: [(String, Nanos); N]) -> Vec<Term> {
+    let terms = terms.into_iter().map(|(description, nanos)| Term {
+        description,
+        nanos,
+        is_policy_wait: false,
+    });
     terms.filter(|term| term.nanos > 0).collect()
 }

@@ -4,12 +4,11 @@
 //! It refuses to wait for the father: the current winner stays, and the priority order decides when the
 //! budget ends.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::nodes::PendingArbitration;
-use super::selection::{Decision, Evaluation, TimedCause};
+use super::group::{PendingArbitration, TimedCause};
+use super::snapshot::{Decision, Evaluation};
 use super::timer::Timer;
 use crate::effect::{Effect, Level};
 use crate::policy::Policy;
@@ -84,12 +83,8 @@ impl Hierarchy {
     /// Has no effect if no request is open. When the budget ends, the priority order still decides, because a
     /// selection never waits for a machine. The father's health does not change.
     pub fn excuse(&mut self, group: GroupId) {
-        if let Some(pending) = self
-            .groups
-            .get_mut(group.index())
-            .and_then(|group| group.pending.as_mut())
-        {
-            pending.excused = true;
+        if let Some(group) = self.groups.get_mut(group.index()) {
+            group.excuse();
         }
     }
 
@@ -105,15 +100,16 @@ impl Hierarchy {
     ) {
         self.tickets += 1;
         let ticket = self.tickets;
-        let is_offered = |c: &&Candidate| c.ready || (case == Case::Absence && self.can_be_chosen(c.id));
+        let is_offered =
+            |c: &&Candidate| c.ready || (case == Case::Absence && self.node(c.id).can_be_chosen());
         let offered = candidates.iter().filter(is_offered).map(|c| c.id).collect();
-        self.disarm(Timer::Turn(group));
-        self.arm(
+        self.timers.disarm(Timer::Turn(group));
+        self.timers.arm(
             Timer::Arbitration(group),
             now.saturating_add(self.plan.group(group).budget),
         );
-        let winner = self.group(group).winner;
-        self.group_mut(group).pending = Some(PendingArbitration {
+        let winner = self.group(group).winner();
+        self.group_mut(group).open_arbitration(PendingArbitration {
             ticket,
             case,
             candidates: offered,
@@ -135,9 +131,9 @@ impl Hierarchy {
 
     /// Closes an open request without a reply.
     pub(super) fn cancel_arbitration(&mut self, group: GroupId) -> Option<PendingArbitration> {
-        let pending = self.group_mut(group).pending.take();
+        let pending = self.group_mut(group).close_arbitration();
         if pending.is_some() {
-            self.disarm(Timer::Arbitration(group));
+            self.timers.disarm(Timer::Arbitration(group));
         }
         pending
     }
@@ -165,27 +161,25 @@ impl Hierarchy {
         out: &mut Vec<Effect>,
     ) {
         let is_valid = child.is_none_or(|child| {
-            self.can_be_chosen(child) && (self.node(child).ready || pending.case == Case::Absence)
+            let node = self.node(child);
+            node.can_be_chosen() && (node.is_ready() || pending.case == Case::Absence)
         });
         if !is_valid {
             self.select(now, group, pending.retrigger.unwrap_or(pending.trigger), out);
             return;
         }
+        let list = self.candidates_of(group);
         let fallback = match child {
             Some(_) => None,
-            None => Some(self.absent(group, pending.case)).filter(|absent| absent.choice.is_some()),
+            None => {
+                let absent = self.snapshot(now, group, &list).absent(pending.case);
+                Some(absent).filter(|absent| absent.choice.is_some())
+            }
         };
         let decision = match fallback {
             Some(fallback) => fallback.with_reason(&reason),
-            None => Decision {
-                case: pending.case,
-                choice: child,
-                decider: Decider::Father,
-                reason: Cow::Owned(reason),
-                known: true,
-            },
+            None => Decision::new(pending.case, child, Decider::Father, reason),
         };
-        let list = self.candidates_of(group);
         self.decide(now, group, list, decision, pending.trigger, out);
         if let Some(retrigger) = pending.retrigger {
             self.select(now, group, retrigger, out);
@@ -202,9 +196,10 @@ impl Hierarchy {
         out: &mut Vec<Effect>,
     ) {
         let list = self.candidates_of(group);
-        let decision = match self.evaluate(now, group, &list, Policy::PRIORITY) {
+        let snapshot = self.snapshot(now, group, &list);
+        let decision = match snapshot.evaluate(Policy::PRIORITY) {
             Evaluation::Decided(decision) => decision,
-            Evaluation::FatherArbitrates(case) => self.absent(group, case),
+            Evaluation::FatherArbitrates(case) => snapshot.absent(case),
         };
         let decision = match decision.case {
             Case::Collision | Case::Absence => Decision {
@@ -227,15 +222,6 @@ impl Hierarchy {
             && matches!(self.health(father), Health::ArbitrationFailed(_))
         {
             self.set_health(father, Health::Ok, out);
-        }
-    }
-}
-
-impl Decision {
-    fn with_reason(self, first: &str) -> Self {
-        Self {
-            reason: Cow::Owned(format!("{first}; {}", self.reason)),
-            ..self
         }
     }
 }

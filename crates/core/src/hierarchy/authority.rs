@@ -5,7 +5,6 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::nodes::TakeoverPhase;
 use crate::effect::Effect;
 use crate::spec::SchemaId;
 
@@ -17,12 +16,10 @@ impl Hierarchy {
         if let Some(group) = plan.group_of(id) {
             out.push(Effect::TakesOver { group, id });
         }
-        let node = self.node_mut(id);
-        node.authority = true;
-        node.takeover_phase = TakeoverPhase::New;
+        self.node_mut(id).grant();
         out.push(Effect::Granted(id));
         for &group in plan.groups_under(id) {
-            if let Some(winner) = self.group(group).winner {
+            if let Some(winner) = self.group(group).winner() {
                 self.grant(winner, out);
             }
         }
@@ -30,18 +27,16 @@ impl Hierarchy {
 
     /// Withdraws the authority of a schema and of all schemas below it, children before fathers.
     pub(super) fn withdraw(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
-        if !self.node(id).authority {
+        if !self.node(id).has_authority() {
             return;
         }
         let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
-            if let Some(winner) = self.group(group).winner {
+            if let Some(winner) = self.group(group).winner() {
                 self.withdraw(winner, out);
             }
         }
-        let node = self.node_mut(id);
-        node.authority = false;
-        node.takeover_phase = TakeoverPhase::Settled;
+        self.node_mut(id).withdraw();
         out.push(Effect::Withdrawn(id));
     }
 }

@@ -6,12 +6,10 @@
 
 use std::sync::Arc;
 
-use super::Hierarchy;
-use super::nodes::Node;
+use super::node::Node;
 use super::spec_index::SpecIndex;
 use crate::record::Candidate;
 use crate::spec::{GroupId, SchemaId};
-use crate::state::State;
 
 /// The members of a group that are awake and should stay awake, in the father's order.
 #[derive(Clone, Debug)]
@@ -59,6 +57,19 @@ impl CandidateCache {
             self.groups[group.index()].dirty.push(id);
         }
     }
+
+    /// Returns the current candidate list of a group.
+    pub(super) fn list(&mut self, plan: &SpecIndex, nodes: &[Node], id: GroupId) -> CandidateList {
+        let cached = &mut self.groups[id.index()];
+        if !cached.dirty.is_empty() && !cached.refresh(plan, nodes, &mut self.dirty) {
+            *cached = CachedCandidates::of(plan, nodes, id);
+        }
+        debug_assert!(
+            *cached == CachedCandidates::of(plan, nodes, id),
+            "a change that nobody was told of"
+        );
+        cached.list()
+    }
 }
 
 /// Equal always: the lists are a cache, and equality of hierarchies is equality of their facts.
@@ -70,33 +81,13 @@ impl PartialEq for CandidateCache {
 
 impl Eq for CandidateCache {}
 
-impl Hierarchy {
-    /// Returns the current candidate list of a group.
-    pub(super) fn candidates_of(&mut self, id: GroupId) -> CandidateList {
-        let Self {
-            plan,
-            nodes,
-            candidates: cache,
-            ..
-        } = self;
-        let CandidateCache { groups, dirty } = cache;
-        let cached = &mut groups[id.index()];
-        if !cached.dirty.is_empty() && !cached.refresh(plan, nodes, dirty) {
-            *cached = CachedCandidates::of(plan, nodes, id);
-        }
-        debug_assert!(
-            *cached == CachedCandidates::of(plan, nodes, id),
-            "a change that nobody was told of"
-        );
-        cached.list()
-    }
-}
-
 impl CachedCandidates {
     /// Builds the candidate list of a group from the facts of its members.
     fn of(plan: &SpecIndex, nodes: &[Node], id: GroupId) -> Self {
         let members = plan.members(id).iter();
-        let candidates: Arc<[Candidate]> = members.filter_map(|&member| candidate(nodes, member)).collect();
+        let candidates: Arc<[Candidate]> = members
+            .filter_map(|&member| nodes[member.index()].candidate(member))
+            .collect();
         let mut ready = vec![0; candidates.len().div_ceil(64)];
         for (position, candidate) in candidates.iter().enumerate() {
             ready[position / 64] |= u64::from(candidate.ready) << (position % 64);
@@ -125,7 +116,7 @@ impl CachedCandidates {
                 self.candidates
                     .binary_search_by_key(&position, |found| plan.position_of(found.id))
             };
-            match (found, candidate(nodes, member)) {
+            match (found, nodes[member.index()].candidate(member)) {
                 (Ok(position), Some(candidate)) if self.candidates[position] != candidate => {
                     Arc::make_mut(&mut self.candidates)[position] = candidate;
                     let bit = 1 << (position % 64);
@@ -157,15 +148,4 @@ impl CachedCandidates {
             several,
         }
     }
-}
-
-/// Returns a member as a candidate, if it competes.
-fn candidate(nodes: &[Node], id: SchemaId) -> Option<Candidate> {
-    let node = &nodes[id.index()];
-    (node.state != State::Slept && node.should_be_awake()).then(|| Candidate {
-        id,
-        state: node.state,
-        ready: node.ready,
-        urgency: node.urgency.get(),
-    })
 }

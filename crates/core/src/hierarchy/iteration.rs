@@ -2,9 +2,9 @@
 //!
 //! This is the hot path: nothing is allocated when nothing changes.
 
-use super::nodes::{Phase, RunState, TakeoverPhase};
-use super::selection::TimedCause;
-use super::{Hierarchy, nodes::Urgency};
+use super::group::TimedCause;
+use super::last_check::Urgency;
+use super::{Hierarchy, Phase};
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::spec::{Kind, Nanos, SchemaId};
@@ -25,39 +25,17 @@ impl Hierarchy {
     /// Reports the check of an awake motor schema. A changed readiness, and the first check after waking,
     /// cause a selection (R2). Has no effect for a schema that sleeps or is inside an abandoned iteration.
     pub fn checked(&mut self, now: Nanos, id: SchemaId, check: Check, out: &mut Vec<Effect>) {
-        let Some(node) = self.nodes.get(id.index()) else {
-            return;
-        };
-        if node.state == State::Slept || node.run == RunState::Abandoned {
-            return;
-        }
         let Some(group) = self.plan.group_of(id) else {
             return;
         };
         let urgency = Urgency::new(check.urgency);
-        let is_changed = !node.checked || node.ready != check.ready;
-        if !is_changed && node.urgency == urgency {
+        if !self.nodes.check(&self.plan, id, check.ready, urgency) {
             return;
         }
-        let node = self.node_mut(id);
-        node.urgency = urgency;
-        node.checked = true;
-        node.ready = check.ready;
-        let state = node.state;
-        if !is_changed {
-            return;
-        }
-        if state != State::Winner {
+        let node = self.node(id);
+        if node.state() != State::Winner {
             // The snapshot of the selection contains the state that the check found.
-            self.change(
-                id,
-                if check.ready {
-                    State::Ready
-                } else {
-                    State::Checking
-                },
-                out,
-            );
+            self.change(id, node.state_of_loser(), out);
         }
         let trigger = TimedCause::new(Cause::Readiness(id), check.cause.min(now));
         self.select(now, group, trigger, out);
@@ -70,21 +48,12 @@ impl Hierarchy {
     ///
     /// The first iteration after a promotion emits [`Effect::TookOver`].
     pub fn begin(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> bool {
-        let Some(node) = self.nodes.get(id.index()) else {
-            return false;
-        };
-        let is_permitted =
-            node.state == State::Winner && node.run == RunState::Between && node.should_be_awake();
-        if !is_permitted || self.handover_above(id).is_some() {
+        if !self.node(id).can_begin() || self.handover_above(id).is_some() {
             return false;
         }
-        self.set_run(id, RunState::Iterating);
-        let node = &mut self.nodes[id.index()];
-        if node.takeover_phase == TakeoverPhase::New {
-            node.takeover_phase = TakeoverPhase::First;
-        }
+        self.nodes.begin(id);
         if let Some(group) = self.plan.group_of(id)
-            && let Some(origin) = self.group_mut(group).takeover.take()
+            && let Some(origin) = self.group_mut(group).take_over()
         {
             let latency = now.saturating_sub(origin.cause_time);
             out.push(Effect::TookOver {
@@ -103,16 +72,12 @@ impl Hierarchy {
         if !self.plan.contains(id) {
             return;
         }
-        let previous_run = self.set_run(id, RunState::Between);
-        if self.nodes[id.index()].takeover_phase == TakeoverPhase::First {
-            self.nodes[id.index()].takeover_phase = TakeoverPhase::Settled;
+        let end = self.nodes.end(id);
+        if end.lapsed {
             out.push(Effect::Lapsed(id));
         }
         let awake = self.is_awake(id);
-        if previous_run == RunState::Between
-            || self.phase != Phase::Running
-            || self.plan.kind(id) == Kind::Perceptive
-        {
+        if !end.ran || self.phase != Phase::Running || self.plan.kind(id) == Kind::Perceptive {
             return;
         }
         if let Some(group) = self.handover_above(id) {
@@ -121,11 +86,5 @@ impl Hierarchy {
             self.select(now, group, TimedCause::new(Cause::Iterated(id), now), out);
         }
         self.settle(out);
-    }
-
-    /// Sets the relation of a schema to its iteration and returns the previous one. No candidate list
-    /// contains this, so none is marked.
-    fn set_run(&mut self, id: SchemaId, run: RunState) -> RunState {
-        std::mem::replace(&mut self.nodes[id.index()].run, run)
     }
 }

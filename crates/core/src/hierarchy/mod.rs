@@ -1,7 +1,11 @@
 //! The running hierarchy: which schemas are awake, compete, win and hold authority at this instant.
 //!
 //! One value, driven by one caller at a time; every method is one transaction (R2). It refuses to act: it
-//! returns effects. These invariants hold between any two calls:
+//! returns effects. The facts of schemas and groups, their timers and their evaluation are types of their own
+//! ([`Nodes`], [`Group`], [`Timers`], `Snapshot`), which do not know the hierarchy; the hierarchy composes
+//! them along the tree ([`SpecIndex`]).
+//!
+//! These invariants hold between any two calls:
 //!
 //! - at most one member of a group is WINNER, and it is the group's `winner` (R1);
 //! - authority is held by exactly those WINNERs whose fathers all hold it or whose group is one of roots
@@ -13,20 +17,25 @@
 mod arbitration;
 mod authority;
 mod candidates;
+mod group;
 mod handover;
 mod iteration;
+mod last_check;
+mod node;
 mod nodes;
 mod operator;
 mod promotion;
 mod query;
 mod restart;
+mod restarts;
 mod selection;
 mod sleep;
+mod snapshot;
 mod spec_index;
 mod timer;
 mod wake;
+mod winner;
 
-use std::collections::BTreeMap;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
@@ -40,25 +49,38 @@ use crate::state::{Requester, State};
 use crate::validate::policy_fault;
 
 pub use arbitration::ArbitrationReply;
-pub use handover::Handover;
+
 pub use iteration::Check;
 pub use operator::Operator;
 pub use timer::Timer;
+pub use winner::Handover;
 
-use candidates::CandidateCache;
-use nodes::{Group, Node, Phase};
-use selection::TimedCause;
+use group::{Group, TimedCause};
+use node::Node;
+use nodes::Nodes;
+use restarts::Restarts;
 use spec_index::SpecIndex;
+use timer::Timers;
+
+static UNKNOWN_GROUP: Group = Group::FRESH;
+
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+enum Phase {
+    Fresh,
+    Running,
+    Over,
+}
 
 /// The pure state machine of an application; see the crate's documentation.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Hierarchy {
     plan: Arc<SpecIndex>,
     phase: Phase,
-    nodes: Vec<Node>,
+    nodes: Nodes,
+    /// One entry for each schema.
+    restarts: Vec<Restarts>,
     groups: Vec<Group>,
-    candidates: CandidateCache,
-    timers: BTreeMap<Timer, Nanos>,
+    timers: Timers,
     records: u64,
     tickets: u64,
     /// Perceptive schemas that lost a requester in this transaction and should no longer be awake; empty
@@ -74,12 +96,12 @@ impl Hierarchy {
     pub fn new(spec: Spec) -> Result<Self, Vec<SpecError>> {
         spec.validate()?;
         Ok(Self {
-            nodes: vec![Node::default(); spec.schemas.len()],
-            groups: vec![Group::default(); spec.groups.len()],
-            candidates: CandidateCache::new(spec.schemas.len(), spec.groups.len()),
+            nodes: Nodes::new(spec.schemas.len(), spec.groups.len()),
+            restarts: vec![Restarts::default(); spec.schemas.len()],
+            groups: vec![Group::FRESH; spec.groups.len()],
             plan: Arc::new(SpecIndex::new(spec)),
             phase: Phase::Fresh,
-            timers: BTreeMap::new(),
+            timers: Timers::default(),
             records: 0,
             tickets: 0,
             unneeded: Vec::new(),
@@ -111,7 +133,7 @@ impl Hierarchy {
         self.phase = Phase::Over;
         let plan = Arc::clone(&self.plan);
         for &group in plan.root_groups() {
-            if let Some(winner) = self.group(group).winner {
+            if let Some(winner) = self.group(group).winner() {
                 self.withdraw(winner, out);
             }
         }
@@ -174,17 +196,15 @@ impl Hierarchy {
     }
 
     fn node(&self, id: SchemaId) -> &Node {
-        &self.nodes[id.index()]
+        self.nodes.get(id)
     }
 
-    /// Returns the facts of a schema for a change. Every change that affects a candidate list must use this.
     fn node_mut(&mut self, id: SchemaId) -> &mut Node {
-        self.candidates.mark_dirty(&self.plan, id);
-        &mut self.nodes[id.index()]
+        self.nodes.get_mut(&self.plan, id)
     }
 
     fn group(&self, id: GroupId) -> &Group {
-        &self.groups[id.index()]
+        self.groups.get(id.index()).unwrap_or(&UNKNOWN_GROUP)
     }
 
     fn group_mut(&mut self, id: GroupId) -> &mut Group {
@@ -200,7 +220,7 @@ impl Hierarchy {
     }
 
     fn change(&mut self, id: SchemaId, to: State, out: &mut Vec<Effect>) {
-        let from = std::mem::replace(&mut self.node_mut(id).state, to);
+        let from = self.node_mut(id).set_state(to);
         if from != to {
             out.push(Effect::Changed { id, from, to });
         }
@@ -224,6 +244,7 @@ impl Hash for Hierarchy {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.phase.hash(state);
         self.nodes.hash(state);
+        self.restarts.hash(state);
         self.groups.hash(state);
         self.timers.hash(state);
         self.records.hash(state);

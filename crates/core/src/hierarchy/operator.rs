@@ -4,10 +4,10 @@
 
 use std::sync::Arc;
 
-use super::Hierarchy;
-use super::nodes::Phase;
-use super::selection::{Decision, TimedCause};
+use super::group::TimedCause;
 use super::sleep::SleepMode;
+use super::snapshot::Decision;
+use super::{Hierarchy, Phase};
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
@@ -62,7 +62,7 @@ impl Hierarchy {
             self.drop_handover(group);
             self.cancel_arbitration(group);
             for &root in plan.members(group) {
-                self.node_mut(root).stopped_with_all = true;
+                self.node_mut(root).stop_with_all();
                 // No group selects before all roots sleep, so no root can take over in between.
                 self.withdraw(root, out);
                 self.drain(root, SleepMode::AtOnce, out);
@@ -95,8 +95,8 @@ impl Hierarchy {
         let roots = plan.root_groups().iter().flat_map(|group| plan.members(*group));
         let mut released = Vec::new();
         for &root in roots {
-            let stopped = std::mem::take(&mut self.node_mut(root).stopped_with_all);
-            if stopped && !self.node(root).stopped {
+            let stopped = self.node_mut(root).undo_stop_with_all();
+            if stopped && !self.node(root).is_stopped() {
                 released.push(root);
                 if self.wake_if_allowed(root, out) {
                     self.compete_again(now, root, out);
@@ -129,12 +129,13 @@ impl Hierarchy {
                 schema: self.name(id),
             });
         }
-        if matches!(self.health(id), Health::Faulted(_)) {
+        if self.node(id).is_faulted() {
             self.forget_faults(id);
             self.set_health(id, Health::Ok, out);
         }
         let node = self.node_mut(id);
-        (node.stopped, node.stopped_with_all) = (false, false);
+        node.undo_stop();
+        node.undo_stop_with_all();
         let woke = self.request(id, Requester::Operator, out);
         self.compete(now, id, woke, Cause::Operator(id), out);
         Ok(())
@@ -142,7 +143,7 @@ impl Hierarchy {
 
     fn stop(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
         self.running_and_known(id)?;
-        self.node_mut(id).stopped = true;
+        self.node_mut(id).stop();
         self.release(id, Requester::Operator);
         self.sleep_if_unneeded(now, id, Cause::Operator(id), out);
         Ok(())
@@ -156,7 +157,7 @@ impl Hierarchy {
                 schema: self.name(id),
             });
         };
-        self.group_mut(group).forced = Some(id);
+        self.group_mut(group).force(id);
         if self.is_live(group) {
             self.select(now, group, TimedCause::new(Cause::Operator(id), now), out);
         }
@@ -172,11 +173,10 @@ impl Hierarchy {
     ) -> Result<(), Refused> {
         self.running_and_known(id)?;
         let node = self.node_mut(id);
-        let was_stopped = std::mem::take(&mut node.stopped);
-        let stopped = was_stopped | (with_all && std::mem::take(&mut node.stopped_with_all));
+        let stopped = node.undo_stop() | (with_all && node.undo_stop_with_all());
         self.release(id, Requester::Operator);
         let group = self.plan.group_of(id);
-        let forced = group.is_some_and(|g| self.group_mut(g).forced.take_if(|f| *f == id).is_some());
+        let forced = group.is_some_and(|g| self.group_mut(g).undo_force(id));
         let woke = stopped && self.wake_if_allowed(id, out);
         if self.node(id).should_be_awake() {
             if woke || stopped || forced {

@@ -3,8 +3,8 @@
 //! It refuses to choose; it only carries out a choice.
 
 use super::Hierarchy;
-use super::nodes::{Group, Origin};
 use super::timer::Timer;
+use super::winner::Origin;
 use crate::effect::Effect;
 use crate::spec::{Absence, GroupId, Nanos, SchemaId};
 use crate::state::{ActuationState, State};
@@ -26,17 +26,14 @@ impl Hierarchy {
     }
 
     fn promote(&mut self, id: GroupId, to: SchemaId, origin: Origin, out: &mut Vec<Effect>) {
-        let group = self.group_mut(id);
-        group.winner = Some(to);
-        group.takeover = Some(origin);
-        group.actuation = ActuationState::Commanding;
-        self.disarm(Timer::Hold(id));
+        self.group_mut(id).promote(to, origin);
+        self.timers.disarm(Timer::Hold(id));
         self.change(to, State::Winner, out);
         if self
             .plan
             .group(id)
             .father
-            .is_none_or(|father| self.node(father).authority)
+            .is_none_or(|father| self.node(father).has_authority())
         {
             self.grant(to, out);
         }
@@ -45,19 +42,18 @@ impl Hierarchy {
 
     /// Applies the absence policy when no member wins: brakes or holds, once per absence (R9).
     pub(super) fn apply_absence(&mut self, id: GroupId, now: Nanos, out: &mut Vec<Effect>) {
-        let hold_end = match self.plan.group(id).absence {
-            Absence::Hold { for_ } if for_ > 0 => Some(now.saturating_add(for_)),
-            Absence::Hold { .. } | Absence::Brake | Absence::Fallback(_) => None,
+        let hold = match self.plan.group(id).absence {
+            Absence::Hold { for_ } => for_,
+            Absence::Brake | Absence::Fallback(_) => 0,
         };
-        match (self.group(id).actuation, hold_end) {
-            (ActuationState::Holding | ActuationState::Braked, _) => {}
-            (ActuationState::Commanding, Some(until)) => {
-                self.group_mut(id).actuation = ActuationState::Holding;
-                self.arm(Timer::Hold(id), until);
+        match self.group_mut(id).lack_winner(hold > 0) {
+            Some(ActuationState::Holding) => {
+                let until = now.saturating_add(hold);
+                self.timers.arm(Timer::Hold(id), until);
                 out.push(Effect::Hold { group: id, until });
             }
-            // A fresh group has given no command that could be held.
-            (ActuationState::Commanding, None) | (ActuationState::Fresh, _) => self.brake(id, out),
+            Some(ActuationState::Braked) => out.push(Effect::Brake { group: id }),
+            Some(ActuationState::Commanding | ActuationState::Fresh) | None => {}
         }
     }
 
@@ -69,34 +65,22 @@ impl Hierarchy {
         }
         self.withdraw(loser, out);
         if let Some(group) = self.plan.group_of(loser) {
-            self.group_mut(group).winner = None;
-            self.group_mut(group).takeover = None;
+            self.group_mut(group).remove(loser);
         }
         out.push(Effect::Demoted(loser));
-        let to = if self.node(loser).ready {
-            State::Ready
-        } else {
-            State::Checking
-        };
-        self.change(loser, to, out);
+        self.change(loser, self.node(loser).state_of_loser(), out);
     }
 
     /// Resets the memory of a group when its father's subtree sleeps. A force by an operator remains.
     pub(super) fn reset(&mut self, id: GroupId) {
-        let forced = self.group(id).forced;
-        self.disarm(Timer::Hold(id));
-        *self.group_mut(id) = Group {
-            forced,
-            ..Group::default()
-        };
+        self.timers.disarm(Timer::Hold(id));
+        self.group_mut(id).reset();
     }
 
     /// Brakes, unless the group has braked already.
     pub(super) fn brake(&mut self, id: GroupId, out: &mut Vec<Effect>) {
-        self.disarm(Timer::Hold(id));
-        if std::mem::replace(&mut self.group_mut(id).actuation, ActuationState::Braked)
-            != ActuationState::Braked
-        {
+        self.timers.disarm(Timer::Hold(id));
+        if self.group_mut(id).brake() {
             out.push(Effect::Brake { group: id });
         }
     }

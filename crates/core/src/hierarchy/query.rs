@@ -2,7 +2,6 @@
 //!
 //! Read only. An unknown identifier reads as a sleeping, healthy schema or an empty group.
 
-use super::nodes::{Node, RunState};
 use super::{Handover, Hierarchy};
 use crate::contract::{allowed, arbitration};
 use crate::spec::{GroupId, Nanos, SchemaId, Spec};
@@ -12,48 +11,44 @@ impl Hierarchy {
     /// Returns the state of a schema.
     #[must_use]
     pub fn state(&self, id: SchemaId) -> State {
-        self.nodes.get(id.index()).map_or(State::Slept, |n| n.state)
+        self.node(id).state()
     }
 
     /// Returns the health of a schema.
     #[must_use]
     pub fn health(&self, id: SchemaId) -> &Health {
-        self.nodes.get(id.index()).map_or(&Health::Ok, |n| &n.health)
+        self.node(id).health()
     }
 
     /// Returns whether a schema is not SLEPT.
     #[must_use]
     pub fn is_awake(&self, id: SchemaId) -> bool {
-        self.state(id) != State::Slept
+        self.node(id).is_awake()
     }
 
     /// Returns whether the precondition of a schema was true at its last check.
     #[must_use]
     pub fn is_ready(&self, id: SchemaId) -> bool {
-        self.nodes.get(id.index()).is_some_and(|n| n.ready)
+        self.node(id).is_ready()
     }
 
     /// Returns whether a schema has checked since it woke.
     #[must_use]
     pub fn is_checked(&self, id: SchemaId) -> bool {
-        self.nodes.get(id.index()).is_some_and(|n| n.checked)
+        self.node(id).is_checked()
     }
 
     /// Returns whether an iteration of this schema runs, abandoned or not.
     #[must_use]
     pub fn is_running(&self, id: SchemaId) -> bool {
-        self.nodes
-            .get(id.index())
-            .is_some_and(|n| n.run != RunState::Between)
+        self.node(id).is_running()
     }
 
     /// Returns whether an iteration of this schema still runs although the schema was replaced or put to
     /// sleep.
     #[must_use]
     pub fn is_abandoned(&self, id: SchemaId) -> bool {
-        self.nodes
-            .get(id.index())
-            .is_some_and(|n| n.run == RunState::Abandoned)
+        self.node(id).is_abandoned()
     }
 
     /// Returns whether, at this instant, a command of this schema may reach an actuator and a child of it may
@@ -61,95 +56,83 @@ impl Hierarchy {
     /// true for a perceptive schema.
     #[must_use]
     pub fn has_authority(&self, id: SchemaId) -> bool {
-        self.nodes.get(id.index()).is_some_and(|n| n.authority)
+        self.node(id).has_authority()
     }
 
     /// Returns whether it is awake and READY, or has not checked since it woke.
     #[must_use]
     pub fn could_act(&self, id: SchemaId) -> bool {
-        let is_possible = |node: &Node| node.ready || !node.checked;
-        self.is_awake(id) && self.nodes.get(id.index()).is_some_and(is_possible)
+        let node = self.node(id);
+        node.is_awake() && (node.is_ready() || !node.is_checked())
     }
 
     /// Returns whether an operator stopped this schema, alone or with all others.
     #[must_use]
     pub fn is_stopped(&self, id: SchemaId) -> bool {
-        self.nodes.get(id.index()).is_some_and(Node::is_stopped)
+        self.node(id).is_stopped()
     }
 
     /// Returns whether an operator stopped all schemas, including this one, and has not released this
     /// schema since.
     #[must_use]
     pub fn is_stopped_with_all(&self, id: SchemaId) -> bool {
-        self.nodes.get(id.index()).is_some_and(|n| n.stopped_with_all)
+        self.node(id).is_stopped_with_all()
     }
 
     /// Returns the requesters that keep this schema awake, sorted.
     #[must_use]
     pub fn requesters(&self, id: SchemaId) -> &[Requester] {
-        self.nodes.get(id.index()).map_or(&[], |n| &n.requesters)
+        self.node(id).requesters()
     }
 
     /// Returns whether a motor schema became WINNER and has not begun an iteration since. It should begin one
     /// at once.
     #[must_use]
     pub fn is_taking(&self, id: SchemaId) -> bool {
-        self.group_of(id).is_some_and(|group| {
-            let group = self.group(group);
-            group.winner == Some(id) && group.takeover.is_some()
-        })
+        self.group_of(id)
+            .is_some_and(|group| self.group(group).is_taking(id))
     }
 
     /// Returns the member of a group whose state is WINNER.
     #[must_use]
     pub fn winner(&self, group: GroupId) -> Option<SchemaId> {
-        self.groups.get(group.index())?.winner
+        self.group(group).winner()
     }
 
     /// Returns the handover under way in a group, away from its winner.
     #[must_use]
     pub fn handover(&self, group: GroupId) -> Option<Handover> {
-        self.groups.get(group.index())?.handover
+        self.group(group).handover()
     }
 
     /// Returns what the actuators do on behalf of a group.
     #[must_use]
     pub fn actuation(&self, group: GroupId) -> ActuationState {
-        self.groups
-            .get(group.index())
-            .map_or(ActuationState::Fresh, |g| g.actuation)
+        self.group(group).actuation()
     }
 
     /// Returns the member that an operator forces.
     #[must_use]
     pub fn forced(&self, group: GroupId) -> Option<SchemaId> {
-        self.groups.get(group.index())?.forced
+        self.group(group).forced()
     }
 
     /// Returns the ticket of the open arbitration request to the father of a group.
     #[must_use]
     pub fn pending_arbitration(&self, group: GroupId) -> Option<u64> {
-        self.groups.get(group.index())?.pending.as_ref().map(|a| a.ticket)
+        self.group(group).pending().map(|open| open.ticket)
     }
 
     /// Returns the father of a motor schema.
     #[must_use]
     pub fn father(&self, id: SchemaId) -> Option<SchemaId> {
-        if self.plan.contains(id) {
-            self.plan.father(id)
-        } else {
-            None
-        }
+        self.plan.father(id)
     }
 
     /// Returns the group in which a motor schema competes.
     #[must_use]
     pub fn group_of(&self, id: SchemaId) -> Option<GroupId> {
-        if self.plan.contains(id) {
-            self.plan.group_of(id)
-        } else {
-            None
-        }
+        self.plan.group_of(id)
     }
 
     /// Returns the motor schemas below a schema, children before fathers, without the schema itself.

@@ -3,14 +3,13 @@
 //!
 //! It refuses to decide what a fault is; the executor reports it.
 
-use super::Hierarchy;
-use super::nodes::{Origin, Phase};
-use super::selection::TimedCause;
+use super::group::TimedCause;
 use super::sleep::SleepMode;
 use super::timer::Timer;
+use super::{Hierarchy, Phase};
 use crate::effect::Effect;
 use crate::record::Cause;
-use crate::spec::{Nanos, Restart, SchemaId};
+use crate::spec::{Nanos, SchemaId};
 use crate::state::{Health, State};
 
 impl Hierarchy {
@@ -20,15 +19,16 @@ impl Hierarchy {
     /// A running iteration counts as abandoned until [`end`](Self::end) is called for it, even if the fault
     /// itself ended it: report the fault, then the end. A second report before the restart has no effect.
     pub fn faulted(&mut self, now: Nanos, id: SchemaId, reason: String, out: &mut Vec<Effect>) {
-        if !self.plan.contains(id) || matches!(self.node(id).health, Health::Faulted(_)) {
+        if !self.plan.contains(id) || self.node(id).is_faulted() {
             return;
         }
         self.set_health(id, Health::Faulted(reason), out);
         if self.phase != Phase::Running {
             return;
         }
-        if let Some(due) = self.restart_due(now, id) {
-            self.arm(Timer::Restart(id), due);
+        let policy = self.plan.schema(id).restart;
+        if let Some(due) = self.restarts[id.index()].due(policy, now) {
+            self.timers.arm(Timer::Restart(id), due);
         }
         if self.is_awake(id) {
             self.fail_awake(now, id, out);
@@ -61,14 +61,14 @@ impl Hierarchy {
     }
 
     pub(super) fn restart(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        self.node_mut(id).restarts.push(now);
+        self.restarts[id.index()].record(now);
         self.recover(now, id, out);
     }
 
     /// Clears the pending restart and the count of restarts.
     pub(super) fn forget_faults(&mut self, id: SchemaId) {
-        self.disarm(Timer::Restart(id));
-        self.node_mut(id).restarts.clear();
+        self.timers.disarm(Timer::Restart(id));
+        self.restarts[id.index()].forget();
     }
 
     /// Returns how many restarts its policy still grants at this time; `None` if it is never restarted.
@@ -77,22 +77,12 @@ impl Hierarchy {
         if !self.plan.contains(id) {
             return None;
         }
-        match self.plan.schema(id).restart {
-            Restart::OnFault { limit, within, .. } => {
-                let counted = self
-                    .node(id)
-                    .restarts
-                    .iter()
-                    .filter(|time| counts(**time, within, now));
-                Some(limit.saturating_sub(u32::try_from(counted.count()).unwrap_or(u32::MAX)))
-            }
-            Restart::Never => None,
-        }
+        self.restarts[id.index()].left(self.plan.schema(id).restart, now)
     }
 
     pub(super) fn set_health(&mut self, id: SchemaId, health: Health, out: &mut Vec<Effect>) {
         if self.plan.contains(id) && *self.health(id) != health {
-            self.node_mut(id).health = health.clone();
+            self.node_mut(id).set_health(health.clone());
             out.push(Effect::Health { id, health });
         }
     }
@@ -105,26 +95,6 @@ impl Hierarchy {
         }
     }
 
-    /// Returns when the schema is restarted, if its policy grants one more restart. The back-off doubles with
-    /// each restart that still counts.
-    fn restart_due(&mut self, now: Nanos, id: SchemaId) -> Option<Nanos> {
-        let Restart::OnFault {
-            backoff,
-            limit,
-            within,
-        } = self.plan.schema(id).restart
-        else {
-            return None;
-        };
-        let restarts = &mut self.node_mut(id).restarts;
-        restarts.retain(|time| counts(*time, within, now));
-        let counted = u32::try_from(restarts.len()).unwrap_or(u32::MAX);
-        (counted < limit).then(|| {
-            let doubled = 1u64.checked_shl(counted).unwrap_or(Nanos::MAX);
-            now.saturating_add(backoff.saturating_mul(doubled))
-        })
-    }
-
     /// Puts an awake schema to sleep at once, with everything below it.
     fn fail_awake(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
         let Some(group) = self.plan.group_of(id) else {
@@ -133,8 +103,8 @@ impl Hierarchy {
         let before = self.group(group).choice();
         let handover = self
             .group(group)
-            .handover
-            .filter(|_| self.node(id).state == State::Winner);
+            .handover()
+            .filter(|_| self.node(id).state() == State::Winner);
         self.withdraw(id, out);
         self.drain(id, SleepMode::AtOnce, out);
         self.put_to_sleep(id, out);
@@ -144,21 +114,12 @@ impl Hierarchy {
             return;
         }
         if let Some(handover) = handover
-            && self.group(group).pending.is_some()
+            && self.group(group).pending().is_some()
         {
             // The father has an open request, but the handover had already chosen the next winner.
-            let origin = Origin {
-                record: handover.record,
-                cause_time: handover.cause_time,
-            };
-            self.set_winner(group, now, handover.to, origin, out);
+            self.set_winner(group, now, handover.to, handover.origin(), out);
         }
         self.group_mut(group).lose(before);
         self.select(now, group, TimedCause::new(Cause::Faulted(id), now), out);
     }
-}
-
-/// Whether a restart at `time` still counts at `now`.
-fn counts(time: Nanos, within: Nanos, now: Nanos) -> bool {
-    now.saturating_sub(time) < within
 }

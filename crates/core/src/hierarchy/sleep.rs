@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use super::Hierarchy;
-use super::nodes::RunState;
 use super::timer::Timer;
 use crate::effect::Effect;
 use crate::spec::{GroupId, Kind, SchemaId};
@@ -39,20 +38,20 @@ impl Hierarchy {
         let plan = Arc::clone(&self.plan);
         self.drop_handover(group);
         self.cancel_arbitration(group);
-        self.disarm(Timer::Turn(group));
+        self.timers.disarm(Timer::Turn(group));
         let mut all_asleep = true;
         for &member in plan.members(group) {
             let subtree_asleep = self.drain(member, mode, out);
             if self.is_awake(member) {
-                let may_sleep = mode == SleepMode::AtOnce
-                    || (subtree_asleep && self.node(member).run != RunState::Iterating);
+                let may_sleep =
+                    mode == SleepMode::AtOnce || (subtree_asleep && !self.node(member).is_iterating());
                 if !may_sleep {
                     all_asleep = false;
                     continue;
                 }
                 self.put_to_sleep(member, out);
             }
-            self.node_mut(member).requesters.clear();
+            self.node_mut(member).release_by_all();
             all_asleep &= subtree_asleep;
         }
         if all_asleep {
@@ -64,25 +63,14 @@ impl Hierarchy {
     /// Puts one awake schema to sleep at once. Its subtree must sleep already. Its requesters remain.
     pub(super) fn put_to_sleep(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         self.withdraw(id, out);
-        if let Some(group) = self.plan.group_of(id) {
-            if self.group(group).winner == Some(id) {
-                self.drop_handover(group);
-                self.group_mut(group).winner = None;
-                self.group_mut(group).takeover = None;
-            } else if let Some(handover) = &mut self.group_mut(group).handover
-                && handover.to == Some(id)
-            {
-                handover.to = None;
-            }
+        if let Some(group) = self.plan.group_of(id)
+            && self.group_mut(group).remove(id).is_some()
+        {
+            self.timers.disarm(Timer::Patience(group));
         }
         let node = self.node_mut(id);
-        node.ready = false;
-        node.checked = false;
-        let abandoned = node.run != RunState::Between;
-        if abandoned {
-            node.run = RunState::Abandoned;
-        }
-        let woken = std::mem::take(&mut node.woken);
+        let woken = node.prepare_sleep();
+        let abandoned = node.is_abandoned();
         out.push(Effect::Slept { id, abandoned });
         self.change(id, State::Slept, out);
         let plan = Arc::clone(&self.plan);
@@ -97,11 +85,9 @@ impl Hierarchy {
     /// Removes one requester; returns whether it was present. A perceptive schema that should no longer be
     /// awake sleeps when the transaction settles.
     pub(super) fn release(&mut self, id: SchemaId, requester: Requester) -> bool {
-        let requesters = &mut self.node_mut(id).requesters;
-        let Ok(position) = requesters.binary_search(&requester) else {
+        if !self.node_mut(id).release(requester) {
             return false;
-        };
-        requesters.remove(position);
+        }
         if self.plan.kind(id) == Kind::Perceptive && !self.node(id).should_be_awake() {
             self.unneeded.push(id);
         }

@@ -61,8 +61,9 @@ impl SpecIndex {
         &self.group(id).members
     }
 
+    /// Returns the group in which a schema competes; `None` for an unknown identifier too.
     pub(super) fn group_of(&self, id: SchemaId) -> Option<GroupId> {
-        self.group_of[id.index()]
+        self.group_of.get(id.index()).copied().flatten()
     }
 
     /// Returns its index in the father's order; 0 for a schema that does not compete.

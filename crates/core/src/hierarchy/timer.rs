@@ -2,6 +2,8 @@
 //!
 //! It refuses to wait: an executor queries the next due time and reports when it has been reached.
 
+use std::collections::BTreeMap;
+
 use super::Hierarchy;
 use crate::effect::Effect;
 use crate::spec::{GroupId, Nanos, SchemaId};
@@ -21,19 +23,36 @@ pub enum Timer {
     Restart(SchemaId),
 }
 
+/// The armed timers and when they are due.
+#[derive(Clone, Default, PartialEq, Eq, Hash, Debug)]
+pub(super) struct Timers(BTreeMap<Timer, Nanos>);
+
+impl Timers {
+    pub(super) fn arm(&mut self, timer: Timer, due: Nanos) {
+        self.0.insert(timer, due);
+    }
+
+    pub(super) fn disarm(&mut self, timer: Timer) {
+        if !self.0.is_empty() {
+            self.0.remove(&timer);
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+}
+
 impl Hierarchy {
     /// Returns the time of the next timer.
     #[must_use]
     pub fn next_timer(&self) -> Option<Nanos> {
-        if self.timers.is_empty() {
-            return None;
-        }
-        self.timers.values().min().copied()
+        self.timers.0.values().min().copied()
     }
 
     /// Returns all armed timers with their due times, in the order of [`Timer`].
     pub fn timers(&self) -> impl Iterator<Item = (Nanos, Timer)> {
-        self.timers.iter().map(|(&timer, &due)| (due, timer))
+        self.timers.0.iter().map(|(&timer, &due)| (due, timer))
     }
 
     /// Fires every timer that is due, the earliest first.
@@ -48,7 +67,7 @@ impl Hierarchy {
     /// Fires one timer as if its time had been reached. Has no effect if it is not armed. A `now` before the
     /// due time counts as the due time.
     pub fn fire(&mut self, now: Nanos, timer: Timer, out: &mut Vec<Effect>) {
-        let Some(due) = self.timers.remove(&timer) else {
+        let Some(due) = self.timers.0.remove(&timer) else {
             return;
         };
         let now = now.max(due);
@@ -60,15 +79,5 @@ impl Hierarchy {
             Timer::Restart(id) => self.restart(now, id, out),
         }
         self.settle(out);
-    }
-
-    pub(super) fn arm(&mut self, timer: Timer, due: Nanos) {
-        self.timers.insert(timer, due);
-    }
-
-    pub(super) fn disarm(&mut self, timer: Timer) {
-        if !self.timers.is_empty() {
-            self.timers.remove(&timer);
-        }
     }
 }

@@ -4,10 +4,9 @@
 
 use std::sync::Arc;
 
-use super::Hierarchy;
-use super::nodes::Phase;
-use super::selection::TimedCause;
+use super::group::TimedCause;
 use super::sleep::SleepMode;
+use super::{Hierarchy, Phase};
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
@@ -31,9 +30,9 @@ impl Hierarchy {
     ) -> Result<(), Refused> {
         self.check_authority(father, child)?;
         let requester = Requester::Father(father);
-        if self.node(child).requesters.binary_search(&requester).is_err() {
+        if !self.node(child).is_requested_by(requester) {
             if self.plan.kind(child) == Kind::Perceptive {
-                self.node_mut(father).woken.push(child);
+                self.node_mut(father).add_woken(child);
             }
             let awake = self.request(child, requester, out);
             self.compete(now, child, awake, Cause::Woken(child), out);
@@ -63,7 +62,7 @@ impl Hierarchy {
     ) -> Result<(), Refused> {
         self.check_authority(father, child)?;
         if self.release(child, Requester::Father(father)) {
-            self.node_mut(father).woken.retain(|&w| w != child);
+            self.node_mut(father).remove_woken(child);
             self.sleep_if_unneeded(now, child, Cause::Slept(child), out);
         }
         self.settle(out);
@@ -72,10 +71,7 @@ impl Hierarchy {
 
     /// Adds a requester and wakes the schema if that is allowed. Returns true if it woke.
     pub(super) fn request(&mut self, id: SchemaId, requester: Requester, out: &mut Vec<Effect>) -> bool {
-        let requesters = &mut self.node_mut(id).requesters;
-        if let Err(position) = requesters.binary_search(&requester) {
-            requesters.insert(position, requester);
-        }
+        self.node_mut(id).request(requester);
         self.wake_if_allowed(id, out)
     }
 
@@ -109,7 +105,7 @@ impl Hierarchy {
         out: &mut Vec<Effect>,
     ) {
         if let Some(group) = self.plan.group_of(id)
-            && (woke || self.node(id).state == State::Winner)
+            && (woke || self.node(id).state() == State::Winner)
         {
             self.select(now, group, TimedCause::new(cause, now), out);
         }
@@ -130,7 +126,7 @@ impl Hierarchy {
         let Some(group) = self.plan.group_of(id) else {
             return self.put_to_sleep(id, out);
         };
-        if self.node(id).state != State::Winner {
+        if self.node(id).state() != State::Winner {
             let before = self.group(group).choice();
             self.drain(id, SleepMode::AtOnce, out);
             self.put_to_sleep(id, out);
@@ -148,7 +144,7 @@ impl Hierarchy {
                 child: self.name(child),
             });
         }
-        if !self.node(father).authority {
+        if !self.node(father).has_authority() {
             let mut blocker = father;
             while self.state(blocker) == State::Winner
                 && let Some(father) = self.plan.father(blocker)
