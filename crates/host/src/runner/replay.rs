@@ -8,7 +8,9 @@ use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
 use jde_panel::Gesture;
 use jde_records::turn::{RecordedTurn, Turn};
 
-use super::{InstanceState, Runner};
+use super::Runner;
+use super::deadlines::Deadlines;
+use super::phase::{Installed, Phase};
 use crate::history::History;
 use crate::instance::{self, PortWrite, Ports, ShownValue};
 
@@ -25,19 +27,17 @@ impl Runner {
     }
 
     pub(crate) fn is_awake(&self) -> bool {
-        matches!(self.state, InstanceState::Awake { .. })
+        self.phase.is_awake()
     }
 
     /// Repeats the check. `None` if the instance is not awake.
     pub(crate) fn repeat_check(&mut self) -> Option<Result<instance::CheckResult, String>> {
-        match &mut self.state {
-            InstanceState::Awake { instance, .. } => {
-                let result = instance.check();
-                instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
-                Some(result)
-            }
-            InstanceState::Absent | InstanceState::Slept(_) | InstanceState::Changing => None,
-        }
+        let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
+            return None;
+        };
+        let result = instance.check();
+        self.record.add_look(instance);
+        Some(result)
     }
 
     /// Returns the values that its inputs show.
@@ -49,7 +49,7 @@ impl Runner {
 
     /// Returns the writes since the last call of this function, in calls that turns record.
     pub(crate) fn take_writes(&mut self) -> Vec<PortWrite> {
-        std::mem::take(&mut self.overflow.writes)
+        self.record.take_writes()
     }
 
     /// Returns the variable that a port writes; `None` if it is not bound to one.
@@ -64,7 +64,7 @@ impl Runner {
     /// Reports the result of that check to the rules.
     pub(crate) fn report_check(&mut self, result: Result<instance::CheckResult, String>) {
         if let Some(check) = self.handle_check_result(self.engine.clock.now(), result) {
-            self.turn_record.checked = self.engine.report_check(self.number, check);
+            self.record.turn.checked = self.engine.report_check(self.number, check);
         }
     }
 
@@ -89,14 +89,12 @@ impl Runner {
 
     /// Repeats a gesture on its panel.
     pub(crate) fn repeat_gesture(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
-        match &mut self.state {
-            InstanceState::Slept(instance) | InstanceState::Awake { instance, .. } => {
-                let result = instance.touch(by, gesture);
-                instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
-                result
-            }
-            InstanceState::Absent | InstanceState::Changing => Ok(()),
-        }
+        let Some(instance) = self.phase.instance() else {
+            return Ok(());
+        };
+        let result = instance.touch(by, gesture);
+        self.record.add_look(instance);
+        result
     }
 
     /// Handles a failed call.
@@ -143,6 +141,8 @@ impl Runner {
 
     /// From now on it takes its turns by its own period.
     pub(crate) fn start_own_turns(&mut self, now: Nanos) {
-        self.set_due(now);
+        if let Some(awake) = self.phase.awake() {
+            awake.deadlines = Deadlines::starting_at(now);
+        }
     }
 }
