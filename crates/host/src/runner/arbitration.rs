@@ -6,7 +6,8 @@ use jde_records::turn::Turn;
 use super::Runner;
 
 impl Runner {
-    pub(super) fn arbitrate(&mut self, group: GroupId, ticket: u64, level: &Level) {
+    /// Calls the father's own arbitration, and reports the reply to the rules at once.
+    pub(crate) fn arbitrate(&mut self, group: GroupId, ticket: u64, level: &Level) {
         let turn = self.record.begin(Turn::ARBITRATED);
         (turn.detail, turn.ticket) = (u64::from(group.0), ticket);
         self.engine.metrics[self.number].begin_arbitration(ticket, self.engine.clock.now());
@@ -25,7 +26,7 @@ impl Runner {
     }
 
     /// Calls the father's own arbitration.
-    pub(super) fn call_arbitration(&mut self, level: &Level) -> ArbitrationReply {
+    pub(crate) fn call_arbitration(&mut self, level: &Level) -> ArbitrationReply {
         let Some(instance) = self.phase.instance() else {
             return ArbitrationReply::Failed {
                 reason: "the father is not there".into(),

@@ -121,7 +121,8 @@ impl Runner {
         }
     }
 
-    pub(super) fn iterate(&mut self) -> Result<(), String> {
+    /// Takes an iteration.
+    pub(crate) fn iterate(&mut self) -> Result<(), String> {
         let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
             return Ok(());
         };
@@ -134,7 +135,7 @@ impl Runner {
     }
 
     /// Reports the end of an iteration to the rules.
-    pub(super) fn finish_iteration(&mut self, result: Result<(), String>) {
+    pub(crate) fn finish_iteration(&mut self, result: Result<(), String>) {
         match result {
             Ok(()) => self.engine.metrics[self.number].started.store(true, Relaxed),
             Err(reason) => self.fault(reason),

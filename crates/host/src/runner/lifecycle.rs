@@ -38,12 +38,13 @@ impl Runner {
         self.record.finish();
     }
 
-    pub(super) fn fall_asleep(&mut self) {
-        let Some(unloading) = self.phase.awake().map(|awake| awake.unloading) else {
+    /// Puts the instance to sleep, if it is awake.
+    pub(crate) fn fall_asleep(&mut self) {
+        let Some((installed, awake)) = self.phase.take_awake() else {
             return;
         };
         self.record.begin(Turn::SLEPT);
-        let result = self.put_to_sleep();
+        let result = self.put_to_sleep(installed);
         self.record_look();
         if let Err(reason) = result
             && !self.roll_back(&reason)
@@ -52,13 +53,13 @@ impl Runner {
             self.end_instance();
         }
         self.record.finish();
-        if unloading {
+        if awake.unloading {
             self.finish_unload();
         }
     }
 
     /// Ends the instance, now or when it sleeps. The next awakening creates a new one.
-    pub(super) fn unload(&mut self) {
+    pub(crate) fn unload(&mut self) {
         match self.phase.awake() {
             Some(awake) => awake.unloading = true,
             None => self.finish_unload(),
@@ -74,14 +75,7 @@ impl Runner {
         }
     }
 
-    fn put_to_sleep(&mut self) -> Result<(), String> {
-        let Some((installed, awake)) = self.phase.take() else {
-            return Ok(());
-        };
-        if awake.is_none() {
-            self.phase = Phase::Slept(installed);
-            return Ok(());
-        }
+    fn put_to_sleep(&mut self, installed: Installed) -> Result<(), String> {
         let result;
         (self.phase, result) = installed.sleep();
         self.engine.metrics[self.number].pause();
@@ -90,7 +84,7 @@ impl Runner {
 
     /// Handles a failed call. The instance is not trusted any more, and the next awakening creates a new one.
     /// A build on trial is replaced by the previous one instead, which continues without a fault.
-    pub(super) fn fault(&mut self, reason: String) {
+    pub(crate) fn fault(&mut self, reason: String) {
         if self.roll_back(&reason) {
             return;
         }
@@ -100,8 +94,10 @@ impl Runner {
     }
 
     /// Ends an instance that faulted.
-    pub(super) fn give_up(&mut self) {
-        if let Err(reason) = self.put_to_sleep() {
+    pub(crate) fn give_up(&mut self) {
+        if let Some((installed, _)) = self.phase.take_awake()
+            && let Err(reason) = self.put_to_sleep(installed)
+        {
             tracing::error!(
                 schema = self.engine.name(self.number),
                 "also failed while going to sleep: {reason}"

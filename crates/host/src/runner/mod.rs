@@ -144,7 +144,7 @@ impl Runner {
             self.arbitrate(group, ticket, &level);
         }
         if inbox.replaced {
-            if self.is_on_trial() {
+            if self.phase.trial().is_some() {
                 self.engine
                     .roll_back_build(self.number, "a call of it did not return in time");
             }
@@ -188,9 +188,9 @@ impl Runner {
 
     /// Ends a turn: a takeover in it has succeeded so far, and a trial may be over.
     fn end_turn(&mut self, has_run: bool) {
-        let clock = &self.engine.clock;
+        let now = self.engine.clock.now();
         if has_run {
-            self.last_turn = clock.now();
+            self.last_turn = now;
         }
         if std::mem::take(&mut self.takeover_pending) {
             self.engine.builds.finish_swap(self.number, Ok(()));
@@ -198,19 +198,17 @@ impl Runner {
         if let Some(awake) = self.phase.awake()
             && std::mem::take(&mut awake.is_due_at_once)
         {
-            awake.deadlines.add(clock.now());
+            awake.deadlines.add(now);
         }
-        let trial = self
-            .phase
-            .installed()
-            .and_then(|installed| installed.trial.as_mut());
-        if trial.is_some_and(|trial| trial.survive(has_run, || clock.now())) {
+        if let Some(trial) = self.phase.trial()
+            && trial.survive(has_run, now)
+        {
             self.end_trial();
         }
     }
 
     /// Applies a new period: the next iteration is due one new period after the last.
-    fn retime(&mut self) {
+    pub(crate) fn retime(&mut self) {
         let new = self.engine.period_of(self.number);
         let Some(period) = new.filter(|period| *period != self.period) else {
             return;

@@ -52,7 +52,14 @@ impl Phase {
         }
     }
 
-    pub(super) fn installed(&mut self) -> Option<&mut Installed> {
+    /// Takes the instance out if it is awake, and leaves `Absent`.
+    pub(super) fn take_awake(&mut self) -> Option<(Installed, Awake)> {
+        self.awake()?;
+        let (installed, awake) = self.take()?;
+        Some((installed, awake?))
+    }
+
+    fn installed(&mut self) -> Option<&mut Installed> {
         match self {
             Self::Absent => None,
             Self::Slept(installed) | Self::Awake(installed, _) => Some(installed),
@@ -68,6 +75,14 @@ impl Phase {
             Self::Absent | Self::Slept(_) => None,
             Self::Awake(_, awake) => Some(awake),
         }
+    }
+
+    pub(super) fn trial(&mut self) -> Option<&mut Trial> {
+        self.installed()?.trial.as_mut()
+    }
+
+    pub(super) fn take_trial(&mut self) -> Option<Trial> {
+        self.installed()?.trial.take()
     }
 
     pub(super) fn is_awake(&self) -> bool {
@@ -88,7 +103,7 @@ impl Installed {
         (Phase::Awake(self, awake), result)
     }
 
-    /// Puts it to sleep.
+    /// Puts it to sleep; it was awake.
     pub(super) fn sleep(mut self) -> (Phase, Result<(), String>) {
         let result = self.instance.sleep();
         (Phase::Slept(self), result)

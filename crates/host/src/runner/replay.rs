@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use jde_board::{Reader, Variable};
-use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
+use jde_core::Nanos;
 use jde_panel::Gesture;
 use jde_records::turn::{RecordedTurn, Turn};
 
@@ -77,16 +77,6 @@ impl Runner {
             }
     }
 
-    /// Repeats the iteration.
-    pub(crate) fn repeat_iteration(&mut self) -> Result<(), String> {
-        self.iterate()
-    }
-
-    /// Reports the end of that iteration to the rules.
-    pub(crate) fn report_iteration(&mut self, result: Result<(), String>) {
-        self.finish_iteration(result);
-    }
-
     /// Repeats a gesture on its panel.
     pub(crate) fn repeat_gesture(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
         let Some(instance) = self.phase.instance() else {
@@ -97,26 +87,6 @@ impl Runner {
         result
     }
 
-    /// Handles a failed call.
-    pub(crate) fn fault_now(&mut self, reason: String) {
-        self.fault(reason);
-    }
-
-    /// Calls the father's own arbitration.
-    pub(crate) fn repeat_arbitration(&mut self, level: &Level) -> ArbitrationReply {
-        self.call_arbitration(level)
-    }
-
-    /// Calls the father's own arbitration, and reports the reply to the rules at once.
-    pub(crate) fn arbitrate_now(&mut self, group: GroupId, ticket: u64, level: &Level) {
-        self.arbitrate(group, ticket, level);
-    }
-
-    /// Ends the instance as soon as it sleeps.
-    pub(crate) fn unload_now(&mut self) {
-        self.unload();
-    }
-
     /// Releases the values read, and shows the newest values again.
     pub(crate) fn end_recorded_turn(&mut self) {
         self.show_recorded(None);
@@ -125,18 +95,6 @@ impl Runner {
 
     pub(crate) fn awake_now(&mut self) {
         self.wake_up(self.engine.clock.now());
-    }
-
-    pub(crate) fn sleep_now(&mut self) {
-        self.fall_asleep();
-    }
-
-    pub(crate) fn retime_now(&mut self) {
-        self.retime();
-    }
-
-    pub(crate) fn give_up_now(&mut self) {
-        self.give_up();
     }
 
     /// From now on it takes its turns by its own period.

@@ -50,15 +50,13 @@ impl Runner {
                     carried,
                     gap: self.phase.is_awake().then(|| now.saturating_sub(self.last_turn)),
                     took,
-                    probation: if self.is_on_trial() {
-                        swap.options.probation
-                    } else {
-                        0
+                    probation: match self.phase.trial() {
+                        Some(_) => swap.options.probation,
+                        None => 0,
                     },
                     notes: swap.notes.clone(),
                 };
-                self.record
-                    .forward_swap(Turn::TOOK_OVER, || self.engine.clock.now());
+                self.record.forward_swap(Turn::TOOK_OVER, now);
                 self.engine.report_reload(self.number, &takeover);
                 self.engine.builds.mark_done(self.number, takeover);
                 self.takeover_pending = true;
@@ -74,7 +72,7 @@ impl Runner {
     /// Goes back to the previous build if the current one is on trial. Returns whether that build continues;
     /// then the level need not be informed.
     pub(super) fn roll_back(&mut self, reason: &str) -> bool {
-        let Some(trial) = self.take_trial() else {
+        let Some(trial) = self.phase.take_trial() else {
             return false;
         };
         if std::mem::take(&mut self.takeover_pending) {
@@ -93,8 +91,8 @@ impl Runner {
         let resumed = trial.roll_back(awake.is_some(), |build| self.create_instance(build));
         let result = resumed.and_then(|(previous, result)| {
             self.install(previous, None, awake);
-            self.record
-                .forward_swap(Turn::ROLLED_BACK, || self.engine.clock.now());
+            let now = self.engine.clock.now();
+            self.record.forward_swap(Turn::ROLLED_BACK, now);
             result
         });
         if let Err(reason) = &result {
@@ -106,18 +104,9 @@ impl Runner {
         result.is_ok()
     }
 
-    pub(super) fn is_on_trial(&mut self) -> bool {
-        let installed = self.phase.installed();
-        installed.is_some_and(|installed| installed.trial.is_some())
-    }
-
-    fn take_trial(&mut self) -> Option<Trial> {
-        self.phase.installed()?.trial.take()
-    }
-
     /// Ends the trial, if there is one: the current build stays.
     pub(super) fn end_trial(&mut self) {
-        if self.take_trial().is_some() {
+        if self.phase.take_trial().is_some() {
             self.engine.builds.end_trial(self.number);
         }
     }
@@ -186,7 +175,7 @@ impl Runner {
         };
         let mut successor = self
             .create_instance(&swap.build)
-            .map_err(|reason| refused(format!("it cannot be made: {reason}")))?;
+            .map_err(|reason| refused(cannot_create(&reason)))?;
         let can_roll_back = !awake || self.sleep_for_swap(previous);
         match resume(&mut successor, awake, memory.as_ref()) {
             Ok(is_restored) => Ok(Successor {
@@ -211,20 +200,18 @@ impl Runner {
 
     /// Starts a build where there was no instance, after a fault or an unloading. A rollback is not possible.
     fn start_build(&mut self, swap: &Swap) -> Result<(), String> {
-        if self.engine.is_unloaded(self.number) {
-            self.engine
-                .builds
-                .record_replacement(self.number, Arc::clone(&swap.build), None);
-            return Ok(());
+        let instance = if self.engine.is_unloaded(self.number) {
+            None
+        } else {
+            let created = self.create_instance(&swap.build);
+            Some(created.map_err(|reason| cannot_create(&reason))?)
+        };
+        let build = Arc::clone(&swap.build);
+        self.engine.builds.record_replacement(self.number, build, None);
+        if let Some(instance) = instance {
+            self.install(instance, None, None);
+            self.engine.report_restored(self.number);
         }
-        let instance = self
-            .create_instance(&swap.build)
-            .map_err(|reason| format!("it cannot be made: {reason}"))?;
-        self.engine
-            .builds
-            .record_replacement(self.number, Arc::clone(&swap.build), None);
-        self.install(instance, None, None);
-        self.engine.report_restored(self.number);
         Ok(())
     }
 
@@ -251,4 +238,8 @@ impl Runner {
         }
         slept.is_ok()
     }
+}
+
+fn cannot_create(reason: &str) -> String {
+    format!("it cannot be made: {reason}")
 }

@@ -42,8 +42,8 @@ impl Trial {
     }
 
     /// Counts a turn, if one was taken. Returns whether the build has survived the trial.
-    pub(super) fn survive(&mut self, has_run: bool, now: impl FnOnce() -> Nanos) -> bool {
-        self.probation.count(has_run, now)
+    pub(super) fn survive(&mut self, has_run: bool, now: Nanos) -> bool {
+        self.probation.survive(has_run, now)
     }
 
     /// Returns to the previous build: its instance, and whether that instance can continue.
@@ -62,9 +62,9 @@ impl Trial {
 }
 
 impl Probation {
-    fn count(&mut self, has_run: bool, now: impl FnOnce() -> Nanos) -> bool {
+    fn survive(&mut self, has_run: bool, now: Nanos) -> bool {
         self.turns += u32::from(has_run);
-        self.turns >= MIN_TRIAL_TURNS && now() >= self.until
+        self.turns >= MIN_TRIAL_TURNS && now >= self.until
     }
 }
 
@@ -94,10 +94,10 @@ mod tests {
     fn a_trial_lasts_its_time_and_a_number_of_turns() {
         let mut probation = Probation { until: 100, turns: 0 };
         for _ in 1..MIN_TRIAL_TURNS {
-            assert!(!probation.count(true, || 200), "too few turns");
+            assert!(!probation.survive(true, 200), "too few turns");
         }
-        assert!(!probation.count(false, || 200), "no turn was taken");
-        assert!(!probation.count(true, || 99), "too early");
-        assert!(probation.count(false, || 100));
+        assert!(!probation.survive(false, 200), "no turn was taken");
+        assert!(!probation.survive(true, 99), "too early");
+        assert!(probation.survive(false, 100));
     }
 }

@@ -57,9 +57,8 @@ impl TurnRecord {
     }
 
     /// Forwards that another build takes the turns from now on, in that way.
-    pub(super) fn forward_swap(&self, way: u8, now: impl FnOnce() -> Nanos) {
+    pub(super) fn forward_swap(&self, way: u8, now: Nanos) {
         if let Some(journal) = &self.journal {
-            let now = now();
             journal.forward(&Turn {
                 kind: Turn::RELOADED,
                 way,
