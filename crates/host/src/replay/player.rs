@@ -191,9 +191,9 @@ impl Player {
                 }
                 Signal::Asleep if slot.transitions.is_empty() => slot.apply_transition(false, now),
                 Signal::Asleep => slot.transitions.push_back((false, now)),
-                Signal::Replaced => slot.runner.give_up_now(),
-                Signal::Unloaded => slot.runner.unload_now(),
-                Signal::PeriodChanged => slot.runner.retime_now(),
+                Signal::Replaced => slot.runner.give_up(),
+                Signal::Unloaded => slot.runner.unload(),
+                Signal::PeriodChanged => slot.runner.retime(),
                 // A replay has no viewers and no operators.
                 Signal::PanelOpened | Signal::GestureQueued | Signal::BuildPending => {}
                 Signal::ArbitrationRequested { group, ticket, level } => {
@@ -285,7 +285,7 @@ impl Player {
             (Turn::ARBITRATED, StepKind::CheckCall) => {
                 if let Some(request) = slot.take_arbitration(turn) {
                     slot.runner.show_recorded(Some(turn));
-                    let reply = slot.runner.repeat_arbitration(&request.level);
+                    let reply = slot.runner.call_arbitration(&request.level);
                     slot.runner.show_recorded(None);
                     slot.arbitration_result = Some((request.group, request.ticket, reply));
                 }
@@ -393,7 +393,7 @@ impl Player {
         self.engine.rules.brake_all();
         for number in self.engine.rules.put_to_sleep() {
             if let Some(slot) = &mut self.slots[number] {
-                slot.runner.sleep_now();
+                slot.runner.fall_asleep();
             }
         }
         while self.queue.pop().is_some() {}

@@ -86,7 +86,7 @@ impl ReplaySlot {
             self.follows_recording = self.was_awake;
             self.start_own_turns(now);
         } else {
-            self.runner.sleep_now();
+            self.runner.fall_asleep();
             self.due = None;
         }
     }
@@ -122,14 +122,14 @@ impl ReplaySlot {
             group, ticket, level, ..
         } in std::mem::take(&mut self.arbitrations)
         {
-            self.runner.arbitrate_now(group, ticket, &level);
+            self.runner.arbitrate(group, ticket, &level);
         }
     }
 
     /// Reports the error of a gesture to the rules, if there is one.
     pub(super) fn report_gesture_error(&mut self) {
         if let Some(reason) = self.gesture_error.take() {
-            self.runner.fault_now(reason);
+            self.runner.fault(reason);
         }
     }
 
@@ -159,8 +159,8 @@ impl ReplaySlot {
                 let is_permitted = self.runner.repeat_begin(turn);
                 if is_permitted && !turn.acted.has_occurred() {
                     // The iteration was not permitted in the recorded run, so there is no step for it.
-                    let result = self.runner.repeat_iteration();
-                    self.runner.report_iteration(result);
+                    let result = self.runner.iterate();
+                    self.runner.finish_iteration(result);
                 } else if is_permitted {
                     self.permitted_turn = Some(Arc::clone(turn));
                 }
@@ -170,7 +170,7 @@ impl ReplaySlot {
                 self.run_iteration(engine);
                 self.apply_father_actions(engine);
                 if let Some(result) = self.iteration_result.take() {
-                    self.runner.report_iteration(result);
+                    self.runner.finish_iteration(result);
                 }
             }
         }
@@ -181,7 +181,7 @@ impl ReplaySlot {
         if let Some(turn) = self.permitted_turn.take() {
             self.runner.show_recorded(Some(&turn));
             engine.defer_actions();
-            self.iteration_result = Some(self.runner.repeat_iteration());
+            self.iteration_result = Some(self.runner.iterate());
             self.father_actions = engine.take_deferred_actions();
         }
     }

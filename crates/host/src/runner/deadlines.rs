@@ -1,147 +1,176 @@
-//! The deadline of a schema's next turn, and whether the schema keeps its deadlines (R11). It never waits.
-
-use std::sync::atomic::Ordering::Relaxed;
+//! The deadlines of a schema's turns, and whether the schema keeps them (R11). Nothing here waits, reads a
+//! clock or reports.
 
 use jde_core::Nanos;
-use jde_records::event::Event;
 
-use super::{InstanceState, Runner};
+/// The deadlines of an instance that is awake, on a grid of whole periods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Deadlines {
+    /// One instant of the grid.
+    anchor: Nanos,
+    due: Nanos,
+}
 
-impl Runner {
-    /// Applies a new period: the next iteration is due one new period after the last.
-    pub(super) fn retime(&mut self) {
-        let Some(period) = self
-            .engine
-            .period_of(self.number)
-            .filter(|period| *period != self.period)
-        else {
-            return;
+/// How a turn ended against its deadlines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TurnEnd {
+    /// Deadlines between its own and the next were missed.
+    pub(super) missed: bool,
+    /// The time until the next is shorter than a period.
+    pub(super) is_short: bool,
+}
+
+impl Deadlines {
+    /// A grid with its first deadline at `next`.
+    pub(super) fn starting_at(next: Nanos) -> Self {
+        Self {
+            anchor: next,
+            due: next,
+        }
+    }
+
+    /// The deadlines of an instance that the rules woke at `woken` and that awakes at `now`: at once, then
+    /// whole periods after `woken`, each `early` before. So instances that were woken together are due in
+    /// their order and not all at the same instant.
+    pub(super) fn of_awakening(woken: Nanos, early: Nanos, period: Nanos, now: Nanos) -> Self {
+        Self {
+            anchor: woken.saturating_add(period - early % period),
+            due: now,
+        }
+    }
+
+    pub(super) fn due(&self) -> Nanos {
+        self.due
+    }
+
+    /// Adds a turn at `now`. The grid stays.
+    pub(super) fn add(&mut self, now: Nanos) {
+        self.due = now;
+    }
+
+    /// Changes the period: the next turn is due one new period after the last. A deadline that the new period
+    /// puts in the past is due now, and not late.
+    pub(super) fn retime(&mut self, from: Nanos, to: Nanos, now: Nanos) {
+        let next = self.due.saturating_sub(from).saturating_add(to);
+        *self = Self::starting_at(next.max(now));
+    }
+
+    /// Ends the turn that was due: the next is due at the first instant of the grid after `now`.
+    pub(super) fn advance(&mut self, period: Nanos, now: Nanos) -> TurnEnd {
+        let full = self.due.saturating_add(period);
+        self.due = match now.checked_sub(self.anchor) {
+            Some(since) => self
+                .anchor
+                .saturating_add((since / period + 1).saturating_mul(period)),
+            None => self.anchor,
         };
-        if let InstanceState::Awake { due, .. } = self.state {
-            // A deadline that the new period puts in the past is due now, and not late.
-            let next = due.saturating_sub(self.period).saturating_add(period);
-            self.set_due(next.max(self.engine.clock.now()));
-        }
-        self.period = period;
-        self.engine.set_period(self.number, period);
-    }
-
-    /// Puts the deadlines of an instance that was woken at `woken` on its grid: whole periods after that
-    /// time, and in real time a little earlier. So instances that were woken together are due in their order
-    /// and not all at the same instant.
-    pub(super) fn begin_grid(&mut self, woken: Nanos) {
-        let early = self.engine.stagger(self.number) % self.period;
-        self.anchor = woken.saturating_add(self.period - early);
-    }
-
-    /// Moves the deadlines to another grid, with the next one at `next`.
-    pub(super) fn set_due(&mut self, next: Nanos) {
-        self.anchor = next;
-        if let InstanceState::Awake { due, .. } = &mut self.state {
-            *due = next;
-        }
-    }
-
-    /// Ends a turn that was due at `due`, and sets the next deadline. Returns whether deadlines between the
-    /// two were missed.
-    pub(super) fn schedule_next(&mut self, due: Nanos, now: Nanos) -> bool {
-        let (next, missed) = next_due(self.anchor, due, self.period, now);
-        if next < due.saturating_add(self.period) {
-            // The time until the grid is shorter than a period and is not measured as a cycle.
-            self.engine.metrics[self.number].pause();
-        }
-        if let InstanceState::Awake { due, .. } = &mut self.state {
-            *due = next;
-        }
-        missed
-    }
-
-    pub(super) fn record_cycle_time(&mut self, took: Nanos, missed: bool) {
-        self.record_lateness(Work::Cycle, took, missed || took > self.budget());
-    }
-
-    /// Records the duration of a drawing. Returns whether it kept to the budget, on which the contract relies
-    /// (R17).
-    pub(super) fn record_drawing_time(&mut self, took: Nanos) -> bool {
-        let late = took > self.budget();
-        self.record_lateness(Work::Drawing, took, late);
-        !late
-    }
-
-    /// Records that nothing is drawn, which is never late.
-    pub(super) fn record_no_drawing(&mut self) {
-        self.record_lateness(Work::Drawing, 0, false);
-    }
-
-    pub(super) fn budget(&self) -> Nanos {
-        self.engine.application.instances[self.number].budget_ns
-    }
-
-    /// Counts late work, and reports the first of consecutive late ones. A schema is late if either kind of
-    /// work is.
-    fn record_lateness(&mut self, work: Work, took: Nanos, late: bool) {
-        if !late && !self.late[work as usize] {
-            // The usual case.
-            return;
-        }
-        if late {
-            self.engine.metrics[self.number].overruns.fetch_add(1, Relaxed);
-        }
-        let before = self.late;
-        self.late[work as usize] = late;
-        let healthy = |late: [bool; 2]| !late.contains(&true);
-        if healthy(before) != healthy(self.late) {
-            self.engine.rules.report_deadline(self.number, healthy(self.late));
-        }
-        if late && !before[work as usize] {
-            self.engine.rules.report(&Event::Overrun {
-                time: self.engine.clock.now(),
-                schema: self.number,
-                took,
-                budget: self.budget(),
-            });
+        TurnEnd {
+            missed: full <= now,
+            is_short: self.due < full,
         }
     }
 }
 
 /// The kinds of work with a deadline.
 #[derive(Clone, Copy)]
-enum Work {
+pub(super) enum Work {
     Cycle,
     Drawing,
 }
 
-/// Returns the first deadline on the grid through `anchor` after a turn that was due at `due` and ended at
-/// `now`, and whether other deadlines were missed before it (R11).
-fn next_due(anchor: Nanos, due: Nanos, period: Nanos, now: Nanos) -> (Nanos, bool) {
-    let missed = due.saturating_add(period) <= now;
-    let next = match now.checked_sub(anchor) {
-        Some(since) => anchor.saturating_add((since / period + 1).saturating_mul(period)),
-        None => anchor,
-    };
-    (next, missed)
+/// Which kinds of work were late the last time. A schema is late if either is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lateness([bool; 2]);
+
+/// What changed with one work.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct LatenessChange {
+    /// The schema keeps its deadlines from now on, or does not any more.
+    pub(super) healthy: Option<bool>,
+    /// It is the first of consecutive late ones.
+    pub(super) is_first: bool,
+}
+
+impl Lateness {
+    pub(super) fn record(&mut self, work: Work, late: bool) -> LatenessChange {
+        let (was_healthy, was_late) = (self.is_healthy(), self.0[work as usize]);
+        self.0[work as usize] = late;
+        let healthy = self.is_healthy();
+        LatenessChange {
+            healthy: (healthy != was_healthy).then_some(healthy),
+            is_first: late && !was_late,
+        }
+    }
+
+    fn is_healthy(self) -> bool {
+        !self.0.contains(&true)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::next_due;
+    use super::*;
+
+    fn next(anchor: Nanos, due: Nanos, now: Nanos) -> (Nanos, bool, bool) {
+        let mut deadlines = Deadlines { anchor, due };
+        let end = deadlines.advance(75, now);
+        assert_eq!(deadlines.anchor, anchor);
+        (deadlines.due(), end.missed, end.is_short)
+    }
 
     #[test]
     fn r11_deadlines_are_absolute() {
-        assert_eq!(next_due(100, 100, 75, 130), (175, false));
-        assert_eq!(next_due(100, 175, 75, 249), (250, false));
+        assert_eq!(next(100, 100, 130), (175, false, false));
+        assert_eq!(next(100, 175, 249), (250, false, false));
     }
 
     #[test]
     fn r11_a_late_schema_skips_and_stays_on_its_grid() {
-        assert_eq!(next_due(100, 100, 75, 175), (250, true));
-        assert_eq!(next_due(100, 100, 75, 500), (550, true));
+        assert_eq!(next(100, 100, 175), (250, true, false));
+        assert_eq!(next(100, 100, 500), (550, true, false));
     }
 
     #[test]
     fn r11_a_first_turn_that_ends_after_the_first_grid_point_misses_no_deadline() {
-        assert_eq!(next_due(110, 100, 75, 105), (110, false));
-        assert_eq!(next_due(110, 100, 75, 174), (185, false));
-        assert_eq!(next_due(110, 100, 75, 175), (185, true));
+        assert_eq!(next(110, 100, 105), (110, false, true));
+        assert_eq!(next(110, 100, 174), (185, false, false));
+        assert_eq!(next(110, 100, 175), (185, true, false));
+    }
+
+    #[test]
+    fn an_awakened_schema_is_due_at_once_and_then_a_little_before_each_period() {
+        let mut deadlines = Deadlines::of_awakening(100, 80, 75, 110);
+        assert_eq!(deadlines.due(), 110);
+        deadlines.advance(75, 120);
+        assert_eq!(deadlines.due(), 170);
+    }
+
+    #[test]
+    fn r11_a_new_period_counts_from_the_last_turn_and_never_makes_one_late() {
+        let mut deadlines = Deadlines::starting_at(175);
+        deadlines.retime(75, 100, 130);
+        assert_eq!(deadlines, Deadlines::starting_at(200));
+        deadlines.retime(100, 10, 150);
+        assert_eq!(deadlines, Deadlines::starting_at(150));
+    }
+
+    #[test]
+    fn an_added_turn_leaves_the_grid_as_it_is() {
+        let mut deadlines = Deadlines::starting_at(100);
+        deadlines.add(130);
+        deadlines.advance(75, 140);
+        assert_eq!(deadlines.due(), 175);
+    }
+
+    #[test]
+    fn r11_a_schema_is_late_while_either_kind_of_work_is() {
+        let mut lateness = Lateness::default();
+        let change = |healthy, is_first| LatenessChange { healthy, is_first };
+        assert_eq!(lateness.record(Work::Cycle, false), change(None, false));
+        assert_eq!(lateness.record(Work::Cycle, true), change(Some(false), true));
+        assert_eq!(lateness.record(Work::Cycle, true), change(None, false));
+        assert_eq!(lateness.record(Work::Drawing, true), change(None, true));
+        assert_eq!(lateness.record(Work::Cycle, false), change(None, false));
+        assert_eq!(lateness.record(Work::Drawing, false), change(Some(true), false));
     }
 }

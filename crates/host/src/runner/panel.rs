@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 use jde_records::turn::Turn;
 
-use super::{InstanceState, Runner};
+use super::Runner;
+use super::deadlines::Work;
+use super::phase::Phase;
 
 impl Runner {
     /// Delivers the first of the waiting gestures. The next has another turn, so that urgent work waits for
@@ -16,20 +18,17 @@ impl Runner {
         let Some((by, gesture)) = self.engine.take_gesture(self.number) else {
             return;
         };
-        let (InstanceState::Slept(instance) | InstanceState::Awake { instance, .. }) = &mut self.state else {
+        let Some(instance) = self.phase.instance() else {
             return self.engine.report_undelivered(self.number, 1);
         };
         let number = self.engine.report_gesture(&by, self.number, &gesture);
-        self.turn_record = Turn {
-            detail: number,
-            ..Turn::new(Turn::TOUCHED, self.number)
-        };
+        self.record.begin(Turn::TOUCHED).detail = number;
         let result = instance.touch(&by, &gesture);
-        self.turn_record.looked = instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
+        self.record.add_look(instance);
         if let Err(reason) = result {
             self.fault(reason);
         }
-        self.record_turn();
+        self.record.finish();
     }
 
     /// Draws the panel from the values read in this turn, if it is viewed and the time has come. In real time
@@ -40,7 +39,7 @@ impl Runner {
             return self.record_no_drawing();
         };
         let start = Instant::now();
-        let (InstanceState::Slept(instance) | InstanceState::Awake { instance, .. }) = &mut self.state else {
+        let Some(instance) = self.phase.instance() else {
             return;
         };
         if self.pace.wait(start).is_some() {
@@ -70,7 +69,7 @@ impl Runner {
     /// Draws the panel of a sleeping schema from the newest values. Returns when to draw it again, in real
     /// time.
     pub(crate) fn draw_asleep(&mut self) -> Option<Nanos> {
-        if !matches!(self.state, InstanceState::Slept(_)) {
+        if !matches!(self.phase, Phase::Slept(_)) {
             return None;
         }
         if self.engine.panels.requested_interval(self.number).is_none() {
@@ -78,11 +77,24 @@ impl Runner {
             return None;
         }
         self.draw();
-        if let InstanceState::Slept(instance) = &mut self.state {
-            instance.release_values();
+        if let Phase::Slept(installed) = &mut self.phase {
+            installed.instance.release_values();
         }
         let clock = &self.engine.clock;
         let wait = self.pace.wait(Instant::now()).unwrap_or_default();
         Some(clock.now().saturating_add(clock.scale_machine_time(wait)))
+    }
+
+    /// Records the duration of a drawing. Returns whether it kept to the budget, on which the contract relies
+    /// (R17).
+    fn record_drawing_time(&mut self, took: Nanos) -> bool {
+        let late = took > self.budget();
+        self.record_lateness(Work::Drawing, took, late);
+        !late
+    }
+
+    /// Records that nothing is drawn, which is never late.
+    fn record_no_drawing(&mut self) {
+        self.record_lateness(Work::Drawing, 0, false);
     }
 }

@@ -4,11 +4,13 @@
 use std::sync::Arc;
 
 use jde_board::{Reader, Variable};
-use jde_core::{ArbitrationReply, GroupId, Level, Nanos};
+use jde_core::Nanos;
 use jde_panel::Gesture;
 use jde_records::turn::{RecordedTurn, Turn};
 
-use super::{InstanceState, Runner};
+use super::Runner;
+use super::deadlines::Deadlines;
+use super::phase::{Installed, Phase};
 use crate::history::History;
 use crate::instance::{self, PortWrite, Ports, ShownValue};
 
@@ -25,19 +27,17 @@ impl Runner {
     }
 
     pub(crate) fn is_awake(&self) -> bool {
-        matches!(self.state, InstanceState::Awake { .. })
+        self.phase.is_awake()
     }
 
     /// Repeats the check. `None` if the instance is not awake.
     pub(crate) fn repeat_check(&mut self) -> Option<Result<instance::CheckResult, String>> {
-        match &mut self.state {
-            InstanceState::Awake { instance, .. } => {
-                let result = instance.check();
-                instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
-                Some(result)
-            }
-            InstanceState::Absent | InstanceState::Slept(_) | InstanceState::Changing => None,
-        }
+        let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
+            return None;
+        };
+        let result = instance.check();
+        self.record.add_look(instance);
+        Some(result)
     }
 
     /// Returns the values that its inputs show.
@@ -49,7 +49,7 @@ impl Runner {
 
     /// Returns the writes since the last call of this function, in calls that turns record.
     pub(crate) fn take_writes(&mut self) -> Vec<PortWrite> {
-        std::mem::take(&mut self.overflow.writes)
+        self.record.take_writes()
     }
 
     /// Returns the variable that a port writes; `None` if it is not bound to one.
@@ -64,7 +64,7 @@ impl Runner {
     /// Reports the result of that check to the rules.
     pub(crate) fn report_check(&mut self, result: Result<instance::CheckResult, String>) {
         if let Some(check) = self.handle_check_result(self.engine.clock.now(), result) {
-            self.turn_record.checked = self.engine.rules.report_check(self.number, check);
+            self.record.turn.checked = self.engine.rules.report_check(self.number, check);
         }
     }
 
@@ -77,46 +77,14 @@ impl Runner {
             }
     }
 
-    /// Repeats the iteration.
-    pub(crate) fn repeat_iteration(&mut self) -> Result<(), String> {
-        self.iterate()
-    }
-
-    /// Reports the end of that iteration to the rules.
-    pub(crate) fn report_iteration(&mut self, result: Result<(), String>) {
-        self.finish_iteration(result);
-    }
-
     /// Repeats a gesture on its panel.
     pub(crate) fn repeat_gesture(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
-        match &mut self.state {
-            InstanceState::Slept(instance) | InstanceState::Awake { instance, .. } => {
-                let result = instance.touch(by, gesture);
-                instance.copy_last_call(&mut self.turn_record, &mut self.overflow);
-                result
-            }
-            InstanceState::Absent | InstanceState::Changing => Ok(()),
-        }
-    }
-
-    /// Handles a failed call.
-    pub(crate) fn fault_now(&mut self, reason: String) {
-        self.fault(reason);
-    }
-
-    /// Calls the father's own arbitration.
-    pub(crate) fn repeat_arbitration(&mut self, level: &Level) -> ArbitrationReply {
-        self.call_arbitration(level)
-    }
-
-    /// Calls the father's own arbitration, and reports the reply to the rules at once.
-    pub(crate) fn arbitrate_now(&mut self, group: GroupId, ticket: u64, level: &Level) {
-        self.arbitrate(group, ticket, level);
-    }
-
-    /// Ends the instance as soon as it sleeps.
-    pub(crate) fn unload_now(&mut self) {
-        self.unload();
+        let Some(instance) = self.phase.instance() else {
+            return Ok(());
+        };
+        let result = instance.touch(by, gesture);
+        self.record.add_look(instance);
+        result
     }
 
     /// Releases the values read, and shows the newest values again.
@@ -129,20 +97,10 @@ impl Runner {
         self.wake_up(self.engine.clock.now());
     }
 
-    pub(crate) fn sleep_now(&mut self) {
-        self.fall_asleep();
-    }
-
-    pub(crate) fn retime_now(&mut self) {
-        self.retime();
-    }
-
-    pub(crate) fn give_up_now(&mut self) {
-        self.give_up();
-    }
-
     /// From now on it takes its turns by its own period.
     pub(crate) fn start_own_turns(&mut self, now: Nanos) {
-        self.set_due(now);
+        if let Some(awake) = self.phase.awake() {
+            awake.deadlines = Deadlines::starting_at(now);
+        }
     }
 }

@@ -1,0 +1,171 @@
+//! One turn of an instance that is awake: it checks its precondition, the rules select, and the WINNER
+//! iterates.
+
+use std::sync::atomic::Ordering::Relaxed;
+
+use jde_abi::describe::Kind;
+use jde_core::{Check, Nanos};
+use jde_records::event::Event;
+use jde_records::turn::Turn;
+
+use super::Runner;
+use super::deadlines::{Deadlines, TurnEnd, Work};
+use super::phase::{Installed, Phase};
+use crate::instance;
+
+/// The iterations for which a turn requests permission.
+enum IterationRequest {
+    Any,
+    /// Like `Any`, and in lockstep also a second one at the same instant: its input arrived after the first.
+    Repeat,
+    /// Only the first iteration since the instance became WINNER.
+    First,
+}
+
+impl Runner {
+    /// One period: check, then iterate if it is WINNER.
+    pub(super) fn run_cycle(&mut self, start: Nanos, mut deadlines: Deadlines) {
+        self.check_and_iterate(start, IterationRequest::Any);
+        let end = self.engine.clock.now();
+        let metrics = &self.engine.metrics[self.number];
+        metrics.record_cycle(start, end - start);
+        let TurnEnd { missed, is_short } = deadlines.advance(self.period, end);
+        if is_short {
+            // The time until the grid is not measured as a cycle.
+            metrics.pause();
+        }
+        if let Some(awake) = self.phase.awake() {
+            awake.deadlines = deadlines;
+        }
+        if self.engine.clock.is_real() {
+            let took = end - start;
+            self.record_lateness(Work::Cycle, took, missed || took > self.budget());
+        }
+    }
+
+    /// Reacts to a value that cannot wait for the period. A motor schema re-evaluates its precondition (R12),
+    /// and iterates only if that made it WINNER. A driver carries out the command.
+    pub(super) fn react(&mut self, now: Nanos) {
+        let request = match self.kind {
+            Kind::Motor => IterationRequest::First,
+            Kind::Perceptive | Kind::Driver => IterationRequest::Repeat,
+        };
+        self.check_and_iterate(now, request);
+    }
+
+    /// Evaluates the precondition of a motor schema, and iterates if the rules permit.
+    fn check_and_iterate(&mut self, now: Nanos, request: IterationRequest) {
+        let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
+            return;
+        };
+        let checked = if self.kind == Kind::Motor {
+            let result = instance.check();
+            self.record.add_look(instance);
+            let Some(check) = self.handle_check_result(now, result) else {
+                return;
+            };
+            Some(check)
+        } else {
+            None
+        };
+        let has_iterated_now = self.last_iteration == now + 1 && !self.engine.clock.is_real();
+        let requests_iteration = matches!(request, IterationRequest::Repeat) || !has_iterated_now;
+        let first = matches!(request, IterationRequest::First);
+        let (is_permitted, begun) = match checked {
+            Some(check) if requests_iteration => {
+                let (checked, begun) = self
+                    .engine
+                    .rules
+                    .report_check_and_request(self.number, check, first);
+                self.record.turn.checked = checked;
+                begun
+            }
+            Some(check) => {
+                self.record.turn.checked = self.engine.rules.report_check(self.number, check);
+                return;
+            }
+            None if requests_iteration => self.engine.rules.request_iteration(self.number),
+            None => return,
+        };
+        self.record.turn.begun = begun;
+        self.record.turn.way = match request {
+            IterationRequest::Any | IterationRequest::Repeat => Turn::ANY,
+            IterationRequest::First => Turn::FIRST,
+        };
+        if is_permitted {
+            self.last_iteration = now + 1;
+            let result = self.iterate();
+            self.finish_iteration(result);
+        }
+    }
+
+    /// Converts the result of a check for the rules. Returns `None` after a failure, which it reports.
+    pub(super) fn handle_check_result(
+        &mut self,
+        now: Nanos,
+        result: Result<instance::CheckResult, String>,
+    ) -> Option<Check> {
+        match result {
+            Ok(result) => {
+                // The newest value read caused the situation, but not before the last check, which read the
+                // earlier values.
+                let last_check = std::mem::replace(&mut self.phase.awake()?.last_check, now);
+                let cause = result.newest.clamp(last_check.min(now), now);
+                Some(Check {
+                    ready: result.ready,
+                    urgency: result.urgency,
+                    cause,
+                })
+            }
+            Err(reason) => {
+                self.fault(reason);
+                None
+            }
+        }
+    }
+
+    /// Takes an iteration.
+    pub(crate) fn iterate(&mut self) -> Result<(), String> {
+        let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
+            return Ok(());
+        };
+        let start = self.engine.clock.now();
+        let result = instance.iterate();
+        self.record.add_iteration(instance);
+        let took = self.engine.clock.now().saturating_sub(start);
+        self.engine.metrics[self.number].record_iteration(took);
+        result
+    }
+
+    /// Reports the end of an iteration to the rules.
+    pub(crate) fn finish_iteration(&mut self, result: Result<(), String>) {
+        match result {
+            Ok(()) => self.engine.metrics[self.number].started.store(true, Relaxed),
+            Err(reason) => self.fault(reason),
+        }
+        self.record.turn.ended = self.engine.rules.report_iteration_end(self.number);
+    }
+
+    pub(super) fn budget(&self) -> Nanos {
+        self.engine.application.instances[self.number].budget_ns
+    }
+
+    /// Counts late work, and reports the first of consecutive late ones.
+    pub(super) fn record_lateness(&mut self, work: Work, took: Nanos, late: bool) {
+        let change = self.lateness.record(work, late);
+        if late {
+            self.engine.metrics[self.number].overruns.fetch_add(1, Relaxed);
+        }
+        if let Some(healthy) = change.healthy {
+            self.engine.rules.report_deadline(self.number, healthy);
+        }
+        if change.is_first {
+            self.engine.rules.report(&Event::Overrun {
+                time: self.engine.clock.now(),
+                schema: self.number,
+                took,
+                budget: self.budget(),
+            });
+        }
+    }
+}

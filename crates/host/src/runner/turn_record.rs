@@ -1,0 +1,80 @@
+//! The record of the turn under way: its calls, what it reported to the rules, and the values it used.
+
+use std::sync::Arc;
+
+use jde_core::Nanos;
+use jde_records::turn::{Call, Turn};
+
+use crate::instance::{Instance, PortWrite, TurnOverflow};
+use crate::journal::Journal;
+
+/// The record of the turn under way.
+pub(super) struct TurnRecord {
+    pub(super) turn: Turn,
+    overflow: TurnOverflow,
+    /// Receives the turns, if they are recorded.
+    journal: Option<Arc<Journal>>,
+}
+
+impl TurnRecord {
+    pub(super) fn new(schema: usize, journal: Option<Arc<Journal>>) -> Self {
+        Self {
+            turn: Turn::new(Turn::CYCLED, schema),
+            overflow: TurnOverflow::default(),
+            journal,
+        }
+    }
+
+    /// Starts the record of a turn of that kind.
+    pub(super) fn begin(&mut self, kind: u8) -> &mut Turn {
+        self.turn = Turn {
+            kind,
+            schema: self.turn.schema,
+            ..Turn::default()
+        };
+        self.overflow.ports.clear();
+        &mut self.turn
+    }
+
+    /// Adds the last call of the instance: its check, or the only call of the turn.
+    pub(super) fn add_look(&mut self, instance: &Instance) {
+        self.turn.looked = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+    }
+
+    /// Adds the last call of the instance, an iteration.
+    pub(super) fn add_iteration(&mut self, instance: &Instance) {
+        self.turn.acted = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+    }
+
+    /// Ends the turn, and forwards it if a step of it was taken.
+    pub(super) fn finish(&mut self) {
+        if let Some(journal) = &self.journal {
+            if !self.turn.is_empty() {
+                journal.forward_with_ports(&self.turn, &self.overflow.ports);
+            }
+            self.begin(Turn::CYCLED);
+        }
+    }
+
+    /// Forwards that another build takes the turns from now on, in that way.
+    pub(super) fn forward_swap(&self, way: u8, now: Nanos) {
+        if let Some(journal) = &self.journal {
+            journal.forward(&Turn {
+                kind: Turn::RELOADED,
+                way,
+                schema: self.turn.schema,
+                looked: Call {
+                    after: journal.last(),
+                    time: now,
+                    clock: now,
+                },
+                ..Turn::default()
+            });
+        }
+    }
+
+    /// Returns the writes since the last call of this function, in a replay.
+    pub(super) fn take_writes(&mut self) -> Vec<PortWrite> {
+        std::mem::take(&mut self.overflow.writes)
+    }
+}
