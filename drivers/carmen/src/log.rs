@@ -146,7 +146,7 @@ impl Reading {
         }
         if let Some(error) = self.read_error {
             notes.push(format!(
-                "the file is cut short after line {}: {error}; what comes before is played",
+                "the file is cut short after line {}: {error}; only the part before is played",
                 self.count
             ));
         }

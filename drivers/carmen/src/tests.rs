@@ -314,7 +314,7 @@ fn a_truncated_log_is_played_to_its_end() {
     let packed = gzip(plain.as_bytes());
     let mut player = Player::new(&packed[..packed.len() / 2]).awake();
     player.assert_warned("the file is cut short after line");
-    player.assert_warned("what comes before is played");
+    player.assert_warned("only the part before is played");
     let mission = player.at(1000.0);
     assert!((1..199).contains(&mission.reached), "{} scans", mission.reached);
     assert_eq!((mission.state, mission.total), (Mission::DONE, mission.reached));

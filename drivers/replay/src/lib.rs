@@ -168,7 +168,7 @@ impl Schema for Recording {
         let reader = self.open_reader(cx)?;
         let outputs = self.outputs(cx, &reader)?;
         if let Some(damage) = reader.damage() {
-            warn!(cx, "{damage}; what comes before is played");
+            warn!(cx, "{damage}; only the part before is played");
         }
         info!(cx, "{} s of {}", reader.length().as_secs_f64(), outputs.names());
         self.player = Some(Player {

@@ -161,7 +161,7 @@ impl Analysis {
         let mut remarks = Vec::new();
         if let Some(damage) = &self.survey.damage {
             remarks.push(format!(
-                "the recording ends too soon, at byte {} of {}: {}; what is before is shown",
+                "the recording ends too soon, at byte {} of {}: {}; only the part before is shown",
                 damage.offset, self.survey.bytes, damage.reason
             ));
         }

@@ -36,7 +36,8 @@ impl Rules {
         self.transact_begin(instance, None, true).1
     }
 
-    /// [`Self::checked`] and then at once [`Self::begin`] or [`Self::request_first_iteration`].
+    /// [`Self::report_check`], and then at once [`Self::request_iteration`] or
+    /// [`Self::request_first_iteration`].
     pub(crate) fn report_check_and_request(
         &self,
         instance: usize,
