@@ -53,7 +53,7 @@ impl OperatorHandle {
     /// # Errors
     /// It is a perceptive schema or a driver that an awake schema needs.
     pub fn unload(&self, schema: usize) -> Result<(), String> {
-        self.engine.unload(&self.by, schema)
+        self.engine.operators.unload(&self.by, schema)
     }
 
     /// Releases a schema that was unloaded, or permits one that faulted to start again, with all restarts
@@ -63,7 +63,7 @@ impl OperatorHandle {
     /// # Errors
     /// It is neither unloaded nor faulted, or has not come to rest since.
     pub fn load(&self, schema: usize) -> Result<(), String> {
-        self.engine.load(&self.by, schema)
+        self.engine.operators.load(&self.by, schema)
     }
 
     /// Replaces the build of a schema by another of its type, between two iterations. The schema keeps its
@@ -123,7 +123,7 @@ impl OperatorHandle {
     /// # Errors
     /// The application has not started, or has ended.
     pub fn stop_all(&self) -> Result<(), String> {
-        self.engine.stop_all(&self.by)
+        self.engine.operators.stop_all(&self.by)
     }
 
     /// Undoes [`Self::stop_all`], whoever called it. Other actions on single schemas, such as a stop or an
@@ -132,7 +132,7 @@ impl OperatorHandle {
     /// # Errors
     /// The application has not started, or has ended.
     pub fn release_all(&self) -> Result<(), String> {
-        self.engine.release_all(&self.by)
+        self.engine.operators.release_all(&self.by)
     }
 
     /// Undoes the actions of this operator on a schema, unless another operator has repeated them: the end of
@@ -141,7 +141,7 @@ impl OperatorHandle {
     /// # Errors
     /// Why it was refused.
     pub fn release_own(&self, schema: usize) -> Result<(), String> {
-        self.engine.release_own(&self.by, schema)
+        self.engine.operators.release_own(&self.by, schema)
     }
 
     /// Changes the period of a schema, ns.
@@ -149,7 +149,7 @@ impl OperatorHandle {
     /// # Errors
     /// The period is out of [range](jde_app::period::RANGE).
     pub fn set_period(&self, schema: usize, period: Nanos) -> Result<(), String> {
-        self.engine.retime(&self.by, schema, period)
+        self.engine.operators.retime(&self.by, schema, period)
     }
 
     /// Writes a modulation of a schema by name.
@@ -157,12 +157,14 @@ impl OperatorHandle {
     /// # Errors
     /// There is no modulation of that name, or the value does not fit.
     pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
-        self.engine.modulate(&self.by, schema, name, value)
+        self.engine.operators.modulate(&self.by, schema, name, value)
     }
 
     fn operate(&self, schema: usize, act: impl FnOnce(SchemaId) -> Operator) -> Result<(), String> {
-        self.engine.check_schema(schema)?;
-        self.engine.operate(&self.by, act(SchemaId(schema as u32)))
+        self.engine.operators.check_schema(schema)?;
+        self.engine
+            .operators
+            .operate(&self.by, act(SchemaId(schema as u32)))
     }
 }
 

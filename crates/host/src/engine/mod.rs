@@ -6,16 +6,14 @@
 //! [`Notifier`].
 
 mod abandoned;
-mod halt;
 mod isolation;
-mod operate;
+mod operators;
 mod outcome;
 mod panels;
 mod reload;
 mod rules;
 mod services;
 mod snapshot;
-mod unload;
 mod wiring;
 
 #[cfg(test)]
@@ -42,7 +40,7 @@ use crate::panels::Panels;
 use crate::reload::BuildRegistry;
 use crate::transaction_observer::TransactionObserver;
 use crate::turn_order::staggers;
-use operate::OperatorHolds;
+use operators::Operators;
 pub(crate) use outcome::RunOutcome;
 pub(crate) use rules::{Notifier, Rules, Signal};
 pub(crate) use services::FatherAction;
@@ -51,8 +49,8 @@ pub(crate) use wiring::Variables;
 /// The shared part of a running application.
 pub(crate) struct Engine {
     pub(crate) application: Arc<Application>,
-    pub(crate) board: Board,
-    pub(crate) variables: Variables,
+    pub(crate) board: Arc<Board>,
+    pub(crate) variables: Arc<Variables>,
     pub(crate) clock: Arc<Clock>,
     /// How much earlier than the last of the instances woken together each instance is due, ns.
     staggers: Vec<Nanos>,
@@ -69,10 +67,9 @@ pub(crate) struct Engine {
     /// Pairs of father and role whose last wake or sleep was refused. Only the first of consecutive refusals
     /// is reported.
     refused_requests: Mutex<BTreeSet<(usize, usize)>>,
-    pub(crate) rules: Rules,
+    pub(crate) rules: Arc<Rules>,
     pub(crate) outcome: RunOutcome,
-    /// What operators have changed and not released. This lock is taken after the rules' lock, or alone.
-    holds: Mutex<OperatorHolds>,
+    pub(crate) operators: Operators,
     /// The engine's own watches on variables, kept as long as the engine.
     watches: Mutex<Vec<Watch>>,
 }
@@ -95,7 +92,7 @@ impl Engine {
                 .collect::<Vec<_>>()
                 .join("; ")
         })?;
-        let board = Board::new();
+        let board = Arc::new(Board::new());
         let (variables, ports, commands) =
             wiring::wire(&application, &board).map_err(|error| error.to_string())?;
         let meters: Vec<InstanceMetrics> = application
@@ -109,7 +106,8 @@ impl Engine {
         let application = Arc::new(application);
         let clock = Arc::new(clock);
         let journal = on_turn.map(|tell| Arc::new(Journal::new(tell)));
-        let rules = Rules::new(
+        let variables = Arc::new(variables);
+        let rules = Arc::new(Rules::new(
             &application,
             &clock,
             journal.clone(),
@@ -117,7 +115,8 @@ impl Engine {
             commands,
             observers,
             witness,
-        );
+        ));
+        let operators = Operators::new(&application, &clock, &board, &variables, &rules, journal.clone());
         let early = staggers(&application.instances, &clock);
         let panels = Arc::new(Panels::new(application.instances.len()));
         let builds = BuildRegistry::new(application.instances.len());
@@ -138,7 +137,7 @@ impl Engine {
             journal,
             rules,
             outcome: RunOutcome::default(),
-            holds: Mutex::default(),
+            operators,
             watches: Mutex::default(),
         });
         Ok((engine, ports))

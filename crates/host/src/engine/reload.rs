@@ -53,7 +53,9 @@ impl Engine {
         instance: usize,
         with: &LoadedPlugin,
     ) -> Result<(Build, Vec<String>), Vec<String>> {
-        self.check_schema(instance).map_err(|error| vec![error])?;
+        self.operators
+            .check_schema(instance)
+            .map_err(|error| vec![error])?;
         if self.clock.is_replayed() {
             return Err(vec![
                 "a replay of decisions has the builds of today from the start".to_owned(),

@@ -51,7 +51,7 @@ impl Engine {
             faults: meter.faults.load(Relaxed),
             restarts_left: rules.hierarchy.restarts_left(self.clock.now(), schema(number)),
             left: meter.abandoned_calls.load(Relaxed),
-            operator: self.hold_view(&rules.hierarchy, number),
+            operator: self.operators.hold_view(&rules.hierarchy, number),
             panel: self.panels.has_panel(number),
             reload: self.builds.view(number),
             process: self.processes.pid(number),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use jde_abi::describe::{Limits, Role};
 use jde_app::{Application, Binding, ChildTarget, ImportSource, period};
 use jde_board::{Access, Board, Declaration, Error, Variable, Watch};
+use jde_core::Nanos;
 use jde_loader::AlignedBytes;
 use jde_types::Value;
 
@@ -49,6 +50,18 @@ impl Variables {
             }
             ImportSource::Remote(remote) => &self.remotes[remote],
         }
+    }
+
+    /// The newest published period of an instance, ns; it counts from the next iteration. `None` if it is not
+    /// valid: an invalid period from a father leaves the period as it was.
+    pub(crate) fn newest_period(&self, instance: usize) -> Option<Nanos> {
+        let seconds = self.periods[instance]
+            .reader("host")
+            .latch()?
+            .bytes
+            .try_into()
+            .ok()?;
+        period::from_seconds(f64::from_ne_bytes(seconds)).ok()
     }
 
     /// The period of an instance, seconds.

@@ -351,15 +351,15 @@ impl Player {
     fn apply_operator_action(&mut self, number: usize, turn: &RecordedTurn) {
         let id = SchemaId(turn.schema);
         match turn.way {
-            Turn::PLAYED => self.engine.repeat_operation(Operator::Play(id)),
-            Turn::STOPPED => self.engine.repeat_operation(Operator::Stop(id)),
-            Turn::FORCED => self.engine.repeat_operation(Operator::Force(id)),
-            Turn::RELEASED => self.engine.repeat_operation(Operator::Release(id)),
-            Turn::UNLOADED => self.engine.repeat_unload(number),
-            Turn::LOADED => self.engine.repeat_load(number),
-            Turn::ALL_STOPPED => self.engine.repeat_stop_all(),
-            Turn::ALL_RELEASED => self.engine.repeat_release_all(),
-            Turn::UNDONE => self.engine.repeat_undo(number),
+            Turn::PLAYED => self.engine.operators.repeat_operation(Operator::Play(id)),
+            Turn::STOPPED => self.engine.operators.repeat_operation(Operator::Stop(id)),
+            Turn::FORCED => self.engine.operators.repeat_operation(Operator::Force(id)),
+            Turn::RELEASED => self.engine.operators.repeat_operation(Operator::Release(id)),
+            Turn::UNLOADED => self.engine.operators.repeat_unload(number),
+            Turn::LOADED => self.engine.operators.repeat_load(number),
+            Turn::ALL_STOPPED => self.engine.operators.repeat_stop_all(),
+            Turn::ALL_RELEASED => self.engine.operators.repeat_release_all(),
+            Turn::UNDONE => self.engine.operators.repeat_undo(number),
             Turn::WROTE => {
                 let Some(instance) = self.engine.application.instances.get(number) else {
                     return;
@@ -374,7 +374,7 @@ impl Player {
                 let name = variable.describe().full_name();
                 debug_assert!(name.starts_with(&instance.name));
                 match self.recorded_run.written_value(&name, turn.port(0)) {
-                    Some(bytes) => self.engine.repeat_write(&variable, &bytes),
+                    Some(bytes) => self.engine.operators.repeat_write(&variable, &bytes),
                     None => drop(self.unknown.insert(name)),
                 }
             }

@@ -15,7 +15,7 @@ impl Runner {
     pub(super) fn wake_up(&mut self, woken: Nanos) {
         // The rules woke it before it was unloaded, and it has slept since then; or it slept and woke while
         // the application was closing, and the signal to sleep was withheld.
-        if self.engine.is_unloaded(self.number) || self.phase.is_awake() {
+        if self.engine.operators.is_unloaded(self.number) || self.phase.is_awake() {
             return;
         }
         let installed = match self.phase.take() {
@@ -68,7 +68,7 @@ impl Runner {
 
     fn finish_unload(&mut self) {
         // Otherwise it was loaded again before it slept.
-        if self.engine.is_unloaded(self.number) {
+        if self.engine.operators.is_unloaded(self.number) {
             self.end_instance();
             // Its exports are no longer valid.
             self.engine.variables.retract_exports(self.number);

@@ -209,7 +209,7 @@ impl Runner {
 
     /// Applies a new period: the next iteration is due one new period after the last.
     pub(crate) fn retime(&mut self) {
-        let new = self.engine.period_of(self.number);
+        let new = self.engine.variables.newest_period(self.number);
         let Some(period) = new.filter(|period| *period != self.period) else {
             return;
         };

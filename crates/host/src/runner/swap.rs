@@ -200,7 +200,7 @@ impl Runner {
 
     /// Starts a build where there was no instance, after a fault or an unloading. A rollback is not possible.
     fn start_build(&mut self, swap: &Swap) -> Result<(), String> {
-        let instance = if self.engine.is_unloaded(self.number) {
+        let instance = if self.engine.operators.is_unloaded(self.number) {
             None
         } else {
             let created = self.create_instance(&swap.build);

@@ -222,7 +222,10 @@ fn r15_whoever_was_to_take_over_and_falls_asleep_withholds_nothing() {
         "first waits for the end of the iteration"
     );
     let first = SchemaId(desk.of("first") as u32);
-    desk.engine.operate("somebody", Operator::Stop(first)).unwrap();
+    desk.engine
+        .operators
+        .operate("somebody", Operator::Stop(first))
+        .unwrap();
     assert_eq!(desk.withheld(), [0; 0]);
     desk.end();
 }
@@ -254,7 +257,10 @@ fn r15_what_waits_behind_a_winner_that_does_not_begin_is_bounded() {
     assert_eq!(most, 1);
     // An operator forces `bottom`, so selections change nothing.
     let bottom = SchemaId(desk.of("bottom") as u32);
-    desk.engine.operate("somebody", Operator::Force(bottom)).unwrap();
+    desk.engine
+        .operators
+        .operate("somebody", Operator::Force(bottom))
+        .unwrap();
     for turn in 0..all {
         desk.check("top", turn % 2 == 0);
         most = most.max(desk.withheld().len());

@@ -9,9 +9,10 @@ use jde_core::{Effect, Health, Hierarchy, Nanos, Operator, Requester, State};
 use jde_records::event::OperatorAction;
 use jde_records::turn::Turn;
 
-use super::{Engine, Signal, schema};
+use super::{Operators, schema};
+use crate::engine::Signal;
 
-impl Engine {
+impl Operators {
     /// Puts a schema to sleep and ends its instance. Its variables stay.
     pub(crate) fn unload(&self, by: &str, instance: usize) -> Result<(), String> {
         self.check_schema(instance)?;

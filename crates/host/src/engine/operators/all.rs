@@ -8,9 +8,9 @@ use jde_core::{Effect, Hierarchy, Nanos, Operator, Refused, SchemaId};
 use jde_records::event::OperatorAction;
 use jde_records::turn::Turn;
 
-use super::Engine;
+use super::{Operators, schema};
 
-impl Engine {
+impl Operators {
     /// Puts every root to sleep with all schemas below it. When this returns, a schema inside an iteration
     /// has lost its authority, long before the group's patience ends (R1). Every command is neutral, even
     /// where an absence policy would hold it for a while (R9).
@@ -58,7 +58,7 @@ impl Engine {
         hierarchy.stop_all(now, out)?;
         let groups = self.application.groups.iter();
         let tops = groups.filter(|group| group.father.is_none());
-        let roots = tops.flat_map(|group| group.members.iter().map(|root| super::schema(*root)));
+        let roots = tops.flat_map(|group| group.members.iter().map(|root| schema(*root)));
         by.clone_into(&mut self.holds().stop_all_operator);
         Ok(roots.collect())
     }

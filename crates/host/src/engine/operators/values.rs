@@ -1,0 +1,182 @@
+//! Modulations and periods that operators set, and the values that they overwrote.
+
+use std::sync::Arc;
+
+use jde_abi::describe::Limits;
+use jde_app::period;
+use jde_board::value::{self, Value};
+use jde_board::{Access, Refused, Stamp, Variable};
+use jde_core::Nanos;
+use jde_records::event::OperatorAction;
+use jde_records::turn::{Moment, Turn};
+
+use super::holds::{Overwritten, PreviousValue};
+use super::{OPERATOR, Operators};
+
+impl Operators {
+    /// Changes a period, ns.
+    pub(crate) fn retime(&self, by: &str, instance: usize, period: Nanos) -> Result<(), String> {
+        self.check_schema(instance)?;
+        period::check(period).map_err(|error| error.to_string())?;
+        let seconds = period as f64 / 1e9;
+        let variable = self.variables.period(instance);
+        self.overwrite(by, instance, variable, &seconds.to_ne_bytes())
+            .map_err(|refused| refused.to_string())?;
+        let action = OperatorAction::Period {
+            schema: instance,
+            period,
+        };
+        self.rules.report_operation(by, action);
+        Ok(())
+    }
+
+    /// Writes a modulation by name.
+    pub(crate) fn modulate(&self, by: &str, instance: usize, name: &str, new: &Value) -> Result<(), String> {
+        self.check_schema(instance)?;
+        let variable = self
+            .board
+            .get(&format!("{}.{name}", self.name(instance)))
+            .map_err(|error| error.to_string())?;
+        let declared = variable.describe();
+        if declared.access != Access::Modulation {
+            return Err(format!(
+                "`{}.{name}` is no modulation; only modulations can be set",
+                self.name(instance)
+            ));
+        }
+        let mut bytes = newest_bytes(&variable).unwrap_or_else(|| vec![0; declared.value_type.bytes]);
+        let numbered = number_of(&declared.limits, new);
+        let encoded = value::encode(&declared.value_type, numbered.as_ref().unwrap_or(new), &mut bytes);
+        encoded.map_err(|error| error.to_string())?;
+        if let Err(not_allowed) = declared.limits.check(&declared.value_type, &bytes)
+            && !not_allowed.number.is_nan()
+        {
+            let words = not_allowed.words(&declared.unit);
+            return Err(format!("`{}.{name}` {words}", self.name(instance)));
+        }
+        if Arc::ptr_eq(&variable, self.variables.period(instance)) {
+            let seconds = bytes.try_into().map_or(f64::NAN, f64::from_ne_bytes);
+            let period = period::from_seconds(seconds).map_err(|error| error.to_string())?;
+            return self.retime(by, instance, period);
+        }
+        self.overwrite(by, instance, &variable, &bytes)
+            .map_err(|refused| format!("`{}.{name}` stays as it is: {refused}", self.name(instance)))?;
+        let action = OperatorAction::Modulate {
+            schema: instance,
+            variable: name.to_owned(),
+            value: new.to_string(),
+        };
+        self.rules.report_operation(by, action);
+        Ok(())
+    }
+
+    /// Repeats an operator's write, in a replay.
+    pub(crate) fn repeat_write(&self, variable: &Arc<Variable>, bytes: &[u8]) {
+        // Only writes that succeeded were recorded.
+        let _ = variable.put(OPERATOR, bytes, self.clock.now(), Nanos::MAX);
+    }
+
+    /// Writes as an operator, and keeps the previous value.
+    fn overwrite(
+        &self,
+        by: &str,
+        owner: usize,
+        variable: &Arc<Variable>,
+        bytes: &[u8],
+    ) -> Result<(), Refused> {
+        let mut held = self.holds();
+        let now = newest(variable);
+        self.write_recorded(owner, variable, OPERATOR, bytes)?;
+        let place = held
+            .values
+            .iter()
+            .position(|value| Arc::ptr_eq(&value.variable, variable));
+        let earlier = place.map(|place| held.values.swap_remove(place));
+        // An operator that overwrites another takes over the hold. The value to restore is the newest one
+        // that no operator wrote.
+        let before = match (now, earlier) {
+            (Some(now), _) if now.writer != OPERATOR => Some(now),
+            (_, earlier) => earlier.map(|earlier| earlier.previous),
+        };
+        held.values.extend(before.map(|before| Overwritten {
+            owner,
+            variable: Arc::clone(variable),
+            previous: before,
+            by: by.to_owned(),
+        }));
+        Ok(())
+    }
+
+    /// Restores what the operators selected by `whose` overwrote at an instance. A value that a father has
+    /// written since remains. Returns whether anything was restored.
+    pub(super) fn restore_values(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
+        let mut held = self.holds();
+        let mut any = false;
+        let theirs = |value: &mut Overwritten| value.owner == instance && whose(&value.by);
+        for value in held.values.extract_if(.., theirs) {
+            if newest_writer(&value.variable) == OPERATOR {
+                let PreviousValue { writer, bytes } = &value.previous;
+                let put = self.write_recorded(instance, &value.variable, *writer, bytes);
+                put.expect("it was in force before");
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Writes a value chosen by an operator, and records it as a turn.
+    fn write_recorded(
+        &self,
+        owner: usize,
+        variable: &Arc<Variable>,
+        writer: u32,
+        bytes: &[u8],
+    ) -> Result<(), Refused> {
+        let time = self.clock.now();
+        // The order is taken before the value is visible, so that every reader of the value has a later one.
+        let order = self.journal.as_ref().map(|journal| journal.next());
+        let put = variable.put(writer, bytes, time, Nanos::MAX);
+        if let (Some(journal), Some(order)) = (&self.journal, order) {
+            let ports = &self.application.instances[owner].schema.ports;
+            let name = &variable.describe().name;
+            let port = ports.iter().position(|port| port.name == *name);
+            let mut turn = Turn {
+                way: if put.is_ok() { Turn::WROTE } else { 0 },
+                detail: port.map_or(Turn::PERIOD, |port| port as u64),
+                checked: Moment { order, time },
+                ..Turn::new(Turn::OPERATED, owner)
+            };
+            turn.inputs.resize(1)[0] = put.as_ref().map_or(Turn::NO_VALUE, |sequence| *sequence as u32);
+            journal.forward(&turn);
+        }
+        put.map(drop)
+    }
+}
+
+fn newest(variable: &Arc<Variable>) -> Option<PreviousValue> {
+    variable.reader("host").latch().map(|latched| PreviousValue {
+        writer: latched.stamp.writer,
+        bytes: latched.bytes.to_vec(),
+    })
+}
+
+fn newest_bytes(variable: &Arc<Variable>) -> Option<Vec<u8>> {
+    newest(variable).map(|newest| newest.bytes)
+}
+
+pub(super) fn newest_writer(variable: &Arc<Variable>) -> u32 {
+    newest(variable).map_or(Stamp::NO_WRITER, |newest| newest.writer)
+}
+
+/// The number of a choice given by name; `None` if no choice has that name.
+fn number_of(limits: &Limits, new: &Value) -> Option<Value> {
+    match new {
+        Value::Text(name) => limits.choice(name).map(|number| Value::UInt(number as u64)),
+        Value::Bool(_)
+        | Value::Int(_)
+        | Value::UInt(_)
+        | Value::Float(_)
+        | Value::List(_)
+        | Value::Map(_) => None,
+    }
+}
