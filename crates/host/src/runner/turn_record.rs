@@ -27,12 +27,15 @@ impl TurnRecord {
 
     /// Starts the record of a turn of that kind.
     pub(super) fn begin(&mut self, kind: u8) -> &mut Turn {
-        self.turn = Turn {
-            kind,
-            schema: self.turn.schema,
-            ..Turn::default()
-        };
-        self.overflow.ports.clear();
+        // A turn is large, and most runs record none.
+        if self.journal.is_some() {
+            self.turn = Turn {
+                kind,
+                schema: self.turn.schema,
+                ..Turn::default()
+            };
+            self.overflow.ports.clear();
+        }
         &mut self.turn
     }
 
