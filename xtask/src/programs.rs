@@ -311,23 +311,27 @@ mod tests {
             ..job(&format!("echo {text} >> {}", file.display()))
         };
         let mut jobs = vec![note("last", Place::Last), note("first", Place::First)];
-        // It waits for the other one, so both run at once.
-        let waits = format!(
-            "until grep --quiet side {0}; do sleep 0.01; done; echo long >> {0}",
+        // Each waits for the other at a pipe, so both must run at once.
+        let pipe = files.path().join("pipe");
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let pipe = pipe.display();
+        let long = format!(
+            "timeout 60 cat {pipe} > /dev/null && echo long >> {}",
+            file.display()
+        );
+        let side = format!(
+            "echo side >> {}; timeout 60 sh -c 'echo go > {pipe}'",
             file.display()
         );
         jobs.extend([
-            note("side", Place::Unranked),
+            job(&side),
             Job {
                 place: Place::Ranked(0),
-                ..job(&waits)
+                ..job(&long)
             },
         ]);
         run_all(jobs, Paint::plain()).unwrap();
-        assert_eq!(
-            std::fs::read_to_string(file).unwrap(),
-            "first\nside\nlong\nlast\n"
-        );
+        assert_eq!(fs::read_to_string(file).unwrap(), "first\nside\nlong\nlast\n");
     }
 
     #[test]

@@ -81,8 +81,8 @@ impl Engine {
         clock: Clock,
         observers: Vec<Box<dyn Observer>>,
         on_turn: Option<OnTurn>,
-        witness: Option<Box<dyn TransactionObserver>>,
-        apart: Option<Program>,
+        transaction_observer: Option<Box<dyn TransactionObserver>>,
+        program: Option<Program>,
     ) -> Result<(Arc<Self>, Vec<Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         let hierarchy = Hierarchy::new(application.spec()).map_err(|errors| {
@@ -105,7 +105,7 @@ impl Engine {
         }
         let application = Arc::new(application);
         let clock = Arc::new(clock);
-        let journal = on_turn.map(|tell| Arc::new(Journal::new(tell)));
+        let journal = on_turn.map(|on_turn| Arc::new(Journal::new(on_turn)));
         let variables = Arc::new(variables);
         let rules = Arc::new(Rules::new(
             &application,
@@ -114,19 +114,19 @@ impl Engine {
             hierarchy,
             commands,
             observers,
-            witness,
+            transaction_observer,
         ));
         let operators = Operators::new(&application, &clock, &board, &variables, &rules, journal.clone());
-        let early = staggers(&application.instances, &clock);
+        let staggers = staggers(&application.instances, &clock);
         let panels = Arc::new(Panels::new(application.instances.len()));
         let builds = BuildRegistry::new(application.instances.len());
-        let processes = ProcessTable::new(application.instances.len(), apart);
+        let processes = ProcessTable::new(application.instances.len(), program);
         let engine = Arc::new(Self {
             application,
             board,
             variables,
             clock,
-            staggers: early,
+            staggers,
             metrics: meters,
             panels,
             builds,

@@ -57,30 +57,30 @@ impl Engine {
             Ok(child) => child,
             Err(status) => return status,
         };
-        let lead = ChildRequest {
+        let request = ChildRequest {
             father,
             role,
             child,
             awake,
         };
-        if let Some(later) = &mut *self.deferred_actions() {
-            later.push(FatherAction::Child(lead));
+        if let Some(deferred) = &mut *self.deferred_actions() {
+            deferred.push(FatherAction::Child(request));
             let may = self
                 .rules
                 .read(|rules| rules.hierarchy.has_authority(schema(father)));
             return if may { raw::OK } else { raw::REFUSED };
         }
-        self.apply_child_request(lead)
+        self.apply_child_request(request)
     }
 
     /// Carries out a father's request for a child at once.
-    pub(crate) fn apply_child_request(&self, lead: ChildRequest) -> i32 {
+    pub(crate) fn apply_child_request(&self, request: ChildRequest) -> i32 {
         let ChildRequest {
             father,
             role,
             child,
             awake,
-        } = lead;
+        } = request;
         let (result, moment) = self.rules.transact_if_any(|hierarchy, now, out| {
             if awake {
                 hierarchy.wake(now, schema(father), schema(child), out)
@@ -88,7 +88,7 @@ impl Engine {
                 hierarchy.sleep(now, schema(father), schema(child), out)
             }
         });
-        self.record_father_action(father, &FatherAction::Child(lead), moment);
+        self.record_father_action(father, &FatherAction::Child(request), moment);
         match result {
             Ok(()) => {
                 self.refused_requests().remove(&(father, role));
@@ -118,10 +118,10 @@ impl Engine {
     pub(crate) fn child_status(&self, father: usize, role: usize) -> Result<(State, bool), i32> {
         let number = self.child_of_role(father, role)?;
         let child = schema(number);
-        let asked = self.deferred_actions().as_ref().and_then(|later| {
-            let mut asked = later.iter().rev();
-            asked.find_map(|led| match led {
-                FatherAction::Child(lead) if lead.child == number => Some(lead.awake),
+        let requested = self.deferred_actions().as_ref().and_then(|deferred| {
+            let mut requested = deferred.iter().rev();
+            requested.find_map(|action| match action {
+                FatherAction::Child(request) if request.child == number => Some(request.awake),
                 FatherAction::Child(_) | FatherAction::Policy { .. } => None,
             })
         });
@@ -129,7 +129,7 @@ impl Engine {
             let faulted = matches!(rules.hierarchy.health(child), jde_core::Health::Faulted(_));
             (rules.hierarchy.state(child), faulted)
         });
-        let state = match (asked, current) {
+        let state = match (requested, current) {
             // The father sees the result of its collected request.
             (Some(true), State::Slept) if !faulted => State::Checking,
             (Some(false), _) => State::Slept,
@@ -152,22 +152,22 @@ impl Engine {
         let Some(Some(group)) = self.application.instances[father].child_groups.get(role).copied() else {
             return raw::BAD_ARGUMENT;
         };
-        let led = FatherAction::Policy {
+        let action = FatherAction::Policy {
             father,
             group,
             policy,
         };
-        if let Some(later) = &mut *self.deferred_actions() {
-            later.push(led);
+        if let Some(deferred) = &mut *self.deferred_actions() {
+            deferred.push(action);
             return raw::OK;
         }
-        self.apply_father_action(led)
+        self.apply_father_action(action)
     }
 
     /// Carries out a father's request at once. Returns a status of the ABI.
-    pub(crate) fn apply_father_action(&self, led: FatherAction) -> i32 {
-        let (father, group, policy) = match led {
-            FatherAction::Child(lead) => return self.apply_child_request(lead),
+    pub(crate) fn apply_father_action(&self, action: FatherAction) -> i32 {
+        let (father, group, policy) = match action {
+            FatherAction::Child(request) => return self.apply_child_request(request),
             FatherAction::Policy {
                 father,
                 group,
@@ -177,7 +177,7 @@ impl Engine {
         let (changed, moment) = self.rules.transact_if_any(|hierarchy, now, out| {
             hierarchy.set_policy(now, jde_core::GroupId(group as u32), policy, out)
         });
-        self.record_father_action(father, &led, moment);
+        self.record_father_action(father, &action, moment);
         if changed.is_err() {
             return raw::BAD_ARGUMENT;
         }
@@ -186,9 +186,9 @@ impl Engine {
     }
 
     /// Records a father's request as a turn, if it had effects.
-    fn record_father_action(&self, father: usize, led: &FatherAction, moment: Moment) {
+    fn record_father_action(&self, father: usize, action: &FatherAction, moment: Moment) {
         if let Some(journal) = self.journal.as_ref().filter(|_| moment.order > 0) {
-            let (way, detail) = led.encode();
+            let (way, detail) = action.encode();
             journal.forward(&Turn {
                 way,
                 detail,

@@ -77,16 +77,16 @@ impl Commands {
     /// Prepares a level for a new WINNER. A command of the level now belongs to the heir that is bound to it,
     /// and becomes neutral if no heir is. Returns the drivers that received neutral values; all such methods
     /// return these.
-    pub(super) fn take_over(&mut self, level: &[usize], heirs: &[usize], now: Nanos) -> Vec<usize> {
+    pub(super) fn take_over(&mut self, level: &[usize], successors: &[usize], now: Nanos) -> Vec<usize> {
         self.update_each(now, |command, last| {
             if !command.belongs(last, level) {
                 CommandChange::Unchanged
-            } else if command.is_bound(heirs) {
+            } else if command.is_bound(successors) {
                 // Limits the time, which a slow loser or a hold may have set longer.
                 CommandChange::Hold {
                     time: last.time,
                     until: last.valid_until.min(now.saturating_add(command.validity())),
-                    holders: heirs,
+                    holders: successors,
                 }
             } else {
                 CommandChange::Neutral
@@ -178,9 +178,9 @@ impl Commands {
                 CommandChange::Hold {
                     time,
                     until,
-                    holders: heirs,
+                    holders: successors,
                 } => {
-                    command.holders = heirs.to_vec();
+                    command.holders = successors.to_vec();
                     command.hold_value(&last, time, until);
                 }
                 CommandChange::Neutral => {
@@ -220,7 +220,7 @@ impl Command {
     }
 
     /// Whether the newest value belongs to a level. It belongs to the level of its writer. A value that stays
-    /// in force without its writer belongs to the levels of its heirs that are bound to the command, whatever
+    /// in force without its writer belongs to the levels of its successors that are bound to the command, whatever
     /// schema wrote it.
     fn belongs(&self, last: &NewestCommand, level: &[usize]) -> bool {
         if !self.is_held(last) {

@@ -19,10 +19,10 @@ impl Rules {
 
     /// Reports the result of a precondition.
     pub(crate) fn report_check(&self, instance: usize, check: Check) -> Moment {
-        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
             hierarchy.checked(now, schema(instance), check, out);
         };
-        self.transact_for(instance, told).1
+        self.transact_for(instance, change).1
     }
 
     /// Asks the rules for permission to iterate.
@@ -59,10 +59,10 @@ impl Rules {
 
     /// Reports the answer of a father.
     pub(crate) fn report_arbitration(&self, group: GroupId, ticket: u64, answer: ArbitrationReply) -> Moment {
-        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
             hierarchy.arbitrated(now, group, ticket, answer, out);
         };
-        self.transact_recorded(told).1
+        self.transact_recorded(change).1
     }
 
     /// Reports that a deadline was missed or met.

@@ -88,7 +88,7 @@ impl GroupStatistics {
             .chattering
             .extract_if(.., |number| groups[*number].detector.advance(now));
         let calmed: Vec<usize> = calmed.collect();
-        let told = calmed.into_iter().filter_map(|number| {
+        let events = calmed.into_iter().filter_map(|number| {
             let group = &mut groups[number];
             let (since, before) = group.chattering_since.take()?;
             Some(Event::ChatteringEnded {
@@ -98,7 +98,7 @@ impl GroupStatistics {
                 switches: group.switches - before,
             })
         });
-        told.collect()
+        events.collect()
     }
 
     pub(super) fn record_takeover(&mut self, group: GroupId, record: u64, latency: Nanos, late: bool) {

@@ -67,10 +67,10 @@ impl Rules {
         let (id, journal) = (schema(instance), self.journal_of(instance));
         let mut rules = self.lock();
         let checked = check.map_or_else(Moment::default, |check| {
-            let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+            let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
                 hierarchy.checked(now, id, check, out);
             };
-            self.transact_within(&mut rules, journal, |()| TransactionInput::Other, told)
+            self.transact_within(&mut rules, journal, |()| TransactionInput::Other, change)
                 .1
         });
         let step = |may: &bool| {
@@ -102,8 +102,8 @@ impl Rules {
 
     /// Ends the application: puts every schema to sleep.
     pub(super) fn transact_shutdown(&self) -> Moment {
-        let told = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| hierarchy.shutdown(now, out);
-        self.transact_as(self.journal.as_deref(), |()| TransactionInput::Shutdown, told)
+        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| hierarchy.shutdown(now, out);
+        self.transact_as(self.journal.as_deref(), |()| TransactionInput::Shutdown, change)
             .1
     }
 
@@ -161,7 +161,7 @@ impl Rules {
         (result, moment)
     }
 
-    /// Carries out the effects of a transaction, and shows them to the witness.
+    /// Carries out the effects of a transaction, and shows them to the transaction observer.
     fn carry_out(&self, rules: &mut RulesState, now: Nanos, step: TransactionInput) {
         let mut effects = std::mem::take(&mut rules.effects);
         // A copy, because carrying out consumes the effects.
@@ -200,8 +200,8 @@ impl Rules {
             },
             Effect::TakesOver { group, id } => {
                 let level = self.group_subtree(&rules.hierarchy, group);
-                let heirs = subtree_with(&rules.hierarchy, id);
-                let drivers = rules.commands.take_over(&level, &heirs, now);
+                let successors = subtree_with(&rules.hierarchy, id);
+                let drivers = rules.commands.take_over(&level, &successors, now);
                 self.signal_drivers(rules, &drivers);
             }
             Effect::Lapsed(id) => {
@@ -291,12 +291,12 @@ impl Rules {
         effects: &[Effect],
     ) {
         let RulesState {
-            transaction_observer: witness,
+            transaction_observer: observer,
             hierarchy,
             ..
         } = rules;
-        if let Some(witness) = witness {
-            witness.on_transaction(&Transaction {
+        if let Some(observer) = observer {
+            observer.on_transaction(&Transaction {
                 began,
                 done: self.clock.now(),
                 step,

@@ -15,8 +15,11 @@ use jde_schema::prelude::*;
 use crate::clock::Clock;
 use crate::engine::Engine;
 
-/// Leads two, if it is a father.
-#[expect(dead_code, reason = "the rules are told by hand what becomes of children")]
+/// A motor schema that may have two children.
+#[expect(
+    dead_code,
+    reason = "the test reports the states of the children to the rules"
+)]
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
 struct Act {
@@ -52,11 +55,11 @@ const FAMILY: &str = r#"
 /// An application whose rules receive their input from the test, with the events that result.
 struct Fixture {
     engine: Arc<Engine>,
-    heard: Arc<Mutex<Vec<Event>>>,
+    events: Arc<Mutex<Vec<Event>>>,
     decided: DecisionTracker,
     /// Selections that the rules made and that were not emitted yet.
     withheld: BTreeSet<u64>,
-    told: Vec<Decision>,
+    emitted: Vec<Decision>,
 }
 
 impl Fixture {
@@ -65,9 +68,9 @@ impl Fixture {
         plugins.link(&PLUGIN).unwrap();
         let application = parse(FAMILY, Path::new("family.toml"), &[], &plugins).unwrap();
         let decided = DecisionTracker::new(&application);
-        let heard = Arc::new(Mutex::new(Vec::new()));
-        let ear = Arc::clone(&heard);
-        let observer = Box::new(move |event: &Event| ear.lock().unwrap().push(event.clone()));
+        let events = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&events);
+        let observer = Box::new(move |event: &Event| sink.lock().unwrap().push(event.clone()));
         let (engine, _ports) = Engine::new(
             application,
             Clock::new_virtual(),
@@ -80,10 +83,10 @@ impl Fixture {
         engine.rules.start();
         Self {
             engine,
-            heard,
+            events,
             decided,
             withheld: BTreeSet::new(),
-            told: Vec::new(),
+            emitted: Vec::new(),
         }
     }
 
@@ -108,7 +111,7 @@ impl Fixture {
     }
 
     /// Makes `bottom` win and wake both its children.
-    fn lead(&self) {
+    fn wake_children(&self) {
         self.check("bottom", true);
         let father = self.of("bottom");
         assert!(self.engine.rules.request_iteration(father).0);
@@ -124,165 +127,181 @@ impl Fixture {
 
     /// Returns the selections that were made and not emitted yet, after all events so far.
     fn withheld(&mut self) -> Vec<u64> {
-        let heard = std::mem::take(&mut *self.heard.lock().unwrap());
-        for event in heard {
+        let events = std::mem::take(&mut *self.events.lock().unwrap());
+        for event in events {
             if let Event::Decided(record) = &event {
                 self.withheld.insert(record.number);
             }
-            let told = self.decided.process(&event);
-            self.tell(told);
+            let emitted = self.decided.process(&event);
+            self.record_emitted(emitted);
         }
         self.withheld.iter().copied().collect()
     }
 
-    fn tell(&mut self, decisions: Vec<Decision>) {
+    fn record_emitted(&mut self, decisions: Vec<Decision>) {
         for decision in &decisions {
-            assert!(self.withheld.remove(&decision.number), "told twice: {decision:?}");
+            assert!(
+                self.withheld.remove(&decision.number),
+                "emitted twice: {decision:?}"
+            );
         }
-        self.told.extend(decisions);
+        self.emitted.extend(decisions);
     }
 
     /// Emits the rest and returns all, in the order of each group.
     fn end(mut self) -> Vec<Decision> {
         self.withheld();
         let rest = self.decided.drain();
-        self.tell(rest);
-        assert!(self.withheld.is_empty(), "never told: {:?}", self.withheld);
+        self.record_emitted(rest);
+        assert!(self.withheld.is_empty(), "never emitted: {:?}", self.withheld);
         for group in ["roots", "bottom/base"] {
-            let of_group = self.told.iter().filter(|decision| decision.group == group);
+            let of_group = self.emitted.iter().filter(|decision| decision.group == group);
             assert!(of_group.is_sorted_by_key(|decision| decision.number), "{group}");
         }
-        self.told
+        self.emitted
     }
 }
 
 #[test]
-fn r15_a_takeover_is_told_with_its_time() {
-    let mut desk = Fixture::new();
-    desk.withheld();
-    desk.at(1_000);
-    desk.check("bottom", true);
-    assert_eq!(desk.withheld().len(), 1, "it has yet to begin");
-    desk.at(3_500);
-    desk.iterate("bottom");
-    assert_eq!(desk.withheld(), [0; 0]);
-    let told = desk.end();
-    let took: Vec<_> = told.iter().filter_map(|decision| decision.takeover_us).collect();
+fn r15_a_takeover_is_emitted_with_its_latency() {
+    let mut fixture = Fixture::new();
+    fixture.withheld();
+    fixture.at(1_000);
+    fixture.check("bottom", true);
+    assert_eq!(fixture.withheld().len(), 1, "it has not begun");
+    fixture.at(3_500);
+    fixture.iterate("bottom");
+    assert_eq!(fixture.withheld(), [0; 0]);
+    let decisions = fixture.end();
+    let took: Vec<_> = decisions
+        .iter()
+        .filter_map(|decision| decision.takeover_us)
+        .collect();
     assert_eq!(took, [3.5]);
 }
 
 #[test]
 fn r15_a_cancelled_handover_withholds_nothing() {
-    let mut desk = Fixture::new();
-    desk.check("bottom", true);
-    assert!(desk.engine.rules.request_iteration(desk.of("bottom")).0);
-    desk.check("top", true);
-    assert_eq!(desk.withheld().len(), 1, "top waits for the end of the iteration");
-    desk.check("top", false);
+    let mut fixture = Fixture::new();
+    fixture.check("bottom", true);
+    assert!(fixture.engine.rules.request_iteration(fixture.of("bottom")).0);
+    fixture.check("top", true);
     assert_eq!(
-        desk.withheld(),
-        [0; 0],
-        "bottom was chosen again, and goes on as it was"
+        fixture.withheld().len(),
+        1,
+        "top waits for the end of the iteration"
     );
-    desk.engine.rules.report_iteration_end(desk.of("bottom"));
-    desk.lead();
-    desk.check("first", true);
-    desk.iterate("first");
-    assert_eq!(desk.withheld(), [0; 0], "nor does it withhold what others decide");
-    desk.end();
+    fixture.check("top", false);
+    assert_eq!(
+        fixture.withheld(),
+        [0; 0],
+        "bottom was chosen again and continues"
+    );
+    fixture.engine.rules.report_iteration_end(fixture.of("bottom"));
+    fixture.wake_children();
+    fixture.check("first", true);
+    fixture.iterate("first");
+    assert_eq!(
+        fixture.withheld(),
+        [0; 0],
+        "selections of other groups are not withheld"
+    );
+    fixture.end();
 }
 
 #[test]
 fn r15_a_winner_lost_before_its_first_iteration_withholds_nothing() {
-    let mut desk = Fixture::new();
-    desk.lead();
-    desk.check("first", true);
-    assert_eq!(desk.withheld().len(), 1, "it has yet to begin");
+    let mut fixture = Fixture::new();
+    fixture.wake_children();
+    fixture.check("first", true);
+    assert_eq!(fixture.withheld().len(), 1, "it has not begun");
     // Its father sleeps, and its group has no further selection.
-    desk.check("top", true);
-    desk.iterate("top");
-    assert_eq!(desk.withheld(), [0; 0]);
-    let told = desk.end();
-    let of_first = told
+    fixture.check("top", true);
+    fixture.iterate("top");
+    assert_eq!(fixture.withheld(), [0; 0]);
+    let decisions = fixture.end();
+    let of_first = decisions
         .iter()
         .find(|decision| decision.choice.as_deref() == Some("first"));
     assert_eq!(of_first.unwrap().takeover_us, None);
 }
 
 #[test]
-fn r15_whoever_was_to_take_over_and_falls_asleep_withholds_nothing() {
-    let mut desk = Fixture::new();
-    desk.lead();
-    desk.check("second", true);
-    assert!(desk.engine.rules.request_iteration(desk.of("second")).0);
-    desk.check("first", true);
+fn r15_a_schema_that_sleeps_before_its_takeover_withholds_nothing() {
+    let mut fixture = Fixture::new();
+    fixture.wake_children();
+    fixture.check("second", true);
+    assert!(fixture.engine.rules.request_iteration(fixture.of("second")).0);
+    fixture.check("first", true);
     assert_eq!(
-        desk.withheld().len(),
+        fixture.withheld().len(),
         1,
         "first waits for the end of the iteration"
     );
-    let first = SchemaId(desk.of("first") as u32);
-    desk.engine
+    let first = SchemaId(fixture.of("first") as u32);
+    fixture
+        .engine
         .operators
         .operate("somebody", Operator::Stop(first))
         .unwrap();
-    assert_eq!(desk.withheld(), [0; 0]);
-    desk.end();
+    assert_eq!(fixture.withheld(), [0; 0]);
+    fixture.end();
 }
 
 #[test]
 fn r15_one_group_that_waits_withholds_no_other() {
-    let mut desk = Fixture::new();
-    desk.lead();
-    desk.check("first", true);
-    assert_eq!(desk.withheld().len(), 1);
+    let mut fixture = Fixture::new();
+    fixture.wake_children();
+    fixture.check("first", true);
+    assert_eq!(fixture.withheld().len(), 1);
     for _ in 0..100 {
-        desk.iterate("bottom");
+        fixture.iterate("bottom");
     }
-    assert_eq!(desk.withheld().len(), 1, "only its own");
-    desk.end();
+    assert_eq!(fixture.withheld().len(), 1, "only its own");
+    fixture.end();
 }
 
 #[test]
 fn r15_what_waits_behind_a_winner_that_does_not_begin_is_bounded() {
-    let mut desk = Fixture::new();
-    desk.check("bottom", true);
+    let mut fixture = Fixture::new();
+    fixture.check("bottom", true);
     let all = 2 * MAX_QUEUED + 2;
     let mut most = 0;
     for turn in 0..all {
-        desk.check("top", turn % 2 == 0);
+        fixture.check("top", turn % 2 == 0);
         // The handover is carried out at once, and each takeover has another winner.
-        most = most.max(desk.withheld().len());
+        most = most.max(fixture.withheld().len());
     }
     assert_eq!(most, 1);
     // An operator forces `bottom`, so selections change nothing.
-    let bottom = SchemaId(desk.of("bottom") as u32);
-    desk.engine
+    let bottom = SchemaId(fixture.of("bottom") as u32);
+    fixture
+        .engine
         .operators
         .operate("somebody", Operator::Force(bottom))
         .unwrap();
     for turn in 0..all {
-        desk.check("top", turn % 2 == 0);
-        most = most.max(desk.withheld().len());
+        fixture.check("top", turn % 2 == 0);
+        most = most.max(fixture.withheld().len());
     }
     assert!(most > MAX_QUEUED / 2, "they waited: {most}");
     assert!(most <= MAX_QUEUED + 1, "{most}");
-    desk.end();
+    fixture.end();
 }
 
 #[test]
-fn r15_a_winner_that_does_not_begin_is_told_of_after_a_while() {
-    let mut desk = Fixture::new();
-    desk.lead();
-    desk.at(1_000);
-    desk.check("first", true);
-    assert_eq!(desk.withheld().len(), 1);
-    desk.at(MAX_WAIT);
-    desk.iterate("bottom");
-    assert_eq!(desk.withheld().len(), 1);
-    desk.at(MAX_WAIT + 1_000);
-    desk.iterate("bottom");
-    assert_eq!(desk.withheld(), [0; 0], "whatever happens next tells of it");
-    desk.iterate("first");
-    desk.end();
+fn r15_a_winner_that_does_not_begin_is_emitted_after_the_longest_wait() {
+    let mut fixture = Fixture::new();
+    fixture.wake_children();
+    fixture.at(1_000);
+    fixture.check("first", true);
+    assert_eq!(fixture.withheld().len(), 1);
+    fixture.at(MAX_WAIT);
+    fixture.iterate("bottom");
+    assert_eq!(fixture.withheld().len(), 1);
+    fixture.at(MAX_WAIT + 1_000);
+    fixture.iterate("bottom");
+    assert_eq!(fixture.withheld(), [0; 0], "the next event emits it");
+    fixture.iterate("first");
+    fixture.end();
 }

@@ -125,28 +125,28 @@ fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<Co
     let application = parse(text, Path::new("test.toml"), &[], &plugins).unwrap();
     let (engine, _ports) =
         Engine::new(application, Clock::new_virtual(), observers, None, None, None).unwrap();
-    let ears = Arc::new(CountingNotifier::default());
-    ears.engine.set(Arc::downgrade(&engine)).unwrap();
-    let bells: Arc<dyn Notifier> = Arc::clone(&ears) as _;
-    engine.attach(&bells);
-    (engine, ears)
+    let counting = Arc::new(CountingNotifier::default());
+    counting.engine.set(Arc::downgrade(&engine)).unwrap();
+    let notifier: Arc<dyn Notifier> = Arc::clone(&counting) as _;
+    engine.attach(&notifier);
+    (engine, counting)
 }
 
 #[test]
-fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
-    let (engine, ears) = engine(TWO, vec![]);
+fn threads_are_notified_after_the_rules_are_unlocked() {
+    let (engine, notifier) = engine(TWO, vec![]);
     let mut before = [0; 2];
     // The number of notifications and alarms since the last call.
     let mut since = || {
-        let [left, called, alarms] =
-            [&ears.posted, &ears.called, &ears.alarms].map(|count| count.load(Ordering::Relaxed));
-        assert_eq!(left, called, "each that is left for is called");
+        let [posted, called, alarms] =
+            [&notifier.posted, &notifier.called, &notifier.alarms].map(|count| count.load(Ordering::Relaxed));
+        assert_eq!(posted, called, "each instance with a signal is notified");
         let now = [called, alarms];
         let grown = [0, 1].map(|place| now[place] - before[place]);
         before = now;
         grown
     };
-    let wants = |instance| {
+    let report_ready = |instance| {
         let check = Check {
             ready: true,
             urgency: 0.0,
@@ -157,11 +157,11 @@ fn whoever_is_rung_for_is_called_when_the_rules_are_free() {
 
     engine.rules.start();
     assert_eq!(since()[0], 2, "both are awake");
-    wants(1);
+    report_ready(1);
     assert_eq!(since()[0], 1, "it is the only one that wants");
     let (may, _) = engine.rules.request_iteration(1);
     assert!(may);
-    wants(0);
+    report_ready(0);
     assert_eq!(since(), [0, 1], "it has to wait, but not for ever");
     engine.rules.report_iteration_end(1);
     assert_eq!(since()[0], 1, "it wins");
@@ -195,8 +195,8 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         (Some(3 * MS), false, false),
         (Some(3 * MS), true, false),
     ];
-    for (begun, returned, wanted) in rows {
-        let (engine, _ears) = engine(FAMILY, vec![]);
+    for (begun, returned, expected) in rows {
+        let (engine, _notifier) = engine(FAMILY, vec![]);
         let check = Check {
             ready: true,
             urgency: 0.0,
@@ -211,10 +211,10 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         engine.rules.report_check(2, check);
         if let Some(begun) = begun {
             engine.clock.advance_to(begun);
-            let asked = engine
+            let ticket = engine
                 .rules
                 .read(|rules| rules.hierarchy.pending_arbitration(GroupId(1)));
-            engine.metrics[0].begin_arbitration(asked.unwrap(), begun);
+            engine.metrics[0].begin_arbitration(ticket.unwrap(), begun);
             engine.metrics[0].begin_call(begun);
         }
         if returned {
@@ -228,7 +228,7 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
         let blamed = engine
             .rules
             .read(|rules| matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_)));
-        assert_eq!(blamed, wanted, "begun at {begun:?}, returned: {returned}");
+        assert_eq!(blamed, expected, "begun at {begun:?}, returned: {returned}");
     }
 }
 
@@ -244,7 +244,7 @@ impl Observer for Stalls {
 }
 
 #[test]
-fn a_mission_is_published_while_somebody_has_the_rules() {
+fn a_mission_is_published_while_the_rules_are_locked() {
     const REPORTS: &str = r#"
         roots = ["report"]
         mission = { from = "report.mission", stalls = "10s" }
@@ -253,8 +253,8 @@ fn a_mission_is_published_while_somebody_has_the_rules() {
     "#;
     const SECOND: Nanos = 1_000_000_000;
     let _watchdog = Watchdog::for_test();
-    let (told, stalls) = mpsc::channel();
-    let (engine, _ears) = engine(REPORTS, vec![Box::new(Stalls(told))]);
+    let (sender, stalls) = mpsc::channel();
+    let (engine, _notifier) = engine(REPORTS, vec![Box::new(Stalls(sender))]);
     crate::mission::watch_mission(&engine);
     engine.rules.start();
     let mut writer = engine.variables.of(0, 0).unwrap().writer(0, "report").unwrap();
@@ -273,5 +273,9 @@ fn a_mission_is_published_while_somebody_has_the_rules() {
         .rules
         .read(|_| std::thread::scope(|scope| scope.spawn(publish).join().unwrap()));
     engine.tick();
-    assert_eq!(stalls.try_recv(), Ok(20 * SECOND), "it is told all the same");
+    assert_eq!(
+        stalls.try_recv(),
+        Ok(20 * SECOND),
+        "the event is reported nevertheless"
+    );
 }
