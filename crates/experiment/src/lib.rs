@@ -1,0 +1,5 @@
+//! Experiments: one application driven many times in lockstep, each drive judged and measured.
+//!
+//! The crate runs drives and computes results. It prints nothing.
+
+pub mod result;
