@@ -2,12 +2,12 @@
 
 use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
 
-use super::document::Text;
 use super::drafts::{Drafts, InstanceContext};
-use super::report::{FaultReport, quote};
 use super::variable;
 use super::wiring::{is_modulation, position};
 use super::{Binding, ChildTarget};
+use jde_document::section::Text;
+use jde_document::{FaultReport, quote};
 
 /// The modulation that every schema has, and its type.
 const PERIOD: (&str, &str) = ("period", "std_msgs/msg/Float64");

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use super::Binding;
 use super::drafts::Drafts;
-use super::report::{FaultReport, quote};
 use super::{GroupConfig, InstanceConfig};
+use jde_document::{FaultReport, quote};
 
 /// By father; `None` stands above all roots.
 type Claims = HashMap<Option<usize>, Claim>;

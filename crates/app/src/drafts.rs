@@ -8,8 +8,8 @@ use std::sync::Arc;
 use jde_abi::describe::Schema;
 use toml::de::DeValue;
 
-use super::document::{Section, Text, report_wrong_shape};
-use super::report::{FaultReport, quote};
+use jde_document::section::{Section, Text, report_wrong_shape};
+use jde_document::{FaultReport, quote};
 
 /// The most schemas of one application. A thousand light ones occupy a processor, so more than this is a
 /// fault of the program that wrote the file.

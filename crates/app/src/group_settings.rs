@@ -6,8 +6,8 @@ use jde_core::{
 };
 
 use super::GroupConfig;
-use super::document::{Section, number, report_wrong_shape};
-use super::report::{FaultReport, quote};
+use jde_document::section::{Section, number, report_wrong_shape};
+use jde_document::{FaultReport, quote};
 
 /// The keys beside those of the policies.
 const KEYS: &[&str] = &[

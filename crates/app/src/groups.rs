@@ -8,7 +8,7 @@ use super::cycle::Edge;
 use super::drafts::Drafts;
 use super::group_settings::{GroupContext, GroupSettings};
 use super::outline::Level;
-use super::report::{FaultReport, quote};
+use jde_document::{FaultReport, quote};
 
 /// Returns the group of a level of roots.
 pub(super) fn of_roots(

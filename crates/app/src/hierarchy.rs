@@ -4,10 +4,10 @@ use jde_abi::describe::Kind;
 
 use super::children::{self, NamedChild};
 use super::cycle::{Edge, find_cycles};
-use super::document::Text;
 use super::drafts::Drafts;
 use super::outline::Roots;
-use super::report::{FaultReport, quote};
+use jde_document::section::Text;
+use jde_document::{FaultReport, quote};
 
 /// Fathers and children, as the file states them.
 pub(super) struct DeclaredHierarchy<'a> {

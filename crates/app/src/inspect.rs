@@ -6,8 +6,8 @@ use std::sync::Arc;
 use jde_abi::describe::Plugin;
 
 use super::drafts::InstanceContext;
-use super::report::{FaultReport, quote};
 use super::{Binding, Catalogue, Override};
+use jde_document::{FaultReport, quote};
 
 /// A request to a schema type to inspect these values of its modulations.
 #[derive(Clone, Debug)]

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use toml::de::DeValue;
 
-use super::document::{Node, Section, WordOrTable, integer};
-use super::report::{FaultReport, quote};
+use jde_document::section::{Node, Section, WordOrTable, integer};
+use jde_document::{FaultReport, quote};
 
 /// A process of its own, and its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

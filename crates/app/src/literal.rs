@@ -7,10 +7,10 @@ use jde_board::value::Value;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::Faults;
-use super::document::Node;
-use super::report::FaultReport;
 use super::values::ValueTarget;
+use jde_document::FaultReport;
+use jde_document::Faults;
+use jde_document::section::Node;
 
 /// Parses a value for the variable `name` of a schema: TOML, or a text without its quotes. Units are
 /// converted to the variable's own; a relative path starts in `folder`. The owner of the variable checks the

@@ -5,20 +5,19 @@ use std::path::Path;
 use std::sync::Arc;
 
 use jde_abi::describe::Plugin;
-use toml::de::DeTable;
 
 use super::children::{self, NamedChild};
 use super::drafts::InstanceContext;
 use super::hierarchy::DeclaredHierarchy;
 use super::outline::Outline;
 use super::remote::RemoteVariables;
-use super::report::FaultReport;
 use super::settings::Settings;
 use super::values::Paths;
 use super::{
-    Application, Catalogue, Faults, Inspection, InstanceConfig, Override, conflict, file, groups, inspect,
-    modulations, needs, syntax, types, variadic, wiring,
+    Application, Catalogue, Faults, Inspection, InstanceConfig, Override, conflict, groups, inspect,
+    modulations, needs, types, variadic, wiring,
 };
+use jde_document::FaultReport;
 
 /// Reads and checks an application file. Paths in it are relative to its folder, paths in `overrides` to the
 /// working directory.
@@ -26,7 +25,13 @@ use super::{
 /// # Errors
 /// All faults of the file and of `overrides`.
 pub fn load(path: &Path, overrides: &[Override], catalogue: &dyn Catalogue) -> Result<Application, Faults> {
-    read(&file::read(path)?, path, overrides, catalogue, true)
+    read(
+        &jde_document::read(path, "application")?,
+        path,
+        overrides,
+        catalogue,
+        true,
+    )
 }
 
 /// Checks the text of an application file; `path` is its real or supposed path. The files that it names need
@@ -52,12 +57,9 @@ fn read(
     check_files: bool,
 ) -> Result<Application, Faults> {
     let mut report = FaultReport::new(path, text);
-    let (document, errors) = DeTable::parse_recoverable(text);
-    if !errors.is_empty() {
-        // The recovered document is not the intended one; faults in it would be misleading.
-        syntax::report_errors(&mut report, text, &errors);
+    let Some(document) = jde_document::parse(&mut report, text) else {
         return Err(report.into_faults());
-    }
+    };
     let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut outline = Outline::read(&mut report, document.get_ref(), &file);
     outline.check_files = check_files;

@@ -6,14 +6,15 @@ use jde_abi::read::RESERVED;
 use jde_board::value::{Value, encode};
 use jde_types::Value as _;
 
-use super::document::{Node, Section, Text, expect};
 use super::drafts::{Drafts, InstanceContext};
 use super::literal::parse_node;
-use super::report::{FaultReport, quote};
 use super::settings::Settings;
 use super::values::{Paths, ValueTarget};
 use super::wiring::{is_modulation, position};
-use super::{Binding, Override, time};
+use super::{Binding, Override};
+use jde_document::section::{Node, Section, Text, expect};
+use jde_document::time;
+use jde_document::{FaultReport, quote};
 
 /// The only reserved key that an option may set.
 const PERIOD: &str = "period";

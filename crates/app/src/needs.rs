@@ -5,8 +5,8 @@ use jde_abi::describe::{Kind, Role, Schema};
 
 use super::cycle::{Edge, find_cycles};
 use super::drafts::Drafts;
-use super::report::{FaultReport, quote};
 use super::{Binding, ImportSource, InstanceConfig};
+use jde_document::{FaultReport, quote};
 
 /// Whether a schema that is bound to this port keeps the port's owner awake. A motor schema is woken by its
 /// father alone, and a modulation has its value whether its owner is awake or not.

@@ -4,10 +4,10 @@ use jde_abi::describe::Scalar;
 use jde_board::value::Value;
 use toml::de::DeValue;
 
-use super::document::{self, Node, expect, report_wrong_shape};
-use super::report::{FaultReport, quote};
-use super::units::{QuantityError, quantity};
 use super::values::ValueTarget;
+use jde_document::section::{self, Node, expect, report_wrong_shape};
+use jde_document::units::{QuantityError, quantity};
+use jde_document::{FaultReport, quote};
 
 impl ValueTarget<'_> {
     pub(super) fn float(
@@ -17,7 +17,7 @@ impl ValueTarget<'_> {
         most: f64,
         node: &Node,
     ) -> Option<Value> {
-        let number = match document::number(node.get_ref()) {
+        let number = match section::number(node.get_ref()) {
             Some(number) => number,
             None => self.quantity(report, unit, node)?,
         };
@@ -43,7 +43,7 @@ impl ValueTarget<'_> {
         node: &Node,
     ) -> Option<Value> {
         let number = match node.get_ref() {
-            DeValue::Integer(_) => document::integer(node.get_ref()),
+            DeValue::Integer(_) => section::integer(node.get_ref()),
             // The guard makes this exact: a whole float below 2^64 is a whole number of 128 bits.
             DeValue::String(_) => Some(self.quantity(report, unit, node)?)
                 .filter(|number| number.fract() == 0.0 && number.abs() < 2f64.powi(64))

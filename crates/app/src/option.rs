@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::report::quote;
+use jde_document::quote;
 
 /// A value given outside the file, for one run: `--set schema.variable=value`.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 use super::Executor;
-use super::document::{Section, Text, integer};
 use super::drafts::{Drafts, refuse_bad_name};
 use super::link::{self, Link};
-use super::report::{FaultReport, quote};
+use jde_document::section::{Section, Text, integer};
+use jde_document::{FaultReport, quote};
 
 const KEYS: &[&str] = &[
     "name", "doc", "roots", "plugins", "seed", "mission", "executor", "root", "schemas", "link",

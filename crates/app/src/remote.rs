@@ -7,11 +7,11 @@ use std::sync::Arc;
 use jde_abi::describe::{Port, Type};
 use jde_core::Nanos;
 
-use super::document::{Section, Text, WordOrTable};
 use super::drafts::is_legal_name;
 use super::link::Link;
-use super::report::{FaultReport, quote};
 use super::variable;
+use jde_document::section::{Section, Text, WordOrTable};
+use jde_document::{FaultReport, quote};
 
 /// An imported variable of another application. On the board it is an export that the link writes. It has no
 /// value before the first one arrives, after the last one has expired, and while the other application is

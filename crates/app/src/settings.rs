@@ -4,10 +4,10 @@
 use jde_abi::describe::Schema;
 use jde_core::{Nanos, Restart};
 
-use super::document::{Section, WordOrTable, integer};
 use super::isolation::{Isolation, isolation};
-use super::report::{FaultReport, quote};
-use super::time;
+use jde_document::section::{Section, WordOrTable, integer};
+use jde_document::time;
+use jde_document::{FaultReport, quote};
 
 /// The default first back-off of a restart, ns: long enough for a device to recover and for a person to
 /// notice the fault, short enough that a robot is not without a behaviour for a second.

@@ -9,9 +9,9 @@ use jde_abi::describe::Plugin;
 use jde_board::nearest;
 
 use super::Catalogue;
-use super::document::Text;
 use super::drafts::{Drafts, ResolvedType};
-use super::report::{FaultReport, quote, quote_all};
+use jde_document::section::Text;
+use jde_document::{FaultReport, quote, quote_all};
 
 /// Gives every draft its type, and returns the plugins in use.
 pub(super) fn resolve(

@@ -8,8 +8,8 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::value::Value;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::document::{Node, expect, report_wrong_shape};
-use super::report::{FaultReport, quote};
+use jde_document::section::{Node, expect, report_wrong_shape};
+use jde_document::{FaultReport, quote};
 
 /// The unit of a text that is a path.
 const PATH: &str = "path";

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Port, Role};
 
-use super::document::Text;
 use super::drafts::Drafts;
-use super::report::{FaultReport, quote, quote_all};
+use jde_document::section::Text;
+use jde_document::{FaultReport, quote, quote_all};
 
 /// The requested kind of variable.
 #[derive(Clone, Copy, PartialEq, Eq)]

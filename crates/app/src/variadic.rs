@@ -4,9 +4,9 @@
 
 use std::sync::Arc;
 
-use super::document::{Section, Text};
 use super::drafts::{Drafts, refuse_bad_name};
-use super::report::{FaultReport, quote};
+use jde_document::section::{Section, Text};
+use jde_document::{FaultReport, quote};
 
 /// Gives every schema whose type has such a role the children that the file names.
 pub(super) fn name_children(report: &mut FaultReport, drafts: &mut Drafts) {

@@ -5,9 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 
 use jde_core::Nanos;
 
-use super::report::quote_all;
 use super::{Application, Binding, GroupConfig, InstanceConfig};
-use crate::period::format_setting;
+use jde_document::period::format_setting;
+use jde_document::quote_all;
 
 /// How many times longer or shorter than the type's period a period probably has the wrong unit.
 const FAR: Nanos = 100;

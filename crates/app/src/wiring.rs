@@ -4,13 +4,13 @@
 use jde_abi::describe::{Kind, Port, Role, Schema};
 
 use super::children::kind_noun;
-use super::document::Text;
 use super::drafts::{Drafts, InstanceContext};
-use super::fault::MAX_LISTED;
 use super::remote::{self, RemoteVariables};
-use super::report::{FaultReport, quote, quote_all};
 use super::variable::{self, VariableKind};
 use super::{Binding, ImportSource};
+use jde_document::MAX_LISTED;
+use jde_document::section::Text;
+use jde_document::{FaultReport, quote, quote_all};
 
 /// The type of the variable that states when an application is done.
 const MISSION: &str = "jde_msgs/msg/Mission";

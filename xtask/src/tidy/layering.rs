@@ -62,10 +62,17 @@ const TABLE: &[Row] = &[
             "crates/panel",
         ],
     ),
+    row("crates/document", &["crates/abi", "crates/board", "crates/core"]),
     // An application file is checked without any runtime.
     row(
         "crates/app",
-        &["crates/abi", "crates/board", "crates/core", "crates/types"],
+        &[
+            "crates/abi",
+            "crates/board",
+            "crates/core",
+            "crates/document",
+            "crates/types",
+        ],
     ),
     row(
         "crates/records",

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::read::WrittenAddress;
 use super::{Identity, Link, Login, Tls};
-use crate::document::Section;
-use crate::report::{FaultReport, quote};
+use jde_document::section::Section;
+use jde_document::{FaultReport, quote};
 
 pub(super) fn login(report: &mut FaultReport, section: &Section, folder: &Path) -> Option<Login> {
     let user = section.text(report, "user");

@@ -5,9 +5,9 @@ use std::path::Path;
 use super::address::{Address, AddressError, PROTOCOLS};
 use super::authentication;
 use super::{Access, Link};
-use crate::document::{Section, Text};
 use crate::drafts::refuse_bad_name;
-use crate::report::{FaultReport, quote};
+use jde_document::section::{Section, Text};
+use jde_document::{FaultReport, quote};
 
 const KEYS: &[&str] = &[
     "name",

@@ -78,7 +78,7 @@ fn a_file_that_is_too_large_is_refused_with_one_fault() {
     assert_eq!(
         refused(&file).to_string(),
         format!(
-            "{}: the file has more than 2 MiB, and no application is that large\n    help: give the path of an application file",
+            "{}: the file has more than 2 MiB, and no application file is that large\n    help: give the path of an application file",
             file.display()
         )
     );

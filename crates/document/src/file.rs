@@ -1,4 +1,4 @@
-//! Reads the text of an application file, or reports why that is impossible. Does not parse it.
+//! Reads the text of a file, or reports why that is impossible. Does not parse it.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -6,28 +6,32 @@ use std::path::{Path, PathBuf};
 
 use jde_board::nearest;
 
-use super::Faults;
+use super::fault::Faults;
 use super::report::{FaultReport, quote};
 
-/// The largest application file: enough for twenty thousand schemas. A larger file is no application.
+/// The largest file: enough for twenty thousand schemas. Nobody writes a larger one.
 const MAX_BYTES: u64 = 2 << 20;
-/// Returns the text of a file.
-pub(super) fn read(path: &Path) -> Result<String, Faults> {
-    String::from_utf8(bytes(path)?).map_err(|error| {
+
+/// Returns the text of a file. `what` names its kind in messages: "application".
+///
+/// # Errors
+/// It cannot be read, is too large, or is not UTF-8.
+pub fn read(path: &Path, what: &str) -> Result<String, Faults> {
+    String::from_utf8(bytes(path, what)?).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(&error.as_bytes()[..good]);
         let mut report = FaultReport::new(path, &text);
         report
             .fault(
                 &(good..good + 1),
-                "this byte is not UTF-8, which application files must be",
+                format!("this byte is not UTF-8, which {what} files must be"),
             )
             .advise("save the file as UTF-8");
         report.into_faults()
     })
 }
 
-fn bytes(path: &Path) -> Result<Vec<u8>, Faults> {
+fn bytes(path: &Path, what: &str) -> Result<Vec<u8>, Faults> {
     let mut bytes = Vec::new();
     let reading = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
     let mut report = FaultReport::new(path, "");
@@ -37,9 +41,9 @@ fn bytes(path: &Path) -> Result<Vec<u8>, Faults> {
             let most = MAX_BYTES >> 20;
             report
                 .file_fault(format!(
-                    "the file has more than {most} MiB, and no application is that large"
+                    "the file has more than {most} MiB, and no {what} file is that large"
                 ))
-                .advise("give the path of an application file");
+                .advise(format!("give the path of an {what} file"));
         }
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let fault = report.file_fault("there is no such file");
@@ -50,7 +54,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>, Faults> {
         Err(error) if error.kind() == ErrorKind::IsADirectory => {
             report
                 .file_fault("this is a folder")
-                .advise("give the path of an application file in it");
+                .advise(format!("give the path of an {what} file in it"));
         }
         Err(error) => {
             report.file_fault(format!("the file cannot be read: {error}"));
@@ -59,7 +63,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>, Faults> {
     Err(report.into_faults())
 }
 
-/// Returns the application file in the same folder with the most similar name.
+/// Returns the TOML file in the same folder with the most similar name.
 fn similar_file(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());

@@ -13,7 +13,7 @@ const MAX_FAULTS: usize = 200;
 const MAX_QUOTE_LENGTH: usize = 60;
 
 /// The text under examination and its faults.
-pub(super) struct FaultReport<'a> {
+pub struct FaultReport<'a> {
     file: &'a Path,
     text: &'a str,
     lines: Vec<usize>,
@@ -27,7 +27,9 @@ pub(super) struct FaultReport<'a> {
 }
 
 impl<'a> FaultReport<'a> {
-    pub(super) fn new(file: &'a Path, text: &'a str) -> Self {
+    /// Begins the examination of a text; `file` names it in messages.
+    #[must_use]
+    pub fn new(file: &'a Path, text: &'a str) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         Self {
             file,
@@ -42,7 +44,7 @@ impl<'a> FaultReport<'a> {
     }
 
     /// Adds a fault at a position in the text, or at the option under examination.
-    pub(super) fn fault(&mut self, span: &Range<usize>, message: impl Into<String>) -> &mut Fault {
+    pub fn fault(&mut self, span: &Range<usize>, message: impl Into<String>) -> &mut Fault {
         let place = match self.faults.len() {
             MAX_FAULTS => FaultLocation::File(PathBuf::new()),
             _ => self.location(span),
@@ -51,12 +53,12 @@ impl<'a> FaultReport<'a> {
     }
 
     /// Adds a fault of the file as a whole.
-    pub(super) fn file_fault(&mut self, message: impl Into<String>) -> &mut Fault {
+    pub fn file_fault(&mut self, message: impl Into<String>) -> &mut Fault {
         self.push(FaultLocation::File(PathBuf::from(self.file)), message.into())
     }
 
     /// Runs `work` on behalf of an option: spans have no meaning then, and faults refer to the option.
-    pub(super) fn in_option<T>(&mut self, option: String, work: impl FnOnce(&mut Self) -> T) -> T {
+    pub fn in_option<T>(&mut self, option: String, work: impl FnOnce(&mut Self) -> T) -> T {
         self.option = Some(option);
         let done = work(self);
         self.option = None;
@@ -64,13 +66,14 @@ impl<'a> FaultReport<'a> {
     }
 
     /// Returns the line of a position, from 1.
-    pub(super) fn line(&self, at: usize) -> usize {
+    #[must_use]
+    pub fn line(&self, at: usize) -> usize {
         self.lines.partition_point(|start| *start <= at)
     }
 
     /// Adds a finding that does not prevent the start, at a position in the text or at the option under
     /// examination.
-    pub(super) fn concern(&mut self, span: &Range<usize>, message: impl Into<String>) {
+    pub fn concern(&mut self, span: &Range<usize>, message: impl Into<String>) {
         if self.concerns.len() < MAX_FAULTS {
             let place = self.location(span);
             self.concerns.push(Fault::new(place, message.into()));
@@ -78,12 +81,16 @@ impl<'a> FaultReport<'a> {
     }
 
     /// Returns the number of faults so far.
-    pub(super) fn count(&self) -> usize {
+    #[must_use]
+    pub fn count(&self) -> usize {
         self.faults.len() + self.omitted
     }
 
-    /// Returns the findings that do not prevent the start; an error if there are faults.
-    pub(super) fn finish(self) -> Result<Option<Faults>, Faults> {
+    /// Returns the findings that do not prevent the start.
+    ///
+    /// # Errors
+    /// All faults, if there are any.
+    pub fn finish(self) -> Result<Option<Faults>, Faults> {
         if self.faults.is_empty() {
             let any = !self.concerns.is_empty();
             return Ok(any.then(|| Faults::new(self.concerns, 0)));
@@ -92,7 +99,8 @@ impl<'a> FaultReport<'a> {
     }
 
     /// Returns all faults, together with the findings that do not prevent the start. There must be a fault.
-    pub(super) fn into_faults(mut self) -> Faults {
+    #[must_use]
+    pub fn into_faults(mut self) -> Faults {
         debug_assert!(!self.faults.is_empty(), "there is no fault");
         self.faults.append(&mut self.concerns);
         Faults::new(self.faults, self.omitted)
@@ -135,7 +143,8 @@ impl<'a> FaultReport<'a> {
 }
 
 /// Quotes a piece of the file for messages: in backquotes, on one line, shortened if necessary.
-pub(super) fn quote(text: &str) -> String {
+#[must_use]
+pub fn quote(text: &str) -> String {
     let mut shown: String = text
         .chars()
         .take(MAX_QUOTE_LENGTH)
@@ -148,7 +157,8 @@ pub(super) fn quote(text: &str) -> String {
 }
 
 /// Quotes several: "`a`, `b` and `c`".
-pub(super) fn quote_all<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
+#[must_use]
+pub fn quote_all<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
     let names: Vec<_> = names.into_iter().map(quote).collect();
     match names.as_slice() {
         [] => "none".to_owned(),

@@ -1,7 +1,8 @@
-//! Reports the syntax errors of a file that is not TOML. One mistake often causes many errors of the parser,
+//! Parses TOML, and reports the syntax errors of a file that is not TOML. One mistake often causes many errors of the parser,
 //! so consequential errors are left out.
 
-use toml::de::Error;
+use toml::Spanned;
+use toml::de::{DeTable, Error};
 
 use super::report::{FaultReport, quote};
 
@@ -12,8 +13,16 @@ const DUPLICATE: &str = "duplicate key";
 /// The parser's terms for an error inside a list or an inline table.
 const NOT_CLOSED: [&str; 2] = ["array", "inline table"];
 
+/// Parses a text. Reports the syntax errors and returns `None` if it is not TOML, because the recovered document
+/// is not the intended one, and faults in it would be misleading.
+pub fn parse<'t>(report: &mut FaultReport, text: &'t str) -> Option<Spanned<DeTable<'t>>> {
+    let (document, errors) = DeTable::parse_recoverable(text);
+    report_errors(report, text, &errors);
+    errors.is_empty().then_some(document)
+}
+
 /// Reports the parser's errors.
-pub(super) fn report_errors(report: &mut FaultReport, text: &str, errors: &[Error]) {
+fn report_errors(report: &mut FaultReport, text: &str, errors: &[Error]) {
     // Every key of a repeated table is a duplicate: up to this position they are one fault.
     let mut twice_until = 0;
     for error in errors.iter().take(MAX_ERRORS) {

@@ -5,7 +5,7 @@ use jde_abi::unit::parse;
 
 /// Why a text is no quantity in the requested unit.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum QuantityError {
+pub enum QuantityError {
     /// It does not begin with a number.
     NotANumber,
     /// The text after the number is no known unit.
@@ -15,7 +15,10 @@ pub(super) enum QuantityError {
 }
 
 /// Parses a number with a unit and converts it to `unit`; a number without a unit is in `unit` already.
-pub(super) fn quantity(text: &str, unit: &str) -> Result<f64, QuantityError> {
+///
+/// # Errors
+/// [`QuantityError`]
+pub fn quantity(text: &str, unit: &str) -> Result<f64, QuantityError> {
     let (number, written) = split(text.trim()).ok_or(QuantityError::NotANumber)?;
     if written.is_empty() || written == unit {
         return Ok(number);

@@ -8,35 +8,42 @@ use toml::de::{DeTable, DeValue};
 
 use jde_core::Nanos;
 
-use super::report::{FaultReport, quote};
-use super::time;
+use crate::report::{FaultReport, quote};
+use crate::time;
 
 /// A value and its position.
-pub(super) type Node<'a> = Spanned<DeValue<'a>>;
+pub type Node<'a> = Spanned<DeValue<'a>>;
 
 /// A text and its position.
 #[derive(Clone, Debug)]
-pub(super) struct Text<'a> {
-    pub(super) text: &'a str,
-    pub(super) span: Range<usize>,
+pub struct Text<'a> {
+    /// The text.
+    pub text: &'a str,
+    /// Bytes from the start of the file.
+    pub span: Range<usize>,
 }
 
 /// A table and its name in messages: "schema `goon`".
 #[derive(Clone)]
-pub(super) struct Section<'a> {
-    pub(super) label: String,
-    pub(super) span: Range<usize>,
+pub struct Section<'a> {
+    /// Its name in messages.
+    pub label: String,
+    /// The position of its name.
+    pub span: Range<usize>,
     entries: &'a DeTable<'a>,
 }
 
 /// A value that a word abbreviates: `restart = "never"`, or `restart = { limit = 5 }`.
-pub(super) enum WordOrTable<'a> {
+pub enum WordOrTable<'a> {
+    /// The word.
     Word(Text<'a>),
+    /// The table.
     Table(Section<'a>),
 }
 
 impl<'a> Section<'a> {
-    pub(super) fn new(what: impl Into<String>, span: Range<usize>, entries: &'a DeTable<'a>) -> Self {
+    /// Wraps a table. `what` is its name in messages.
+    pub fn new(what: impl Into<String>, span: Range<usize>, entries: &'a DeTable<'a>) -> Self {
         Self {
             label: what.into(),
             span,
@@ -45,7 +52,7 @@ impl<'a> Section<'a> {
     }
 
     /// Returns all entries, in the file's order.
-    pub(super) fn entries(&self) -> impl Iterator<Item = (Text<'a>, &'a Node<'a>)> + use<'a> {
+    pub fn entries(&self) -> impl Iterator<Item = (Text<'a>, &'a Node<'a>)> + use<'a> {
         self.entries.iter().map(|(key, value)| {
             let key = Text {
                 text: key.get_ref(),
@@ -55,33 +62,40 @@ impl<'a> Section<'a> {
         })
     }
 
-    pub(super) fn get(&self, key: &str) -> Option<&'a Node<'a>> {
+    /// Returns the value of a key.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&'a Node<'a>> {
         self.entries.get(key)
     }
 
     /// Returns the position of a key, or of the section if the key is missing.
-    pub(super) fn key_span(&self, key: &str) -> Range<usize> {
+    #[must_use]
+    pub fn key_span(&self, key: &str) -> Range<usize> {
         self.entries
             .get_key_value(key)
             .map_or_else(|| self.span.clone(), |(key, _)| key.span())
     }
 
     /// Returns the position of a value in the table at `key`, or of the section if the value is missing.
-    pub(super) fn entry_span(&self, key: &str, name: &str) -> Range<usize> {
+    #[must_use]
+    pub fn entry_span(&self, key: &str, name: &str) -> Range<usize> {
         let entry = self.get(key).and_then(|node| node.get_ref().get(name));
         entry.map_or_else(|| self.span.clone(), Spanned::span)
     }
 
     /// Returns the name of a key in messages: "`period` of schema `goon`".
-    pub(super) fn key(&self, key: &str) -> String {
+    #[must_use]
+    pub fn key(&self, key: &str) -> String {
         format!("{} of {}", quote(key), self.label)
     }
 
-    pub(super) fn text(&self, report: &mut FaultReport, key: &str) -> Option<Text<'a>> {
+    /// Returns a text.
+    pub fn text(&self, report: &mut FaultReport, key: &str) -> Option<Text<'a>> {
         text(report, &self.key(key), self.get(key)?)
     }
 
-    pub(super) fn texts(&self, report: &mut FaultReport, key: &str) -> Option<Vec<Text<'a>>> {
+    /// Returns a list of texts.
+    pub fn texts(&self, report: &mut FaultReport, key: &str) -> Option<Vec<Text<'a>>> {
         let (what, node) = (self.key(key), self.get(key)?);
         let list = expect(report, &what, "a list of texts", node, node.get_ref().as_array())?;
         let what = format!("each of {what}");
@@ -93,7 +107,7 @@ impl<'a> Section<'a> {
     }
 
     /// Returns true or false; `None` if the key is missing.
-    pub(super) fn flag(&self, report: &mut FaultReport, key: &str) -> Option<bool> {
+    pub fn flag(&self, report: &mut FaultReport, key: &str) -> Option<bool> {
         let node = self.get(key)?;
         expect(
             report,
@@ -105,12 +119,12 @@ impl<'a> Section<'a> {
     }
 
     /// Returns a time in ns.
-    pub(super) fn time(&self, report: &mut FaultReport, key: &str) -> Option<Nanos> {
+    pub fn time(&self, report: &mut FaultReport, key: &str) -> Option<Nanos> {
         time::time(report, &self.key(key), self.get(key)?)
     }
 
     /// Returns a word, or the table that it abbreviates. `expected` names both in messages.
-    pub(super) fn word_or_table(
+    pub fn word_or_table(
         &self,
         report: &mut FaultReport,
         key: &str,
@@ -132,7 +146,7 @@ impl<'a> Section<'a> {
     }
 
     /// Returns a table in this one.
-    pub(super) fn section(
+    pub fn section(
         &self,
         report: &mut FaultReport,
         key: &str,
@@ -144,7 +158,7 @@ impl<'a> Section<'a> {
     }
 
     /// Returns a table of names, each with a text: `{ laser = "pioneer.laser" }`.
-    pub(super) fn pairs(&self, report: &mut FaultReport, key: &str) -> Vec<(Text<'a>, Text<'a>)> {
+    pub fn pairs(&self, report: &mut FaultReport, key: &str) -> Vec<(Text<'a>, Text<'a>)> {
         let Some(section) = self.section(report, key, self.key(key)) else {
             return Vec::new();
         };
@@ -156,7 +170,8 @@ impl<'a> Section<'a> {
 
     /// Whether the table at `key` contains `name`, with any value. True for a value of another shape, which
     /// is reported elsewhere.
-    pub(super) fn is_set(&self, key: &str, name: &str) -> bool {
+    #[must_use]
+    pub fn is_set(&self, key: &str, name: &str) -> bool {
         self.get(key).is_some_and(|node| {
             node.get_ref()
                 .as_table()
@@ -165,13 +180,14 @@ impl<'a> Section<'a> {
     }
 
     /// Returns the number of entries intended for the table at `key`; 1 for a value of another shape.
-    pub(super) fn entry_count(&self, key: &str) -> usize {
+    #[must_use]
+    pub fn entry_count(&self, key: &str) -> usize {
         self.get(key)
             .map_or(0, |node| node.get_ref().as_table().map_or(1, DeTable::len))
     }
 
     /// Reports every unknown key.
-    pub(super) fn refuse_unknown(&self, report: &mut FaultReport, known: &[&str]) {
+    pub fn refuse_unknown(&self, report: &mut FaultReport, known: &[&str]) {
         for (key, _) in self.entries().filter(|(key, _)| !known.contains(&key.text)) {
             report
                 .fault(
@@ -184,7 +200,7 @@ impl<'a> Section<'a> {
 }
 
 /// Returns the value of the expected shape; reports the value if there is none.
-pub(super) fn expect<T>(
+pub fn expect<T>(
     report: &mut FaultReport,
     what: &str,
     expected: &str,
@@ -198,14 +214,15 @@ pub(super) fn expect<T>(
 }
 
 /// Reports a value of another shape.
-pub(super) fn report_wrong_shape(report: &mut FaultReport, what: &str, expected: &str, found: &Node) {
+pub fn report_wrong_shape(report: &mut FaultReport, what: &str, expected: &str, found: &Node) {
     report.fault(
         &found.span(),
         format!("{what} must be {expected}, not {}", shape(found.get_ref())),
     );
 }
 
-fn text<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Option<Text<'a>> {
+/// Returns the text of a value; reports a value of another shape. `what` names it in messages.
+pub fn text<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Option<Text<'a>> {
     let text = expect(report, what, "a text", node, node.get_ref().as_str())?;
     Some(Text {
         text,
@@ -214,7 +231,8 @@ fn text<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Option<
 }
 
 /// Returns the name of a value's shape for messages.
-pub(super) fn shape(value: &DeValue) -> &'static str {
+#[must_use]
+pub fn shape(value: &DeValue) -> &'static str {
     match value {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) => "a whole number",
@@ -227,7 +245,8 @@ pub(super) fn shape(value: &DeValue) -> &'static str {
 }
 
 /// Returns the number, if the value is one.
-pub(super) fn number(value: &DeValue) -> Option<f64> {
+#[must_use]
+pub fn number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(_) => integer(value).map(|whole| whole as f64),
@@ -236,7 +255,8 @@ pub(super) fn number(value: &DeValue) -> Option<f64> {
 }
 
 /// Returns the whole number, if the value is one. TOML's have at most 64 bits, signed or unsigned.
-pub(super) fn integer(value: &DeValue) -> Option<i128> {
+#[must_use]
+pub fn integer(value: &DeValue) -> Option<i128> {
     let integer = value.as_integer()?;
     i128::from_str_radix(integer.as_str(), integer.radix()).ok()
 }

@@ -1,4 +1,4 @@
-//! Faults of an application: what is wrong, where, and how to correct it. Formats text; prints nothing.
+//! Faults of a file: what is wrong, where, and how to correct it. Formats text; prints nothing.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use jde_board::nearest;
 use super::report::{quote, quote_all};
 
 /// The most names that are listed if none is similar.
-pub(super) const MAX_LISTED: usize = 12;
+pub const MAX_LISTED: usize = 12;
 
 /// The most faults in one text; the others are counted.
 const MAX_SHOWN: usize = 40;
@@ -47,7 +47,7 @@ pub enum FaultLocation {
     Option(String),
 }
 
-/// The faults of an application: those of the file in its order, then those of the options. Never empty.
+/// The faults of a file and its options: those of the file in its order, then those of the options. Never empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Faults {
     list: Vec<Fault>,
@@ -98,13 +98,14 @@ impl Fault {
         }
     }
 
-    pub(super) fn advise(&mut self, help: impl Into<String>) -> &mut Self {
+    /// Adds how to correct it.
+    pub fn advise(&mut self, help: impl Into<String>) -> &mut Self {
         self.help = Some(help.into());
         self
     }
 
     /// Suggests the most similar known name; if there is none and the names are few, all of them.
-    pub(super) fn suggest<'n>(&mut self, name: &str, what: &str, known: impl IntoIterator<Item = &'n str>) {
+    pub fn suggest<'n>(&mut self, name: &str, what: &str, known: impl IntoIterator<Item = &'n str>) {
         if self.counted {
             return;
         }

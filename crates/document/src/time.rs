@@ -3,13 +3,13 @@
 
 use jde_core::Nanos;
 
-use super::document::{self, Node, report_wrong_shape};
 use super::report::{FaultReport, quote};
+use super::section::{self, Node, report_wrong_shape};
 use super::units::{QuantityError, quantity};
 use crate::period::{self, OutOfRange, RANGE};
 
 /// Reads a time in ns.
-pub(super) fn time(report: &mut FaultReport, what: &str, node: &Node) -> Option<Nanos> {
+pub fn time(report: &mut FaultReport, what: &str, node: &Node) -> Option<Nanos> {
     read(
         report,
         what,
@@ -20,7 +20,7 @@ pub(super) fn time(report: &mut FaultReport, what: &str, node: &Node) -> Option<
 }
 
 /// Reads the period of a schema in ns, also from a frequency.
-pub(super) fn period(report: &mut FaultReport, what: &str, node: &Node) -> Option<Nanos> {
+pub fn period(report: &mut FaultReport, what: &str, node: &Node) -> Option<Nanos> {
     read(
         report,
         what,
@@ -65,7 +65,7 @@ fn read(
                 return None;
             }
         }
-    } else if let Some(seconds) = document::number(node.get_ref()) {
+    } else if let Some(seconds) = section::number(node.get_ref()) {
         seconds
     } else {
         report_wrong_shape(report, what, expected, node);
