@@ -19,8 +19,8 @@ use super::{
 };
 use jde_document::FaultReport;
 
-/// Reads and checks an application file. Paths in it are relative to its folder, paths in `overrides` to the
-/// working directory.
+/// Reads and checks an application file. Paths in it are relative to its folder, paths in `overrides` to
+/// theirs.
 ///
 /// # Errors
 /// All faults of the file and of `overrides`.
@@ -197,12 +197,9 @@ fn check_instance(
         Paths { folder, check_files },
         &mut bindings,
     );
-    let working_folder = std::env::current_dir().unwrap_or_default();
-    let paths = Paths {
-        folder: &working_folder,
-        check_files,
-    };
     for given in overrides.iter().filter(|given| given.schema == draft.name) {
+        let folder = &given.folder;
+        let paths = Paths { folder, check_files };
         report.in_option(given.to_string(), |report| {
             modulations::from_option(report, given, &instance, paths, &mut settings, &mut bindings);
         });

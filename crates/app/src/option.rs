@@ -1,6 +1,7 @@
 //! Values given outside the file, for one run. Checks no value.
 
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use jde_document::quote;
@@ -14,12 +15,14 @@ pub struct Override {
     pub variable: String,
     /// TOML, or a text without its quotes.
     pub value: String,
+    /// The folder of relative paths.
+    pub folder: PathBuf,
 }
 
 impl FromStr for Override {
     type Err = String;
 
-    /// Parses `schema.variable=value`.
+    /// Parses `schema.variable=value`. Relative paths start in the working directory.
     fn from_str(text: &str) -> Result<Self, String> {
         let parts = text
             .split_once('=')
@@ -29,6 +32,7 @@ impl FromStr for Override {
                 schema: schema.to_owned(),
                 variable: variable.to_owned(),
                 value: value.trim().to_owned(),
+                folder: std::env::current_dir().unwrap_or_default(),
             }),
             Some(_) | None => Err(format!(
                 "{} is not an option: write schema.variable=value, such as goon.fast=\"0.3 m/s\"",

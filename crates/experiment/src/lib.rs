@@ -1,5 +1,17 @@
 //! Experiments: one application driven many times in lockstep, each drive judged and measured.
 //!
-//! The crate runs drives and computes results. It prints nothing.
+//! [`file::read`] turns a file into an [`Experiment`], or into all its faults. A [`PreparedDrive`](drive::PreparedDrive) runs one drive and
+//! returns its [`DriveResult`](result::DriveResult). [`pool::run`] runs all of them in processes of their own. The
+//! crate prints nothing, and no result depends on a clock of the machine.
 
+pub mod applications;
+pub mod drive;
+mod experiment;
+pub mod file;
+pub mod folder;
+pub mod pool;
 pub mod result;
+pub mod store;
+pub mod worker;
+
+pub use experiment::{Axis, AxisValues, Choice, Experiment, Mission, Variant};

@@ -272,6 +272,12 @@ impl Lockstep {
         self.engine.outcome.get()
     }
 
+    /// Returns the next time at which a schema takes its turn or a timer of the rules ends; `None` if nothing is due.
+    #[must_use]
+    pub fn next_instant(&self) -> Option<Nanos> {
+        self.executor.next_instant()
+    }
+
     /// Runs until the application ends, brings it to rest, and returns its outcome. Without a limit and
     /// without a mission, it ends only when it is stopped.
     pub fn run(mut self) -> Outcome {

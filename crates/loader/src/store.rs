@@ -28,6 +28,8 @@ pub struct Plugins {
     /// All builds of each file, the newest last.
     loaded: Mutex<BTreeMap<PathBuf, Vec<LoadedPlugin>>>,
     linked_in: BTreeMap<String, LoadedPlugin>,
+    /// Files that are used in place of those along the path, by the plugin's name.
+    replacements: BTreeMap<String, PathBuf>,
     /// Plugins that were only inspected.
     described: Mutex<BTreeMap<PathBuf, DescribedPlugin>>,
     inspector: Option<Box<dyn Inspect>>,
@@ -109,6 +111,13 @@ impl Plugins {
         self
     }
 
+    /// Uses this file for the plugin of that name, whatever else the path contains.
+    #[must_use]
+    pub fn with_file(mut self, name: &str, file: &Path) -> Self {
+        self.replacements.insert(name.to_owned(), file.to_owned());
+        self
+    }
+
     /// Ends the inspecting process, if there is one. It is started again when needed.
     pub fn stop_inspector(&self) {
         if let Some(inspector) = &self.inspector {
@@ -181,6 +190,9 @@ impl Plugins {
 
     /// Returns the file of the plugin of that name.
     fn file(&self, name: &str, extra: &[PathBuf]) -> Result<PathBuf, PluginError> {
+        if let Some(file) = self.replacements.get(name) {
+            return Ok(file.clone());
+        }
         let path = self.search_path_with(extra);
         path.find(name)
             .map(|found| found.path)

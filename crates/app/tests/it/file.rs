@@ -220,7 +220,8 @@ fn an_option_has_a_schema_a_variable_and_a_value() {
         Ok(Override {
             schema: "goon".to_owned(),
             variable: "speed".to_owned(),
-            value: "\"0.3 m/s\"".to_owned()
+            value: "\"0.3 m/s\"".to_owned(),
+            folder: std::env::current_dir().expect("a folder"),
         })
     );
     assert_eq!(

@@ -117,6 +117,16 @@ impl LockstepExecutor {
         self.process_signals();
     }
 
+    /// Returns the next time at which a schema or a timer is due.
+    pub(crate) fn next_instant(&self) -> Option<Nanos> {
+        self.due
+            .iter()
+            .copied()
+            .flatten()
+            .chain(self.queue.next_timer())
+            .min()
+    }
+
     /// Runs until virtual time is `end`, or the application concludes.
     pub(crate) fn run_until(&mut self, end: Nanos) -> Option<Outcome> {
         self.process_signals();
@@ -124,21 +134,12 @@ impl LockstepExecutor {
             if let Some(outcome) = self.engine.outcome.get() {
                 return Some(outcome);
             }
-            let timer = self.queue.next_timer();
-            let Some(now) = self
-                .due
-                .iter()
-                .copied()
-                .flatten()
-                .chain(timer)
-                .min()
-                .filter(|now| *now <= end)
-            else {
+            let Some(now) = self.next_instant().filter(|now| *now <= end) else {
                 self.engine.clock.advance_to(end);
                 return None;
             };
             self.engine.clock.advance_to(now);
-            if timer.is_some_and(|timer| timer <= now) {
+            if self.queue.next_timer().is_some_and(|timer| timer <= now) {
                 self.engine.tick();
                 self.process_signals();
             }

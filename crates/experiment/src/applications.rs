@@ -1,0 +1,67 @@
+//! The application of an experiment as each of its drives sets it. Plugins are loaded once for each variant, since no
+//! library is ever unmapped.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use jde_app::{Application, Faults, Override};
+use jde_isolation::{Inspector, Program};
+use jde_loader::{Plugins, SearchPath};
+
+use crate::experiment::Variant;
+
+/// Loads the application of an experiment.
+pub struct Applications {
+    file: PathBuf,
+    inspector: Option<Program>,
+    plugins: BTreeMap<Vec<(String, PathBuf)>, Arc<Plugins>>,
+    /// The last application that was loaded, and what it was loaded with.
+    last: Option<(Vec<Override>, Variant, Application)>,
+}
+
+impl Applications {
+    /// Loads the application in `file`. With an inspector, plugins and what the modulations name are inspected in its
+    /// process first.
+    #[must_use]
+    pub fn new(file: PathBuf, inspector: Option<Program>) -> Self {
+        Self {
+            file,
+            inspector,
+            plugins: BTreeMap::new(),
+            last: None,
+        }
+    }
+
+    /// Returns the plugins of a variant.
+    pub fn plugins(&mut self, variant: &Variant) -> Arc<Plugins> {
+        let plugins = self.plugins.entry(variant.plugins.clone()).or_insert_with(|| {
+            let mut plugins = Plugins::new(SearchPath::usual(Some(&self.file)));
+            if let Some(program) = &self.inspector {
+                plugins = plugins.with_inspector(Inspector::new(program.clone()));
+            }
+            let replaced = variant.plugins.iter();
+            Arc::new(replaced.fold(plugins, |plugins, (name, file)| plugins.with_file(name, file)))
+        });
+        Arc::clone(plugins)
+    }
+
+    /// Returns the application with these values. The same values as in the last call are not read again.
+    ///
+    /// # Errors
+    /// All faults of the application and of the values.
+    pub fn load(&mut self, overrides: &[Override], variant: &Variant) -> Result<Application, Faults> {
+        if let Some((last_overrides, last_variant, application)) = &self.last
+            && last_overrides == overrides
+            && last_variant == variant
+        {
+            return Ok(application.clone());
+        }
+        let plugins = self.plugins(variant);
+        let loaded = jde_app::load(&self.file, overrides, &*plugins);
+        plugins.stop_inspector();
+        let application = loaded?;
+        self.last = Some((overrides.to_vec(), variant.clone(), application.clone()));
+        Ok(application)
+    }
+}

@@ -1,0 +1,290 @@
+//! One drive: the application in lockstep, from instant to instant; at each one the properties, measures and steps see the
+//! values. It writes no file.
+
+pub mod measure;
+pub mod motion;
+pub mod property;
+mod situation;
+pub mod step;
+pub(crate) mod values;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use jde_app::{Application, Faults};
+use jde_core::Nanos;
+use jde_host::{Lockstep, Options, StartError};
+use jde_loader::Plugins;
+use jde_records::event::{Event, Observer, Outcome as RunOutcome};
+
+use crate::applications::Applications;
+use crate::experiment::{DriveSettings, Experiment, Mission};
+use crate::result::{DriveResult, Outcome};
+use measure::Meter;
+use property::Monitor;
+use situation::Situation;
+use step::StepTime;
+use values::DriveValues;
+
+/// The end of a drive's application.
+struct Ending {
+    outcome: RunOutcome,
+    /// Whether the experiment's `end` became true.
+    by_condition: bool,
+}
+
+/// A drive that is ready to start.
+pub struct PreparedDrive {
+    /// Its number.
+    pub drive: usize,
+    /// The application with its values.
+    pub application: Application,
+    /// The plugins against which it was checked.
+    pub plugins: Arc<Plugins>,
+    settings: DriveSettings,
+}
+
+impl PreparedDrive {
+    /// Loads the application of a drive.
+    ///
+    /// # Errors
+    /// The faults of the application with the values of the drive.
+    pub fn new(experiment: &Experiment, drive: usize, applications: &mut Applications) -> Result<Self, Faults> {
+        let settings = experiment.settings(drive);
+        let variant = &experiment.variants[settings.variant];
+        let mut application = applications.load(&settings.overrides, variant)?;
+        application.seed = settings.seed.unwrap_or(application.seed);
+        Ok(Self {
+            drive,
+            application,
+            plugins: applications.plugins(variant),
+            settings,
+        })
+    }
+
+    /// Runs the drive, and returns its result. `options` may have observers and hooks of the caller's.
+    ///
+    /// # Errors
+    /// Its application did not start.
+    pub fn run(self, experiment: &Experiment, mut options: Options) -> Result<DriveResult, StartError> {
+        let events = EventQueue::default();
+        options.limit = Some(experiment.limit);
+        options.observers.push(Box::new(events.clone()));
+        let lockstep = Lockstep::start(self.application, &self.plugins, options)?;
+        Ok(Drive::new(experiment, lockstep, events).finish(self.drive, self.settings))
+    }
+}
+
+/// The result of a drive that could not begin, or whose process died.
+#[must_use]
+pub fn unjudged(experiment: &Experiment, drive: usize, outcome: Outcome, why: String) -> DriveResult {
+    DriveResult {
+        drive,
+        axes: experiment.settings(drive).labels,
+        outcome,
+        end: String::new(),
+        seconds: 0.0,
+        properties: vec![None; experiment.columns.properties.len()],
+        measures: vec![None; experiment.columns.measures.len()],
+        why,
+        failure: None,
+    }
+}
+
+/// The events since the last instant. The observer is called under the application's lock, so it only appends.
+#[derive(Clone, Default)]
+struct EventQueue(Arc<Mutex<Vec<Event>>>);
+
+impl Observer for EventQueue {
+    fn on_event(&mut self, event: &Event) {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(event.clone());
+    }
+}
+
+impl EventQueue {
+    fn take(&self) -> Vec<Event> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// A drive under way.
+struct Drive<'e> {
+    experiment: &'e Experiment,
+    lockstep: Lockstep,
+    events: EventQueue,
+    values: DriveValues,
+    monitors: Vec<Monitor>,
+    meters: Vec<Meter>,
+    /// The places of the steps that have not happened.
+    steps: Vec<usize>,
+    situation: Situation,
+    /// Why a step was refused.
+    refused: Option<String>,
+}
+
+impl<'e> Drive<'e> {
+    fn new(experiment: &'e Experiment, lockstep: Lockstep, events: EventQueue) -> Self {
+        let handle = lockstep.handle();
+        Self {
+            values: DriveValues::new(&experiment.expressions, &handle),
+            monitors: experiment.properties.iter().map(Monitor::new).collect(),
+            meters: experiment.measures.iter().map(Meter::new).collect(),
+            steps: (0..experiment.steps.len()).collect(),
+            situation: Situation::new(handle.application()),
+            refused: None,
+            experiment,
+            lockstep,
+            events,
+        }
+    }
+
+    /// Runs to the end, and returns the result.
+    fn finish(mut self, drive: usize, settings: DriveSettings) -> DriveResult {
+        let ending = self.run();
+        let handle = self.lockstep.handle();
+        let now = handle.now();
+        for monitor in &mut self.monitors {
+            monitor.finish(now);
+        }
+        self.record_violations();
+        drop(self.lockstep);
+        let mut properties: Vec<_> = self
+            .monitors
+            .iter()
+            .map(|monitor| Some(monitor.violation().is_none()))
+            .collect();
+        let mut reasons = Vec::new();
+        for (name, monitor) in self.experiment.columns.properties.iter().zip(&self.monitors) {
+            if let Some((at, why)) = monitor.violation() {
+                reasons.push(format!("{name}: {why} at {:.3} s", at as f64 / 1e9));
+            }
+        }
+        let is_done = matches!(ending.outcome, RunOutcome::Done);
+        if self.experiment.mission == Mission::Required {
+            properties.push(Some(is_done));
+            if !is_done {
+                reasons.push(format!("{} at {:.3} s", mission_reason(&ending), now as f64 / 1e9));
+            }
+        }
+        let mut outcome = match reasons.is_empty() {
+            true => Outcome::Passed,
+            false => Outcome::Failed,
+        };
+        if let Some(broken) = self.refused.or_else(|| broken(&ending.outcome)) {
+            outcome = Outcome::Broken;
+            reasons.insert(0, broken);
+        }
+        let is_success = outcome == Outcome::Passed;
+        let motions = self.values.motions();
+        let measures = self.meters.into_iter();
+        let measures = measures.map(|meter| meter.finish(now, is_success, &motions)).collect();
+        DriveResult {
+            drive,
+            axes: settings.labels,
+            outcome,
+            end: end_word(&ending).to_owned(),
+            seconds: now as f64 / 1e9,
+            properties,
+            measures,
+            why: reasons.join("; "),
+            failure: (!is_success).then(|| self.situation.into_failure(now)),
+        }
+    }
+
+    fn run(&mut self) -> Ending {
+        loop {
+            let next = self.lockstep.next_instant().unwrap_or(Nanos::MAX);
+            let next = self.timed_steps().fold(next, Nanos::min).min(self.experiment.limit);
+            let outcome = self.lockstep.run_until(next);
+            let by_condition = self.look(next);
+            if let Some(outcome) = outcome {
+                return Ending {
+                    outcome,
+                    by_condition: false,
+                };
+            }
+            if by_condition || self.refused.is_some() {
+                return Ending {
+                    outcome: RunOutcome::Stopped,
+                    by_condition,
+                };
+            }
+        }
+    }
+
+    /// Returns the times of the steps that have not happened, ns.
+    fn timed_steps(&self) -> impl Iterator<Item = Nanos> {
+        self.steps.iter().filter_map(|step| match self.experiment.steps[*step].when {
+            StepTime::At(time) => Some(time),
+            StepTime::When(_) => None,
+        })
+    }
+
+    /// Judges and measures an instant, and takes the steps that are due. Returns whether `end` is true.
+    fn look(&mut self, now: Nanos) -> bool {
+        for event in self.events.take() {
+            self.values.add_event(&event);
+            self.situation.add_event(event);
+        }
+        let values = self.values.update(now);
+        for monitor in &mut self.monitors {
+            monitor.observe(now, values);
+        }
+        for meter in &mut self.meters {
+            meter.observe(now, values);
+        }
+        let is_true = |expression: usize| values[expression].is_some_and(|value| value != 0.0);
+        let due = |step: &usize| match self.experiment.steps[*step].when {
+            StepTime::At(time) => time <= now,
+            StepTime::When(expression) => is_true(expression),
+        };
+        let by_condition = self.experiment.end.is_some_and(is_true);
+        let (due, waiting) = std::mem::take(&mut self.steps).into_iter().partition::<Vec<_>, _>(due);
+        self.steps = waiting;
+        self.situation.add_pose(now, self.values.pose());
+        self.record_violations();
+        let handle = self.lockstep.handle();
+        for step in due {
+            if let Err(refused) = self.experiment.steps[step].perform(&handle) {
+                self.refused.get_or_insert(refused);
+            }
+        }
+        by_condition
+    }
+
+    /// Keeps the situation of the first violation.
+    fn record_violations(&mut self) {
+        let first = self.monitors.iter().filter_map(Monitor::violation).map(|(at, _)| at).min();
+        if let Some(at) = first {
+            self.situation.keep(at);
+        }
+    }
+}
+
+fn mission_reason(ending: &Ending) -> &'static str {
+    match ending.outcome {
+        RunOutcome::Failed => "the mission failed",
+        _ if ending.by_condition => "the mission was not done before `end`",
+        _ => "the mission was not done in time",
+    }
+}
+
+fn broken(outcome: &RunOutcome) -> Option<String> {
+    match outcome {
+        RunOutcome::Broken(reason) => Some(reason.clone()),
+        RunOutcome::Done | RunOutcome::Failed | RunOutcome::TimeUp | RunOutcome::Stopped => None,
+    }
+}
+
+fn end_word(ending: &Ending) -> &'static str {
+    match &ending.outcome {
+        _ if ending.by_condition => "end",
+        RunOutcome::Done => "done",
+        RunOutcome::Failed => "failed",
+        RunOutcome::TimeUp => "time up",
+        RunOutcome::Stopped => "stopped",
+        RunOutcome::Broken(_) => "broken",
+    }
+}

@@ -1,0 +1,202 @@
+//! The values that a drive's expressions and measures read: variables, signals, and the true motion of robots. It
+//! evaluates an expression only when one of its values has changed.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use jde_abi::describe::Role;
+use jde_app::Application;
+use jde_board::{Reader, Variable};
+use jde_conditions::{Expression, Names, Signals};
+use jde_core::Nanos;
+use jde_host::Handle;
+use jde_records::event::Event;
+use jde_types::{BatteryState, Mission, Truth, Value};
+
+use super::motion::Motion;
+
+/// The values of a drive.
+pub(super) struct DriveValues {
+    expressions: Vec<Expression>,
+    /// Whether a value of the expression has changed since its last evaluation.
+    is_stale: Vec<bool>,
+    results: Vec<Option<f64>>,
+    variables: Vec<WatchedVariable>,
+    signals: Signals,
+    /// The users of each signal.
+    signal_users: BTreeMap<String, Vec<Use>>,
+    robots: Vec<Robot>,
+    mission: Option<Source>,
+}
+
+/// An expression, and the place of a variable or a signal in it.
+type Use = (usize, usize);
+
+/// A variable that expressions read.
+struct WatchedVariable {
+    source: Source,
+    users: Vec<Use>,
+}
+
+/// A variable, and which of its values was read last.
+struct Source {
+    variable: Arc<Variable>,
+    reader: Reader,
+    seen: (u64, bool),
+}
+
+/// A robot whose true state is exported.
+struct Robot {
+    truth: Source,
+    truth_name: String,
+    battery: Option<Source>,
+    motion: Motion,
+    pose: Option<[f64; 3]>,
+}
+
+/// Returns the robots of an application whose true state is exported: the schema's name and the full name of the variable.
+pub(crate) fn robots(application: &Application) -> impl Iterator<Item = (&str, String)> {
+    exports::<Truth>(application)
+}
+
+/// Returns the exports of a type: schema and full name.
+fn exports<T: Value>(application: &Application) -> impl Iterator<Item = (&str, String)> {
+    let type_name = T::describe().name;
+    application.instances.iter().filter_map(move |instance| {
+        let mut ports = instance.schema.ports.iter();
+        let port = ports.find(|port| matches!(port.role, Role::Export) && port.value_type.name == type_name)?;
+        Some((instance.name.as_str(), format!("{}.{}", instance.name, port.name)))
+    })
+}
+
+impl Source {
+    fn open(handle: &Handle, name: &str) -> Option<Self> {
+        let variable = handle.board().find(name)?;
+        Some(Self {
+            reader: variable.reader("experiment"),
+            variable,
+            seen: (0, true),
+        })
+    }
+
+    /// Returns the present bytes if they have changed since the last call; `Some(None)` if there is no value any more.
+    fn changed(&mut self) -> Option<Option<&[u8]>> {
+        let now = (self.variable.newest(), self.variable.is_retracted());
+        if std::mem::replace(&mut self.seen, now) == now {
+            return None;
+        }
+        Some(self.reader.latch_newest().map(|latched| latched.bytes))
+    }
+
+    /// Returns the present value if it has changed since the last call.
+    fn changed_value<T: Value>(&mut self) -> Option<T> {
+        T::from_bytes(self.changed()??)
+    }
+}
+
+impl DriveValues {
+    /// Opens all variables that the expressions name.
+    pub(super) fn new(expressions: &[Expression], handle: &Handle) -> Self {
+        let application = handle.application();
+        let mut variables: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+        let mut signal_users: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+        for (expression, parsed) in expressions.iter().enumerate() {
+            for (place, name) in parsed.variables().enumerate() {
+                let users = match handle.board().find(name) {
+                    Some(_) => &mut variables,
+                    None => &mut signal_users,
+                };
+                users.entry(name.to_owned()).or_default().push((expression, place));
+            }
+        }
+        let variables = variables.into_iter().filter_map(|(name, users)| {
+            let source = Source::open(handle, &name)?;
+            Some(WatchedVariable { source, users })
+        });
+        let batteries: BTreeMap<_, _> = exports::<BatteryState>(application).collect();
+        let robots = robots(application).filter_map(|(schema, truth_name)| {
+            Some(Robot {
+                truth: Source::open(handle, &truth_name)?,
+                truth_name,
+                battery: batteries.get(schema).and_then(|name| Source::open(handle, name)),
+                motion: Motion::default(),
+                pose: None,
+            })
+        });
+        let mission = application.mission.and_then(|(instance, port)| {
+            let instance = &application.instances[instance];
+            Source::open(handle, &format!("{}.{}", instance.name, instance.schema.ports[port].name))
+        });
+        Self {
+            is_stale: vec![true; expressions.len()],
+            results: vec![None; expressions.len()],
+            variables: variables.collect(),
+            signals: Signals::new(&Names::of(application)),
+            signal_users,
+            robots: robots.collect(),
+            mission,
+            expressions: expressions.to_vec(),
+        }
+    }
+
+    /// Takes an event.
+    pub(super) fn add_event(&mut self, event: &Event) {
+        self.signals.process_event(event);
+    }
+
+    /// Reads what has changed at an instant, and returns the value of each expression.
+    pub(super) fn update(&mut self, now: Nanos) -> &[Option<f64>] {
+        for WatchedVariable { source, users } in &mut self.variables {
+            if let Some(bytes) = source.changed() {
+                for (expression, place) in users.iter() {
+                    self.expressions[*expression].set(*place, bytes);
+                    self.is_stale[*expression] = true;
+                }
+            }
+        }
+        self.update_robots(now);
+        self.signals.advance(now);
+        for (name, bytes) in self.signals.changes() {
+            for (expression, place) in self.signal_users.get(name).into_iter().flatten() {
+                self.expressions[*expression].set(*place, Some(bytes));
+                self.is_stale[*expression] = true;
+            }
+        }
+        for (place, expression) in self.expressions.iter_mut().enumerate() {
+            if std::mem::take(&mut self.is_stale[place]) {
+                self.results[place] = expression.value();
+            }
+        }
+        &self.results
+    }
+
+    /// Returns the pose of the first robot: m, m, rad.
+    pub(super) fn pose(&self) -> Option<[f64; 3]> {
+        self.robots.first()?.pose
+    }
+
+    /// Returns the motions of all robots.
+    pub(super) fn motions(&self) -> Vec<Motion> {
+        self.robots.iter().map(|robot| robot.motion.clone()).collect()
+    }
+
+    fn update_robots(&mut self, now: Nanos) {
+        let mission = self.mission.as_mut().and_then(Source::changed_value::<Mission>);
+        for robot in &mut self.robots {
+            if let Some(bytes) = robot.truth.changed().flatten() {
+                self.signals.process_value(&robot.truth_name, bytes);
+                if let Some(truth) = Truth::from_bytes(bytes) {
+                    robot.motion.observe(now, &truth);
+                    robot.pose = Some([truth.pose.x, truth.pose.y, truth.pose.theta]);
+                }
+            }
+            if let Some(battery) = robot.battery.as_mut().and_then(Source::changed_value::<BatteryState>) {
+                let power = f64::from(battery.voltage) * f64::from(battery.current);
+                robot.motion.observe_power(now, power);
+            }
+        }
+        if let (Some(mission), Some(robot)) = (mission, self.robots.first_mut()) {
+            robot.motion.observe_mission(&mission);
+        }
+    }
+}

@@ -1,0 +1,429 @@
+//! What varies: axes, cases, values that are the same for all drives, and variants of plugins.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::path::Path;
+
+use jde_abi::describe::Role;
+use jde_app::{Application, Faults, Override};
+use jde_document::section::{Node, expect, integer, report_wrong_shape, text};
+use jde_document::{FaultReport, Section, Text, quote};
+use serde_json::Value;
+
+use super::values::{label, source};
+use super::{SetValue, Subject, load};
+use crate::applications::Applications;
+use crate::experiment::{Axis, AxisValues, Choice, Experiment, Variant};
+
+/// An axis, and the position of each of its values.
+pub(super) struct DraftAxis {
+    axis: Axis,
+    spans: Vec<Range<usize>>,
+}
+
+impl DraftAxis {
+    pub(super) fn finish(self) -> Axis {
+        self.axis
+    }
+}
+
+/// The modulation that names the world of a simulated robot.
+const WORLD: &str = "world";
+/// The modulation that is the start of a simulated robot.
+const START: &str = "start";
+
+/// Reads the values that every drive sets.
+pub(super) fn read_set(report: &mut FaultReport, root: &Section, text: &str, folder: &Path) -> Vec<SetValue> {
+    match root.section(report, "set", "`set`") {
+        Some(section) => set_values(report, &section, text, folder),
+        None => Vec::new(),
+    }
+}
+
+fn set_values(report: &mut FaultReport, section: &Section, text: &str, folder: &Path) -> Vec<SetValue> {
+    let entries = section.entries();
+    let set = entries.filter_map(|(name, node)| set_value(report, &name, source(text, node), node.span(), folder));
+    set.collect()
+}
+
+/// Returns a value that sets `schema.variable`.
+pub(super) fn set_value(
+    report: &mut FaultReport,
+    name: &Text,
+    value: String,
+    span: Range<usize>,
+    folder: &Path,
+) -> Option<SetValue> {
+    let Some((schema, variable)) = name.text.split_once('.') else {
+        report
+            .fault(&name.span, format!("{} names no variable of a schema", quote(name.text)))
+            .advise("write schema and variable in quotes, such as \"goon.fast\"");
+        return None;
+    };
+    let value = Override {
+        schema: schema.to_owned(),
+        variable: variable.to_owned(),
+        value,
+        folder: folder.to_owned(),
+    };
+    Some(SetValue { value, span })
+}
+
+/// Reads the variants. The first is used where nothing chooses one; without variants it replaces nothing.
+pub(super) fn read_variants(report: &mut FaultReport, root: &Section, folder: &Path) -> Vec<Variant> {
+    let axes = root
+        .get("axes")
+        .and_then(|node| node.get_ref().as_table())
+        .map(|axes| Section::new("`axes`", root.key_span("axes"), axes));
+    let section = axes.and_then(|axes| axes.section(report, "variants", "`variants` of `axes`"));
+    let Some(section) = section else {
+        return vec![Variant::default()];
+    };
+    let names: Vec<_> = section.entries().map(|(name, _)| name).collect();
+    let variants = names.iter().map(|name| {
+        let pairs = section.pairs(report, name.text);
+        let mut plugins = Vec::new();
+        for (plugin, file) in pairs {
+            let path = folder.join(file.text);
+            if !path.is_file() {
+                report
+                    .fault(&file.span, format!("there is no file {}", quote(&path.display().to_string())))
+                    .advise("build the plugin, or correct the path, which is relative to this file");
+            }
+            plugins.push((plugin.text.to_owned(), path));
+        }
+        Variant {
+            name: name.text.to_owned(),
+            plugins,
+        }
+    });
+    let variants: Vec<_> = variants.collect();
+    if variants.is_empty() {
+        report.fault(&section.span, "`variants` has no variant");
+        return vec![Variant::default()];
+    }
+    variants
+}
+
+/// Reads the axes and the cases.
+pub(super) fn read(
+    report: &mut FaultReport,
+    root: &Section,
+    subject: &Subject<'_>,
+    variants: &[Variant],
+) -> Vec<DraftAxis> {
+    let mut axes = Vec::new();
+    axes.extend(cases(report, root, subject, variants));
+    let Some(section) = root.section(report, "axes", "`axes`") else {
+        return axes;
+    };
+    section.refuse_unknown(report, &["seeds", "worlds", "starts", "set", "variants"]);
+    for (key, node) in section.entries() {
+        match key.text {
+            "seeds" => axes.extend(seeds(report, node)),
+            "worlds" => {
+                let values = list(report, "`worlds` of `axes`", node);
+                axes.push(choices("world", values, |value| world(report, subject, value)));
+            }
+            "starts" => {
+                let values = list(report, "`starts` of `axes`", node);
+                axes.push(choices("start", values, |value| start(report, subject, value)));
+            }
+            "set" => {
+                let Some(sets) = section.section(report, "set", "`set` of `axes`") else {
+                    continue;
+                };
+                for (name, node) in sets.entries() {
+                    let values = list(report, &sets.key(name.text), node);
+                    let folder = folder(subject.file);
+                    axes.push(choices(name.text, values, |value| {
+                        let set = set_value(report, &name, source(subject.text, value), value.span(), folder)?;
+                        Some(Choice {
+                            label: label(subject.text, value),
+                            seed: None,
+                            overrides: vec![set.value],
+                            variant: None,
+                        })
+                    }));
+                }
+            }
+            "variants" => axes.push(variant_axis(&section, variants)),
+            _ => {}
+        }
+    }
+    axes
+}
+
+/// Checks each value of the axes in the application, with the first values of all others.
+///
+/// # Errors
+/// Faults of the application itself that only a value causes.
+pub(super) fn check_values(
+    report: &mut FaultReport,
+    axes: &[DraftAxis],
+    set: &[SetValue],
+    variants: &[Variant],
+    applications: &mut Applications,
+) -> Result<(), Faults> {
+    for DraftAxis { axis, spans } in axes {
+        let AxisValues::Choices(choices) = &axis.values else {
+            continue;
+        };
+        for (choice, span) in choices.iter().zip(spans) {
+            let own = choice.overrides.iter().map(|value| SetValue {
+                value: value.clone(),
+                span: span.clone(),
+            });
+            let all: Vec<_> = set
+                .iter()
+                .map(|set| SetValue {
+                    value: set.value.clone(),
+                    span: set.span.clone(),
+                })
+                .chain(own)
+                .collect();
+            let variant = &variants[choice.variant.unwrap_or(0)];
+            load(report, applications, &all, variant)?;
+        }
+    }
+    Ok(())
+}
+
+/// Reads `"1..100"`, or a list of whole numbers.
+fn seeds(report: &mut FaultReport, node: &Node) -> Option<DraftAxis> {
+    const EXPECTED: &str = "a range such as \"1..100\", or a list of whole numbers";
+    let seeds: Vec<u64> = if let Some(range) = node.get_ref().as_str() {
+        let ends = range.split_once("..").and_then(|(first, last)| {
+            let last = last.strip_prefix('=').unwrap_or(last);
+            Some((first.trim().parse::<u64>().ok()?, last.trim().parse::<u64>().ok()?))
+        });
+        match ends {
+            Some((first, last)) if first <= last && last - first < Experiment::MAX_DRIVES as u64 => {
+                (first..=last).collect()
+            }
+            Some(_) | None => {
+                report
+                    .fault(&node.span(), format!("`seeds` is {}", quote(range)))
+                    .advise(format!(
+                        "write {EXPECTED}; at most {} seeds are possible",
+                        Experiment::MAX_DRIVES
+                    ));
+                return None;
+            }
+        }
+    } else {
+        let list = expect(report, "`seeds`", EXPECTED, node, node.get_ref().as_array())?;
+        let seeds = list.iter().map(|node| seed(report, node));
+        seeds.collect::<Option<_>>()?
+    };
+    if seeds.is_empty() {
+        report.fault(&node.span(), "`seeds` is empty");
+        return None;
+    }
+    Some(DraftAxis {
+        axis: Axis {
+            name: String::from("seed"),
+            values: AxisValues::Seeds(seeds),
+        },
+        spans: Vec::new(),
+    })
+}
+
+fn seed(report: &mut FaultReport, node: &Node) -> Option<u64> {
+    let seed = integer(node.get_ref()).and_then(|seed| u64::try_from(seed).ok());
+    expect(report, "a seed", "a whole number from 0", node, seed)
+}
+
+/// Returns the values of an axis; reports a value that is no list, or an empty one.
+fn list<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Vec<&'a Node<'a>> {
+    match node.get_ref().as_array() {
+        Some(list) if !list.is_empty() => list.iter().collect(),
+        Some(_) => {
+            report.fault(&node.span(), format!("{what} is empty"));
+            Vec::new()
+        }
+        None => {
+            report_wrong_shape(report, what, "a list of values, one for each drive of the axis", node);
+            Vec::new()
+        }
+    }
+}
+
+fn choices<'a>(
+    name: &str,
+    values: Vec<&'a Node<'a>>,
+    mut choice: impl FnMut(&'a Node<'a>) -> Option<Choice>,
+) -> DraftAxis {
+    let read = values.iter().filter_map(|value| Some((choice(value)?, value.span())));
+    let (choices, spans) = read.unzip();
+    DraftAxis {
+        axis: Axis {
+            name: name.to_owned(),
+            values: AxisValues::Choices(choices),
+        },
+        spans,
+    }
+}
+
+/// A world for every simulated robot.
+fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<Choice> {
+    let written = text(report, "each of `worlds`", node)?;
+    let path = folder(subject.file).join(written.text);
+    if !path.is_file() {
+        report.fault(&node.span(), format!("there is no file {}", quote(&path.display().to_string())));
+        return None;
+    }
+    let robots: Vec<_> = with_modulation(subject.application, WORLD).collect();
+    if robots.is_empty() {
+        report
+            .fault(&node.span(), "no schema of the application has a world")
+            .advise("leave `worlds` out; `set` sets any other modulation");
+        return None;
+    }
+    Some(Choice {
+        label: written.text.into(),
+        seed: None,
+        overrides: robots
+            .into_iter()
+            .map(|robot| Override {
+                schema: robot.to_owned(),
+                variable: WORLD.to_owned(),
+                value: Value::from(path.display().to_string()).to_string(),
+                folder: folder(subject.file).to_owned(),
+            })
+            .collect(),
+        variant: None,
+    })
+}
+
+/// A start for each of the robots that it names: `{ pioneer = { x = 1, y = 2, heading_deg = 90 } }`.
+fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<Choice> {
+    let starts = expect(
+        report,
+        "each of `starts`",
+        "a table of robots, such as { pioneer = { x = 1, y = 2, heading_deg = 90 } }",
+        node,
+        node.get_ref().as_table(),
+    )?;
+    let section = Section::new("`starts`", node.span(), starts);
+    let overrides = section.entries().map(|(robot, place)| Override {
+        schema: robot.text.to_owned(),
+        variable: START.to_owned(),
+        value: source(subject.text, place),
+        folder: folder(subject.file).to_owned(),
+    });
+    Some(Choice {
+        label: label(subject.text, node),
+        seed: None,
+        overrides: overrides.collect(),
+        variant: None,
+    })
+}
+
+fn variant_axis(section: &Section, variants: &[Variant]) -> DraftAxis {
+    let choices = variants.iter().enumerate().map(|(place, variant)| Choice {
+        label: variant.name.as_str().into(),
+        seed: None,
+        overrides: Vec::new(),
+        variant: Some(place),
+    });
+    DraftAxis {
+        axis: Axis {
+            name: String::from("variant"),
+            values: AxisValues::Choices(choices.collect()),
+        },
+        spans: vec![section.key_span("variants"); variants.len()],
+    }
+}
+
+/// Reads `[[cases]]` as one axis.
+fn cases(
+    report: &mut FaultReport,
+    root: &Section,
+    subject: &Subject<'_>,
+    variants: &[Variant],
+) -> Option<DraftAxis> {
+    let node = root.get("cases")?;
+    let list = expect(report, "`cases`", "a list of tables", node, node.get_ref().as_array())?;
+    let mut names = BTreeSet::new();
+    let mut choices = Vec::new();
+    let mut spans = Vec::new();
+    for node in list.iter() {
+        let Some(entries) = expect(report, "each of `cases`", "a table", node, node.get_ref().as_table()) else {
+            continue;
+        };
+        let section = Section::new("this case", node.span(), entries);
+        if let Some(choice) = case(report, &section, subject, variants, &mut names) {
+            choices.push(choice);
+            spans.push(node.span());
+        }
+    }
+    if list.is_empty() {
+        report.fault(&node.span(), "`cases` is empty");
+    }
+    Some(DraftAxis {
+        axis: Axis {
+            name: String::from("case"),
+            values: AxisValues::Choices(choices),
+        },
+        spans,
+    })
+}
+
+fn case(
+    report: &mut FaultReport,
+    section: &Section,
+    subject: &Subject<'_>,
+    variants: &[Variant],
+    names: &mut BTreeSet<String>,
+) -> Option<Choice> {
+    section.refuse_unknown(report, &["name", "seed", "world", "start", "set", "variant"]);
+    let Some(name) = section.text(report, "name") else {
+        if section.get("name").is_none() {
+            report.fault(&section.span, "this case has no `name`");
+        }
+        return None;
+    };
+    if !names.insert(name.text.to_owned()) {
+        report.fault(&name.span, format!("there is a case {} already", quote(name.text)));
+    }
+    let mut choice = Choice {
+        label: name.text.into(),
+        seed: section.get("seed").and_then(|node| seed(report, node)),
+        overrides: Vec::new(),
+        variant: None,
+    };
+    if let Some(node) = section.get("world") {
+        choice.overrides.extend(world(report, subject, node)?.overrides);
+    }
+    if let Some(node) = section.get("start") {
+        choice.overrides.extend(start(report, subject, node)?.overrides);
+    }
+    if let Some(set) = section.section(report, "set", "`set` of this case") {
+        let values = set_values(report, &set, subject.text, folder(subject.file));
+        choice.overrides.extend(values.into_iter().map(|set| set.value));
+    }
+    if let Some(name) = section.text(report, "variant") {
+        choice.variant = variants.iter().position(|variant| variant.name == name.text);
+        if choice.variant.is_none() {
+            report
+                .fault(&name.span, format!("no variant is called {}", quote(name.text)))
+                .suggest(name.text, "variants", variants.iter().map(|variant| variant.name.as_str()));
+        }
+    }
+    Some(choice)
+}
+
+/// Returns the schemas that have a modulation of this name.
+fn with_modulation<'a>(application: &'a Application, name: &'a str) -> impl Iterator<Item = &'a str> {
+    let has = move |instance: &&jde_app::InstanceConfig| {
+        let mut ports = instance.schema.ports.iter();
+        ports.any(|port| port.name == name && matches!(port.role, Role::Modulation { .. }))
+    };
+    let instances = application.instances.iter().filter(has);
+    instances.map(|instance| instance.name.as_str())
+}
+
+fn folder(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new("/"))
+}

@@ -1,0 +1,199 @@
+//! Reads an experiment file and checks it against its application: every fault at once, with its position. It runs
+//! nothing.
+
+mod axes;
+mod expressions;
+mod judge;
+mod steps;
+mod values;
+
+use std::path::{Path, PathBuf};
+
+use jde_app::{Application, Faults, Override};
+use jde_document::{FaultReport, Section, quote};
+
+use crate::applications::Applications;
+use crate::experiment::{Experiment, Mission, Variant};
+use crate::result::Columns;
+use expressions::Expressions;
+
+/// The keys of an experiment.
+const KEYS: [&str; 12] = [
+    "name",
+    "doc",
+    "application",
+    "for",
+    "end",
+    "mission",
+    "axes",
+    "cases",
+    "set",
+    "must",
+    "measure",
+    "steps",
+];
+
+/// The name of the property that the mission is.
+const MISSION: &str = "the mission is done";
+
+/// A value that an experiment sets, and its position in the file.
+pub(crate) struct SetValue {
+    pub(crate) value: Override,
+    pub(crate) span: std::ops::Range<usize>,
+}
+
+/// What the parts of a file are checked against.
+struct Subject<'a> {
+    /// The experiment's file, absolute.
+    file: &'a Path,
+    text: &'a str,
+    application: &'a Application,
+}
+
+/// Reads and checks an experiment. `applications` returns what loads the application that it names; the caller keeps it for the
+/// drives.
+///
+/// # Errors
+/// All faults of the file, or those of its application.
+pub fn read(
+    path: &Path,
+    applications: impl FnOnce(PathBuf) -> Applications,
+) -> Result<(Experiment, Applications), Faults> {
+    let text = jde_document::read(path, "experiment")?;
+    let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut report = FaultReport::new(path, &text);
+    let Some(document) = jde_document::parse(&mut report, &text) else {
+        return Err(report.into_faults());
+    };
+    let root = Section::new("the experiment", 0..0, document.get_ref());
+    root.refuse_unknown(&mut report, &KEYS);
+    let folder = file.parent().unwrap_or(Path::new("/")).to_owned();
+    let Some(application_file) = application_file(&mut report, &root, &folder) else {
+        return Err(report.into_faults());
+    };
+    let mut applications = applications(application_file.clone());
+    let set = axes::read_set(&mut report, &root, &text, &folder);
+    let variants = axes::read_variants(&mut report, &root, &folder);
+    let application = load(&mut report, &mut applications, &set, &variants[0])?;
+    let Some(application) = application else {
+        return Err(report.into_faults());
+    };
+    let subject = Subject {
+        file: &file,
+        text: &text,
+        application: &application,
+    };
+    let axes = axes::read(&mut report, &root, &subject, &variants);
+    axes::check_values(&mut report, &axes, &set, &variants, &mut applications)?;
+    let axes: Vec<_> = axes.into_iter().map(axes::DraftAxis::finish).collect();
+    let mut expressions = Expressions::new(&application);
+    let mission = mission(&mut report, &root, &application);
+    let mut judged = judge::read(&mut report, &root, &subject, &mut expressions);
+    if mission == Mission::Required {
+        judged.properties.names.push(MISSION.to_owned());
+    }
+    let columns = Columns {
+        axes: axes.iter().map(|axis| axis.name.clone()).collect(),
+        properties: judged.properties.names,
+        measures: judged.measures.columns,
+    };
+    judge::refuse_equal_columns(&mut report, &root, &columns);
+    let limit = root.time(&mut report, "for");
+    if root.get("for").is_none() {
+        report
+            .file_fault("it has no `for`, the longest time of a drive")
+            .advise("add it, such as `for = \"300s\"`");
+    }
+    let end = root
+        .text(&mut report, "end")
+        .and_then(|text| expressions.condition(&mut report, &subject, &text));
+    let steps = steps::read(&mut report, &root, &subject, &mut expressions);
+    let name = root.text(&mut report, "name").map(|name| name.text.to_owned());
+    let doc = root.text(&mut report, "doc").map(|doc| doc.text.to_owned());
+    let experiment = Experiment {
+        name: name.unwrap_or_else(|| stem(&file)),
+        doc: doc.unwrap_or_default(),
+        file: file.clone(),
+        application: application_file,
+        limit: limit.unwrap_or_default(),
+        axes,
+        set: set.into_iter().map(|set| set.value).collect(),
+        variants,
+        expressions: expressions.into_list(),
+        end,
+        mission,
+        properties: judged.properties.list,
+        measures: judged.measures.list,
+        steps,
+        columns,
+    };
+    if experiment.drives() > Experiment::MAX_DRIVES {
+        report
+            .fault(
+                &root.key_span("axes"),
+                format!("the axes have {} drives as their product", experiment.drives()),
+            )
+            .advise(format!("at most {} are possible", Experiment::MAX_DRIVES));
+    }
+    report.finish()?;
+    Ok((experiment, applications))
+}
+
+fn application_file(report: &mut FaultReport, root: &Section, folder: &Path) -> Option<PathBuf> {
+    if root.get("application").is_none() {
+        report
+            .file_fault("it has no `application`, the file of the application that drives")
+            .advise("add it, relative to this file, such as `application = \"../apps/patrol.toml\"`");
+    }
+    Some(folder.join(root.text(report, "application")?.text))
+}
+
+fn mission(report: &mut FaultReport, root: &Section, application: &Application) -> Mission {
+    match root.text(report, "mission") {
+        Some(word) if word.text != "ignored" => {
+            let message = format!("`mission` is {}", quote(word.text));
+            report
+                .fault(&word.span, message)
+                .advise("write \"ignored\", or leave it out: then the mission must be done, if there is one");
+            Mission::Ignored
+        }
+        None if application.mission.is_some() => Mission::Required,
+        Some(_) | None => Mission::Ignored,
+    }
+}
+
+/// Loads the application with values of the experiment. Faults of the values are reported at their positions; `None` if there
+/// are any.
+///
+/// # Errors
+/// Faults of the application itself.
+fn load(
+    report: &mut FaultReport,
+    applications: &mut Applications,
+    set: &[SetValue],
+    variant: &Variant,
+) -> Result<Option<Application>, Faults> {
+    let overrides: Vec<_> = set.iter().map(|set| set.value.clone()).collect();
+    let faults = match applications.load(&overrides, variant) {
+        Ok(application) => return Ok(Some(application)),
+        Err(faults) => faults,
+    };
+    let mut foreign = false;
+    for fault in faults.list() {
+        let jde_app::FaultLocation::Option(option) = &fault.location else {
+            foreign = true;
+            continue;
+        };
+        let at = set.iter().find(|set| set.value.to_string() == *option);
+        let mine = report.fault(&at.map_or(0..0, |set| set.span.clone()), fault.message.clone());
+        if let Some(help) = &fault.help {
+            mine.advise(help.clone());
+        }
+    }
+    if foreign && report.count() == 0 { Err(faults) } else { Ok(None) }
+}
+
+fn stem(file: &Path) -> String {
+    file.file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+}

@@ -1,0 +1,247 @@
+//! The folder of an experiment's results: what it belongs to, and the drives that are done. Each result is written when it
+//! is known, so nothing is lost if the machine stops.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use jde_abi::describe::Role;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::applications::Applications;
+use crate::experiment::{AxisValues, Experiment};
+use crate::result::DriveResult;
+use crate::store::{ReadResultsError, read_results};
+
+/// The file of the results.
+const RESULTS: &str = "results.jsonl";
+
+/// The file that states what a folder belongs to.
+const STATE: &str = "experiment.json";
+
+/// What a folder of results belongs to.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FolderState {
+    /// The experiment's file.
+    pub file: PathBuf,
+    /// The fingerprint of the experiment, its application, its worlds and its plugins.
+    pub fingerprint: String,
+    /// The number of drives of the experiment.
+    pub drives: usize,
+    /// The parts of the experiment that the folder is for, `[number, of]`; all drives if it is empty.
+    pub shards: BTreeSet<[usize; 2]>,
+}
+
+/// Why a folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// A file cannot be read or written.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        error: io::Error,
+    },
+    /// It holds results already.
+    #[error("{} holds results already", .0.display())]
+    Occupied(PathBuf),
+    /// It holds no results of an experiment.
+    #[error("{} holds no results of an experiment", .0.display())]
+    Empty(PathBuf),
+    /// Its results are those of another experiment.
+    #[error("the results in {} are those of {what}", folder.display())]
+    Other {
+        /// The folder.
+        folder: PathBuf,
+        /// What differs.
+        what: &'static str,
+    },
+    /// Its results are damaged.
+    #[error(transparent)]
+    Damaged(#[from] ReadResultsError),
+}
+
+/// A folder that receives results.
+pub struct ResultsFolder {
+    path: PathBuf,
+    lines: File,
+}
+
+/// How to treat results that a folder holds already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Refuse the folder.
+    Refuse,
+    /// Delete them.
+    Replace,
+    /// Keep them if they are of the same experiment, and go on.
+    Resume,
+}
+
+impl ResultsFolder {
+    /// Prepares a folder. Returns it with the results that it holds and that are kept.
+    ///
+    /// # Errors
+    /// [`FolderError`]
+    pub fn prepare(
+        path: &Path,
+        state: &FolderState,
+        experiment: &Experiment,
+        existing: Existing,
+    ) -> Result<(Self, Vec<DriveResult>), FolderError> {
+        fs::create_dir_all(path).map_err(file_error(path))?;
+        let results = path.join(RESULTS);
+        let is_occupied = results.exists() || path.join(STATE).exists();
+        let kept = match existing {
+            Existing::Refuse if is_occupied => return Err(FolderError::Occupied(path.to_owned())),
+            Existing::Resume if is_occupied => {
+                let found = FolderState::read(path)?;
+                found.expect_same(state, path)?;
+                read_results(&results, &experiment.columns)?
+            }
+            Existing::Refuse | Existing::Replace | Existing::Resume => Vec::new(),
+        };
+        let text = serde_json::to_string_pretty(state).expect("it has texts and numbers");
+        let state_file = path.join(STATE);
+        fs::write(&state_file, text + "\n").map_err(file_error(&state_file))?;
+        // A torn last line is left out.
+        let text: String = kept.iter().map(|result| result.to_line(&experiment.columns) + "\n").collect();
+        fs::write(&results, text).map_err(file_error(&results))?;
+        let lines = File::options().append(true).open(&results).map_err(file_error(&results))?;
+        let path = path.to_owned();
+        Ok((Self { path, lines }, kept))
+    }
+
+    /// Adds a result.
+    ///
+    /// # Errors
+    /// The disk refuses it.
+    pub fn add(&mut self, result: &DriveResult, experiment: &Experiment) -> io::Result<()> {
+        self.lines
+            .write_all((result.to_line(&experiment.columns) + "\n").as_bytes())
+    }
+
+    /// Returns the folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl FolderState {
+    /// Returns the state of a folder for these parts of an experiment.
+    ///
+    /// # Errors
+    /// A file of the experiment cannot be read.
+    pub fn new(
+        experiment: &Experiment,
+        applications: &mut Applications,
+        shards: BTreeSet<[usize; 2]>,
+    ) -> io::Result<Self> {
+        Ok(Self {
+            file: experiment.file.clone(),
+            fingerprint: fingerprint(experiment, applications)?,
+            drives: experiment.drives(),
+            shards,
+        })
+    }
+
+    /// Reads the state of a folder.
+    ///
+    /// # Errors
+    /// It holds no results.
+    pub fn read(folder: &Path) -> Result<Self, FolderError> {
+        let path = folder.join(STATE);
+        match fs::read_to_string(&path) {
+            Ok(text) => serde_json::from_str(&text).map_err(|error| FolderError::File {
+                error: io::Error::other(error),
+                path,
+            }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Err(FolderError::Empty(folder.to_owned())),
+            Err(error) => Err(FolderError::File { path, error }),
+        }
+    }
+
+    /// Returns the drives of these parts, in order.
+    #[must_use]
+    pub fn own_drives(&self) -> Vec<usize> {
+        let is_own = |drive: &usize| {
+            let mut shards = self.shards.iter();
+            self.shards.is_empty() || shards.any(|[number, of]| drive % of == number - 1)
+        };
+        (0..self.drives).filter(is_own).collect()
+    }
+
+    /// Checks that results in `folder`, which has this state, belong to the experiment of another state.
+    ///
+    /// # Errors
+    /// What differs.
+    pub fn expect_same(&self, other: &Self, folder: &Path) -> Result<(), FolderError> {
+        let what = if self.fingerprint != other.fingerprint {
+            "another experiment, or its application, a world or a plugin has changed since"
+        } else if self.shards != other.shards {
+            "another part of the experiment"
+        } else {
+            return Ok(());
+        };
+        let folder = folder.to_owned();
+        Err(FolderError::Other { folder, what })
+    }
+}
+
+fn file_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
+    let path = path.to_owned();
+    |error| FolderError::File { path, error }
+}
+
+/// Returns a digest of everything that determines the results: this program's version, and the content of the experiment,
+/// the application, the plugins, and the files that modulations name.
+///
+/// # Errors
+/// One of the files cannot be read.
+pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> io::Result<String> {
+    let mut files = BTreeSet::from([experiment.file.clone(), experiment.application.clone()]);
+    for variant in &experiment.variants {
+        let plugins = applications.plugins(variant);
+        let application = applications
+            .load(&experiment.set, variant)
+            .map_err(|faults| io::Error::other(faults.to_string()))?;
+        files.extend(application.plugins.iter().filter_map(|plugin| plugins.file_of(plugin)));
+        for instance in &application.instances {
+            let modulations = instance.schema.ports.iter().zip(&instance.bindings);
+            files.extend(modulations.filter_map(|(port, binding)| named_file(port, binding)));
+        }
+    }
+    for axis in &experiment.axes {
+        let AxisValues::Choices(choices) = &axis.values else {
+            continue;
+        };
+        let values = choices.iter().flat_map(|choice| &choice.overrides);
+        let paths = values.filter_map(|set| serde_json::from_str::<PathBuf>(&set.value).ok().map(|path| set.folder.join(path)));
+        files.extend(paths.filter(|path| path.is_file()));
+    }
+    let mut digest = Sha256::new();
+    digest.update(env!("CARGO_PKG_VERSION"));
+    for file in files {
+        digest.update(Sha256::digest(fs::read(&file)?));
+    }
+    let hex = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(hex)
+}
+
+/// Returns the file that a modulation names, if there is one.
+fn named_file(port: &jde_abi::describe::Port, binding: &jde_app::Binding) -> Option<PathBuf> {
+    let jde_app::Binding::Modulation { initial, .. } = binding else {
+        return None;
+    };
+    if !matches!(port.role, Role::Modulation { .. }) || !jde_app::is_path(&port.unit) {
+        return None;
+    }
+    let jde_board::value::Value::Text(path) = jde_board::value::decode(&port.value_type, initial).into_only_field() else {
+        return None;
+    };
+    Some(PathBuf::from(path)).filter(|path| path.is_file())
+}

@@ -1,0 +1,217 @@
+//! Runs drives in processes, several at a time. A process that dies or takes too long is the result of its drive, and
+//! another one continues. The order in which drives end is not determined; their results are.
+
+use std::collections::VecDeque;
+use std::io::{self, BufRead, BufReader, Write};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use jde_isolation::Program;
+
+use crate::drive::unjudged;
+use crate::experiment::Experiment;
+use crate::result::{DriveResult, Outcome};
+
+/// The lines of standard error that are kept to explain a death.
+const KEPT_LINES: usize = 20;
+
+/// How drives are run.
+pub struct PoolOptions<'p> {
+    /// The command that serves drives: [`crate::worker::serve`].
+    pub program: Program,
+    /// Processes at a time, at least 1.
+    pub jobs: usize,
+    /// The longest time of the machine that a drive may take.
+    pub limit: Duration,
+    /// Set when no further drive is to begin.
+    pub stop: &'p AtomicBool,
+}
+
+/// Runs these drives, and calls `on_result` with each result on the calling thread, in the order in which they end.
+///
+/// # Errors
+/// A process cannot be started, or refuses the experiment.
+pub fn run(
+    experiment: &Experiment,
+    drives: &[usize],
+    options: &PoolOptions<'_>,
+    mut on_result: impl FnMut(DriveResult) -> io::Result<()>,
+) -> io::Result<()> {
+    let waiting = Mutex::new(drives.iter().copied().collect::<VecDeque<_>>());
+    let next = || {
+        let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        waiting.pop_front().filter(|_| !options.stop.load(Ordering::Relaxed))
+    };
+    thread::scope(|scope| {
+        let (sender, results) = mpsc::channel();
+        for _ in 0..options.jobs.clamp(1, drives.len().max(1)) {
+            let (sender, next) = (sender.clone(), &next);
+            scope.spawn(move || {
+                let mut worker = None;
+                while let Some(drive) = next() {
+                    let result = run_drive(experiment, drive, &mut worker, options);
+                    let is_fatal = result.is_err();
+                    // The receiver is gone after an error, which ends all jobs.
+                    if sender.send(result).is_err() || is_fatal {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        let handled = results.iter().try_for_each(|result| on_result(result?));
+        if handled.is_err() {
+            options.stop.store(true, Ordering::Relaxed);
+        }
+        handled
+    })
+}
+
+/// Runs a drive in the job's process, which is started if there is none.
+fn run_drive(
+    experiment: &Experiment,
+    drive: usize,
+    worker: &mut Option<Worker>,
+    options: &PoolOptions<'_>,
+) -> io::Result<DriveResult> {
+    let mut running = match worker.take() {
+        Some(running) => running,
+        None => Worker::start(&options.program)?,
+    };
+    let answer = running.drive(drive, options.limit);
+    let failed = |outcome, why| Ok(unjudged(experiment, drive, outcome, why));
+    match answer {
+        Ok(line) => match DriveResult::from_json(&line, &experiment.columns) {
+            Some(result) => {
+                *worker = Some(running);
+                Ok(result)
+            }
+            None => failed(Outcome::Broken, format!("its process answered `{line}`")),
+        },
+        Err(RecvTimeoutError::Timeout) => {
+            running.kill();
+            let seconds = options.limit.as_secs_f64();
+            failed(Outcome::Hung, format!("it took longer than {seconds} s of the machine"))
+        }
+        Err(RecvTimeoutError::Disconnected) => {
+            let (status, last) = running.end()?;
+            if status.code() == Some(REFUSED) {
+                return Err(io::Error::other(last.unwrap_or_default()));
+            }
+            let last = last.map_or_else(String::new, |last| format!(": {last}"));
+            failed(Outcome::Crashed, format!("{}{last}", describe(status)))
+        }
+    }
+}
+
+/// The exit status of a process that refuses the experiment.
+pub const REFUSED: i32 = 2;
+
+/// Describes how a process died.
+fn describe(status: ExitStatus) -> String {
+    match (status.signal(), status.code()) {
+        (Some(signal), _) => format!("its process was killed by signal {signal}{}", signal_name(signal)),
+        (None, Some(code)) => format!("its process exited with status {code}"),
+        (None, None) => String::from("its process ended"),
+    }
+}
+
+fn signal_name(signal: i32) -> &'static str {
+    match signal {
+        4 => " (illegal instruction)",
+        6 => " (abort)",
+        7 => " (bus error)",
+        8 => " (arithmetic error)",
+        9 => " (kill)",
+        11 => " (invalid memory access)",
+        24 => " (processor time)",
+        _ => "",
+    }
+}
+
+/// A process that serves drives.
+struct Worker {
+    child: Child,
+    input: Option<ChildStdin>,
+    answers: Receiver<String>,
+    /// The last lines of its standard error, and the thread that reads them.
+    errors: Arc<Mutex<VecDeque<String>>>,
+    error_reader: Option<thread::JoinHandle<()>>,
+}
+
+impl Worker {
+    fn start(program: &Program) -> io::Result<Self> {
+        let mut child = Command::new(&program.path)
+            .args(&program.arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            // Ctrl-C asks the parent alone, which lets the drives under way end.
+            .process_group(0)
+            .spawn()?;
+        let (sender, answers) = mpsc::channel();
+        let output = child.stdout.take();
+        thread::spawn(move || {
+            let lines = output.into_iter().flat_map(|output| BufReader::new(output).lines());
+            let _ = lines.map_while(Result::ok).try_for_each(|line| sender.send(line));
+        });
+        let errors: Arc<Mutex<VecDeque<String>>> = Arc::default();
+        let (kept, stream) = (Arc::clone(&errors), child.stderr.take());
+        let error_reader = thread::spawn(move || {
+            let lines = stream.into_iter().flat_map(|stream| BufReader::new(stream).lines());
+            for line in lines.map_while(Result::ok) {
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                if kept.len() == KEPT_LINES {
+                    kept.pop_front();
+                }
+                kept.push_back(line);
+            }
+        });
+        Ok(Self {
+            input: child.stdin.take(),
+            child,
+            answers,
+            errors,
+            error_reader: Some(error_reader),
+        })
+    }
+
+    /// Requests a drive, and waits for its result.
+    fn drive(&mut self, drive: usize, limit: Duration) -> Result<String, RecvTimeoutError> {
+        // If the process is dead already, its answer is missing.
+        if let Some(input) = &mut self.input {
+            let _ = writeln!(input, "{drive}");
+        }
+        self.answers.recv_timeout(limit)
+    }
+
+    fn kill(&mut self) {
+        // It may have died meanwhile.
+        let _ = self.child.kill();
+    }
+
+    /// Waits for the process, which is dead or dying, and returns the last line of its standard error.
+    fn end(&mut self) -> io::Result<(ExitStatus, Option<String>)> {
+        let status = self.child.wait()?;
+        if let Some(reader) = self.error_reader.take() {
+            let _ = reader.join();
+        }
+        let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = errors.iter().rev().find(|line| !line.trim().is_empty());
+        Ok((status, last.cloned()))
+    }
+}
+
+impl Drop for Worker {
+    /// The end of its input ends the process; the drive that it may still run is of no use.
+    fn drop(&mut self) {
+        self.input = None;
+        self.kill();
+        let _ = self.child.wait();
+    }
+}

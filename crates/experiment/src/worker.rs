@@ -1,0 +1,105 @@
+//! The process of a job: it runs the drives whose numbers it reads, one line each, and answers each with the line of its
+//! result. It ends at the end of its input.
+
+use std::fs::File;
+use std::io::{self, BufRead, Write};
+use std::path::{Path, PathBuf};
+
+use jde_host::Options;
+use jde_isolation::Program;
+use rustix::process::{Resource, Rlimit, setrlimit};
+
+use crate::applications::Applications;
+use crate::drive::{PreparedDrive, unjudged};
+use crate::experiment::Experiment;
+use crate::file;
+use crate::result::{DriveResult, Outcome};
+use crate::folder::fingerprint;
+
+/// What a job's process is started with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WorkerArguments {
+    /// The experiment's file.
+    pub file: PathBuf,
+    /// The fingerprint of the experiment that the parent checked.
+    pub fingerprint: String,
+    /// The most memory of the process, bytes.
+    pub memory: u64,
+}
+
+impl WorkerArguments {
+    /// Returns the arguments in their order.
+    #[must_use]
+    pub fn to_vec(&self) -> Vec<String> {
+        vec![
+            self.file.display().to_string(),
+            self.fingerprint.clone(),
+            self.memory.to_string(),
+        ]
+    }
+
+    /// Reads the arguments; `None` if they are not those of [`Self::to_vec`].
+    pub fn read(mut arguments: impl Iterator<Item = String>) -> Option<Self> {
+        Some(Self {
+            file: arguments.next()?.into(),
+            fingerprint: arguments.next()?,
+            memory: arguments.next()?.parse().ok()?,
+        })
+    }
+}
+
+/// Serves drives until the input ends. `isolation_program` runs schemas that need processes of their own.
+///
+/// # Errors
+/// The experiment cannot be read any more, or has changed; the parent is gone.
+pub fn serve(arguments: &WorkerArguments, isolation_program: &Program) -> Result<(), String> {
+    let mut output = take_output().map_err(|error| format!("no output: {error}"))?;
+    limit_memory(arguments.memory).map_err(|error| format!("the memory cannot be limited: {error}"))?;
+    let (experiment, mut applications) = read(&arguments.file)?;
+    if fingerprint(&experiment, &mut applications).map_err(|error| error.to_string())? != arguments.fingerprint {
+        return Err(String::from("the experiment, its application, a world or a plugin has changed since the start"));
+    }
+    for line in io::stdin().lock().lines() {
+        let line = line.map_err(|error| error.to_string())?;
+        let drive = line.parse().map_err(|_| format!("`{line}` is no drive"))?;
+        let result = run(&experiment, drive, &mut applications, isolation_program);
+        writeln!(output, "{}", result.to_line(&experiment.columns)).map_err(|error| error.to_string())?;
+    }
+    Ok(())
+}
+
+fn read(file: &Path) -> Result<(Experiment, Applications), String> {
+    file::read(file, |application| Applications::new(application, None)).map_err(|faults| faults.to_string())
+}
+
+/// Runs a drive; one that cannot begin is a result too.
+fn run(
+    experiment: &Experiment,
+    drive: usize,
+    applications: &mut Applications,
+    isolation_program: &Program,
+) -> DriveResult {
+    let options = Options {
+        isolation_program: Some(isolation_program.clone()),
+        ..Options::default()
+    };
+    PreparedDrive::new(experiment, drive, applications)
+        .map_err(|faults| faults.list()[0].to_string())
+        .and_then(|prepared| prepared.run(experiment, options).map_err(|error| error.to_string()))
+        .unwrap_or_else(|why| unjudged(experiment, drive, Outcome::Broken, why))
+}
+
+/// Takes standard output for the results. What plugins print goes to standard error.
+fn take_output() -> io::Result<File> {
+    let output = rustix::io::dup(rustix::stdio::stdout())?;
+    rustix::stdio::dup2_stdout(rustix::stdio::stderr())?;
+    Ok(output.into())
+}
+
+fn limit_memory(bytes: u64) -> io::Result<()> {
+    let limit = Rlimit {
+        current: Some(bytes),
+        maximum: Some(bytes),
+    };
+    setrlimit(Resource::Data, limit).map_err(io::Error::from)
+}
