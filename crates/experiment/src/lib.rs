@@ -3,3 +3,4 @@
 //! The crate runs drives and computes results. It prints nothing.
 
 pub mod result;
+pub mod statistics;
