@@ -2,5 +2,6 @@
 //!
 //! The crate runs drives and computes results. It prints nothing.
 
+pub mod comparison;
 pub mod result;
 pub mod statistics;
