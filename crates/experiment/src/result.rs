@@ -76,6 +76,10 @@ pub struct Failure {
     /// The robot's positions until then, at most 200.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub path: Vec<[f64; 2]>,
+    /// The winners along the path: each with the place of the first point at which it won, `None` for nobody.
+    /// Empty if they are not known.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub winners: Vec<(usize, Option<String>)>,
     /// The last selections before it, the newest last, each as a line of text.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub selections: Vec<String>,
@@ -210,6 +214,7 @@ mod tests {
                 at: 12.3,
                 pose: Some([1.0, 2.0, 0.1]),
                 path: vec![[0.0, 0.0], [1.0, 2.0]],
+                winners: vec![(0, Some("goon".into())), (1, None)],
                 selections: vec!["12.000 s example/base: vff".into()],
             }),
         };
