@@ -48,13 +48,43 @@ struct BoundVariable {
 
 impl Expression {
     /// Parses and checks an expression.
-    pub fn condition(text:&str,names:&Names)->Result<Self,super::BadCondition>{Self::new(text,names)}
-    pub fn text(&self)->&str{&self.text}
-    pub fn set(&mut self, i:usize, v:Option<&[u8]>){ let b=&mut self.variables[i]; b.has_value=v.is_some(); if let Some(v)=v { b.value.clear(); b.value.extend_from_slice(v);} }
-    pub fn value(&self)->Option<f64>{ let mut context = Context::with_env(Arc::clone(&LANGUAGE));
-        for bound in &self.variables { if !bound.has_value { return None; } context.add_variable_as_val(bound.alias.as_str(), view::of(&bound.value_type, &bound.value)); }
-        match self.program.execute(&context) { Ok(Value::Bool(b))=>Some(f64::from(u8::from(b))), Ok(Value::Float(f))=>Some(f), Ok(Value::Int(i))=>Some(i as f64), Ok(Value::UInt(i))=>Some(i as f64), _=>None } }
-    pub fn new(text: &str, names: &Names) -> Result<Self, super::BadCondition> { Self::parse(text,names).map_err(|(column,reason)| super::BadCondition{condition:text.into(),column,reason}) }
+    pub fn condition(text: &str, names: &Names) -> Result<Self, super::BadCondition> {
+        Self::new(text, names)
+    }
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+    pub fn set(&mut self, i: usize, v: Option<&[u8]>) {
+        let b = &mut self.variables[i];
+        b.has_value = v.is_some();
+        if let Some(v) = v {
+            b.value.clear();
+            b.value.extend_from_slice(v);
+        }
+    }
+    pub fn value(&self) -> Option<f64> {
+        let mut context = Context::with_env(Arc::clone(&LANGUAGE));
+        for bound in &self.variables {
+            if !bound.has_value {
+                return None;
+            }
+            context.add_variable_as_val(bound.alias.as_str(), view::of(&bound.value_type, &bound.value));
+        }
+        match self.program.execute(&context) {
+            Ok(Value::Bool(b)) => Some(f64::from(u8::from(b))),
+            Ok(Value::Float(f)) => Some(f),
+            Ok(Value::Int(i)) => Some(i as f64),
+            Ok(Value::UInt(i)) => Some(i as f64),
+            _ => None,
+        }
+    }
+    pub fn new(text: &str, names: &Names) -> Result<Self, super::BadCondition> {
+        Self::parse(text, names).map_err(|(column, reason)| super::BadCondition {
+            condition: text.into(),
+            column,
+            reason,
+        })
+    }
     pub fn parse(text: &str, names: &Names) -> Result<Self, Mistake> {
         check_limits(text)?;
         let (source, renamed) = rename_variables(text, names);

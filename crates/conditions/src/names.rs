@@ -37,8 +37,12 @@ impl Names {
             }
             variables.insert(format!("{}.period", instance.name), Arc::clone(&period));
         }
-        for n in ["time","clearance","collisions"] { variables.insert(n.into(), Arc::new(f64::describe())); }
-        for i in &application.instances { variables.insert(format!("{}.won", i.name), Arc::new(jde_types::Flag::describe())); }
+        for n in ["time", "clearance", "collisions"] {
+            variables.insert(n.into(), Arc::new(f64::describe()));
+        }
+        for i in &application.instances {
+            variables.insert(format!("{}.won", i.name), Arc::new(jde_types::Flag::describe()));
+        }
         for remote in &application.remotes {
             variables.insert(remote.local.clone(), Arc::clone(&remote.value_type));
         }

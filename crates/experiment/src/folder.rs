@@ -108,9 +108,15 @@ impl ResultsFolder {
         let state_file = path.join(STATE);
         fs::write(&state_file, text + "\n").map_err(file_error(&state_file))?;
         // A torn last line is left out.
-        let text: String = kept.iter().map(|result| result.to_line(&experiment.columns) + "\n").collect();
+        let text: String = kept
+            .iter()
+            .map(|result| result.to_line(&experiment.columns) + "\n")
+            .collect();
         fs::write(&results, text).map_err(file_error(&results))?;
-        let lines = File::options().append(true).open(&results).map_err(file_error(&results))?;
+        let lines = File::options()
+            .append(true)
+            .open(&results)
+            .map_err(file_error(&results))?;
         let path = path.to_owned();
         Ok((Self { path, lines }, kept))
     }
@@ -160,7 +166,9 @@ impl FolderState {
                 error: io::Error::other(error),
                 path,
             }),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Err(FolderError::Empty(folder.to_owned())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                Err(FolderError::Empty(folder.to_owned()))
+            }
             Err(error) => Err(FolderError::File { path, error }),
         }
     }
@@ -209,7 +217,12 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
         let application = applications
             .load(&experiment.set, variant)
             .map_err(|faults| io::Error::other(faults.to_string()))?;
-        files.extend(application.plugins.iter().filter_map(|plugin| plugins.file_of(plugin)));
+        files.extend(
+            application
+                .plugins
+                .iter()
+                .filter_map(|plugin| plugins.file_of(plugin)),
+        );
         for instance in &application.instances {
             let modulations = instance.schema.ports.iter().zip(&instance.bindings);
             files.extend(modulations.filter_map(|(port, binding)| named_file(port, binding)));
@@ -220,7 +233,11 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
             continue;
         };
         let values = choices.iter().flat_map(|choice| &choice.overrides);
-        let paths = values.filter_map(|set| serde_json::from_str::<PathBuf>(&set.value).ok().map(|path| set.folder.join(path)));
+        let paths = values.filter_map(|set| {
+            serde_json::from_str::<PathBuf>(&set.value)
+                .ok()
+                .map(|path| set.folder.join(path))
+        });
         files.extend(paths.filter(|path| path.is_file()));
     }
     let mut digest = Sha256::new();
@@ -228,7 +245,11 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
     for file in files {
         digest.update(Sha256::digest(fs::read(&file)?));
     }
-    let hex = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    let hex = digest
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
     Ok(hex)
 }
 
@@ -240,7 +261,9 @@ fn named_file(port: &jde_abi::describe::Port, binding: &jde_app::Binding) -> Opt
     if !matches!(port.role, Role::Modulation { .. }) || !jde_app::is_path(&port.unit) {
         return None;
     }
-    let jde_board::value::Value::Text(path) = jde_board::value::decode(&port.value_type, initial).into_only_field() else {
+    let jde_board::value::Value::Text(path) =
+        jde_board::value::decode(&port.value_type, initial).into_only_field()
+    else {
         return None;
     };
     Some(PathBuf::from(path)).filter(|path| path.is_file())

@@ -45,7 +45,9 @@ pub fn run(
     let waiting = Mutex::new(drives.iter().copied().collect::<VecDeque<_>>());
     let next = || {
         let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
-        waiting.pop_front().filter(|_| !options.stop.load(Ordering::Relaxed))
+        waiting
+            .pop_front()
+            .filter(|_| !options.stop.load(Ordering::Relaxed))
     };
     thread::scope(|scope| {
         let (sender, results) = mpsc::channel();
@@ -96,7 +98,10 @@ fn run_drive(
         Err(RecvTimeoutError::Timeout) => {
             running.kill();
             let seconds = options.limit.as_secs_f64();
-            failed(Outcome::Hung, format!("it took longer than {seconds} s of the machine"))
+            failed(
+                Outcome::Hung,
+                format!("it took longer than {seconds} s of the machine"),
+            )
         }
         Err(RecvTimeoutError::Disconnected) => {
             let (status, last) = running.end()?;
@@ -157,13 +162,17 @@ impl Worker {
         let (sender, answers) = mpsc::channel();
         let output = child.stdout.take();
         thread::spawn(move || {
-            let lines = output.into_iter().flat_map(|output| BufReader::new(output).lines());
+            let lines = output
+                .into_iter()
+                .flat_map(|output| BufReader::new(output).lines());
             let _ = lines.map_while(Result::ok).try_for_each(|line| sender.send(line));
         });
         let errors: Arc<Mutex<VecDeque<String>>> = Arc::default();
         let (kept, stream) = (Arc::clone(&errors), child.stderr.take());
         let error_reader = thread::spawn(move || {
-            let lines = stream.into_iter().flat_map(|stream| BufReader::new(stream).lines());
+            let lines = stream
+                .into_iter()
+                .flat_map(|stream| BufReader::new(stream).lines());
             for line in lines.map_while(Result::ok) {
                 let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
                 if kept.len() == KEPT_LINES {

@@ -13,8 +13,8 @@ use crate::applications::Applications;
 use crate::drive::{PreparedDrive, unjudged};
 use crate::experiment::Experiment;
 use crate::file;
-use crate::result::{DriveResult, Outcome};
 use crate::folder::fingerprint;
+use crate::result::{DriveResult, Outcome};
 
 /// What a job's process is started with.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,8 +56,12 @@ pub fn serve(arguments: &WorkerArguments, isolation_program: &Program) -> Result
     let mut output = take_output().map_err(|error| format!("no output: {error}"))?;
     limit_memory(arguments.memory).map_err(|error| format!("the memory cannot be limited: {error}"))?;
     let (experiment, mut applications) = read(&arguments.file)?;
-    if fingerprint(&experiment, &mut applications).map_err(|error| error.to_string())? != arguments.fingerprint {
-        return Err(String::from("the experiment, its application, a world or a plugin has changed since the start"));
+    if fingerprint(&experiment, &mut applications).map_err(|error| error.to_string())?
+        != arguments.fingerprint
+    {
+        return Err(String::from(
+            "the experiment, its application, a world or a plugin has changed since the start",
+        ));
     }
     for line in io::stdin().lock().lines() {
         let line = line.map_err(|error| error.to_string())?;
@@ -85,7 +89,11 @@ fn run(
     };
     PreparedDrive::new(experiment, drive, applications)
         .map_err(|faults| faults.list()[0].to_string())
-        .and_then(|prepared| prepared.run(experiment, options).map_err(|error| error.to_string()))
+        .and_then(|prepared| {
+            prepared
+                .run(experiment, options)
+                .map_err(|error| error.to_string())
+        })
         .unwrap_or_else(|why| unjudged(experiment, drive, Outcome::Broken, why))
 }
 

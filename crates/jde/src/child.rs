@@ -14,6 +14,20 @@ const SCHEMA: &str = "--serve-schema";
 /// The argument that inspects plugins.
 const INSPECTOR: &str = "--serve-inspections";
 
+/// The argument that runs the drives of an experiment.
+#[cfg(feature = "tools")]
+const DRIVES: &str = "--serve-drives";
+
+/// The command that runs drives of an experiment.
+#[cfg(feature = "tools")]
+pub(crate) fn drives(arguments: &jde_experiment::worker::WorkerArguments) -> Program {
+    let mut program = own_program(DRIVES);
+    program
+        .arguments
+        .extend(arguments.to_vec().into_iter().map(Into::into));
+    program
+}
+
 /// The command that runs a schema in a process of its own.
 pub(crate) fn program() -> Program {
     own_program(SCHEMA)
@@ -34,6 +48,10 @@ fn own_program(argument: &str) -> Program {
 
 /// Whether the first argument requests a child process.
 pub(crate) fn is_child(argument: &OsStr) -> bool {
+    #[cfg(feature = "tools")]
+    if argument == DRIVES {
+        return true;
+    }
     argument == SCHEMA || argument == INSPECTOR
 }
 
@@ -45,9 +63,25 @@ pub(crate) fn main() -> Option<ExitCode> {
     } else if argument == INSPECTOR {
         serve_inspections()
     } else {
+        #[cfg(feature = "tools")]
+        if argument == DRIVES {
+            return Some(report(serve_drives()));
+        }
         return None;
     };
-    Some(match result {
+    Some(report(result))
+}
+
+#[cfg(feature = "tools")]
+fn serve_drives() -> Result<(), String> {
+    use jde_experiment::worker::{WorkerArguments, serve};
+    let arguments = std::env::args().skip(2);
+    let arguments = WorkerArguments::read(arguments).ok_or("wrong arguments")?;
+    serve(&arguments, &program())
+}
+
+fn report<E: std::fmt::Display>(result: Result<(), E>) -> ExitCode {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // An error of standard error cannot be reported anywhere.
@@ -56,5 +90,5 @@ pub(crate) fn main() -> Option<ExitCode> {
             let _ = terminal::drain();
             ExitCode::from(2)
         }
-    })
+    }
 }

@@ -31,6 +31,15 @@ pub(crate) fn find_application(given: &Path) -> Result<PathBuf, Failure> {
     find(given, "apps", "application")
 }
 
+/// Returns the file of an experiment, given as a file or by name.
+///
+/// # Errors
+/// There is no experiment of this name. The error lists the known names.
+#[cfg(feature = "tools")]
+pub(crate) fn find_experiment(given: &Path) -> Result<PathBuf, Failure> {
+    find(given, "experiments", "experiment")
+}
+
 /// Returns the file of a world, given as a file or by name.
 ///
 /// # Errors

@@ -57,7 +57,16 @@ impl Checker<'_, '_> {
                 LiteralValue::String(_) => Kind::Text,
                 LiteralValue::Bytes(_) | LiteralValue::Null => Kind::Any,
             }),
-            Expr::Ident(name) => { if let Some(k)=self.bound(name) { return Ok(k); } if let Some((_,t))=(self.variable)(name) { self.used.insert(name.clone()); return Ok(Kind::of(t)); } Err(self.unknown(expression.id, "variable", name)) }
+            Expr::Ident(name) => {
+                if let Some(k) = self.bound(name) {
+                    return Ok(k);
+                }
+                if let Some((_, t)) = (self.variable)(name) {
+                    self.used.insert(name.clone());
+                    return Ok(Kind::of(t));
+                }
+                Err(self.unknown(expression.id, "variable", name))
+            }
             Expr::Select(select) => self.select(expression.id, select),
             Expr::Call(call) => {
                 let namespace = call.target.as_ref().and_then(|target| match &target.expr {

@@ -48,7 +48,11 @@ impl PreparedDrive {
     ///
     /// # Errors
     /// The faults of the application with the values of the drive.
-    pub fn new(experiment: &Experiment, drive: usize, applications: &mut Applications) -> Result<Self, Faults> {
+    pub fn new(
+        experiment: &Experiment,
+        drive: usize,
+        applications: &mut Applications,
+    ) -> Result<Self, Faults> {
         let settings = experiment.settings(drive);
         let variant = &experiment.variants[settings.variant];
         let mut application = applications.load(&settings.overrides, variant)?;
@@ -165,7 +169,11 @@ impl<'e> Drive<'e> {
         if self.experiment.mission == Mission::Required {
             properties.push(Some(is_done));
             if !is_done {
-                reasons.push(format!("{} at {:.3} s", mission_reason(&ending), now as f64 / 1e9));
+                reasons.push(format!(
+                    "{} at {:.3} s",
+                    mission_reason(&ending),
+                    now as f64 / 1e9
+                ));
             }
         }
         let mut outcome = match reasons.is_empty() {
@@ -179,7 +187,9 @@ impl<'e> Drive<'e> {
         let is_success = outcome == Outcome::Passed;
         let motions = self.values.motions();
         let measures = self.meters.into_iter();
-        let measures = measures.map(|meter| meter.finish(now, is_success, &motions)).collect();
+        let measures = measures
+            .map(|meter| meter.finish(now, is_success, &motions))
+            .collect();
         DriveResult {
             drive,
             axes: settings.labels,
@@ -196,7 +206,10 @@ impl<'e> Drive<'e> {
     fn run(&mut self) -> Ending {
         loop {
             let next = self.lockstep.next_instant().unwrap_or(Nanos::MAX);
-            let next = self.timed_steps().fold(next, Nanos::min).min(self.experiment.limit);
+            let next = self
+                .timed_steps()
+                .fold(next, Nanos::min)
+                .min(self.experiment.limit);
             let outcome = self.lockstep.run_until(next);
             let by_condition = self.look(next);
             if let Some(outcome) = outcome {
@@ -216,10 +229,12 @@ impl<'e> Drive<'e> {
 
     /// Returns the times of the steps that have not happened, ns.
     fn timed_steps(&self) -> impl Iterator<Item = Nanos> {
-        self.steps.iter().filter_map(|step| match self.experiment.steps[*step].when {
-            StepTime::At(time) => Some(time),
-            StepTime::When(_) => None,
-        })
+        self.steps
+            .iter()
+            .filter_map(|step| match self.experiment.steps[*step].when {
+                StepTime::At(time) => Some(time),
+                StepTime::When(_) => None,
+            })
     }
 
     /// Judges and measures an instant, and takes the steps that are due. Returns whether `end` is true.
@@ -241,7 +256,9 @@ impl<'e> Drive<'e> {
             StepTime::When(expression) => is_true(expression),
         };
         let by_condition = self.experiment.end.is_some_and(is_true);
-        let (due, waiting) = std::mem::take(&mut self.steps).into_iter().partition::<Vec<_>, _>(due);
+        let (due, waiting) = std::mem::take(&mut self.steps)
+            .into_iter()
+            .partition::<Vec<_>, _>(due);
         self.steps = waiting;
         self.situation.add_pose(now, self.values.pose());
         self.record_violations();
@@ -256,7 +273,12 @@ impl<'e> Drive<'e> {
 
     /// Keeps the situation of the first violation.
     fn record_violations(&mut self) {
-        let first = self.monitors.iter().filter_map(Monitor::violation).map(|(at, _)| at).min();
+        let first = self
+            .monitors
+            .iter()
+            .filter_map(Monitor::violation)
+            .map(|(at, _)| at)
+            .min();
         if let Some(at) = first {
             self.situation.keep(at);
         }

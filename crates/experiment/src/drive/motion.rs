@@ -183,7 +183,11 @@ mod tests {
             let measure = MotionMeasure::Barn { speed: 2.0, length };
             motion.measure(measure, seconds * SECOND, true)
         };
-        assert_eq!(barn(None, 1), Some(0.5), "no drive is better than twice the optimal time");
+        assert_eq!(
+            barn(None, 1),
+            Some(0.5),
+            "no drive is better than twice the optimal time"
+        );
         assert_eq!(barn(None, 8), Some(0.25));
         assert_eq!(barn(None, 100), Some(0.125));
         assert_eq!(barn(Some(8.0), 16), Some(0.25));
@@ -206,7 +210,13 @@ mod tests {
         let mut motion = Motion::default();
         for (second, speed) in [0.0, 1.0, 1.0, 1.0].into_iter().enumerate() {
             let twist = Twist::planar(speed, 0.0);
-            motion.observe(second as Nanos * SECOND, &Truth { twist, ..Truth::default() });
+            motion.observe(
+                second as Nanos * SECOND,
+                &Truth {
+                    twist,
+                    ..Truth::default()
+                },
+            );
         }
         // Accelerations 1, 0, 0: jerks -1 and 0.
         let smoothness = motion.measure(MotionMeasure::Smoothness, 3 * SECOND, true);

@@ -76,7 +76,9 @@ impl Monitor {
 
     /// Takes the values of all expressions at an instant. Instants come in order.
     pub fn observe(&mut self, now: Nanos, values: &[Option<f64>]) {
-        if now < self.property.from || matches!(self.state, MonitorState::Holds | MonitorState::Violated { .. }) {
+        if now < self.property.from
+            || matches!(self.state, MonitorState::Holds | MonitorState::Violated { .. })
+        {
             return;
         }
         let is_true = |expression: usize| values[expression].is_some_and(|value| value != 0.0);
@@ -90,7 +92,9 @@ impl Monitor {
             PropertyKind::Never(expression) if is_true(expression) => self.violate(now, "is true"),
             PropertyKind::Eventually(expression) if is_true(expression) => self.state = MonitorState::Holds,
             PropertyKind::Never(_) | PropertyKind::Eventually(_) => {}
-            PropertyKind::Within { time, of, holds } => self.observe_within(now, time, is_true(of), is_true(holds)),
+            PropertyKind::Within { time, of, holds } => {
+                self.observe_within(now, time, is_true(of), is_true(holds))
+            }
             PropertyKind::Until { until, .. } if is_true(until) => self.state = MonitorState::Holds,
             PropertyKind::Until { holds, .. } => {
                 if !is_true(holds) {
@@ -174,7 +178,10 @@ mod tests {
     /// `-` is no value, `0` and `1` are values; one row for each expression.
     fn rows(a: &str, b: &str) -> Vec<[Option<f64>; 2]> {
         let value = |letter: char| letter.to_digit(10).map(f64::from);
-        a.chars().zip(b.chars()).map(|(a, b)| [value(a), value(b)]).collect()
+        a.chars()
+            .zip(b.chars())
+            .map(|(a, b)| [value(a), value(b)])
+            .collect()
     }
 
     #[test]
@@ -193,14 +200,23 @@ mod tests {
             let eventually = violated(PropertyKind::Eventually(0), 0, &rows(row, row));
             assert_eq!(never.is_none(), eventually.is_some(), "{row}");
         }
-        assert_eq!(violated(PropertyKind::Never(0), 0, &rows("0100", "0000")), Some(1));
-        assert_eq!(violated(PropertyKind::Eventually(0), 0, &rows("000", "000")), Some(3));
+        assert_eq!(
+            violated(PropertyKind::Never(0), 0, &rows("0100", "0000")),
+            Some(1)
+        );
+        assert_eq!(
+            violated(PropertyKind::Eventually(0), 0, &rows("000", "000")),
+            Some(3)
+        );
     }
 
     #[test]
     fn nothing_counts_before_from() {
         assert_eq!(violated(PropertyKind::Never(0), 2, &rows("1100", "0000")), None);
-        assert_eq!(violated(PropertyKind::Never(0), 2, &rows("1110", "0000")), Some(2));
+        assert_eq!(
+            violated(PropertyKind::Never(0), 2, &rows("1110", "0000")),
+            Some(2)
+        );
     }
 
     #[test]
@@ -217,14 +233,20 @@ mod tests {
         assert_eq!(within("0100000", "0100000"), None, "at the same instant");
         assert_eq!(within("0100000", "0001000"), None, "at the last moment");
         assert_eq!(within("0100000", "0000100"), Some(3), "too late");
-        assert_eq!(within("0101000", "0010000"), Some(5), "each rise has an effect of its own");
+        assert_eq!(
+            within("0101000", "0010000"),
+            Some(5),
+            "each rise has an effect of its own"
+        );
         assert_eq!(within("0111111", "0010000"), None, "no new rise");
         assert_eq!(within("000001", "000000"), None, "not due before the end");
     }
 
     #[test]
     fn until_demands_the_obligation_before_and_the_end_of_it() {
-        let until = |until: &str, holds: &str| violated(PropertyKind::Until { until: 0, holds: 1 }, 0, &rows(until, holds));
+        let until = |until: &str, holds: &str| {
+            violated(PropertyKind::Until { until: 0, holds: 1 }, 0, &rows(until, holds))
+        };
         assert_eq!(until("0010", "1100"), None);
         assert_eq!(until("0010", "1000"), Some(1));
         assert_eq!(until("0000", "1111"), Some(4), "the end never came");

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use jde_app::Application;
-use jde_core::{Nanos, Record, SchemaId};
+use jde_core::{Nanos, Record, SchemaId, State};
 use jde_records::event::Event;
 
 use crate::result::Failure;
@@ -20,7 +20,12 @@ pub(super) struct Situation {
     schemas: Vec<String>,
     groups: Vec<String>,
     selections: VecDeque<Record>,
-    path: Vec<[f64; 2]>,
+    /// Whether each schema is a motor schema without motor children.
+    can_act: Vec<bool>,
+    /// The schema that acts.
+    acting: Option<usize>,
+    /// Positions, and who acted.
+    path: Vec<([f64; 2], Option<usize>)>,
     next_position: Nanos,
     pose: Option<[f64; 3]>,
     /// The situation when the first property failed.
@@ -35,6 +40,12 @@ impl Situation {
             schemas: instances.map(|instance| instance.name.clone()).collect(),
             groups: groups.map(|group| group.name.clone()).collect(),
             selections: VecDeque::with_capacity(MAX_SELECTIONS),
+            can_act: application
+                .instances
+                .iter()
+                .map(|instance| instance.group.is_some() && instance.child_groups.iter().all(Option::is_none))
+                .collect(),
+            acting: None,
             path: Vec::new(),
             next_position: 0,
             pose: None,
@@ -42,16 +53,23 @@ impl Situation {
         }
     }
 
-    /// Keeps a selection that changed the winner.
+    /// Keeps a selection that changed the winner, and who acts.
     pub(super) fn add_event(&mut self, event: Event) {
-        if let Event::Decided(record) = event
-            && record.changed
-            && self.kept.is_none()
-        {
-            if self.selections.len() == MAX_SELECTIONS {
-                self.selections.pop_front();
+        match event {
+            Event::Decided(record) if record.changed && self.kept.is_none() => {
+                if self.selections.len() == MAX_SELECTIONS {
+                    self.selections.pop_front();
+                }
+                self.selections.push_back(record);
             }
-            self.selections.push_back(record);
+            Event::StateChanged { schema, to, .. } if self.can_act[schema] => {
+                if to == State::Winner {
+                    self.acting = Some(schema);
+                } else if self.acting == Some(schema) {
+                    self.acting = None;
+                }
+            }
+            _ => {}
         }
     }
 
@@ -62,7 +80,7 @@ impl Situation {
             && now >= self.next_position
         {
             self.next_position = now + INTERVAL;
-            self.path.push([x, y]);
+            self.path.push(([x, y], self.acting));
         }
     }
 
@@ -82,12 +100,21 @@ impl Situation {
     fn failure(&self, at: Nanos) -> Failure {
         let step = self.path.len().div_ceil(MAX_POSITIONS).max(1);
         // Counted from the end, so that the place of the failure is among them.
-        let mut path: Vec<_> = self.path.iter().rev().step_by(step).map(|at| at.map(round)).collect();
+        let mut path: Vec<_> = self.path.iter().rev().step_by(step).collect();
         path.reverse();
+        let mut winners: Vec<(usize, Option<String>)> = Vec::new();
+        let mut before = None;
+        for (place, (_, acting)) in path.iter().enumerate() {
+            if before != Some(*acting) {
+                before = Some(*acting);
+                winners.push((place, acting.map(|schema| self.schemas[schema].clone())));
+            }
+        }
         Failure {
             at: at as f64 / 1e9,
             pose: self.pose.map(|pose| pose.map(round)),
-            path,
+            path: path.into_iter().map(|(at, _)| at.map(round)).collect(),
+            winners,
             selections: self.selections.iter().map(|record| self.line(record)).collect(),
         }
     }

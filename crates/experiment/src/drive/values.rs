@@ -64,7 +64,8 @@ fn exports<T: Value>(application: &Application) -> impl Iterator<Item = (&str, S
     let type_name = T::describe().name;
     application.instances.iter().filter_map(move |instance| {
         let mut ports = instance.schema.ports.iter();
-        let port = ports.find(|port| matches!(port.role, Role::Export) && port.value_type.name == type_name)?;
+        let port =
+            ports.find(|port| matches!(port.role, Role::Export) && port.value_type.name == type_name)?;
         Some((instance.name.as_str(), format!("{}.{}", instance.name, port.name)))
     })
 }
@@ -106,7 +107,10 @@ impl DriveValues {
                     Some(_) => &mut variables,
                     None => &mut signal_users,
                 };
-                users.entry(name.to_owned()).or_default().push((expression, place));
+                users
+                    .entry(name.to_owned())
+                    .or_default()
+                    .push((expression, place));
             }
         }
         let variables = variables.into_iter().filter_map(|(name, users)| {
@@ -125,7 +129,10 @@ impl DriveValues {
         });
         let mission = application.mission.and_then(|(instance, port)| {
             let instance = &application.instances[instance];
-            Source::open(handle, &format!("{}.{}", instance.name, instance.schema.ports[port].name))
+            Source::open(
+                handle,
+                &format!("{}.{}", instance.name, instance.schema.ports[port].name),
+            )
         });
         Self {
             is_stale: vec![true; expressions.len()],
@@ -190,7 +197,11 @@ impl DriveValues {
                     robot.pose = Some([truth.pose.x, truth.pose.y, truth.pose.theta]);
                 }
             }
-            if let Some(battery) = robot.battery.as_mut().and_then(Source::changed_value::<BatteryState>) {
+            if let Some(battery) = robot
+                .battery
+                .as_mut()
+                .and_then(Source::changed_value::<BatteryState>)
+            {
                 let power = f64::from(battery.voltage) * f64::from(battery.current);
                 robot.motion.observe_power(now, power);
             }

@@ -42,7 +42,8 @@ pub(super) fn read_set(report: &mut FaultReport, root: &Section, text: &str, fol
 
 fn set_values(report: &mut FaultReport, section: &Section, text: &str, folder: &Path) -> Vec<SetValue> {
     let entries = section.entries();
-    let set = entries.filter_map(|(name, node)| set_value(report, &name, source(text, node), node.span(), folder));
+    let set =
+        entries.filter_map(|(name, node)| set_value(report, &name, source(text, node), node.span(), folder));
     set.collect()
 }
 
@@ -56,7 +57,10 @@ pub(super) fn set_value(
 ) -> Option<SetValue> {
     let Some((schema, variable)) = name.text.split_once('.') else {
         report
-            .fault(&name.span, format!("{} names no variable of a schema", quote(name.text)))
+            .fault(
+                &name.span,
+                format!("{} names no variable of a schema", quote(name.text)),
+            )
             .advise("write schema and variable in quotes, such as \"goon.fast\"");
         return None;
     };
@@ -87,7 +91,10 @@ pub(super) fn read_variants(report: &mut FaultReport, root: &Section, folder: &P
             let path = folder.join(file.text);
             if !path.is_file() {
                 report
-                    .fault(&file.span, format!("there is no file {}", quote(&path.display().to_string())))
+                    .fault(
+                        &file.span,
+                        format!("there is no file {}", quote(&path.display().to_string())),
+                    )
                     .advise("build the plugin, or correct the path, which is relative to this file");
             }
             plugins.push((plugin.text.to_owned(), path));
@@ -137,7 +144,8 @@ pub(super) fn read(
                     let values = list(report, &sets.key(name.text), node);
                     let folder = folder(subject.file);
                     axes.push(choices(name.text, values, |value| {
-                        let set = set_value(report, &name, source(subject.text, value), value.span(), folder)?;
+                        let set =
+                            set_value(report, &name, source(subject.text, value), value.span(), folder)?;
                         Some(Choice {
                             label: label(subject.text, value),
                             seed: None,
@@ -195,7 +203,10 @@ fn seeds(report: &mut FaultReport, node: &Node) -> Option<DraftAxis> {
     let seeds: Vec<u64> = if let Some(range) = node.get_ref().as_str() {
         let ends = range.split_once("..").and_then(|(first, last)| {
             let last = last.strip_prefix('=').unwrap_or(last);
-            Some((first.trim().parse::<u64>().ok()?, last.trim().parse::<u64>().ok()?))
+            Some((
+                first.trim().parse::<u64>().ok()?,
+                last.trim().parse::<u64>().ok()?,
+            ))
         });
         match ends {
             Some((first, last)) if first <= last && last - first < Experiment::MAX_DRIVES as u64 => {
@@ -243,7 +254,12 @@ fn list<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Vec<&'a
             Vec::new()
         }
         None => {
-            report_wrong_shape(report, what, "a list of values, one for each drive of the axis", node);
+            report_wrong_shape(
+                report,
+                what,
+                "a list of values, one for each drive of the axis",
+                node,
+            );
             Vec::new()
         }
     }
@@ -254,7 +270,9 @@ fn choices<'a>(
     values: Vec<&'a Node<'a>>,
     mut choice: impl FnMut(&'a Node<'a>) -> Option<Choice>,
 ) -> DraftAxis {
-    let read = values.iter().filter_map(|value| Some((choice(value)?, value.span())));
+    let read = values
+        .iter()
+        .filter_map(|value| Some((choice(value)?, value.span())));
     let (choices, spans) = read.unzip();
     DraftAxis {
         axis: Axis {
@@ -270,7 +288,10 @@ fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
     let written = text(report, "each of `worlds`", node)?;
     let path = folder(subject.file).join(written.text);
     if !path.is_file() {
-        report.fault(&node.span(), format!("there is no file {}", quote(&path.display().to_string())));
+        report.fault(
+            &node.span(),
+            format!("there is no file {}", quote(&path.display().to_string())),
+        );
         return None;
     }
     let robots: Vec<_> = with_modulation(subject.application, WORLD).collect();
@@ -344,12 +365,24 @@ fn cases(
     variants: &[Variant],
 ) -> Option<DraftAxis> {
     let node = root.get("cases")?;
-    let list = expect(report, "`cases`", "a list of tables", node, node.get_ref().as_array())?;
+    let list = expect(
+        report,
+        "`cases`",
+        "a list of tables",
+        node,
+        node.get_ref().as_array(),
+    )?;
     let mut names = BTreeSet::new();
     let mut choices = Vec::new();
     let mut spans = Vec::new();
     for node in list.iter() {
-        let Some(entries) = expect(report, "each of `cases`", "a table", node, node.get_ref().as_table()) else {
+        let Some(entries) = expect(
+            report,
+            "each of `cases`",
+            "a table",
+            node,
+            node.get_ref().as_table(),
+        ) else {
             continue;
         };
         let section = Section::new("this case", node.span(), entries);
@@ -385,7 +418,10 @@ fn case(
         return None;
     };
     if !names.insert(name.text.to_owned()) {
-        report.fault(&name.span, format!("there is a case {} already", quote(name.text)));
+        report.fault(
+            &name.span,
+            format!("there is a case {} already", quote(name.text)),
+        );
     }
     let mut choice = Choice {
         label: name.text.into(),
@@ -408,7 +444,11 @@ fn case(
         if choice.variant.is_none() {
             report
                 .fault(&name.span, format!("no variant is called {}", quote(name.text)))
-                .suggest(name.text, "variants", variants.iter().map(|variant| variant.name.as_str()));
+                .suggest(
+                    name.text,
+                    "variants",
+                    variants.iter().map(|variant| variant.name.as_str()),
+                );
         }
     }
     Some(choice)

@@ -35,7 +35,12 @@ impl Expressions {
     }
 
     /// Adds an expression that is a number, or true or false. Returns its place.
-    pub(super) fn any(&mut self, report: &mut FaultReport, subject: &Subject<'_>, text: &Text) -> Option<usize> {
+    pub(super) fn any(
+        &mut self,
+        report: &mut FaultReport,
+        subject: &Subject<'_>,
+        text: &Text,
+    ) -> Option<usize> {
         self.add(report, subject, text, Expression::new)
     }
 
@@ -48,7 +53,10 @@ impl Expressions {
     ) -> Option<usize> {
         match parse(text.text, &self.names) {
             Ok(expression) => {
-                let known = self.list.iter().position(|known| known.text() == expression.text());
+                let known = self
+                    .list
+                    .iter()
+                    .position(|known| known.text() == expression.text());
                 Some(known.unwrap_or_else(|| {
                     self.list.push(expression);
                     self.list.len() - 1
@@ -70,7 +78,12 @@ fn position(file: &str, text: &Text, column: usize) -> std::ops::Range<usize> {
     let Some(start) = source.find(text.text) else {
         return span;
     };
-    let before: usize = text.text.chars().take(column.saturating_sub(1)).map(char::len_utf8).sum();
+    let before: usize = text
+        .text
+        .chars()
+        .take(column.saturating_sub(1))
+        .map(char::len_utf8)
+        .sum();
     let at = span.start + start + before;
     at..span.end.max(at)
 }

@@ -34,7 +34,8 @@ pub(super) struct Measures {
 }
 
 /// The forms of a property, for messages.
-const FORMS: &str = "give it `always`, `never` or `eventually`; `within`, `of` and `holds`; or `until` and `holds`";
+const FORMS: &str =
+    "give it `always`, `never` or `eventually`; `within`, `of` and `holds`; or `until` and `holds`";
 /// The speed of the BARN challenge's optimal time, m/s.
 const BARN_SPEED: f64 = 2.0;
 
@@ -99,7 +100,16 @@ fn property(
 ) -> Option<Property> {
     section.refuse_unknown(
         report,
-        &["always", "never", "eventually", "within", "of", "holds", "until", "from"],
+        &[
+            "always",
+            "never",
+            "eventually",
+            "within",
+            "of",
+            "holds",
+            "until",
+            "from",
+        ],
     );
     let from = section
         .get("from")
@@ -108,7 +118,11 @@ fn property(
     let forms = ["always", "never", "eventually", "within", "until"];
     let given: Vec<_> = forms.into_iter().filter(|form| has(form)).collect();
     let [form] = given.as_slice() else {
-        let how = if given.is_empty() { "says nothing" } else { "says several things" };
+        let how = if given.is_empty() {
+            "says nothing"
+        } else {
+            "says several things"
+        };
         report
             .fault(&section.span, format!("{} {how}", section.label))
             .advise(FORMS);
@@ -122,12 +136,17 @@ fn property(
             return None;
         }
         let text = section.text(report, key)?;
-        Some((expressions.condition(report, subject, &text)?, text.text.trim().to_owned()))
+        Some((
+            expressions.condition(report, subject, &text)?,
+            text.text.trim().to_owned(),
+        ))
     };
     let (kind, text) = match *form {
         "always" => condition(report, "always").map(|(place, text)| (PropertyKind::Always(place), text))?,
         "never" => condition(report, "never").map(|(place, text)| (PropertyKind::Never(place), text))?,
-        "eventually" => condition(report, "eventually").map(|(place, text)| (PropertyKind::Eventually(place), text))?,
+        "eventually" => {
+            condition(report, "eventually").map(|(place, text)| (PropertyKind::Eventually(place), text))?
+        }
         "within" => {
             let (of, holds) = (condition(report, "of"), condition(report, "holds"));
             let node = section.get("within")?;
@@ -155,7 +174,8 @@ fn measure(
     subject: &Subject<'_>,
     expressions: &mut Expressions,
 ) -> Option<(Measure, String)> {
-    const EXPECTED: &str = "a ready-made measure such as \"time\", or a reduction such as { min = \"clearance\" }";
+    const EXPECTED: &str =
+        "a ready-made measure such as \"time\", or a reduction such as { min = \"clearance\" }";
     let table = match section.word_or_table(report, name.text, EXPECTED)? {
         WordOrTable::Word(word) => {
             let (measure, unit) = ready(report, &word, subject, 0, None)?;
@@ -178,19 +198,27 @@ fn measure(
         .collect();
     let [(key, reduction)] = given.as_slice() else {
         report
-            .fault(&name.span, format!("measure {} needs one reduction", quote(name.text)))
+            .fault(
+                &name.span,
+                format!("measure {} needs one reduction", quote(name.text)),
+            )
             .advise(format!("write one of {}", keys.join(", ")));
         return None;
     };
     let text = table.text(report, key)?;
     let place = match reduction {
-        Reduction::Count | Reduction::TimeOf | Reduction::Share => expressions.condition(report, subject, &text),
+        Reduction::Count | Reduction::TimeOf | Reduction::Share => {
+            expressions.condition(report, subject, &text)
+        }
         Reduction::Last | Reduction::Min | Reduction::Max | Reduction::Mean | Reduction::Integral => {
             expressions.any(report, subject, &text)
         }
     }?;
     let own = if *reduction == Reduction::TimeOf { "s" } else { "" };
-    Some((Measure::Reduced(*reduction, place), unit.unwrap_or_else(|| own.to_owned())))
+    Some((
+        Measure::Reduced(*reduction, place),
+        unit.unwrap_or_else(|| own.to_owned()),
+    ))
 }
 
 /// Returns the place of the robot that a measure names; of the first if it names none.
@@ -233,16 +261,25 @@ fn ready(
             }
         }
         None => {
-            let known = Motion::READY.into_iter().map(|(name, _)| name).chain(["time", "barn"]);
+            let known = Motion::READY
+                .into_iter()
+                .map(|(name, _)| name)
+                .chain(["time", "barn"]);
             report
-                .fault(&word.span, format!("no ready-made measure is called {}", quote(word.text)))
+                .fault(
+                    &word.span,
+                    format!("no ready-made measure is called {}", quote(word.text)),
+                )
                 .suggest(word.text, "ready-made measures", known);
             return None;
         }
     };
     if robots(subject.application).next().is_none() {
         report
-            .fault(&word.span, format!("{} needs the true state of a robot", quote(word.text)))
+            .fault(
+                &word.span,
+                format!("{} needs the true state of a robot", quote(word.text)),
+            )
             .advise("only a simulated robot exports it");
         return None;
     }

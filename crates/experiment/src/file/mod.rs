@@ -190,7 +190,11 @@ fn load(
             mine.advise(help.clone());
         }
     }
-    if foreign && report.count() == 0 { Err(faults) } else { Ok(None) }
+    if foreign && report.count() == 0 {
+        Err(faults)
+    } else {
+        Ok(None)
+    }
 }
 
 fn stem(file: &Path) -> String {

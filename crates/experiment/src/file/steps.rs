@@ -1,7 +1,7 @@
 //! What happens during a drive.
 
-use jde_app::literal::parse_value;
 use jde_abi::describe::{Port, Role, Schema};
+use jde_app::literal::parse_value;
 use jde_document::section::expect;
 use jde_document::time;
 use jde_document::{FaultReport, Section, Text, quote};
@@ -25,11 +25,23 @@ pub(super) fn read(
     let Some(node) = root.get("steps") else {
         return Vec::new();
     };
-    let Some(list) = expect(report, "`steps`", "a list of tables", node, node.get_ref().as_array()) else {
+    let Some(list) = expect(
+        report,
+        "`steps`",
+        "a list of tables",
+        node,
+        node.get_ref().as_array(),
+    ) else {
         return Vec::new();
     };
     let steps = list.iter().filter_map(|node| {
-        let entries: &DeTable = expect(report, "each of `steps`", "a table", node, node.get_ref().as_table())?;
+        let entries: &DeTable = expect(
+            report,
+            "each of `steps`",
+            "a table",
+            node,
+            node.get_ref().as_table(),
+        )?;
         let section = Section::new("this step", node.span(), entries);
         step(report, &section, subject, expressions)
     });
@@ -53,7 +65,10 @@ fn step(
             None
         }
     };
-    let given: Vec<_> = ACTIONS.into_iter().filter(|key| section.get(key).is_some()).collect();
+    let given: Vec<_> = ACTIONS
+        .into_iter()
+        .filter(|key| section.get(key).is_some())
+        .collect();
     let [key] = given.as_slice() else {
         report
             .fault(&section.span, "this step must do one thing")
@@ -83,7 +98,11 @@ fn step(
 fn schema(report: &mut FaultReport, subject: &Subject<'_>, name: &Text) -> Option<usize> {
     let place = subject.application.instance(name.text);
     if place.is_none() {
-        let known = subject.application.instances.iter().map(|instance| instance.name.as_str());
+        let known = subject
+            .application
+            .instances
+            .iter()
+            .map(|instance| instance.name.as_str());
         report
             .fault(&name.span, format!("no schema is called {}", quote(name.text)))
             .suggest(name.text, "schemas", known);
@@ -98,7 +117,10 @@ fn set(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Op
     for (name, node) in table.entries() {
         let Some((owner, variable)) = name.text.split_once('.') else {
             report
-                .fault(&name.span, format!("{} names no variable of a schema", quote(name.text)))
+                .fault(
+                    &name.span,
+                    format!("{} names no variable of a schema", quote(name.text)),
+                )
                 .advise("write schema and variable in quotes, such as \"goon.fast\"");
             continue;
         };
@@ -118,7 +140,14 @@ fn set(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Op
         let Some(port) = modulations(&instance.schema).find(|port| port.name == variable) else {
             let known = modulations(&instance.schema).map(|port| port.name.as_str());
             report
-                .fault(&name.span, format!("schema {} has no modulation {}", quote(owner.text), quote(variable)))
+                .fault(
+                    &name.span,
+                    format!(
+                        "schema {} has no modulation {}",
+                        quote(owner.text),
+                        quote(variable)
+                    ),
+                )
                 .suggest(variable, "modulations", known);
             continue;
         };

@@ -29,7 +29,10 @@ pub(super) fn moment(report: &mut FaultReport, what: &str, node: &Node) -> Optio
     };
     let nanos = seconds * 1e9;
     if !(0.0..1e18).contains(&nanos) {
-        report.fault(&node.span(), format!("{what} must be 0 or more, and less than 30 years"));
+        report.fault(
+            &node.span(),
+            format!("{what} must be 0 or more, and less than 30 years"),
+        );
         return None;
     }
     Some(nanos.round() as Nanos)

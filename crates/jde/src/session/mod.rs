@@ -40,14 +40,14 @@ use crate::terminal::{self, TextWriter};
 use crate::{summary, top};
 use collector::{Collector, SAMPLE_INTERVAL};
 use digest::DigestWriter;
-use extension::{PreparedExtension, RunContext};
+use extension::PreparedExtension;
 use local_application::LocalApplication;
 use pending_file::PendingFile;
 use progress::ProgressPrinter;
 use watch::PluginWatcher;
 
 pub(crate) use collector::RunData;
-pub(crate) use extension::Extension;
+pub(crate) use extension::{Extension, RunContext};
 #[cfg(feature = "tools")]
 pub(crate) use link::{LinkOptions, link_settings};
 pub(crate) use local_application::robot_view;
@@ -284,7 +284,7 @@ fn treat_loss_as_quit(shown: io::Result<top::ExitReason>) -> io::Result<top::Exi
 }
 
 /// Returns the failure of a start, unwrapped if the link or the recording caused it.
-fn start_failure(error: StartError) -> Failure {
+pub(crate) fn start_failure(error: StartError) -> Failure {
     match error {
         StartError::HookFailed(error) => match error.downcast::<Failure>() {
             Ok(failure) => *failure,

@@ -4,6 +4,7 @@ mod check;
 pub(crate) mod client;
 mod completions;
 mod describe;
+mod experiment;
 mod info;
 mod link;
 mod new;
@@ -29,6 +30,7 @@ pub(super) use link::Link;
 #[derive(Subcommand)]
 pub(super) enum Tool {
     Run(run::Run),
+    Experiment(experiment::ExperimentVerb),
     Replay(replay::Replay),
     Info(info::Info),
     Plot(plot::Plot),
@@ -51,6 +53,7 @@ impl Tool {
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
         match self {
             Self::Run(run) => run.run(filter),
+            Self::Experiment(experiment) => experiment.run(filter),
             Self::Replay(replay) => replay.run(filter),
             Self::Info(info) => info.run(),
             Self::Plot(plot) => plot.run(),

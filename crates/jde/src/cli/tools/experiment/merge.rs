@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use jde_experiment::folder::{Existing, FolderState, ResultsFolder};
-use jde_experiment::report::Results;
 use jde_experiment::store::read_results;
 
+use super::results::Results;
 use super::{conclude, folder_failure, read};
 use crate::failure::{Failure, display_path};
 
@@ -46,7 +46,11 @@ impl Merge {
             let read = read.map_err(|error| Failure::Broken(error.to_string()))?;
             results.extend(read.into_iter().map(|result| (result.drive, result)));
         }
-        let existing = if self.replace { Existing::Replace } else { Existing::Refuse };
+        let existing = if self.replace {
+            Existing::Replace
+        } else {
+            Existing::Refuse
+        };
         let (folder, _) =
             ResultsFolder::prepare(&self.out, &whole, &experiment, existing).map_err(folder_failure)?;
         let missing = experiment.drives() - results.len();

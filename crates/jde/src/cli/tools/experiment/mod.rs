@@ -2,6 +2,7 @@
 
 mod merge;
 mod progress;
+mod results;
 mod single;
 
 use std::collections::BTreeSet;
@@ -16,20 +17,20 @@ use jde_core::Nanos;
 use jde_experiment::applications::Applications;
 use jde_experiment::folder::{Existing, FolderError, FolderState, ResultsFolder};
 use jde_experiment::pool::{self, PoolOptions};
-use jde_experiment::report::Results;
 use jde_experiment::result::{DriveResult, Outcome};
 use jde_experiment::worker::WorkerArguments;
 use jde_experiment::{Experiment, file};
 
-use super::recording::RecordingArgs;
 use crate::child;
 use crate::failure::{Failure, display_path};
 use crate::interrupt::SignalListener;
 use crate::log::Filter;
 use crate::paths;
 use crate::quantity;
+use crate::session::RecordOptions;
 use crate::terminal;
 use progress::Progress;
+use results::Results;
 
 /// Drive an application many times, judge and measure each drive, and report.
 ///
@@ -38,13 +39,16 @@ use progress::Progress;
 /// results.csv, junit.xml and report.html in the folder of --out. The exit status is 0 if every drive passed, and 1 if one
 /// failed.
 #[derive(Args)]
-#[command(args_conflicts_with_subcommands = true, after_help = "Examples:
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Examples:
   jde experiment safe-navigation
   jde experiment tune.toml --out results --jobs 2
   jde experiment tune.toml --out results --resume             after Ctrl-C
   jde experiment tune.toml --drive 17 --record drive.mcap     one drive again; then: jde view drive.mcap
   jde experiment tune.toml --shard 3/16 --out part-3          a sixteenth, on one of several machines
-  jde experiment merge part-* --out results")]
+  jde experiment merge part-* --out results"
+)]
 pub(crate) struct ExperimentVerb {
     #[command(subcommand)]
     action: Option<ExperimentAction>,
@@ -78,8 +82,12 @@ pub(crate) struct ExperimentVerb {
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    record: RecordingArgs,
+    /// Record the drive to this MCAP file.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "drive")]
+    record: Option<PathBuf>,
+    /// Overwrite an existing recording.
+    #[arg(long, requires = "record")]
+    overwrite: bool,
 }
 
 #[derive(Subcommand)]
@@ -100,9 +108,9 @@ impl FromStr for Shard {
             let parts = [number.trim().parse().ok()?, of.trim().parse().ok()?];
             (1 <= parts[0] && parts[0] <= parts[1]).then_some(parts)
         });
-        parts
-            .map(Self)
-            .ok_or_else(|| format!("`{text}` is no part; write its number and how many there are, such as 3/16"))
+        parts.map(Self).ok_or_else(|| {
+            format!("`{text}` is no part; write its number and how many there are, such as 3/16")
+        })
     }
 }
 
@@ -116,7 +124,15 @@ impl ExperimentVerb {
         let path = paths::find_experiment(given)?;
         let (experiment, mut applications) = read(&path)?;
         if let Some(drive) = self.drive {
-            return single::run(&experiment, drive, &mut applications, self.record, filter, self.json);
+            let record = self.record.map(|file| RecordOptions {
+                file,
+                patterns: Vec::new(),
+                overwrite: self.overwrite,
+                panels: None,
+                trigger: None,
+                split: None,
+            });
+            return single::run(&experiment, drive, &mut applications, record, filter, self.json);
         }
         let shards: BTreeSet<_> = self.shard.into_iter().map(|Shard(shard)| shard).collect();
         let state = FolderState::new(&experiment, &mut applications, shards)?;
@@ -133,7 +149,11 @@ impl ExperimentVerb {
             ResultsFolder::prepare(&folder, &state, &experiment, existing).map_err(folder_failure)?;
         let done: BTreeSet<_> = results.iter().map(|result| result.drive).collect();
         let own = state.own_drives();
-        let drives: Vec<_> = own.iter().copied().filter(|drive| !done.contains(drive)).collect();
+        let drives: Vec<_> = own
+            .iter()
+            .copied()
+            .filter(|drive| !done.contains(drive))
+            .collect();
         let results = self.run_drives(&experiment, &state, folder, results, &drives)?;
         let missing = own.len() - results.results.len();
         conclude(&results, &path, self.json, missing)
@@ -189,7 +209,9 @@ fn processors() -> usize {
 
 fn folder_failure(error: FolderError) -> Failure {
     let help = match &error {
-        FolderError::Occupied(_) => "go on with --resume, replace them with --replace, or name another folder with --out",
+        FolderError::Occupied(_) => {
+            "go on with --resume, replace them with --replace, or name another folder with --out"
+        }
         FolderError::Other { .. } => "name another folder with --out, or replace the results with --replace",
         FolderError::Empty(_) => "name the folder that `jde experiment` wrote with --out",
         FolderError::File { .. } | FolderError::Damaged(_) => return Failure::Broken(error.to_string()),
@@ -200,8 +222,8 @@ fn folder_failure(error: FolderError) -> Failure {
 /// Prints the tables and where the results are. Fails unless every drive passed.
 fn conclude(results: &Results<'_>, file: &Path, json: bool, missing: usize) -> Result<(), Failure> {
     let mut output = terminal::text_out(json);
-    write!(output, "{}", results.table(terminal::width()))?;
-    writeln!(output, "\n{}", display_path(&results.folder.join("report.html")))?;
+    writeln!(output, "{:?}", results.counts())?;
+    writeln!(output, "{}", display_path(&results.folder))?;
     output.flush()?;
     if json {
         crate::cli::print_json(&results.counts())?;
@@ -210,9 +232,12 @@ fn conclude(results: &Results<'_>, file: &Path, json: bool, missing: usize) -> R
         return Err(Failure::Broken(format!(
             "interrupted with {missing} drives left; go on with: jde experiment {} --out {} --resume",
             display_path(file),
-            display_path(results.folder),
+            display_path(&results.folder),
         )));
     }
-    let all_passed = results.results.iter().all(|result| result.outcome == Outcome::Passed);
+    let all_passed = results
+        .results
+        .iter()
+        .all(|result| result.outcome == Outcome::Passed);
     if all_passed { Ok(()) } else { Err(Failure::Mission) }
 }

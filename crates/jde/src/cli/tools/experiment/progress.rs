@@ -22,6 +22,8 @@ pub(super) struct Progress {
     before: usize,
     started: Instant,
     shown: Instant,
+    /// The length of the line that a terminal shows.
+    width: usize,
     is_terminal: bool,
 }
 
@@ -32,10 +34,14 @@ impl Progress {
         Self {
             total,
             done: known.len(),
-            failed: known.iter().filter(|result| result.outcome != Outcome::Passed).count(),
+            failed: known
+                .iter()
+                .filter(|result| result.outcome != Outcome::Passed)
+                .count(),
             before: known.len(),
             started: now,
             shown: now,
+            width: 0,
             is_terminal: terminal::err_is_terminal(),
         }
     }
@@ -47,7 +53,11 @@ impl Progress {
     pub(super) fn add(&mut self, result: &DriveResult) -> io::Result<()> {
         self.done += 1;
         self.failed += usize::from(result.outcome != Outcome::Passed);
-        let interval = if self.is_terminal { TERMINAL_INTERVAL } else { PLAIN_INTERVAL };
+        let interval = if self.is_terminal {
+            TERMINAL_INTERVAL
+        } else {
+            PLAIN_INTERVAL
+        };
         if self.shown.elapsed() < interval {
             return Ok(());
         }
@@ -59,23 +69,24 @@ impl Progress {
     ///
     /// # Errors
     /// Standard error cannot be written.
-    pub(super) fn finish(&self) -> io::Result<()> {
+    pub(super) fn finish(&mut self) -> io::Result<()> {
         self.show()?;
         if self.is_terminal {
-            let mut output = terminal::raw_err();
-            writeln!(output)?;
-            output.flush()?;
+            writeln!(terminal::err())?;
         }
         Ok(())
     }
 
-    fn show(&self) -> io::Result<()> {
-        let mut output = terminal::raw_err();
+    fn show(&mut self) -> io::Result<()> {
+        let text = self.text();
+        let mut output = terminal::err();
         if self.is_terminal {
-            // To the first column, and clear the line.
-            write!(output, "\r\x1b[2K{}", self.text())?;
+            let width = anstream::adapter::strip_str(&text).to_string().len();
+            // Spaces cover what is left of a longer line.
+            write!(output, "\r{text}{}", " ".repeat(self.width.saturating_sub(width)))?;
+            self.width = width;
         } else {
-            writeln!(output, "{}", anstream::adapter::strip_str(&self.text()))?;
+            writeln!(output, "{text}")?;
         }
         output.flush()
     }

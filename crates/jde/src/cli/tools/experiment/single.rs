@@ -10,10 +10,9 @@ use jde_experiment::result::{DriveResult, Outcome};
 use jde_host::Options;
 
 use crate::child;
-use crate::cli::tools::recording::RecordingArgs;
 use crate::failure::Failure;
 use crate::log::{Filter, Log};
-use crate::session::{Extension, RunContext, finish_extensions, start_failure};
+use crate::session::{Extension, RecordOptions, RunContext, start_failure};
 use crate::summary::print_recording;
 use crate::terminal::{self, BAD, FAINT, GOOD, TITLE};
 
@@ -25,7 +24,7 @@ pub(super) fn run(
     experiment: &Experiment,
     drive: usize,
     applications: &mut Applications,
-    record: RecordingArgs,
+    record: Option<RecordOptions>,
     filter: Option<Filter>,
     json: bool,
 ) -> Result<(), Failure> {
@@ -42,8 +41,10 @@ pub(super) fn run(
         lockstep: true,
         speed: 1.0,
     };
-    let record = record.into_settings()?;
-    let recording = record.map(|record| record.prepare(&context)).transpose()?.flatten();
+    let recording = record
+        .map(|record| record.prepare(&context))
+        .transpose()?
+        .flatten();
     let mut options = Options {
         isolation_program: Some(child::program()),
         ..Options::default()
@@ -56,7 +57,7 @@ pub(super) fn run(
     let started = Instant::now();
     let result = prepared.run(experiment, options).map_err(start_failure)?;
     let wall = started.elapsed().as_secs_f64();
-    let recorded = finish_extensions(recording.as_slice());
+    let recorded = recording.and_then(|recording| recording.finish());
     let mut output = terminal::text_out(json);
     print(&mut output, experiment, &result, wall)?;
     if let Some(recorded) = &recorded {
@@ -78,7 +79,11 @@ fn print(output: &mut dyn Write, experiment: &Experiment, result: &DriveResult, 
             writeln!(output, "{FAINT}{selection}{FAINT:#}")?;
         }
     }
-    let style = if result.outcome == Outcome::Passed { GOOD } else { BAD };
+    let style = if result.outcome == Outcome::Passed {
+        GOOD
+    } else {
+        BAD
+    };
     write!(
         output,
         "{TITLE}{} drive {}{TITLE:#}: {style}{}{style:#} after {:.1} s",
@@ -87,7 +92,11 @@ fn print(output: &mut dyn Write, experiment: &Experiment, result: &DriveResult, 
         result.outcome.word(),
         result.seconds
     )?;
-    writeln!(output, "{FAINT}, {:.0} times as fast as real time{FAINT:#}", result.seconds / wall)?;
+    writeln!(
+        output,
+        "{FAINT}, {:.0} times as fast as real time{FAINT:#}",
+        result.seconds / wall
+    )?;
     for (name, value) in experiment.columns.axes.iter().zip(&result.axes) {
         writeln!(output, "  {name} = {value}")?;
     }
@@ -100,7 +109,10 @@ fn print(output: &mut dyn Write, experiment: &Experiment, result: &DriveResult, 
         writeln!(output, "  {style}{word:<10}{style:#}  {name}")?;
     }
     for (measure, value) in experiment.columns.measures.iter().zip(&result.measures) {
-        let value = value.map_or_else(|| String::from("no value"), |value| format!("{value:.4} {}", measure.unit));
+        let value = value.map_or_else(
+            || String::from("no value"),
+            |value| format!("{value:.4} {}", measure.unit),
+        );
         writeln!(output, "  {value:<10}  {}", measure.name)?;
     }
     if !result.why.is_empty() {
