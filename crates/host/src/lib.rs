@@ -17,9 +17,11 @@ pub mod reload;
 pub mod replay;
 mod runner;
 mod running;
+mod sensor_fault;
 pub mod transaction_observer;
 mod turn_order;
 
 pub use operator_handle::OperatorHandle;
 pub use panels::{PanelError, PanelViewGuard};
 pub use running::{Handle, Lockstep, Options, Running, StartError, StartHook, StartHookError};
+pub use sensor_fault::SensorFault;

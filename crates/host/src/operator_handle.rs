@@ -9,6 +9,7 @@ use jde_loader::LoadedPlugin;
 
 use crate::engine::Engine;
 use crate::reload::{PendingReload, ReloadOptions};
+use crate::sensor_fault::SensorFault;
 
 /// The longest name of an operator, in characters.
 const MAX_NAME_LENGTH: usize = 64;
@@ -158,6 +159,23 @@ impl OperatorHandle {
     /// There is no modulation of that name, or the value does not fit.
     pub fn modulate(&self, schema: usize, name: &str, value: &Value) -> Result<(), String> {
         self.engine.operators.modulate(&self.by, schema, name, value)
+    }
+
+    /// Lets an export of a schema fail: from now on readers and recordings receive what `fault` leaves of it. The
+    /// schema itself does not notice. It fails until it is repaired, or until the schema is released.
+    ///
+    /// # Errors
+    /// There is no export of that name, or it cannot fail so.
+    pub fn fail_export(&self, schema: usize, export: &str, fault: SensorFault) -> Result<(), String> {
+        self.engine.operators.fail_export(&self.by, schema, export, fault)
+    }
+
+    /// Undoes [`Self::fail_export`], whoever called it. The next publication is the schema's own again.
+    ///
+    /// # Errors
+    /// There is no export of that name, or it does not fail.
+    pub fn repair_export(&self, schema: usize, export: &str) -> Result<(), String> {
+        self.engine.operators.repair_export(&self.by, schema, export)
     }
 
     fn operate(&self, schema: usize, act: impl FnOnce(SchemaId) -> Operator) -> Result<(), String> {

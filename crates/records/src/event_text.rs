@@ -151,7 +151,9 @@ impl RecordBuilder {
                     | OperatorAction::Load { .. }
                     | OperatorAction::Reload { .. }
                     | OperatorAction::Period { .. }
-                    | OperatorAction::Modulate { .. } => None,
+                    | OperatorAction::Modulate { .. }
+                    | OperatorAction::Fail { .. }
+                    | OperatorAction::Repair { .. } => None,
                 };
                 let goes_on = touched.as_ref().is_some_and(|touched| touched.gesture.goes_on());
                 if goes_on && !self.all_drags {

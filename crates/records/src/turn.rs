@@ -51,15 +51,16 @@ pub struct Turn {
     pub kind: u8,
     /// How it requested permission to iterate: 1 in general; 2 only to take over. What an operator did: 1
     /// play; 2 stop; 3 force; 4 release; 5 write a modulation or a period; 6 unload; 7 load; 8 stop
-    /// everything; 9 release everything; 10 undo at the end of a lease. A father: 1 wake; 2 put to sleep; 3
+    /// everything; 9 release everything; 10 undo at the end of a lease; 11 let an export fail; 12 repair it. A
+    /// father: 1 wake; 2 put to sleep; 3
     /// change the policy. A reload: 1 a new build took over; 2 the build before took over again. Otherwise 0.
     pub way: u8,
     /// Unused.
     pub padding: Padding<2>,
     /// The schema, by its place in the application.
     pub schema: u32,
-    /// The group that it arbitrated; or the modulation that an operator wrote, by its place among the ports,
-    /// 4294967295 for the period; or the child that a father woke or put to sleep, or the group whose policy
+    /// The group that it arbitrated; or the port whose value an operator wrote, or that an operator let fail or
+    /// repaired, by its place among the ports, 4294967295 for the period; or the child that a father woke or put to sleep, or the group whose policy
     /// it changed; or the number of the gesture, as in events; or the number of the first of more ports.
     pub detail: u64,
     /// The number of the request that this arbitration answers; requests are counted.
@@ -79,7 +80,8 @@ pub struct Turn {
     /// The sequence numbers of the values that its ports showed, in port order; 4294967295 if a port was not
     /// read, 4294967294 if it had no value. For ports that it writes: the number of the last value written in
     /// this turn; 4294967295 if it wrote none, 4294967294 if the write was refused (R7) or retracted. For a
-    /// value that an operator wrote: its number.
+    /// value that an operator wrote: its number. For an export that an operator let fail: the failure, in words
+    /// of 32 bits.
     pub inputs: Seq<u32, INPUTS>,
 }
 
@@ -155,6 +157,10 @@ impl Turn {
     pub const ALL_RELEASED: u8 = 9;
     /// Way of an operator: its actions on one schema were undone.
     pub const UNDONE: u8 = 10;
+    /// Way of an operator: an export fails from now on.
+    pub const FAILED_EXPORT: u8 = 11;
+    /// Way of an operator: an export fails no longer.
+    pub const REPAIRED_EXPORT: u8 = 12;
     /// Way of a reload: a new build took over.
     pub const TOOK_OVER: u8 = 1;
     /// Way of a reload: the build before took over again.

@@ -117,6 +117,44 @@ pub enum WorldError {
         /// The bounds of the world.
         bounds: Bounds,
     },
+    /// A change names something that is not in the world.
+    #[error("the world `{world}` has no {kind} `{name}` now; {}", present(.known, .nearest))]
+    UnknownThing {
+        /// The world's name.
+        world: String,
+        /// What was expected: a thing, a mover or a robot.
+        kind: &'static str,
+        /// The requested name.
+        name: String,
+        /// The names of that kind.
+        known: Vec<String>,
+        /// The known name that is most similar to the requested one.
+        nearest: Option<String>,
+    },
+    /// A box has the name of something in the world.
+    #[error(
+        "box `{name}` cannot be added: the world has a `{name}`; remove it first, or choose another name"
+    )]
+    NameTaken {
+        /// The name.
+        name: String,
+    },
+    /// A box cannot be added, because its place is occupied.
+    #[error("box `{name}` cannot be added: `{by}` is there; choose another place, or wait until it is free")]
+    BoxBlocked {
+        /// The box.
+        name: String,
+        /// What occupies the place.
+        by: String,
+    },
+    /// Edits that do not fit into one text.
+    #[error("the edits have {bytes} bytes: expected at most {most}; write them one after another")]
+    TooManyEdits {
+        /// Their bytes.
+        bytes: usize,
+        /// The bytes that fit.
+        most: usize,
+    },
     /// A buffer whose length is not the sensor's number of values.
     #[error("the buffer for the {sensor} holds {given} values: expected {expected}")]
     BadBuffer {
@@ -168,6 +206,13 @@ pub(crate) fn check(
 
 fn lines(faults: &[Fault]) -> String {
     faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n")
+}
+
+fn present(known: &[String], nearest: &Option<String>) -> String {
+    match known {
+        [] => "it has none".to_owned(),
+        known => suggestion(known, nearest),
+    }
 }
 
 fn suggestion(known: &[String], nearest: &Option<String>) -> String {

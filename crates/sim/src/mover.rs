@@ -73,6 +73,7 @@ pub(crate) struct Mover {
     resting: f64,
     /// Metres that it has walked.
     walked: f64,
+    halted: bool,
     solid: Solid,
     /// `Some` for a person only.
     legs: Option<[Solid; 2]>,
@@ -102,6 +103,7 @@ impl Mover {
             waited: 0.0,
             resting: 0.0,
             walked: 0.0,
+            halted: false,
             solid,
             legs: None,
         };
@@ -111,6 +113,9 @@ impl Mover {
 
     /// Moves by `dt` seconds, or waits for the robots and loose things in its way.
     pub(crate) fn step(&mut self, dt: f64, robots: &[Disc], loose: &LooseBodies) {
+        if self.halted {
+            return;
+        }
         // Half a step of tolerance: the sum of many steps is not a round number.
         if self.resting > dt / 2.0 {
             self.resting -= dt;
@@ -134,6 +139,15 @@ impl Mover {
             self.walked += stride;
             self.legs = self.person().map(|person| person.legs());
         }
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.config.name
+    }
+
+    /// Stops it where it is, or lets it continue: its rest and its wait, too.
+    pub(crate) fn halt(&mut self, halted: bool) {
+        self.halted = halted;
     }
 
     pub(crate) fn solid(&self) -> &Solid {

@@ -1,6 +1,8 @@
 //! The things that never move, in a tree that answers a ray or a distance query in logarithmic time.
 //!
-//! It is built once, and holds no movers and no robots.
+//! It is built anew at every change, and holds no movers and no robots.
+
+use std::mem;
 
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::Vector;
@@ -35,13 +37,29 @@ impl Scene {
             .iter()
             .map(|fixture| Solid::new(&fixture.outline))
             .collect();
-        // PLOC builds more slowly than binning and casts faster; a world is built once.
+        // PLOC builds more slowly than binning and casts faster; a world rarely changes.
         let tree = Bvh::from_iter(BvhBuildStrategy::Ploc, solids.iter().map(Solid::aabb).enumerate());
         Self {
             fixtures,
             solids,
             tree,
         }
+    }
+
+    pub(crate) fn add(&mut self, fixture: Fixture) {
+        let mut fixtures = mem::take(&mut self.fixtures);
+        fixtures.push(fixture);
+        *self = Self::new(fixtures);
+    }
+
+    /// Removes all things of a name. Returns whether there was one.
+    pub(crate) fn remove(&mut self, name: &str) -> bool {
+        let mut fixtures = mem::take(&mut self.fixtures);
+        let before = fixtures.len();
+        fixtures.retain(|fixture| fixture.name != name);
+        let removed = fixtures.len() < before;
+        *self = Self::new(fixtures);
+        removed
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -2,6 +2,7 @@
 //! robot steps the world to the application's time. The drivers depend on no schedule and on no other schema.
 
 mod camera;
+mod edits;
 mod scenery;
 mod sense;
 mod worlds;
@@ -10,9 +11,13 @@ use core::time::Duration;
 
 use jde_schema::prelude::*;
 use jde_schema::types::{Movers, Scenery};
-use jde_sim::{HeadCommand, LaserConfig, OdometryOrigin, RobotConfig, SonarConfig, Twist2, World};
+use jde_sim::{
+    HeadCommand, LaserConfig, OdometryOrigin, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World,
+    WorldError,
+};
 
 pub use camera::Camera;
+pub use edits::EditCount;
 use worlds::RobotClaim;
 
 /// A head command that holds both axes.
@@ -27,6 +32,15 @@ const HOLD: PanTilt = PanTilt {
     tilt_velocity: 0.0,
 };
 
+/// Where a robot starts, if not at the start of the world file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Start")]
+pub struct Start {
+    /// The pose in the frame of the world; none for that of the file.
+    pub pose: Seq<Pose2D, 1>,
+}
+
 /// A Pioneer P3-DX with a laser in a simulated world. Several in one application share the world.
 ///
 /// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom` equals the
@@ -40,6 +54,12 @@ pub struct Pioneer {
     /// The robot's name in the world file; empty for the name of this schema.
     #[modulation(default = "", fixed)]
     robot: Modulation<Text<60>>,
+    /// Where it starts instead of at its start in the world file: `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
+    #[modulation(default = Start { pose: Seq::new() }, fixed)]
+    start: Modulation<Start>,
+    /// Changes of the world while it runs. Each write takes effect once, at the next iteration.
+    #[modulation(default = "")]
+    edit: Modulation<Text<4096>>,
     /// Beams of the laser.
     #[modulation(default = 180, min = 1, max = 1088, fixed)]
     laser_beams: Modulation<u32>,
@@ -102,13 +122,16 @@ pub struct Pioneer {
     /// simulator.
     #[export]
     truth: Export<Truth>,
-    /// The static objects of the world, published once when the robot enters it; for windows. No robot has
-    /// such a sensor.
+    /// The static objects of the world, published when the robot enters it and when they change; for windows.
+    /// No robot has such a sensor.
     #[export]
     scenery: Export<Scenery>,
     /// The objects that move or can be moved, ten times per second; for windows. No robot has such a sensor.
     #[export]
     movers: Export<Movers>,
+    /// The changes of the world that this robot's driver has made or refused; published when they change.
+    #[export]
+    edits: Export<EditCount>,
     active: Option<ActiveRobot>,
 }
 
@@ -119,6 +142,10 @@ struct ActiveRobot {
     ring: SonarConfig,
     /// Time at which it entered its world.
     since: Duration,
+    /// The count of changes of the world when its static objects were published; `None` before that.
+    scenery: Option<u64>,
+    /// The edits that were published last.
+    edits: Option<EditCount>,
     /// Time at which `movers` is due next; `None` before the first time.
     due: Option<Duration>,
 }
@@ -149,8 +176,12 @@ impl Schema for Pioneer {
             tilt_speed: head.tilt_velocity,
         };
         world.command_head(active.claim.robot(), head)?;
+        let edits = self.edit(cx, &mut world, &active.claim);
+        if active.edits.replace(edits) != Some(edits) {
+            self.edits.write(cx, edits);
+        }
         self.sense(cx, &world, &active)?;
-        if active.due.is_none() {
+        if active.scenery.replace(world.changes()) != Some(world.changes()) {
             self.publish_scenery(cx, &world);
         }
         if scenery::is_time(&mut active.due, cx.now()) {
@@ -169,7 +200,7 @@ impl Schema for Pioneer {
 }
 
 impl Pioneer {
-    /// Places the robot at the start pose of the world file.
+    /// Places the robot at its start.
     fn add_robot(&self, cx: &Context) -> Result<ActiveRobot> {
         let path = self.path(cx)?;
         let (name, config) = (self.robot_name(cx), self.config(cx));
@@ -178,17 +209,17 @@ impl Pioneer {
             sigma: self.sonar_noise.get(cx),
             ..SonarConfig::default()
         };
-        let claim = RobotClaim::acquire(
-            (cx.application(), path.as_str(), cx.seed()),
-            name.as_str(),
-            config,
-        )?;
+        let claim = RobotClaim::acquire((cx.application(), path.as_str(), cx.seed()), |world| {
+            find_or_add(world, name.as_str(), self.start(cx), config)
+        })?;
         let since = cx.now();
         Ok(ActiveRobot {
             claim,
             lasers,
             ring,
             since,
+            scenery: None,
+            edits: None,
             due: None,
         })
     }
@@ -211,6 +242,12 @@ impl Pioneer {
             named.as_str()
         }
         .to_owned()
+    }
+
+    fn start(&self, cx: &Context) -> Option<Pose2> {
+        let start = self.start.get(cx);
+        let pose = start.pose.first();
+        pose.map(|pose| Pose2::new(pose.x, pose.y, pose.theta))
     }
 
     fn config(&self, cx: &Context) -> RobotConfig {
@@ -243,11 +280,30 @@ impl Inspect for Pioneer {
             .path(cx)
             .and_then(|path| Ok(World::load(path.as_str(), cx.seed())?));
         if let Some(mut world) = problems.expect(&self.world, world) {
-            problems.expect(
-                &self.robot,
-                world.add_robot(&self.robot_name(cx), self.config(cx)),
-            );
+            let start = self.start(cx);
+            match find_or_add(&mut world, &self.robot_name(cx), start, self.config(cx)) {
+                Ok(_) => {}
+                Err(error @ (WorldError::PlaceBlocked { .. } | WorldError::BadPlace { .. })) => {
+                    problems.wrong(&self.start, error);
+                }
+                Err(error) => problems.wrong(&self.robot, error),
+            }
         }
+    }
+}
+
+/// Returns the robot of that name. One that is not in the world is added: at `start`, or at that of the file.
+fn find_or_add(
+    world: &mut World,
+    name: &str,
+    start: Option<Pose2>,
+    config: RobotConfig,
+) -> Result<RobotId, WorldError> {
+    let present = world.robots().find(|(_, known)| *known == name);
+    match (present.map(|(robot, _)| robot), start) {
+        (Some(robot), _) => Ok(robot),
+        (None, Some(start)) => world.add_robot_at(name, start, config),
+        (None, None) => world.add_robot(name, config),
     }
 }
 

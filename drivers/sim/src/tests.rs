@@ -26,7 +26,7 @@ pub(crate) struct Robot {
 }
 
 impl Robot {
-    fn asleep(world: &str, name: &str) -> Self {
+    pub(crate) fn asleep(world: &str, name: &str) -> Self {
         let mut bench = Bench::new();
         bench.set("world", Text::<1024>::new(world));
         bench.set("robot", Text::<60>::new(name));

@@ -1,11 +1,14 @@
 //! The worlds of this process, shared by the robots of one application. This module opens and lends them, and
 //! permits one driver per robot. It steps nothing.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use jde_sim::{HeadCommand, RobotConfig, RobotId, Twist2, World, WorldError};
+use jde_sim::{HeadCommand, RobotId, Twist2, World, WorldError};
+
+use crate::edits::EditProgress;
 
 /// Open worlds. A world closes with its last holder. Applications do not share worlds.
 static OPEN: Mutex<Vec<(Key, Weak<SharedWorld>)>> = Mutex::new(Vec::new());
@@ -21,6 +24,8 @@ pub(crate) struct Key {
 pub(crate) struct SharedWorld {
     world: Mutex<World>,
     driven: Mutex<Vec<RobotId>>,
+    /// The edits that each robot's driver has made. They outlive a driver that restarts, as the world does.
+    edits: Mutex<BTreeMap<RobotId, EditProgress>>,
 }
 
 /// The exclusive access of one driver to a robot. When it is dropped, the robot stops where it is until another
@@ -42,22 +47,24 @@ pub(crate) enum ClaimError {
 }
 
 impl RobotClaim {
-    /// Takes a robot of the application's world of that file: the open world, or a new one at time 0.
+    /// Takes a robot of the application's world of that file: the open world, or a new one at time 0. `enter`
+    /// finds the robot in the world, or adds it.
     ///
     /// A robot that an earlier driver left in the world, such as one that faulted, is where that driver left
     /// it.
     pub(crate) fn acquire(
         (application, path, seed): (u64, &str, u64),
-        name: &str,
-        config: RobotConfig,
+        enter: impl FnOnce(&mut World) -> Result<RobotId, WorldError>,
     ) -> Result<Self, ClaimError> {
         let shared = open(Key::new(application, path), path, seed)?;
         // Held until the end, so that of two drivers that take one robot, the second is refused.
         let mut driven = lock(&shared.driven);
-        let robot = enter(&mut lock(&shared.world), name, config)?;
+        let mut world = lock(&shared.world);
+        let robot = enter(&mut world)?;
         if driven.contains(&robot) {
-            return Err(ClaimError::Driven(name.to_owned()));
+            return Err(ClaimError::Driven(world.robot_name(robot).to_owned()));
         }
+        drop(world);
         driven.push(robot);
         drop(driven);
         Ok(Self { shared, robot })
@@ -66,6 +73,11 @@ impl RobotClaim {
     /// Locks the world. Other robots wait until it is unlocked.
     pub(crate) fn world(&self) -> MutexGuard<'_, World> {
         lock(&self.shared.world)
+    }
+
+    /// Locks the edits that the drivers of this world have made. The world may be locked already.
+    pub(crate) fn edits(&self) -> MutexGuard<'_, BTreeMap<RobotId, EditProgress>> {
+        lock(&self.shared.edits)
     }
 
     /// Stops the robot and holds its head.
@@ -121,17 +133,10 @@ fn open(key: Key, path: &str, seed: u64) -> Result<Arc<SharedWorld>, WorldError>
     let shared = Arc::new(SharedWorld {
         world: Mutex::new(World::load(path, seed)?),
         driven: Mutex::default(),
+        edits: Mutex::default(),
     });
     open.push((key, Arc::downgrade(&shared)));
     Ok(shared)
-}
-
-fn enter(world: &mut World, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
-    let present = world.robots().find(|(_, known)| *known == name);
-    match present.map(|(robot, _)| robot) {
-        Some(robot) => Ok(robot),
-        None => world.add_robot(name, config),
-    }
 }
 
 /// Locks also after a panic: a world is never left in the middle of a step, so its state is usable.

@@ -4,10 +4,12 @@
 mod decode;
 mod display;
 mod encode;
+mod floats;
 mod path;
 
 pub use decode::decode;
 pub use encode::encode;
+pub use floats::{change_floats, has_floats};
 pub use path::get_path;
 
 /// A value of any type.

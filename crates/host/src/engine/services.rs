@@ -6,6 +6,7 @@ use std::sync::{MutexGuard, PoisonError};
 
 use jde_abi::describe::Role;
 use jde_abi::raw;
+use jde_app::Application;
 use jde_board::Refused;
 use jde_core::{Policy, State};
 use jde_records::event::Event;
@@ -215,16 +216,9 @@ impl Engine {
         });
     }
 
-    /// A number that depends only on the application's seed and the instance's name (FNV-1a, Fowler, Noll,
-    /// Vo).
+    /// A number that depends only on the application's seed and the instance's name.
     pub(crate) fn seed_of(&self, instance: usize) -> u64 {
-        let start = 0xcbf2_9ce4_8422_2325_u64;
-        let seed = self.application.seed.to_le_bytes();
-        seed.into_iter()
-            .chain(self.name(instance).bytes())
-            .fold(start, |hash, byte| {
-                (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-            })
+        seed_of(&self.application, instance)
     }
 
     /// Logs a plugin's message under the instance's name.
@@ -264,4 +258,14 @@ impl Engine {
         let children = &self.application.instances[father].children;
         children.get(role).ok_or(raw::BAD_ARGUMENT)?.ok_or(raw::UNBOUND)
     }
+}
+
+/// A number that depends only on the application's seed and the instance's name (FNV-1a, Fowler, Noll, Vo).
+pub(super) fn seed_of(application: &Application, instance: usize) -> u64 {
+    let start = 0xcbf2_9ce4_8422_2325_u64;
+    let name = application.instances[instance].name.bytes();
+    let bytes = application.seed.to_le_bytes().into_iter().chain(name);
+    bytes.fold(start, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }

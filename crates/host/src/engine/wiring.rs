@@ -12,8 +12,7 @@ use jde_types::Value;
 
 use super::rules::{Command, Commands};
 use super::{Engine, Notifier, Signal};
-use crate::instance::MAX_INLINE_BYTES;
-use crate::instance::{BoundPort, Ports};
+use crate::instance::{BoundPort, ExportFaults, MAX_INLINE_BYTES, Ports};
 
 /// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
 const SPARE_READERS: usize = 8;
@@ -26,6 +25,7 @@ pub(crate) struct Variables {
     ports: Vec<Vec<Option<Arc<Variable>>>>,
     periods: Vec<Arc<Variable>>,
     remotes: Vec<Arc<Variable>>,
+    faults: Vec<Arc<ExportFaults>>,
 }
 
 impl Variables {
@@ -64,6 +64,11 @@ impl Variables {
         period::from_seconds(f64::from_ne_bytes(seconds)).ok()
     }
 
+    /// The exports of an instance that fail.
+    pub(crate) fn faults(&self, instance: usize) -> &Arc<ExportFaults> {
+        &self.faults[instance]
+    }
+
     /// The period of an instance, seconds.
     pub(crate) fn period(&self, instance: usize) -> &Arc<Variable> {
         &self.periods[instance]
@@ -80,6 +85,7 @@ pub(super) fn wire(
         ports: Vec::new(),
         periods: Vec::new(),
         remotes: Vec::new(),
+        faults: application.instances.iter().map(|_| Arc::default()).collect(),
     };
     for (number, instance) in application.instances.iter().enumerate() {
         let mut own = Vec::new();
@@ -256,7 +262,7 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
             } => wish(variables.period(*child))?,
         });
     }
-    Ok(Ports::new(ports))
+    Ok(Ports::new(ports, Arc::clone(variables.faults(number))))
 }
 
 fn commands(application: &Application, variables: &Variables) -> Commands {

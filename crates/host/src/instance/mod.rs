@@ -7,6 +7,7 @@
 mod abandoned;
 mod body;
 mod call;
+mod export_faults;
 mod host_table;
 mod isolated;
 mod memory;
@@ -30,6 +31,7 @@ pub(crate) use abandoned::AbandonedInstance;
 use body::Body;
 pub(crate) use call::CallContext;
 use call::Permissions;
+pub(crate) use export_faults::ExportFaults;
 pub(crate) use isolated::MAX_INLINE_BYTES;
 pub(crate) use port_access::PortAccess;
 pub(crate) use ports::{BoundPort, PortWrite, Ports, ShownValue};

@@ -132,7 +132,7 @@ mod tests {
             readers: 1,
         });
         let writer = declared.unwrap().writer(0, "goon").unwrap();
-        let access = PortAccess::new(Ports::new(vec![BoundPort::Output(writer)]));
+        let access = PortAccess::new(Ports::new(vec![BoundPort::Output(writer)], Arc::default()));
         access.begin_call(7);
         access
     }

@@ -10,6 +10,7 @@ use jde_core::Nanos;
 use jde_loader::AlignedBytes;
 use jde_records::turn::{RecordedTurn, Turn};
 
+use super::export_faults::{ExportFaults, Publication};
 use crate::history::{HistoricValue, History};
 use crate::journal::Journal;
 
@@ -29,6 +30,8 @@ pub(crate) struct Ports {
     loan_count: usize,
     /// Loans separated from their writers. A call that is about to be given up may still write to them.
     pub(super) separated_loans: Vec<DetachedLoan>,
+    /// The exports that fail.
+    pub(super) faults: Arc<ExportFaults>,
 }
 
 /// The reads since the last release.
@@ -150,7 +153,7 @@ pub(crate) enum PortError {
 }
 
 impl Ports {
-    pub(crate) fn new(ports: Vec<BoundPort>) -> Self {
+    pub(crate) fn new(ports: Vec<BoundPort>, faults: Arc<ExportFaults>) -> Self {
         Self {
             ports,
             read_log: None,
@@ -159,6 +162,7 @@ impl Ports {
             has_reads: false,
             loan_count: 0,
             separated_loans: Vec::new(),
+            faults,
         }
     }
 
@@ -323,6 +327,11 @@ impl Ports {
             Refused::NothingLoaned => PortError::NothingLoaned,
             why => PortError::Refused { why, first: true },
         };
+        if self.faults.any()
+            && let Some(published) = self.publish_failing(port)
+        {
+            return published;
+        }
         let number = port;
         let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;
         let mut bytes = None;
@@ -365,6 +374,28 @@ impl Ports {
             Err(_) => {}
         }
         published.map(drop)
+    }
+
+    /// Changes the loan of an export that fails. Returns the result of the publication if nothing is to be
+    /// published.
+    #[cold]
+    fn publish_failing(&mut self, port: usize) -> Option<Result<(), PortError>> {
+        let Some(BoundPort::Output(writer)) = self.ports.get_mut(port) else {
+            return None;
+        };
+        if !writer.is_loaned() {
+            return None;
+        }
+        let publication = self.faults.apply(port, writer);
+        if let Publication::Loan = publication {
+            return None;
+        }
+        writer.discard();
+        self.loan_count -= 1;
+        Some(match publication {
+            Publication::Retraction => self.retract(port),
+            Publication::Loan | Publication::Nothing => Ok(()),
+        })
     }
 
     /// Records that a port has written a value of that number; without a number, that the write was refused

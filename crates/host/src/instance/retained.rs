@@ -40,7 +40,7 @@ impl Ports {
             read_ports.extend(remains);
             successor
         });
-        let successor = Self::new(ports.collect());
+        let successor = Self::new(ports.collect(), Arc::clone(&self.faults));
         let loaned = std::mem::take(&mut self.separated_loans);
         Ok((successor, RetainedValues { read_ports, loaned }))
     }

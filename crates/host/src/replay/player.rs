@@ -360,6 +360,9 @@ impl Player {
             Turn::ALL_STOPPED => self.engine.operators.repeat_stop_all(),
             Turn::ALL_RELEASED => self.engine.operators.repeat_release_all(),
             Turn::UNDONE => self.engine.operators.repeat_undo(number),
+            Turn::FAILED_EXPORT | Turn::REPAIRED_EXPORT => {
+                self.engine.operators.repeat_export(number, turn, &turn.ports);
+            }
             Turn::WROTE => {
                 let Some(instance) = self.engine.application.instances.get(number) else {
                     return;

@@ -7,6 +7,7 @@ mod common;
 mod arbitration;
 mod chattering;
 mod contracts;
+mod failing_exports;
 mod faults;
 mod gestures;
 mod hangs;

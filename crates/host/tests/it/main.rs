@@ -1,7 +1,9 @@
 //! Plugins that are accepted, or refused with a reason; and delivered applications.
 
 mod delivered;
+mod edits;
 mod exceptions;
+mod failing_sensors;
 mod follow_ball;
 mod limits;
 mod loader;

@@ -43,6 +43,22 @@ pub enum OperatorAction {
         /// The value, as text.
         value: String,
     },
+    /// Lets an export fail.
+    Fail {
+        /// The schema.
+        schema: usize,
+        /// The export's name.
+        export: String,
+        /// How it fails: "frozen".
+        fault: String,
+    },
+    /// Ends the failure of an export.
+    Repair {
+        /// The schema.
+        schema: usize,
+        /// The export's name.
+        export: String,
+    },
     /// A gesture on a widget of a schema's panel.
     Touch {
         /// The schema.
@@ -67,6 +83,8 @@ impl OperatorAction {
             | Self::Reload { schema, .. }
             | Self::Period { schema, .. }
             | Self::Modulate { schema, .. }
+            | Self::Fail { schema, .. }
+            | Self::Repair { schema, .. }
             | Self::Touch { schema, .. } => *schema,
         }
     }
@@ -84,6 +102,8 @@ impl OperatorAction {
             Self::Reload { build, .. } => format!("reloads {name}: {build}"),
             Self::Period { period, .. } => format!("set the period of {name} to {} s", *period as f64 / 1e9),
             Self::Modulate { variable, value, .. } => format!("set {name}.{variable} to {value}"),
+            Self::Fail { export, fault, .. } => format!("lets {name}.{export} fail: {fault}"),
+            Self::Repair { export, .. } => format!("repaired {name}.{export}"),
             Self::Touch { gesture, .. } => gesture.words(name),
         }
     }

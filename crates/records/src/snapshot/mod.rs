@@ -124,6 +124,8 @@ pub enum HoldKind {
     Forced,
     /// Awake.
     Played,
+    /// Exports that fail.
+    Failing,
     /// A period.
     Retimed,
     /// Modulations.
@@ -139,6 +141,7 @@ impl HoldKind {
             Self::Stopped => "stopped",
             Self::Forced => "forced",
             Self::Played => "played",
+            Self::Failing => "failing",
             Self::Retimed => "re-timed",
             Self::Modulated => "modulated",
         }

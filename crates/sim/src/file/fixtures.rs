@@ -7,6 +7,7 @@ use super::document::{Document, Table};
 use super::loose;
 use super::values;
 use crate::color::Color;
+use crate::loose::LooseBody;
 use crate::scene::Fixture;
 use crate::shape::Outline;
 
@@ -35,10 +36,22 @@ const CIRCLE: Appearance = Appearance {
 };
 
 /// A fixed or a movable box.
-enum Kind {
+pub(crate) enum BoxPlan {
     Fixed(Fixture),
-    Loose(loose::PlacedBody),
+    Loose(LooseBody),
 }
+
+/// The keys of a box.
+pub(super) const BOX_KEYS: [&str; 8] = [
+    "name",
+    "center",
+    "size",
+    "angle_deg",
+    "color",
+    "height",
+    "movable",
+    "mass",
+];
 
 /// Reads the fixed things, and the boxes that are movable.
 pub(crate) fn read(
@@ -53,26 +66,9 @@ pub(crate) fn read(
         &["name", "points", "closed", "color", "height"],
         wall,
     );
-    let boxes = each(
-        document,
-        root,
-        "boxes",
-        "box",
-        &[
-            "name",
-            "center",
-            "size",
-            "angle_deg",
-            "color",
-            "height",
-            "movable",
-            "mass",
-        ],
-        |table, name| match table.optional("movable", false, values::flag)? {
-            true => loose::movable(table, name).map(Kind::Loose),
-            false => fixed(table, name).map(Kind::Fixed),
-        },
-    );
+    let boxes = each(document, root, "boxes", "box", &BOX_KEYS, |table, name| {
+        Some((rectangular(table, name)?, table.span().clone()))
+    });
     let circles = each(
         document,
         root,
@@ -82,14 +78,22 @@ pub(crate) fn read(
         circle,
     );
     let (mut fixtures, mut movable) = (walls?.concat(), Vec::new());
-    for kind in boxes? {
-        match kind {
-            Kind::Fixed(fixture) => fixtures.push(fixture),
-            Kind::Loose(body) => movable.push(body),
+    for (plan, span) in boxes? {
+        match plan {
+            BoxPlan::Fixed(fixture) => fixtures.push(fixture),
+            BoxPlan::Loose(body) => movable.push((body, span)),
         }
     }
     fixtures.extend(circles?);
     Some((fixtures, movable))
+}
+
+/// Reads a box, fixed or movable.
+pub(super) fn rectangular(table: &Table<'_>, name: String) -> Option<BoxPlan> {
+    match table.optional("movable", false, values::flag)? {
+        true => loose::movable(table, name).map(BoxPlan::Loose),
+        false => fixed(table, name).map(BoxPlan::Fixed),
+    }
 }
 
 /// Reads the `color` and the `height` of a thing.

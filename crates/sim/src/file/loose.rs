@@ -27,7 +27,7 @@ pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Pla
 }
 
 /// Reads a box that is `movable`.
-pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<PlacedBody> {
+pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<LooseBody> {
     let rectangle = fixtures::rectangle(table);
     let (appearance, mass) = (
         fixtures::read_appearance(table, BOX),
@@ -35,10 +35,7 @@ pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<PlacedBody> {
     );
     let ((center, size, angle), Appearance { color, height }) = (rectangle?, appearance?);
     let form = LooseShape::Box { size, angle, height };
-    Some((
-        LooseBody::new(name, form, center, mass?, color),
-        table.span().clone(),
-    ))
+    Some(LooseBody::new(name, form, center, mass?, color))
 }
 
 fn ball(table: &Table<'_>, name: String) -> Option<PlacedBody> {

@@ -4,6 +4,7 @@
 
 mod bytes;
 mod document;
+mod edits;
 mod fixtures;
 mod grid;
 mod loose;
@@ -31,6 +32,8 @@ use crate::random::MAX_ROBOTS;
 use crate::scene::Scene;
 
 pub(crate) use self::bytes::read_text as text_of;
+pub(crate) use self::edits::read as read_edits;
+pub(crate) use self::fixtures::BoxPlan;
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
 /// [`MAX_SAMPLES`] checks.

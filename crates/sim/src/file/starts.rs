@@ -9,6 +9,9 @@ use super::document::{Document, Item, Table};
 use super::values;
 use crate::geometry::{Bounds, Pose2};
 
+/// The keys of a pose.
+const POSE_KEYS: [&str; 3] = ["x", "y", "heading_deg"];
+
 pub(crate) fn bounds(document: &Document<'_>, root: &Table<'_>) -> Option<Option<Bounds>> {
     let Some(item) = root.get("bounds") else {
         return Some(None);
@@ -52,6 +55,16 @@ pub(crate) fn starts(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(S
     starts.into_iter().collect()
 }
 
+/// Reads a place in metres and a heading in degrees.
+pub(super) fn pose(table: &Table<'_>) -> Option<Pose2> {
+    let (x, y) = (
+        table.required("x", values::number),
+        table.required("y", values::number),
+    );
+    let heading = table.optional("heading_deg", 0.0, values::number);
+    Some(Pose2::new(x?, y?, heading?.to_radians()))
+}
+
 fn start<'a>(
     document: &'a Document<'a>,
     name: &str,
@@ -83,14 +96,9 @@ fn start<'a>(
         keys,
         item.span(),
         format!("start of {what}"),
-        &["x", "y", "heading_deg"],
+        &POSE_KEYS,
     );
-    let (x, y) = (
-        table.required("x", values::number),
-        table.required("y", values::number),
-    );
-    let heading = table.optional("heading_deg", 0.0, values::number);
-    let pose = Pose2::new(x?, y?, heading?.to_radians());
+    let pose = pose(&table)?;
     let line = document.line(table.span());
     Some((
         Start {

@@ -135,6 +135,17 @@ impl LooseBodies {
         &self.bodies
     }
 
+    pub(crate) fn add(&mut self, body: LooseBody) {
+        self.bodies.push(body);
+    }
+
+    /// Removes all things of a name. Returns whether there was one.
+    pub(crate) fn remove(&mut self, name: &str) -> bool {
+        let before = self.bodies.len();
+        self.bodies.retain(|body| body.name != name);
+        self.bodies.len() < before
+    }
+
     /// Returns whether a moving solid would enter a thing. Motion away from a thing, or along it, is always
     /// allowed.
     pub(crate) fn blocks(&self, now: &Solid, next: &Solid) -> bool {

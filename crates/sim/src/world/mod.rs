@@ -1,7 +1,9 @@
-//! The world: its time and its things. `robots` changes its robots, and `readings` measures.
+//! The world: its time and its things. `robots` changes its robots, `edits` its things, and `readings`
+//! measures.
 //!
 //! Time advances in whole steps, so that a run does not depend on how the caller divides the time.
 
+mod edits;
 mod obstacles;
 mod pictures;
 mod readings;
@@ -41,6 +43,8 @@ pub struct World {
     robot_slots: Vec<RobotSlot>,
     bounds: Bounds,
     warnings: Vec<Fault>,
+    /// How often the standing things have changed.
+    changes: u64,
 }
 
 /// A start of the world file, and the robot that was added there.
@@ -96,6 +100,7 @@ impl World {
                 .collect(),
             bounds,
             warnings,
+            changes: 0,
         })
     }
 

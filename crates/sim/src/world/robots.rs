@@ -44,6 +44,41 @@ impl World {
     /// start that is not free.
     pub fn add_robot(&mut self, name: &str, config: RobotConfig) -> Result<RobotId, WorldError> {
         config.check()?;
+        let index = self.free_slot(name)?;
+        let start = &self.robot_slots[index].start;
+        let (by, gap) = self.placement_clearance(index, start.pose, config.radius);
+        if gap < 0.0 {
+            return Err(WorldError::StartBlocked {
+                place: format!("{}:{}", start.file.display(), start.line),
+                robot: name.to_owned(),
+                radius: config.radius,
+                by: by.to_owned(),
+                need: -gap,
+            });
+        }
+        let pose = start.pose;
+        Ok(self.enter(index, pose, config))
+    }
+
+    /// Adds a robot at a pose, at rest, instead of its start in the file.
+    ///
+    /// # Errors
+    /// A name without a start, a robot that is in the world already, an invalid number in `config`, a pose
+    /// that is not free, or outside the world's bounds.
+    pub fn add_robot_at(
+        &mut self,
+        name: &str,
+        pose: Pose2,
+        config: RobotConfig,
+    ) -> Result<RobotId, WorldError> {
+        config.check()?;
+        let index = self.free_slot(name)?;
+        self.check_place(index, pose, config.radius)?;
+        Ok(self.enter(index, Pose2::new(pose.x, pose.y, pose.heading), config))
+    }
+
+    /// Returns the place in the list of a robot that is not in the world.
+    fn free_slot(&self, name: &str) -> Result<usize, WorldError> {
         let index = self
             .robot_slots
             .iter()
@@ -63,22 +98,15 @@ impl World {
                 robot: name.to_owned(),
             });
         }
-        let start = &self.robot_slots[index].start;
-        let (by, gap) = self.placement_clearance(index, start.pose, config.radius);
-        if gap < 0.0 {
-            return Err(WorldError::StartBlocked {
-                place: format!("{}:{}", start.file.display(), start.line),
-                robot: name.to_owned(),
-                radius: config.radius,
-                by: by.to_owned(),
-                need: -gap,
-            });
-        }
-        let (_, clearance) = self.clearance(index, start.pose, config.radius);
+        Ok(index)
+    }
+
+    fn enter(&mut self, index: usize, pose: Pose2, config: RobotConfig) -> RobotId {
+        let (_, clearance) = self.clearance(index, pose, config.radius);
         let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
-        self.robot_slots[index].robot = Some(SimulatedRobot::new(config, start.pose, clearance, &scale));
+        self.robot_slots[index].robot = Some(SimulatedRobot::new(config, pose, clearance, &scale));
         self.update_contacts();
-        Ok(RobotId(index))
+        RobotId(index)
     }
 
     /// Sets a robot's motion from the next step until the next command, within the limits of its motors.
@@ -128,23 +156,9 @@ impl World {
     /// # Errors
     /// A place that is not free, or outside the world's bounds. The robot then stays where it is.
     pub fn place(&mut self, robot: RobotId, pose: Pose2) -> Result<(), WorldError> {
-        let name = self.robot_name(robot);
-        if !pose.is_finite() || !self.bounds.contains([pose.x, pose.y]) {
-            let (robot, bounds) = (name.to_owned(), self.bounds);
-            return Err(WorldError::BadPlace { robot, pose, bounds });
-        }
-        let pose = Pose2::new(pose.x, pose.y, pose.heading);
         let radius = self.config(robot).radius;
-        let (by, gap) = self.placement_clearance(robot.0, pose, radius);
-        if gap < 0.0 {
-            return Err(WorldError::PlaceBlocked {
-                robot: name.to_owned(),
-                radius,
-                pose,
-                by: by.to_owned(),
-                need: -gap,
-            });
-        }
+        self.check_place(robot.0, pose, radius)?;
+        let pose = Pose2::new(pose.x, pose.y, pose.heading);
         let (_, clearance) = self.clearance(robot.0, pose, radius);
         self.robot_mut(robot).place(pose, clearance);
         self.update_contacts();
@@ -160,6 +174,26 @@ impl World {
     /// Sets a robot's odometry to zero at its present pose. Its encoders keep their counts.
     pub fn reset_odometry(&mut self, robot: RobotId) {
         self.robot_mut(robot).odometer.reset();
+    }
+
+    /// Checks that a robot can be put at a pose.
+    fn check_place(&self, index: usize, pose: Pose2, radius: f64) -> Result<(), WorldError> {
+        let robot = self.robot_slots[index].start.robot.clone();
+        if !pose.is_finite() || !self.bounds.contains([pose.x, pose.y]) {
+            let bounds = self.bounds;
+            return Err(WorldError::BadPlace { robot, pose, bounds });
+        }
+        let (by, gap) = self.placement_clearance(index, pose, radius);
+        if gap < 0.0 {
+            return Err(WorldError::PlaceBlocked {
+                robot,
+                radius,
+                pose,
+                by: by.to_owned(),
+                need: -gap,
+            });
+        }
+        Ok(())
     }
 
     pub(super) fn robot(&self, robot: RobotId) -> &SimulatedRobot {

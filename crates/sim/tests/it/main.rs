@@ -2,6 +2,7 @@
 
 mod bumpers;
 mod cameras;
+mod edits;
 mod faults;
 mod loose;
 mod maps;

@@ -15,6 +15,8 @@ pub(super) struct OperatorHolds {
     /// Schemas whose instances were ended by unloading.
     pub(super) unloaded: BTreeSet<usize>,
     pub(super) values: Vec<Overwritten>,
+    /// The operator that last let each export fail, by instance and port.
+    pub(super) failing: BTreeMap<(usize, usize), String>,
 }
 
 /// A modulation or period that an operator overwrote.

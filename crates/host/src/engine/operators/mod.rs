@@ -4,6 +4,7 @@
 //! actions without their operators.
 
 mod all;
+mod exports;
 mod holds;
 mod unload;
 mod values;
@@ -72,6 +73,7 @@ impl Operators {
         done?;
         if let Operator::Release(id) = operator {
             self.restore_values(id.index(), |_| true);
+            self.repair_exports(id.index(), |_| true);
         }
         self.rules
             .report_operation(by, OperatorAction::Hierarchy(operator));
@@ -148,7 +150,8 @@ impl Operators {
         self.rules.record_turn(Turn::OPERATED, instance, way, moment);
         let held = held?;
         let given_back = self.restore_values(instance, |writer| writer == by);
-        if held || given_back {
+        let repaired = self.repair_exports(instance, |operator| operator == by);
+        if held || given_back || repaired {
             self.rules
                 .report_operation(by, OperatorAction::Hierarchy(release));
         }
@@ -172,6 +175,14 @@ impl Operators {
                 kind,
                 with_everything,
                 by,
+            });
+        }
+        let mut failing = held.failing.range((instance, 0)..=(instance, usize::MAX));
+        if let Some((_, by)) = failing.next() {
+            return Some(Hold {
+                kind: HoldKind::Failing,
+                with_everything: false,
+                by: by.clone(),
             });
         }
         let value = held

@@ -5,7 +5,7 @@ mod many_schemas;
 
 use jde_board::value::Value;
 use jde_host::reload::ReloadOptions;
-use jde_host::{Handle, OperatorHandle};
+use jde_host::{Handle, OperatorHandle, SensorFault};
 use jde_log::replay::{Drive, ReplayError, ReplayReport, Span, Tolerance, replay_and_compare};
 use jde_panel::{Button, Gesture, Touch};
 
@@ -77,6 +77,45 @@ fn r16_a_replay_of_real_time_gives_the_same_selections() {
     assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
     let verdict = replay(&recorded, &["stop.ahead=1.5"]);
     assert!(!verdict.is_same());
+}
+
+#[test]
+fn r14_a_replay_of_exports_that_failed_gives_the_same_selections() {
+    fn fail(handle: &Handle, schema: &str, export: &str, fault: SensorFault) {
+        let schema = handle.application().instance(schema).unwrap();
+        handle.operator("ana").fail_export(schema, export, fault).unwrap();
+    }
+    let recorded = RecordedDrive::operated(
+        "failing.mcap",
+        20 * SECOND,
+        &[
+            (2 * SECOND, |handle| {
+                fail(handle, "pioneer", "laser", SensorFault::Noise { sigma: 0.2 });
+            }),
+            (4 * SECOND, |handle| fail(handle, "pioneer", "odometry", SensorFault::Frozen)),
+            (6 * SECOND, |handle| fail(handle, "pioneer", "laser", SensorFault::Silent)),
+            // An export that the replay publishes again, and does not take from the recording.
+            (7 * SECOND, |handle| fail(handle, "example", "mission", SensorFault::Frozen)),
+            (9 * SECOND, |handle| {
+                let pioneer = handle.application().instance("pioneer").unwrap();
+                handle.operator("ana").release(pioneer).unwrap();
+            }),
+            (12 * SECOND, |handle| fail(handle, "example", "mission", SensorFault::Silent)),
+        ],
+    );
+    let verdict = replay(&recorded, &[]);
+    assert!(
+        verdict.is_same(),
+        "{:#?} {:#?}",
+        verdict.comparison.first,
+        verdict.values
+    );
+    assert_eq!(
+        verdict.comparison.same,
+        recorded.decisions(),
+        "every selection is compared"
+    );
+    assert_eq!((verdict.lost_steps, verdict.missed), (0, Vec::new()));
 }
 
 #[test]

@@ -1,0 +1,131 @@
+//! Exports that operators let fail, and their repair (R14). A schema that publishes such an export does not
+//! notice.
+
+use std::sync::Arc;
+
+use jde_abi::describe::Role;
+use jde_board::Variable;
+use jde_core::Nanos;
+use jde_records::event::OperatorAction;
+use jde_records::turn::{Moment, Turn};
+
+use super::Operators;
+use crate::engine::services::seed_of;
+use crate::sensor_fault::SensorFault;
+
+impl Operators {
+    /// Lets an export fail until it is repaired or its schema is released.
+    pub(crate) fn fail_export(
+        &self,
+        by: &str,
+        instance: usize,
+        export: &str,
+        fault: SensorFault,
+    ) -> Result<(), String> {
+        let (port, variable) = self.export(instance, export)?;
+        let value_type = &variable.describe().value_type;
+        let name = self.name(instance);
+        fault
+            .check(value_type)
+            .map_err(|reason| format!("`{name}.{export}` cannot fail so: {reason}"))?;
+        self.holds().failing.insert((instance, port), by.to_owned());
+        let time = self.record_export(instance, port, Turn::FAILED_EXPORT, &fault.words());
+        self.set_fault(instance, port, fault, time);
+        self.rules.report_operation(
+            by,
+            OperatorAction::Fail {
+                schema: instance,
+                export: export.to_owned(),
+                fault: fault.to_string(),
+            },
+        );
+        Ok(())
+    }
+
+    /// Ends the failure of an export, whoever caused it.
+    pub(crate) fn repair_export(&self, by: &str, instance: usize, export: &str) -> Result<(), String> {
+        let (port, _) = self.export(instance, export)?;
+        if self.holds().failing.remove(&(instance, port)).is_none() {
+            return Err(format!("`{}.{export}` does not fail", self.name(instance)));
+        }
+        self.end_fault(instance, port);
+        let (schema, export) = (instance, export.to_owned());
+        self.rules
+            .report_operation(by, OperatorAction::Repair { schema, export });
+        Ok(())
+    }
+
+    /// Repairs the exports of an instance that the operators selected by `whose` let fail. Returns whether
+    /// there were any.
+    pub(super) fn repair_exports(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
+        let theirs = |(owner, _): &(usize, usize), by: &mut String| *owner == instance && whose(by);
+        let failing: Vec<_> = self.holds().failing.extract_if(.., theirs).collect();
+        for ((_, port), _) in &failing {
+            self.end_fault(instance, *port);
+        }
+        !failing.is_empty()
+    }
+
+    /// Repeats a failure or a repair, in a replay. Values of drivers come from the recording, and have failed
+    /// already.
+    pub(crate) fn repeat_export(&self, instance: usize, turn: &Turn, words: &[u32]) {
+        let port = turn.detail as usize;
+        match SensorFault::from_words(words) {
+            Some(fault) if turn.way == Turn::FAILED_EXPORT => {
+                self.set_fault(instance, port, fault, turn.checked.time);
+            }
+            _ => self.variables.faults(instance).repair(port),
+        }
+    }
+
+    fn set_fault(&self, instance: usize, port: usize, fault: SensorFault, time: Nanos) {
+        let Some(variable) = self.variables.of(instance, port) else {
+            return;
+        };
+        let seed = seed_of(&self.application, instance) ^ time.rotate_left(32) ^ port as u64;
+        self.variables.faults(instance).fail(port, variable, fault, seed);
+        if fault == SensorFault::Silent {
+            variable.retract();
+        }
+    }
+
+    fn end_fault(&self, instance: usize, port: usize) {
+        self.record_export(instance, port, Turn::REPAIRED_EXPORT, &[]);
+        self.variables.faults(instance).repair(port);
+    }
+
+    /// Records a failure or a repair as a turn, before it takes effect. Returns its time.
+    fn record_export(&self, instance: usize, port: usize, way: u8, words: &[u32]) -> Nanos {
+        let time = self.clock.now();
+        if let Some(journal) = &self.journal {
+            let order = journal.next();
+            let mut turn = Turn {
+                way,
+                detail: port as u64,
+                checked: Moment { order, time },
+                ..Turn::new(Turn::OPERATED, instance)
+            };
+            turn.inputs.resize(words.len()).copy_from_slice(words);
+            journal.forward(&turn);
+        }
+        time
+    }
+
+    fn export(&self, instance: usize, name: &str) -> Result<(usize, &Arc<Variable>), String> {
+        self.check_schema(instance)?;
+        let ports = &self.application.instances[instance].schema.ports;
+        let exports = || ports.iter().filter(|port| matches!(port.role, Role::Export));
+        let port = ports
+            .iter()
+            .position(|port| port.name == name && matches!(port.role, Role::Export));
+        port.and_then(|port| Some((port, self.variables.of(instance, port)?)))
+            .ok_or_else(|| {
+                let known: Vec<_> = exports().map(|port| port.name.as_str()).collect();
+                format!(
+                    "`{}` has no export `{name}`; it has {}",
+                    self.name(instance),
+                    known.join(", ")
+                )
+            })
+    }
+}

@@ -1,0 +1,152 @@
+//! The exports of an instance that an operator lets fail (R14): what a publication then publishes. An
+//! instance without such exports pays one load per publication.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::slice;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use jde_board::value;
+use jde_board::{Variable, Writer};
+
+use crate::sensor_fault::{SensorFault, ranges};
+
+/// The failing exports of an instance, by port.
+#[derive(Default)]
+pub(crate) struct ExportFaults {
+    any: AtomicBool,
+    /// Locked for a publication only while an export fails.
+    active: Mutex<BTreeMap<usize, ActiveFault>>,
+}
+
+/// What a publication of a failing export does.
+pub(super) enum Publication {
+    /// It publishes the loan.
+    Loan,
+    /// It retracts the value before.
+    Retraction,
+    /// Nothing.
+    Nothing,
+}
+
+struct ActiveFault {
+    fault: SensorFault,
+    /// The last value before the failure.
+    last: Option<Vec<u8>>,
+    noise: Noise,
+}
+
+/// A sequence of normal numbers, the same on every machine: SplitMix64 (Steele, Lea, Flood 2014) and the
+/// transform of Box and Muller (1958).
+struct Noise {
+    state: u64,
+}
+
+impl ExportFaults {
+    /// Lets an export fail from the next publication on.
+    pub(crate) fn fail(&self, port: usize, variable: &Arc<Variable>, fault: SensorFault, seed: u64) {
+        let last = variable
+            .reader("host")
+            .latch()
+            .map(|latched| latched.bytes.to_vec());
+        let noise = Noise { state: seed };
+        let mut active = self.active();
+        active.insert(port, ActiveFault { fault, last, noise });
+        self.any.store(true, Ordering::Release);
+    }
+
+    /// Ends the failure of an export.
+    pub(crate) fn repair(&self, port: usize) {
+        let mut active = self.active();
+        active.remove(&port);
+        self.any.store(!active.is_empty(), Ordering::Release);
+    }
+
+    /// Whether any export fails.
+    #[inline]
+    pub(super) fn any(&self) -> bool {
+        self.any.load(Ordering::Acquire)
+    }
+
+    /// Changes the value that an export is about to publish.
+    pub(super) fn apply(&self, port: usize, writer: &mut Writer) -> Publication {
+        let mut active = self.active();
+        let Some(ActiveFault { fault, last, noise }) = active.get_mut(&port) else {
+            return Publication::Loan;
+        };
+        let variable = Arc::clone(writer.variable());
+        let value_type = &variable.describe().value_type;
+        match fault {
+            SensorFault::Silent => return Publication::Retraction,
+            SensorFault::Frozen => match last {
+                Some(last) => writer.loan().copy_from_slice(last),
+                None => return Publication::Nothing,
+            },
+            SensorFault::Noise { sigma } => {
+                let beams = ranges(value_type);
+                let fields = beams.map_or(&*value_type.fields, slice::from_ref);
+                value::change_floats(fields, writer.loan(), &mut |_, number| {
+                    let noisy = number + *sigma * noise.next();
+                    match number.is_finite() {
+                        true if beams.is_some() => noisy.max(0.0),
+                        true => noisy,
+                        false => number,
+                    }
+                });
+            }
+            SensorFault::Blocked { first, last, range } => {
+                let beams = *first as usize..=*last as usize;
+                let fields = ranges(value_type).map_or(&[][..], slice::from_ref);
+                value::change_floats(fields, writer.loan(), &mut |beam, measured| {
+                    if beams.contains(&beam) {
+                        f64::from(*range)
+                    } else {
+                        measured
+                    }
+                });
+            }
+        }
+        Publication::Loan
+    }
+
+    fn active(&self) -> MutexGuard<'_, BTreeMap<usize, ActiveFault>> {
+        self.active.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        // In (0, 1], so that the logarithm is finite.
+        let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.uniform()));
+        radius * libm::cos(TAU * self.uniform())
+    }
+
+    /// Returns a number in [0, 1).
+    fn uniform(&mut self) -> f64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.state;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Noise;
+
+    #[test]
+    fn the_noise_is_normal() {
+        let mut noise = Noise { state: 7 };
+        let numbers: Vec<f64> = (0..10_000).map(|_| noise.next()).collect();
+        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / 10_000.0;
+        assert!(mean(&mut numbers.iter().copied()).abs() < 0.04);
+        assert!((mean(&mut numbers.iter().map(|number| number * number)) - 1.0).abs() < 0.05);
+        let within = numbers.iter().filter(|number| number.abs() < 1.0).count();
+        assert!(
+            (6627..=7027).contains(&within),
+            "{within} of 6827 within one sigma"
+        );
+    }
+}

@@ -1,0 +1,117 @@
+//! The delivered application, whose laser an operator lets fail.
+
+use std::path::Path;
+
+use jde_host::{Handle, Lockstep, Options, SensorFault};
+use jde_types::{LaserScan, RangeRing, Value};
+
+use crate::delivered::{self, ROOT, SECOND};
+
+struct Drive {
+    running: Lockstep,
+    pioneer: usize,
+}
+
+impl Drive {
+    fn start(seed: u64) -> Self {
+        let plugins = delivered::plugins();
+        let file = Path::new(ROOT).join("apps/safe-navigation.toml");
+        let mut application = jde_app::load(&file, &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+        application.seed = seed;
+        let mut running = Lockstep::start(application, &plugins, Options::default())
+            .unwrap_or_else(|error| panic!("{error}"));
+        running.run_until(2 * SECOND);
+        let pioneer = running.handle().application().instance("pioneer");
+        let pioneer = pioneer.expect("it is in the application");
+        Self { running, pioneer }
+    }
+
+    fn failing(seed: u64, export: &str, fault: SensorFault) -> Self {
+        let mut drive = Self::start(seed);
+        let operator = drive.handle().operator("ana");
+        operator
+            .fail_export(drive.pioneer, export, fault)
+            .expect("it is an export");
+        drive.run(3);
+        drive
+    }
+
+    fn run(&mut self, seconds: u64) {
+        let now = self.running.handle().now();
+        self.running.run_until(now + seconds * SECOND);
+    }
+
+    fn handle(&self) -> Handle {
+        self.running.handle()
+    }
+
+    fn scan(&self) -> Option<Box<LaserScan>> {
+        let scan = self.handle().value("pioneer.laser").expect("it is an export");
+        scan.map(Box::new)
+    }
+}
+
+fn scan_of(drive: &Drive) -> Box<LaserScan> {
+    drive.scan().expect("it was published")
+}
+
+#[test]
+fn r16_noise_on_a_laser_repeats_to_the_bit_with_the_seed() {
+    let noise = SensorFault::Noise { sigma: 0.1 };
+    let [one, same, other] = [7, 7, 8].map(|seed| scan_of(&Drive::failing(seed, "laser", noise)));
+    assert_eq!(one.as_bytes(), same.as_bytes());
+    assert_ne!(one.ranges, other.ranges);
+    let plain = scan_of(&Drive::failing(7, "sonars", noise));
+    assert_eq!(one.range_max, plain.range_max, "only the ranges are noisy");
+    assert!(one.ranges.iter().all(|range| *range >= 0.0));
+    // The robots may have driven differently for three seconds, but not by much.
+    let changed = one.ranges.iter().zip(plain.ranges.iter()).filter(|(a, b)| a != b);
+    assert!(changed.count() > 100);
+}
+
+#[test]
+fn beams_that_are_blocked_read_the_given_range() {
+    let blocked = |range| SensorFault::Blocked {
+        first: 10,
+        last: 20,
+        range,
+    };
+    let drive = Drive::failing(7, "laser", blocked(f32::INFINITY));
+    let scan = scan_of(&drive);
+    assert!(scan.ranges[10..=20].iter().all(|range| range.is_infinite()));
+    assert!(scan.ranges[..10].iter().all(|range| range.is_finite()));
+    let drive = Drive::failing(7, "sonars", blocked(0.5));
+    let sonars: Option<RangeRing> = drive.handle().value("pioneer.sonars").expect("it is an export");
+    let sonars = sonars.expect("it was published");
+    assert!(sonars.ranges.len() < 20, "beams that are not there are left out");
+    assert!(sonars.ranges[10..].iter().all(|range| *range == 0.5));
+    assert!(sonars.ranges[..10].iter().any(|range| *range != 0.5));
+}
+
+#[test]
+fn a_frozen_laser_repeats_its_content_and_a_silent_one_has_none() {
+    let mut drive = Drive::failing(7, "laser", SensorFault::Frozen);
+    let before = scan_of(&drive);
+    drive.run(3);
+    assert_eq!(scan_of(&drive).as_bytes(), before.as_bytes());
+    let variable = drive
+        .handle()
+        .board()
+        .get("pioneer.laser")
+        .expect("it is an export");
+    let age = variable.status(drive.handle().now()).age;
+    assert!(
+        age.is_some_and(|age| age < SECOND / 5),
+        "it was published lately: {age:?}"
+    );
+    let operator = drive.handle().operator("ana");
+    operator
+        .fail_export(drive.pioneer, "laser", SensorFault::Silent)
+        .expect("it is an export");
+    assert_eq!(drive.scan(), None, "at once");
+    drive.run(3);
+    assert_eq!(drive.scan(), None);
+    operator.repair_export(drive.pioneer, "laser").expect("it fails");
+    drive.run(1);
+    assert_ne!(scan_of(&drive).as_bytes(), before.as_bytes());
+}

@@ -1,0 +1,135 @@
+//! Changes of a world while it runs: robots are put elsewhere, boxes added, things removed, movers halted.
+//!
+//! A change takes no simulated time. A refused one changes nothing.
+
+use super::{RobotId, World};
+use crate::edit::{Action, Edit};
+use crate::error::WorldError;
+use crate::file::{self, BoxPlan};
+use crate::loose::CONTACT_GAP;
+use crate::mover::Mover;
+use crate::robot::CONTACT;
+use crate::scene::Fixture;
+use crate::shape::{Outline, Shape};
+use crate::solid::Solid;
+
+impl World {
+    /// Makes a change. `robot` is the one that an edit places if it names none.
+    ///
+    /// Movers pass through a box that is added on their way. A robot cannot be removed.
+    ///
+    /// # Errors
+    /// An unknown name; a name that is taken; a place that is not free, or for a robot outside the world's
+    /// bounds.
+    pub fn edit(&mut self, robot: RobotId, edit: &Edit) -> Result<(), WorldError> {
+        match &edit.action {
+            Action::Place(None, pose) => self.place(robot, *pose)?,
+            Action::Place(Some(name), pose) => {
+                let found = self.robots().find(|(_, known)| known == name).map(|(id, _)| id);
+                let found =
+                    found.ok_or_else(|| self.unknown("robot", name, self.robots().map(|(_, name)| name)))?;
+                self.place(found, *pose)?;
+            }
+            Action::Add(plan) => self.add_box(plan)?,
+            Action::Remove(name) => self.remove(name)?,
+            Action::Halt(name) => self.halt(name, true)?,
+            Action::Resume(name) => self.halt(name, false)?,
+        }
+        self.update_contacts();
+        Ok(())
+    }
+
+    /// Returns how often the standing things have changed since the world was created.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    fn add_box(&mut self, plan: &BoxPlan) -> Result<(), WorldError> {
+        let (name, solid) = match plan {
+            BoxPlan::Fixed(Fixture { name, outline, .. }) => (name, Solid::new(outline)),
+            BoxPlan::Loose(body) => (&body.name, *body.solid()),
+        };
+        if self.shapes().any(|shape| shape.name == name) || self.robot_names().any(|robot| robot == name) {
+            return Err(WorldError::NameTaken { name: name.clone() });
+        }
+        if let Some(by) = self.obstacle(&solid, matches!(plan, BoxPlan::Loose(_))) {
+            let (name, by) = (name.clone(), by.to_owned());
+            return Err(WorldError::BoxBlocked { name, by });
+        }
+        match plan {
+            BoxPlan::Fixed(fixture) => {
+                self.scene.add(fixture.clone());
+                self.changes += 1;
+            }
+            BoxPlan::Loose(body) => self.loose.add(body.clone()),
+        }
+        Ok(())
+    }
+
+    /// Returns what a new box would overlap. Standing things may overlap one another, as in a file. A robot
+    /// that has a box put down beside it has not collided with it.
+    fn obstacle<'a>(&'a self, solid: &'a Solid, loose: bool) -> Option<&'a str> {
+        let fixed = loose
+            .then(|| self.scene.near(solid, CONTACT_GAP))
+            .into_iter()
+            .flatten();
+        let movers = self
+            .movers
+            .iter()
+            .map(|mover| (mover.name(), *mover.solid(), CONTACT_GAP));
+        let bodies = self.loose.bodies().iter();
+        let bodies = bodies.map(|body| (body.name.as_str(), *body.solid(), CONTACT_GAP));
+        let robots = self.others(usize::MAX).map(|(index, disc)| {
+            let (center, radius) = (disc.center, disc.radius);
+            let solid = Solid::new(&Outline::Circle { center, radius });
+            (self.robot_slots[index].start.robot.as_str(), solid, CONTACT)
+        });
+        let mut near = movers
+            .chain(bodies)
+            .chain(robots)
+            .filter(|(_, other, gap)| other.distance_to_solid(solid) < *gap)
+            .map(|(name, ..)| name);
+        near.next().or_else(|| fixed.into_iter().next())
+    }
+
+    fn remove(&mut self, name: &str) -> Result<(), WorldError> {
+        let fixed = self.shapes().any(|shape| shape.name == name && !shape.moving) && self.scene.remove(name);
+        self.changes += u64::from(fixed);
+        let movers = self.movers.len();
+        self.movers.retain(|mover| mover.name() != name);
+        if self.loose.remove(name) || fixed || self.movers.len() < movers {
+            return Ok(());
+        }
+        Err(self.unknown("thing", name, self.shapes().map(|Shape { name, .. }| name)))
+    }
+
+    fn halt(&mut self, name: &str, halted: bool) -> Result<(), WorldError> {
+        let mut found = false;
+        for mover in self.movers.iter_mut().filter(|mover| mover.name() == name) {
+            mover.halt(halted);
+            found = true;
+        }
+        if found {
+            return Ok(());
+        }
+        Err(self.unknown("mover", name, self.movers.iter().map(Mover::name)))
+    }
+
+    fn unknown<'a>(
+        &self,
+        kind: &'static str,
+        name: &str,
+        known: impl Iterator<Item = &'a str>,
+    ) -> WorldError {
+        let mut known: Vec<String> = known.map(str::to_owned).collect();
+        known.sort_unstable();
+        known.dedup();
+        WorldError::UnknownThing {
+            world: self.name.clone(),
+            kind,
+            name: name.to_owned(),
+            nearest: file::nearest(name, known.iter().map(String::as_str)).map(str::to_owned),
+            known,
+        }
+    }
+}
