@@ -39,6 +39,12 @@ impl Decision {
     /// The name of a choice, or of none.
     const NOBODY: &str = "nobody";
 
+    /// Whether another schema took over, or none acts any more. A choice that was not carried out is neither.
+    #[must_use]
+    pub fn is_takeover(&self) -> bool {
+        self.changed && (self.takeover_us.is_some() || self.choice.is_none())
+    }
+
     /// Returns the name of the choice before, or "nobody".
     #[must_use]
     pub fn before_name(&self) -> &str {

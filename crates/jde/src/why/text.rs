@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use jde_records::{CandidateRecord, Decision};
 
 use super::answer::Answer;
+use crate::record_text::{format_millis, format_takeover};
 use crate::terminal::{FAINT, GOOD, TITLE, WARN};
 
 /// Prints an answer. `marked` is the schema of the question, which is marked among the candidates.
@@ -29,27 +30,6 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
             Ok(())
         }
     }
-}
-
-/// Returns a takeover in one line:
-/// `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 0.40 ms`.
-pub(crate) fn format_takeover(decision: &Decision) -> String {
-    let decider = match decision.decider.as_str() {
-        "nobody" => String::new(),
-        decider => format!(" {FAINT}({decider}){FAINT:#}"),
-    };
-    let took = match decision.takeover_us {
-        Some(took) => format!("{FAINT}, took {}{FAINT:#}", format_millis(took)),
-        None => String::new(),
-    };
-    format!(
-        "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {GOOD}{}{GOOD:#}  {}{decider}{took}",
-        decision.time_s,
-        decision.group,
-        decision.before_name(),
-        decision.choice_name(),
-        decision.reason,
-    )
 }
 
 fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Write) -> io::Result<()> {
@@ -165,15 +145,5 @@ fn describe_decider(decider: &str) -> String {
         "absence-policy" => String::from("the absence policy of the group"),
         "operator" => String::from("an operator"),
         policy => format!("the policy of the group, {policy}"),
-    }
-}
-
-/// Returns microseconds as text in ms, with the digits that matter.
-fn format_millis(micros: f64) -> String {
-    let ms = micros / 1e3;
-    if ms >= 10.0 {
-        format!("{ms:.1} ms")
-    } else {
-        format!("{ms:.2} ms")
     }
 }
