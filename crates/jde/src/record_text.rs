@@ -1,5 +1,7 @@
 //! One message of a run as a line of text, as the verbs that follow a run print it.
 
+use jde_app::period::format_duration;
+use jde_core::Nanos;
 use jde_records::{Decision, RunRecord};
 
 use crate::terminal::{BAD, FAINT, GOOD, WARN};
@@ -29,14 +31,14 @@ pub(crate) fn format_record(record: &RunRecord) -> String {
 }
 
 /// Returns a takeover in one line:
-/// `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 0.40 ms`.
+/// `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 400 µs`.
 pub(crate) fn format_takeover(decision: &Decision) -> String {
     let decider = match decision.decider.as_str() {
         "nobody" => String::new(),
         decider => format!(" {FAINT}({decider}){FAINT:#}"),
     };
     let took = match decision.takeover_us {
-        Some(took) => format!("{FAINT}, took {}{FAINT:#}", format_millis(took)),
+        Some(took) => format!("{FAINT}, took {}{FAINT:#}", format_micros(took)),
         None => String::new(),
     };
     format!(
@@ -49,12 +51,7 @@ pub(crate) fn format_takeover(decision: &Decision) -> String {
     )
 }
 
-/// Returns microseconds as text in ms, with the digits that matter.
-pub(crate) fn format_millis(micros: f64) -> String {
-    let ms = micros / 1e3;
-    if ms >= 10.0 {
-        format!("{ms:.1} ms")
-    } else {
-        format!("{ms:.2} ms")
-    }
+/// Returns microseconds as text in a suitable unit.
+pub(crate) fn format_micros(micros: f64) -> String {
+    format_duration((micros * 1e3).round() as Nanos)
 }

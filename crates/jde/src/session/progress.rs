@@ -185,22 +185,3 @@ pub(crate) fn format_progress(count: u32, total: u32) -> String {
         format!("{count} of {total}")
     }
 }
-
-/// A time in ms with the digits that matter; whole seconds from a minute on in s.
-pub(crate) struct Millis(pub(crate) Nanos);
-
-impl std::fmt::Display for Millis {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let seconds = self.0 / 1_000_000_000;
-        if seconds >= 60 && self.0.is_multiple_of(1_000_000_000) {
-            return write!(f, "{seconds} s");
-        }
-        let millis = self.0 as f64 / 1e6;
-        let digits = match millis {
-            whole if whole.fract() == 0.0 => 0,
-            large if large >= 10.0 => 1,
-            _ => 2,
-        };
-        write!(f, "{millis:.digits$} ms")
-    }
-}

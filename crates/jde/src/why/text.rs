@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use jde_records::{CandidateRecord, Decision};
 
 use super::answer::Answer;
-use crate::record_text::{format_millis, format_takeover};
+use crate::record_text::{format_micros, format_takeover};
 use crate::terminal::{FAINT, GOOD, TITLE, WARN};
 
 /// Prints an answer. `marked` is the schema of the question, which is marked among the candidates.
@@ -40,7 +40,6 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         case,
         candidates,
         choice,
-        decider,
         reason,
         cause,
         changed,
@@ -61,14 +60,14 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         "{TITLE}{group}{TITLE:#} at {time_s:.3} s: {what}  {FAINT}(selection {number}){FAINT:#}"
     )?;
     writeln!(output, "  because     {reason}")?;
-    writeln!(output, "  case        {case}: {}", describe_case(case))?;
-    writeln!(output, "  decided by  {}", describe_decider(decider))?;
+    writeln!(output, "  case        {case}: {}", decision.case_text())?;
+    writeln!(output, "  decided by  {}", decision.decider_text())?;
     writeln!(output, "  set off by  {cause}")?;
     if let Some(took) = takeover_us {
         writeln!(
             output,
             "  took        {} from the cause to its first iteration",
-            format_millis(*took)
+            format_micros(*took)
         )?;
     }
     let width = candidates
@@ -124,26 +123,5 @@ fn verdict(candidate: &CandidateRecord, decision: &Decision) -> &'static str {
         "ready, and another schema was chosen"
     } else {
         "its precondition did not hold"
-    }
-}
-
-fn describe_case(case: &str) -> &'static str {
-    match case {
-        "alone" => "exactly one was ready, so there is no choice",
-        "collision" => "two or more were ready",
-        "absence" => "none was ready",
-        "forced" => "an operator forced one",
-        _ => "",
-    }
-}
-
-fn describe_decider(decider: &str) -> String {
-    match decider {
-        "nobody" => String::from("nobody: there was no choice"),
-        "father" => String::from("the father's own arbitration"),
-        "arbitration-failed" => String::from("the priority order, because the father's arbitration failed"),
-        "absence-policy" => String::from("the absence policy of the group"),
-        "operator" => String::from("an operator"),
-        policy => format!("the policy of the group, {policy}"),
     }
 }
