@@ -3,12 +3,12 @@
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{self, Child, Command, Stdio};
+use std::process::{self, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, ensure};
 
-use crate::shell;
+use crate::shell::{self, ChildGuard};
 use crate::test::Context;
 
 /// The page with the programs.
@@ -21,9 +21,6 @@ const ROGUE: &str = "crates/link/tests/peers/rogue.py";
 const ENDPOINT: &str = "tcp/robot2.local:7447";
 /// The limit for finding the application and for one program: a hundred times the usual time.
 const PATIENCE: Duration = Duration::from_secs(60);
-
-/// A running application; killed when dropped.
-struct RobotProcess(Child);
 
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     let page = std::fs::read_to_string(context.root.join(PAGE))?;
@@ -76,7 +73,7 @@ fn programs(page: &str) -> Vec<String> {
 }
 
 /// Starts a robot that listens on the loopback interface. Returns its endpoint and its process.
-fn robot(context: &Context) -> Result<(String, RobotProcess)> {
+fn robot(context: &Context) -> Result<(String, ChildGuard)> {
     // The port is free again before the robot binds it. No other program of this step requests a port.
     let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
     let endpoint = format!("tcp/127.0.0.1:{port}");
@@ -96,7 +93,7 @@ fn robot(context: &Context) -> Result<(String, RobotProcess)> {
         .stdout(Stdio::null())
         .spawn()
         .context("cannot start `jde run`")?;
-    let mut robot = RobotProcess(child);
+    let mut robot = ChildGuard(child);
     let (begun, quoted) = (Instant::now(), format!("\"{name}\""));
     loop {
         let mut apps = Command::new(context.target.join("debug/jde"));
@@ -108,14 +105,6 @@ fn robot(context: &Context) -> Result<(String, RobotProcess)> {
             begun.elapsed() < PATIENCE,
             "`jde apps` does not find {name}, which has run for {PATIENCE:?}"
         );
-    }
-}
-
-impl Drop for RobotProcess {
-    fn drop(&mut self) {
-        // The process may have ended before.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
     }
 }
 

@@ -4,13 +4,13 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, bail, ensure};
 
 use crate::clients;
 use crate::ros2;
-use crate::shell;
+use crate::shell::{self, ChildGuard};
 use crate::step::StepOutcome;
 use crate::test::Context;
 
@@ -172,7 +172,7 @@ fn drive(context: &Context, python: &Path, client: &Path) -> Result<String> {
 
 /// A running `jde sim`; killed when dropped.
 struct Server {
-    process: Child,
+    process: ChildGuard,
     /// The serial line of the robot.
     line: String,
 }
@@ -204,26 +204,19 @@ impl Server {
             let _ = process.kill();
             bail!("`jde sim` reported no serial line");
         };
-        Ok(Self { process, line })
+        Ok(Self {
+            process: ChildGuard(process),
+            line,
+        })
     }
 
-    /// Ends the server with SIGTERM, which unlike SIGINT also ends a background process of a shell. Returns
-    /// its standard output.
+    /// Ends the server. Returns its standard output.
     fn end(&mut self) -> Result<String> {
-        let number = self.process.id().to_string();
-        shell::read(Command::new("kill").args(["-TERM", &number]))?;
-        let output = self.process.stdout.take().context("it was read before")?;
+        self.process.terminate()?;
+        let output = self.process.0.stdout.take().context("it was read before")?;
         let summary = std::io::read_to_string(output)?;
-        let status = self.process.wait()?;
+        let status = self.process.0.wait()?;
         ensure!(status.success(), "`jde sim` ended with {status}");
         Ok(summary)
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // The process may have ended before.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }

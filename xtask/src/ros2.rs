@@ -5,11 +5,11 @@
 use std::fs;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::{ChildStdout, Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 
-use crate::shell;
+use crate::shell::{self, ChildGuard};
 use crate::test::Context;
 
 /// The Python package to install, and the module to import as a check.
@@ -22,7 +22,7 @@ const LIMIT: &str = "180s";
 
 /// A peer that runs until its standard input closes or this is dropped.
 struct Peer {
-    process: Child,
+    process: ChildGuard,
     output: BufReader<ChildStdout>,
 }
 
@@ -83,7 +83,7 @@ fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
         application.0.try_wait()?.is_none(),
         "`jde run ros2` ended too early"
     );
-    shell::read(Command::new("kill").args(["-TERM", &application.0.id().to_string()]))?;
+    application.terminate()?;
     let status = application.0.wait()?;
     ensure!(status.success(), "`jde run ros2` ended with {status}");
     Ok(())
@@ -122,7 +122,7 @@ impl Peer {
             .context("cannot start the peer")?;
         let output = process.stdout.take().context("it has no standard output")?;
         Ok(Self {
-            process,
+            process: ChildGuard(process),
             output: BufReader::new(output),
         })
     }
@@ -137,28 +137,10 @@ impl Peer {
 
     /// Closes the peer's standard input and waits for its end. Returns its last line.
     fn end(&mut self) -> Result<String> {
-        drop(self.process.stdin.take());
+        drop(self.process.0.stdin.take());
         let last = self.line()?;
-        let status = self.process.wait()?;
+        let status = self.process.0.wait()?;
         ensure!(status.success(), "the peer ended with {status}");
         Ok(last)
-    }
-}
-
-impl Drop for Peer {
-    fn drop(&mut self) {
-        // The process may have ended before.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-/// A process that is killed when dropped.
-struct ChildGuard(Child);
-
-impl Drop for ChildGuard {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
     }
 }

@@ -2,7 +2,7 @@
 //! before it runs. This module does not depend on the purpose of a command.
 
 use std::io::read_to_string;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
@@ -29,6 +29,25 @@ pub(crate) fn cargo() -> Command {
 
 /// The prefixes of the variables in which cargo describes a package to the program that it runs.
 const CARGO_VARIABLES: [&str; 2] = ["CARGO_PKG_", "CARGO_MANIFEST_"];
+
+/// A process that is killed when dropped.
+pub(crate) struct ChildGuard(pub(crate) Child);
+
+impl ChildGuard {
+    /// Requests the end of the process with SIGTERM, which unlike SIGINT also ends a background process of a
+    /// shell.
+    pub(crate) fn terminate(&self) -> Result<()> {
+        read(Command::new("kill").args(["-TERM", &self.0.id().to_string()])).map(drop)
+    }
+}
+
+impl Drop for ChildGuard {
+    fn drop(&mut self) {
+        // The process may have ended before.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
 
 /// Runs a command whose output appears as it is written. Returns an error unless the command succeeds.
 pub(crate) fn run(command: &mut Command, paint: Paint) -> Result<()> {

@@ -5,9 +5,10 @@
 use crate::spec::SchemaId;
 
 /// The activation state of a schema.
-#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+#[derive(Copy, Clone, Default, PartialEq, Eq, Hash, Debug)]
 pub enum State {
     /// Uses no processor time and keeps its memory.
+    #[default]
     Slept,
     /// Awake. Its precondition is false, or not checked yet.
     Checking,
@@ -17,10 +18,27 @@ pub enum State {
     Winner,
 }
 
+impl State {
+    /// All states.
+    pub const ALL: [Self; 4] = [Self::Slept, Self::Checking, Self::Ready, Self::Winner];
+
+    /// Returns the name, as in the paper.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slept => "SLEPT",
+            Self::Checking => "CHECKING",
+            Self::Ready => "READY",
+            Self::Winner => "WINNER",
+        }
+    }
+}
+
 /// The condition of a schema, independent of its state.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Default, PartialEq, Eq, Hash, Debug)]
 pub enum Health {
     /// Nothing to report.
+    #[default]
     Ok,
     /// The schema missed its deadline.
     Overrun,

@@ -29,6 +29,7 @@ mod paths;
 #[cfg(feature = "tools")]
 mod quantity;
 mod queue;
+mod record_text;
 #[cfg(feature = "tools")]
 mod remote;
 #[cfg(feature = "tools")]

@@ -61,7 +61,7 @@ pub struct Schemas {
 }
 
 /// A schema of an application.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SchemaInfo {
     /// Its name in the application.
     pub name: String,
@@ -181,7 +181,7 @@ pub struct GroupInfo {
 }
 
 /// A shared variable: one element of the answer to `variables`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct VariableInfo {
     /// Its full name, `owner.variable`.
     pub name: String,

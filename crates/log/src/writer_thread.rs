@@ -390,7 +390,7 @@ impl WriterThread {
     }
 
     fn finish(mut self) {
-        let last = self.records.take().map(RecordBuilder::finish);
+        let last = self.records.take().map(|mut records| records.finish());
         for record in last.unwrap_or_default() {
             self.write_record(&record, None);
         }

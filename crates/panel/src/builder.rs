@@ -189,21 +189,10 @@ impl Builder {
 
 /// Returns whether a widget can contain something.
 fn opens(item: &Item) -> bool {
-    match item {
-        Item::Row { .. }
-        | Item::Group { .. }
-        | Item::Plot { .. }
-        | Item::Canvas { .. }
-        | Item::Scene { .. } => true,
-        Item::Text { .. }
-        | Item::Value { .. }
-        | Item::Button { .. }
-        | Item::Toggle { .. }
-        | Item::Slider { .. }
-        | Item::Choice { .. }
-        | Item::Image { .. }
-        | Item::Table { .. } => false,
-    }
+    matches!(
+        item,
+        Item::Row { .. } | Item::Group { .. } | Item::Plot { .. } | Item::Canvas { .. } | Item::Scene { .. }
+    )
 }
 
 /// Returns the name of a widget in messages.

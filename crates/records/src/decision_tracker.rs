@@ -176,7 +176,7 @@ impl DecisionTracker {
                 .iter()
                 .map(|candidate| CandidateRecord {
                     name: name(candidate.id),
-                    state: state_name(candidate.state).to_owned(),
+                    state: state_name(candidate.state),
                     ready: candidate.ready,
                     urgency: Some(candidate.urgency).filter(|urgency| urgency.is_finite()),
                 })
@@ -192,24 +192,18 @@ impl DecisionTracker {
     }
 }
 
-/// Returns a state's name as it is written in messages.
+/// Returns a state's name as it is written in messages: in lower case.
 #[must_use]
-pub fn state_name(state: State) -> &'static str {
-    match state {
-        State::Slept => "slept",
-        State::Checking => "checking",
-        State::Ready => "ready",
-        State::Winner => "winner",
-    }
+pub fn state_name(state: State) -> String {
+    state.name().to_lowercase()
 }
 
-/// Returns the state with that name; SLEPT for an unknown name.
+/// Returns the state with that name, in any case; SLEPT for an unknown name.
 #[must_use]
 pub fn state_named(name: &str) -> State {
-    let mut awake = [State::Checking, State::Ready, State::Winner].into_iter();
-    awake
-        .find(|state| state_name(*state) == name)
-        .unwrap_or(State::Slept)
+    let known = State::ALL.into_iter();
+    let mut known = known.filter(|state| state.name().eq_ignore_ascii_case(name));
+    known.next().unwrap_or(State::Slept)
 }
 
 fn case_name(case: Case) -> &'static str {

@@ -6,12 +6,12 @@ use std::io::Write;
 use jde_app::Application;
 
 use crate::event::{Event, Observer};
-use crate::{Decision, DecisionTracker};
+use crate::{RecordBuilder, RunRecord};
 
-/// Writes one line, a [`Decision`], for each selection, once the time to the winner's first iteration is
+/// Writes one line, a [`Decision`](crate::Decision), for each selection, once the time to the winner's first iteration is
 /// known.
 pub struct DecisionWriter<W: Write + Send> {
-    tracker: DecisionTracker,
+    records: RecordBuilder,
     out: W,
     failed: Option<std::io::Error>,
 }
@@ -20,7 +20,7 @@ impl<W: Write + Send> DecisionWriter<W> {
     /// Writes to `out`. A buffered writer is recommended, since it writes line by line.
     pub fn new(application: &Application, out: W) -> Self {
         Self {
-            tracker: DecisionTracker::new(application),
+            records: RecordBuilder::new(application),
             out,
             failed: None,
         }
@@ -31,8 +31,8 @@ impl<W: Write + Send> DecisionWriter<W> {
     /// # Errors
     /// The first error of writing. The affected lines are lost; the application was not affected.
     pub fn finish(mut self) -> std::io::Result<W> {
-        for decision in self.tracker.drain() {
-            self.write(&decision);
+        for record in self.records.finish() {
+            self.write(&record);
         }
         match self.failed {
             Some(error) => Err(error),
@@ -43,14 +43,19 @@ impl<W: Write + Send> DecisionWriter<W> {
         }
     }
 
-    /// Processes one event.
-    pub fn on_event(&mut self, event: &Event) {
-        for decision in self.tracker.process(event) {
-            self.write(&decision);
+    /// Processes one event. Returns its messages, after those that are selections were written.
+    pub fn process(&mut self, event: &Event) -> Vec<RunRecord> {
+        let records = self.records.process(event);
+        for record in &records {
+            self.write(record);
         }
+        records
     }
 
-    fn write(&mut self, decision: &Decision) {
+    fn write(&mut self, record: &RunRecord) {
+        let RunRecord::Decision(decision) = record else {
+            return;
+        };
         let result = serde_json::to_writer(&mut self.out, decision).map_err(std::io::Error::from);
         if let Err(error) = result.and_then(|()| self.out.write_all(b"\n")) {
             self.failed.get_or_insert(error);
@@ -60,6 +65,6 @@ impl<W: Write + Send> DecisionWriter<W> {
 
 impl<W: Write + Send> Observer for DecisionWriter<W> {
     fn on_event(&mut self, event: &Event) {
-        DecisionWriter::on_event(self, event);
+        self.process(event);
     }
 }

@@ -8,12 +8,12 @@ use super::{
 use crate::event::{Event, OperatorAction};
 
 impl RecordBuilder {
-    /// Returns the message of a single event, if it has one. Selections and takeovers have none.
+    /// Returns the message of a single event, if it has one. Selections and takeovers in time have none.
     pub(super) fn describe_event(&self, event: &Event) -> Option<RunRecord> {
         let name = |schema: &usize| Some(self.schemas[*schema].clone());
         let ms = |time: Nanos| time as f64 / 1e6;
         Some(match event {
-            Event::Decided(_) | Event::TookOver { .. } => return None,
+            Event::Decided(_) => return None,
             Event::StateChanged {
                 time,
                 schema,
@@ -22,8 +22,8 @@ impl RecordBuilder {
             } => RunRecord::State(StateRecord {
                 time_s: seconds(*time),
                 schema: self.schemas[*schema].clone(),
-                from: state_name(*from).to_owned(),
-                to: state_name(*to).to_owned(),
+                from: state_name(*from),
+                to: state_name(*to),
             }),
             Event::HealthChanged { time, schema, health } => {
                 let (kind, text) = match health {
@@ -79,7 +79,8 @@ impl RecordBuilder {
                 );
                 event_record(*time, "came-back", name(schema), text)
             }
-            Event::TookOverLate {
+            Event::TookOver { latency, allowed, .. } if latency <= allowed => return None,
+            Event::TookOver {
                 time,
                 group,
                 schema,

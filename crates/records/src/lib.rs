@@ -118,7 +118,7 @@ impl RecordBuilder {
 
     /// Returns the selections whose takeover did not occur.
     #[must_use]
-    pub fn finish(mut self) -> Vec<RunRecord> {
+    pub fn finish(&mut self) -> Vec<RunRecord> {
         self.tracker
             .drain()
             .into_iter()

@@ -39,6 +39,39 @@ impl Decision {
     /// The name of a choice, or of none.
     const NOBODY: &str = "nobody";
 
+    /// What the case means.
+    #[must_use]
+    pub fn case_text(&self) -> &'static str {
+        match self.case.as_str() {
+            "alone" => "exactly one was ready, so there is no choice",
+            "collision" => "two or more were ready",
+            "absence" => "none was ready",
+            "forced" => "an operator forced one",
+            _ => "",
+        }
+    }
+
+    /// Who decided, in words.
+    #[must_use]
+    pub fn decider_text(&self) -> String {
+        match self.decider.as_str() {
+            "nobody" => String::from("nobody: there was no choice"),
+            "father" => String::from("the father's own arbitration"),
+            "arbitration-failed" => {
+                String::from("the priority order, because the father's arbitration failed")
+            }
+            "absence-policy" => String::from("the absence policy of the group"),
+            "operator" => String::from("an operator"),
+            policy => format!("the policy of the group, {policy}"),
+        }
+    }
+
+    /// Whether another schema took over, or none acts any more. A choice that was not carried out is neither.
+    #[must_use]
+    pub fn is_takeover(&self) -> bool {
+        self.changed && (self.takeover_us.is_some() || self.choice.is_none())
+    }
+
     /// Returns the name of the choice before, or "nobody".
     #[must_use]
     pub fn before_name(&self) -> &str {

@@ -1,264 +1,36 @@
-//! The directions of dependencies: which crate may use which. The table of `docs/architecture.md` agrees.
+//! The directions of dependencies: which crate may use which, as the table of `docs/architecture.md` says.
 //! Dependencies of tests are not restricted. Cycles of other dependencies are refused by cargo itself.
 
 use super::tree::{Tree, Violation};
 use crate::metadata::{Dependency, Kind, Metadata, Package};
 
-/// The dependencies that one folder may have.
-struct Row {
-    /// A folder, or a folder of folders that ends with `/`. The first row that fits counts.
-    folder: &'static str,
-    ours: AllowedCrates,
-    /// Whether it may use external libraries.
-    libraries: bool,
-}
-
-enum AllowedCrates {
-    Listed(&'static [&'static str]),
-    AnyCrate,
-}
-
-const fn row(folder: &'static str, ours: &'static [&'static str]) -> Row {
-    Row {
-        folder,
-        ours: AllowedCrates::Listed(ours),
-        libraries: true,
-    }
-}
-
-const fn alone(folder: &'static str) -> Row {
-    Row {
-        folder,
-        ours: AllowedCrates::Listed(&[]),
-        libraries: false,
-    }
-}
-
-const TABLE: &[Row] = &[
-    // A feature of a library could change the bytes of a plugin.
-    alone("crates/abi"),
-    // The rules have no clock, thread or I/O, and need no library.
-    alone("crates/core"),
-    row("crates/gate", &[]),
-    alone("crates/watchdog"),
-    alone("crates/test-plugins"),
-    row("crates/webpki-roots", &[]),
-    // It checks the rules in their tests, and in the campaign of faults.
-    row("crates/shadow", &["crates/core"]),
-    // The ABI's reader has the only list of the names that application files reserve.
-    row("crates/macros", &["crates/abi"]),
-    row("crates/launcher", &["crates/jde"]),
-    row("crates/sim", &[]),
-    row("crates/experiment", &[]),
-    row("crates/types", &["crates/abi", "crates/macros"]),
-    row("crates/board", &["crates/abi"]),
-    row(
-        "crates/schema",
-        &[
-            "crates/abi",
-            "crates/core",
-            "crates/types",
-            "crates/macros",
-            "crates/panel",
-        ],
-    ),
-    row("crates/document", &["crates/abi", "crates/board", "crates/core"]),
-    // An application file is checked without any runtime.
-    row(
-        "crates/app",
-        &[
-            "crates/abi",
-            "crates/board",
-            "crates/core",
-            "crates/document",
-            "crates/types",
-        ],
-    ),
-    row(
-        "crates/records",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/core",
-            "crates/panel",
-            "crates/types",
-        ],
-    ),
-    // The only crate that maps libraries and calls their functions.
-    row(
-        "crates/loader",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/core",
-            "crates/panel",
-            "crates/records",
-        ],
-    ),
-    // The only crate that starts processes for schemas and limits them.
-    row(
-        "crates/isolation",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/board",
-            "crates/loader",
-            "crates/panel",
-        ],
-    ),
-    row(
-        "crates/host",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/board",
-            "crates/core",
-            "crates/gate",
-            "crates/isolation",
-            "crates/loader",
-            "crates/panel",
-            "crates/records",
-            "crates/types",
-        ],
-    ),
-    row(
-        "crates/log",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/board",
-            "crates/core",
-            // To decide a recording again.
-            "crates/host",
-            "crates/loader",
-            "crates/panel",
-            "crates/records",
-            "crates/ros",
-            "crates/types",
-        ],
-    ),
-    // A report is made from the recording alone, except for the world, which is read from its file.
-    row(
-        "crates/report",
-        &[
-            "crates/board",
-            "crates/core",
-            "crates/log",
-            "crates/records",
-            "crates/ros",
-            "crates/sim",
-            "crates/types",
-        ],
-    ),
-    row("crates/ros", &["crates/abi"]),
-    // Panel lists are built from the data that plugins pass through the ABI.
-    row("crates/panel", &["crates/abi"]),
-    // It shows data from the link or from a recording, and cannot reach any control.
-    row(
-        "crates/view",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/board",
-            "crates/core",
-            "crates/link",
-            "crates/log",
-            "crates/panel",
-            "crates/records",
-            "crates/types",
-        ],
-    ),
-    // The only crate that opens the network.
-    row(
-        "crates/link",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/board",
-            "crates/core",
-            // A running application as the subject of a link.
-            "crates/host",
-            "crates/loader",
-            "crates/panel",
-            "crates/records",
-            "crates/ros",
-        ],
-    ),
-    Row {
-        folder: "crates/jde",
-        ours: AllowedCrates::AnyCrate,
-        libraries: true,
-    },
-    // Both ends use the same protocol, which depends on neither.
-    row("crates/p2os", &[]),
-    // It runs whole applications and observes everything from outside.
-    row(
-        "crates/faults",
-        &[
-            "crates/abi",
-            "crates/app",
-            "crates/board",
-            "crates/core",
-            "crates/device",
-            "crates/host",
-            "crates/isolation",
-            "crates/loader",
-            "crates/p2os-server",
-            "crates/records",
-            "crates/shadow",
-            "crates/sim",
-            "crates/types",
-            "crates/watchdog",
-        ],
-    ),
-    row("crates/ball", &["crates/types"]),
-    row("crates/device", &["crates/schema", "crates/watchdog"]),
-    row(
-        "crates/p2os-server",
-        &["crates/device", "crates/p2os", "crates/sim"],
-    ),
-    row(
-        "drivers/",
-        &[
-            "crates/schema",
-            "crates/sim",
-            "crates/p2os",
-            "crates/device",
-            "crates/log",
-            "crates/ros",
-        ],
-    ),
-    row("schemas/", &["crates/schema", "crates/ball"]),
-    row(
-        "xtask",
-        &["crates/abi", "crates/core", "crates/test-plugins", "crates/types"],
-    ),
-];
-
-/// The page with the same table for readers.
+/// The page with the table: a row for each folder, `| `crates/sim` | contents | nothing of jde |`.
 const PAGE: &str = "docs/architecture.md";
 
-/// Checks that the table has every dependency of the workspace and a row for every folder, and that the page
-/// shows the same table.
+/// What a folder may use, as its row of the page says.
+struct Row<'p> {
+    /// The names of crates; or `all above`, `nothing of jde`, or `nothing` where no library is allowed either.
+    uses: &'p str,
+}
+
+/// Checks that the page has a row for every folder, and that the row lists every dependency.
 pub(super) fn check(tree: &Tree, metadata: &Metadata) -> Vec<Violation> {
-    let packages = metadata.members();
-    let mut found: Vec<_> = packages
+    metadata
+        .members()
         .flat_map(|package| check_package(tree, package))
-        .collect();
-    let page = tree.file(PAGE).map_or("", |file| file.text.as_str());
-    found.extend(TABLE.iter().filter_map(|row| row.check_page(page)));
-    found
+        .collect()
 }
 
 fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
     let folder = package.folder(&tree.root);
     let manifest = format!("{folder}/Cargo.toml");
-    let Some(row) = TABLE.iter().find(|row| row.covers(&folder)) else {
+    let page = tree.file(PAGE).map_or("", |file| file.text.as_str());
+    let Some(row) = Row::of(page, &folder) else {
         return vec![Violation::new(
             manifest,
             1,
             format!("nothing says what {folder} may use"),
-            "add its row to the table in xtask/src/tidy/layering.rs, and the reason to docs/decisions",
+            "add its row to the table in docs/architecture.md, and the reason to docs/decisions",
         )];
     };
     let mut found = Vec::new();
@@ -284,9 +56,9 @@ fn check_package(tree: &Tree, package: &Package) -> Vec<Violation> {
                 manifest.as_str(),
                 line,
                 format!("{folder} uses {used}, against the direction of the arrows"),
-                format!("{folder} may use {}; see docs/architecture.md", row.ours()),
+                format!("{folder} may use {}, says docs/architecture.md", row.uses),
             )),
-            None if !row.libraries => found.push(Violation::new(
+            None if row.uses == "nothing" => found.push(Violation::new(
                 manifest.as_str(),
                 line,
                 format!("{folder} uses the library {}", dependency.name),
@@ -309,59 +81,23 @@ fn expected_name(folder: &str) -> String {
     }
 }
 
-impl Row {
-    fn covers(&self, folder: &str) -> bool {
-        if self.folder.ends_with('/') {
-            folder.starts_with(self.folder)
-        } else {
-            folder == self.folder
-        }
+impl<'p> Row<'p> {
+    /// Returns the row of a folder, or that of all folders beside it: `drivers/`.
+    fn of(page: &'p str, folder: &str) -> Option<Self> {
+        let all_beside = folder.rsplit_once('/').map(|(parent, _)| format!("`{parent}/`"));
+        page.lines().find_map(|line| {
+            let cells = line.strip_prefix("| ")?.strip_suffix(" |")?;
+            let (name, rest) = cells.split_once(" | ")?;
+            let (_, uses) = rest.rsplit_once(" | ")?;
+            let is_named = name.trim_matches('`') == folder || all_beside.as_deref() == Some(name);
+            is_named.then_some(Self { uses })
+        })
     }
 
     fn allows(&self, folder: &str) -> bool {
-        match self.ours {
-            AllowedCrates::Listed(folders) => folders.contains(&folder),
-            AllowedCrates::AnyCrate => folder.starts_with("crates/"),
-        }
-    }
-
-    /// Checks that the page has this row, with these uses. Folders of folders share a row in words.
-    fn check_page(&self, page: &str) -> Option<Violation> {
-        let AllowedCrates::Listed(folders) = self.ours else {
-            return None;
-        };
-        if self.folder.ends_with('/') {
-            return None;
-        }
-        let names: Vec<_> = folders
-            .iter()
-            .map(|folder| folder.trim_start_matches("crates/"))
-            .collect();
-        let uses = match (names.is_empty(), self.libraries) {
-            (true, true) => "nothing of jde".to_owned(),
-            (true, false) => "nothing".to_owned(),
-            (false, _) => names.join(", "),
-        };
-        let begin = format!("| `{}` |", self.folder);
-        let line = page.lines().position(|line| line.starts_with(&begin));
-        let shown = line.and_then(|line| page.lines().nth(line));
-        if shown.is_some_and(|shown| shown.ends_with(&format!("| {uses} |"))) {
-            return None;
-        }
-        Some(Violation::new(
-            PAGE,
-            line.map_or(1, |line| line + 1),
-            format!("the page does not say that {} uses {uses}", self.folder),
-            "make the row agree with the table in xtask/src/tidy/layering.rs",
-        ))
-    }
-
-    fn ours(&self) -> String {
-        match self.ours {
-            AllowedCrates::Listed([]) => "nothing of this workspace".to_owned(),
-            AllowedCrates::Listed(folders) => folders.join(", "),
-            AllowedCrates::AnyCrate => "every folder of crates/".to_owned(),
-        }
+        folder
+            .strip_prefix("crates/")
+            .is_some_and(|name| self.uses == "all above" || self.uses.split(", ").any(|used| used == name))
     }
 }
 
@@ -391,7 +127,11 @@ mod tests {
     use super::*;
 
     fn check_one(folder: &str, name: &str, dependencies: &str) -> Vec<String> {
-        let tree = Tree::of(&[(&format!("{folder}/Cargo.toml"), "[dependencies]\nserde = \"1\"\n")]);
+        let manifest = format!("{folder}/Cargo.toml");
+        let tree = Tree::of(&[
+            (&manifest, "[dependencies]\nserde = \"1\"\n"),
+            (PAGE, include_str!("../../../docs/architecture.md")),
+        ]);
         let package = format!(
             r#"{{"id": "a", "name": "{name}", "version": "0.1.0", "dependencies": [{dependencies}],
             "manifest_path": "no-such-root/{folder}/Cargo.toml"}}"#
@@ -405,19 +145,6 @@ mod tests {
 
     fn ours(folder: &str, kind: &str) -> String {
         format!(r#"{{"name": "x", "req": "*", "path": "no-such-root/{folder}", "kind": {kind}}}"#)
-    }
-
-    #[test]
-    fn the_page_has_the_same_uses() {
-        let row = row("crates/a", &["crates/b", "crates/c"]);
-        assert_eq!(row.check_page("# A\n| `crates/a` | does | b, c |\n"), None);
-        let wrong = row.check_page("# A\n| `crates/a` | does | b |\n").unwrap();
-        assert_eq!(wrong.line, 2);
-        assert_eq!(
-            alone("crates/a").check_page("| `crates/a` | does | nothing |"),
-            None
-        );
-        assert!(row.check_page("").is_some());
     }
 
     #[test]

@@ -54,9 +54,10 @@ pub struct Schema {
 }
 
 /// Kinds of schema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
     /// Turns data into better data.
+    #[default]
     Perceptive,
     /// Has a precondition and competes.
     Motor,

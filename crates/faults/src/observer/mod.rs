@@ -267,7 +267,6 @@ impl ObserverState {
             Event::HealthChanged { .. }
             | Event::Decided(_)
             | Event::TookOver { .. }
-            | Event::TookOverLate { .. }
             | Event::ChatteringStarted { .. }
             | Event::ChatteringEnded { .. }
             | Event::Stalled { .. }

@@ -392,7 +392,7 @@ fn r17_a_takeover_beyond_its_contract_is_reported_as_late(executor: Executor) {
     drop(release);
     let high = app.index("high");
     let late = |event: &Event| {
-        matches!(event, Event::TookOverLate { group: 0, schema, latency, allowed, .. }
+        matches!(event, Event::TookOver { group: 0, schema, latency, allowed, .. }
             if *schema == high && *allowed == contract && latency > allowed)
     };
     app.until(|app| app.scenario.has_event(late));

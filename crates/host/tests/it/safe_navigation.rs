@@ -74,7 +74,7 @@ fn drive(mut application: Application, plugins: &Plugins, seed: u64, limit: u64)
             stall_recorder.lock().expect("no thread panicked").push(*since);
         }
         if let Some(decisions) = &mut *recorder.lock().expect("no thread panicked") {
-            decisions.on_event(event);
+            decisions.process(event);
         }
     };
     let options = Options {

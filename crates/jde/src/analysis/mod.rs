@@ -4,10 +4,6 @@
 mod output;
 mod series;
 
-use std::io::Write;
-use std::path::Path;
-use std::time::{Duration, Instant};
-
 use clap::Args;
 use jde_core::Nanos;
 use jde_log::Recording;
@@ -15,13 +11,10 @@ use jde_report::{Analysis, Wanted};
 
 use crate::failure::{Failure, display_path};
 use crate::quantity;
-use crate::terminal::{self, FAINT};
+use crate::terminal::ProgressLine;
 
 pub(crate) use output::Output;
 pub(crate) use series::{names, series};
-
-/// Time before the first progress line appears, and between two updates of it.
-const PROGRESS_INTERVAL: Duration = Duration::from_millis(300);
 
 /// A range of application time, ns since the start; the recording's begin or end if not given.
 #[derive(Args, Clone, Copy, Debug)]
@@ -83,46 +76,11 @@ pub(crate) fn read(
         to: time_range.to,
         ..options
     };
-    let mut progress = ReadProgress::new(recording.path());
-    let analysis = Analysis::read(recording, options, &mut |share| progress.update(share));
+    let mut progress = ProgressLine::new();
+    let file = display_path(recording.path());
+    let analysis = Analysis::read(recording, options, &mut |share| {
+        progress.update(|| format!("reading {file}: {:.0} %", share * 100.0));
+    });
     progress.clear();
     Ok(analysis?)
-}
-
-/// The progress line on the terminal.
-struct ReadProgress {
-    file: String,
-    enabled: bool,
-    next: Instant,
-    printed: bool,
-}
-
-impl ReadProgress {
-    fn new(file: &Path) -> Self {
-        Self {
-            file: display_path(file),
-            enabled: terminal::err_is_terminal(),
-            next: Instant::now() + PROGRESS_INTERVAL,
-            printed: false,
-        }
-    }
-
-    fn update(&mut self, share: f64) {
-        if self.enabled && Instant::now() >= self.next {
-            (self.next, self.printed) = (Instant::now() + PROGRESS_INTERVAL, true);
-            let (file, percent) = (&self.file, share * 100.0);
-            // A closed standard error is not a reason to fail.
-            let _ = write!(
-                terminal::err(),
-                "\r{FAINT}reading {file}: {percent:.0} %{FAINT:#} "
-            );
-        }
-    }
-
-    fn clear(&self) {
-        if self.printed {
-            let blank = " ".repeat(self.file.chars().count() + 20);
-            let _ = write!(terminal::err(), "\r{blank}\r");
-        }
-    }
 }

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use jde_abi::describe::{FieldKind, Form, Type};
-use jde_link::message::{Range, VariableInfo};
+use jde_link::message::VariableInfo;
 use jde_log::{Channel, Recording};
 use jde_report::Series;
 use jde_ros::{cdr, definition};
@@ -139,16 +139,12 @@ fn as_standard_type(channel: &Channel) -> Option<RecordedVariable> {
 fn variable_info(recorded: &RecordedVariable) -> VariableInfo {
     VariableInfo {
         name: recorded.name.clone(),
-        owner: String::new(),
-        variable: String::new(),
         access: recorded.access.clone(),
         type_name: definition::name(&recorded.value_type),
         definition: definition::definition(&recorded.value_type),
         unit: recorded.unit.clone(),
         doc: recorded.doc.clone(),
-        range: Range::default(),
-        fixed: false,
-        status: None,
+        ..VariableInfo::default()
     }
 }
 

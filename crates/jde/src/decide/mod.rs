@@ -16,7 +16,7 @@ use crate::failure::{Failure, display_path};
 use crate::interrupt::SignalListener;
 use crate::load::{self, LoadedApplication, Trust};
 use crate::log::Log;
-use crate::terminal;
+use crate::terminal::{self, ProgressLine};
 
 /// What to replay, and options.
 pub(crate) struct DecideOptions {
@@ -81,12 +81,12 @@ pub(crate) fn run(
     output.flush()?;
 
     let (stopped, _interrupts) = SignalListener::flag(|| {})?;
-    let mut progress = DecideProgress::new();
+    let mut progress = ProgressLine::new();
     let LoadedApplication {
         application, plugins, ..
     } = loaded;
-    let progress_callback = |time| {
-        progress.update(time);
+    let progress_callback = |time: Nanos| {
+        progress.update(|| format!("{:8.1} s", time as f64 / 1e9));
         !stopped.load(Ordering::Relaxed)
     };
     let verdict = jde_log::replay::replay_and_compare(
@@ -108,40 +108,6 @@ pub(crate) fn run(
         Ok(())
     } else {
         Err(Failure::Mismatch)
-    }
-}
-
-/// The progress on the last line of a terminal.
-struct DecideProgress {
-    output: Option<terminal::TextWriter>,
-    last_printed: Nanos,
-}
-
-impl DecideProgress {
-    fn new() -> Self {
-        Self {
-            output: terminal::err_is_terminal().then(terminal::err),
-            last_printed: 0,
-        }
-    }
-
-    fn update(&mut self, time: Nanos) {
-        // Once per second of the drive: most drives replay faster than anyone could read.
-        if time >= self.last_printed + 1_000_000_000
-            && let Some(output) = &mut self.output
-        {
-            self.last_printed = time;
-            // A closed terminal is not a reason to fail.
-            let _ = write!(output, "\r{:8.1} s ", time as f64 / 1e9).and_then(|()| output.flush());
-        }
-    }
-
-    fn clear(&mut self) {
-        if let Some(output) = &mut self.output
-            && self.last_printed > 0
-        {
-            let _ = write!(output, "\r            \r").and_then(|()| output.flush());
-        }
     }
 }
 

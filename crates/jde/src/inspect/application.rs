@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use jde_abi::describe::{Kind, Port, Role};
+use jde_app::period::format_setting;
 use jde_app::{
     Application, Binding, ChildTarget, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation,
     is_path,
@@ -13,7 +14,7 @@ use jde_core::{Absence, Policy, contract};
 
 use super::value::{decode_plain, format_value};
 use crate::failure;
-use crate::session::{Millis, link_settings};
+use crate::session::link_settings;
 use crate::terminal::{FAINT, TITLE, WARN};
 
 /// Writes the description.
@@ -131,7 +132,7 @@ fn write_group(
         "{newline}{indent}{TITLE}{short}{TITLE:#}: {}; nobody ready: {}; patience {}",
         policy(group.policy),
         absence(application, group.absence),
-        Millis(group.patience_ns)
+        format_setting(group.patience_ns)
     )?;
     for member in &group.members {
         let instance = &application.instances[*member];
@@ -180,8 +181,8 @@ fn write_instance(
         "{indent}{TITLE}{}{TITLE:#}{role}  {FAINT}{plugin}/{}, {kind}every {}, at most {}{FAINT:#}",
         instance.name,
         instance.schema.name,
-        Millis(instance.period_ns),
-        Millis(instance.budget_ns)
+        format_setting(instance.period_ns),
+        format_setting(instance.budget_ns)
     )?;
     if let Some(isolation) = instance.isolate {
         writeln!(output, "{indent}    {}", describe_isolation(isolation))?;
@@ -279,7 +280,7 @@ fn describe_source(application: &Application, source: ImportSource) -> String {
     match source {
         ImportSource::Local(..) => name,
         ImportSource::Remote(remote) => {
-            let stale = Millis(application.remotes[remote].stale_ns);
+            let stale = format_setting(application.remotes[remote].stale_ns);
             format!("{name}, another application's, until it is {stale} old")
         }
     }
@@ -293,7 +294,7 @@ fn variable_name(application: &Application, owner: usize, port: usize) -> String
 fn policy(policy: Policy) -> String {
     let kind = policy.kind();
     let time = kind.time.as_ref();
-    let time = time.map(|time| format!("{} {}", time.key, Millis(policy.time())));
+    let time = time.map(|time| format!("{} {}", time.key, format_setting(policy.time())));
     let number = kind.number.as_ref();
     let number = number.map(|number| format!("{} {}", number.key, policy.number()));
     let parameters: Vec<String> = time.into_iter().chain(number).collect();
@@ -306,7 +307,7 @@ fn policy(policy: Policy) -> String {
 fn absence(application: &Application, absence: Absence) -> String {
     match absence {
         Absence::Brake => "brake".to_owned(),
-        Absence::Hold { for_ } => format!("hold for {}, then brake", Millis(for_)),
+        Absence::Hold { for_ } => format!("hold for {}, then brake", format_setting(for_)),
         Absence::Fallback(id) => format!(
             "{} wins although it is not ready",
             application.instances[id.index()].name

@@ -4,11 +4,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use jde_abi::describe::{Plugin, Port, Role, Schema};
+use jde_app::period::format_setting;
 
 use super::value::{format_value, short_type_name};
 use crate::failure;
 use crate::remote::table::{Cell, Table};
-use crate::session::Millis;
 use crate::terminal::{FAINT, TITLE};
 
 /// Whether a role belongs to a part.
@@ -54,8 +54,8 @@ fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io:
         plugin.name,
         schema.name,
         schema.kind,
-        Millis(schema.period_ns),
-        Millis(schema.budget_ns.unwrap_or(schema.period_ns))
+        format_setting(schema.period_ns),
+        format_setting(schema.budget_ns.unwrap_or(schema.period_ns))
     )?;
     if !schema.doc.is_empty() {
         writeln!(output, "{}", schema.doc)?;
@@ -145,7 +145,7 @@ fn describe_port(port: &Port) -> String {
         Role::Command { neutral, validity_ns } => {
             format!(
                 "{value_type}, in force for {}, neutral {}",
-                Millis(*validity_ns),
+                format_setting(*validity_ns),
                 of_type(neutral)
             )
         }

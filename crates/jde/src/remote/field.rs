@@ -118,7 +118,6 @@ fn unit(value_type: &Type, path: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use jde_link::message::Range;
     use jde_types::{LaserScan, Value as _};
 
     use super::*;
@@ -132,11 +131,7 @@ mod tests {
             access: "export".to_owned(),
             type_name: jde_ros::definition::name(&value_type),
             definition: jde_ros::definition::definition(&value_type),
-            unit: String::new(),
-            doc: String::new(),
-            range: Range::default(),
-            fixed: false,
-            status: None,
+            ..VariableInfo::default()
         }
     }
 

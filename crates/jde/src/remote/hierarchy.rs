@@ -52,11 +52,11 @@ pub(crate) fn write(snapshot: &Snapshot, output: &mut dyn Write) -> io::Result<(
 }
 
 fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
-    let (state, style) = match view.state {
-        State::Winner => ("WINNER", GOOD),
-        State::Ready => ("READY", WARN),
-        State::Checking => ("CHECKING", TITLE),
-        State::Slept => ("SLEPT", FAINT),
+    let style = match view.state {
+        State::Winner => GOOD,
+        State::Ready => WARN,
+        State::Checking => TITLE,
+        State::Slept => FAINT,
     };
     let (health, health_style) = match &view.health {
         Health::Ok => ("ok".to_owned(), FAINT),
@@ -76,7 +76,7 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
     vec![
         format!("{branch}{}", view.name).into(),
         Cell::from(&view.type_name).styled(FAINT),
-        Cell::from(state).styled(style),
+        Cell::from(view.state.name()).styled(style),
         health,
         text::format_setting(view.period).into(),
         view.measured

@@ -25,20 +25,17 @@ pub(crate) fn find<'l>(list: &'l List, id: &str) -> Option<&'l Item> {
 
 /// Returns all widgets that can be touched.
 pub(crate) fn touchable(list: &List) -> impl Iterator<Item = &Item> + Clone {
-    list.walk().filter(|item| match item {
-        Item::Button { .. }
-        | Item::Toggle { .. }
-        | Item::Slider { .. }
-        | Item::Choice { .. }
-        | Item::Image { .. }
-        | Item::Canvas { .. }
-        | Item::Scene { .. } => true,
-        Item::Text { .. }
-        | Item::Value { .. }
-        | Item::Plot { .. }
-        | Item::Table { .. }
-        | Item::Row { .. }
-        | Item::Group { .. } => false,
+    list.walk().filter(|item| {
+        matches!(
+            item,
+            Item::Button { .. }
+                | Item::Toggle { .. }
+                | Item::Slider { .. }
+                | Item::Choice { .. }
+                | Item::Image { .. }
+                | Item::Canvas { .. }
+                | Item::Scene { .. }
+        )
     })
 }
 
@@ -148,12 +145,7 @@ fn describe_item(item: &Item) -> String {
         Item::Canvas { id: name, shapes, .. } => {
             let labels = shapes.iter().filter_map(|shape| match shape {
                 Shape::Label { text, .. } => Some(text.as_str()),
-                Shape::Line { .. }
-                | Shape::Points { .. }
-                | Shape::Circle { .. }
-                | Shape::Polygon { .. }
-                | Shape::Arrow { .. }
-                | Shape::Robot { .. } => None,
+                _ => None,
             });
             format!(
                 "{}  {}",
@@ -164,13 +156,7 @@ fn describe_item(item: &Item) -> String {
         Item::Scene { id: name, solids, .. } => {
             let labels = solids.iter().filter_map(|solid| match solid {
                 Solid::Label { text, .. } => Some(text.as_str()),
-                Solid::Line { .. }
-                | Solid::Points { .. }
-                | Solid::Box { .. }
-                | Solid::Sphere { .. }
-                | Solid::Cylinder { .. }
-                | Solid::Arrow { .. }
-                | Solid::Mesh { .. } => None,
+                _ => None,
             });
             format!(
                 "{}  {}",

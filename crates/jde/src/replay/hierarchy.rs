@@ -72,7 +72,11 @@ impl HierarchyNames {
         let father = |group: &str| group.split_once('/').and_then(|(father, _)| index(father));
         let mut views: Vec<_> = schemas
             .iter()
-            .map(|(name, type_name)| initial_view(name, type_name))
+            .map(|(name, type_name)| SchemaView {
+                name: name.clone(),
+                type_name: type_name.clone(),
+                ..SchemaView::default()
+            })
             .collect();
         for (group_index, (group, members)) in groups.iter().enumerate() {
             for member in members.iter().filter_map(|name| index(name)) {
@@ -85,14 +89,7 @@ impl HierarchyNames {
             name: name.clone(),
             father: father(name),
             members: members.iter().filter_map(|name| index(name)).collect(),
-            winner: None,
-            policy: String::new(),
-            switches: 0,
-            last: None,
-            worst: 0,
-            allowed: 0,
-            late: 0,
-            chatter: None,
+            ..GroupView::default()
         });
         Hierarchy {
             snapshot: Snapshot {
@@ -243,48 +240,13 @@ impl Hierarchy {
 pub(super) fn unknown_schema(name: &str) -> SchemaInfo {
     SchemaInfo {
         name: name.to_owned(),
-        type_name: String::new(),
         kind: Kind::Perceptive.to_string(),
-        doc: String::new(),
-        father: None,
-        group: None,
-        period_s: 0.0,
-        budget_s: 0.0,
-        children: Vec::new(),
-        ports: Vec::new(),
-        panel: false,
+        ..SchemaInfo::default()
     }
 }
 
 fn add_schema(schemas: &mut Vec<(String, String)>, name: &str) {
     if schemas.iter().all(|(known, _)| known != name) {
         schemas.push((name.to_owned(), String::new()));
-    }
-}
-
-fn initial_view(name: &str, type_name: &str) -> SchemaView {
-    SchemaView {
-        name: name.to_owned(),
-        type_name: type_name.to_owned(),
-        kind: Kind::Perceptive,
-        father: None,
-        group: None,
-        state: State::Slept,
-        health: Health::Ok,
-        authority: false,
-        period: 0,
-        measured: None,
-        longest: 0,
-        load: 0.0,
-        iterations: 0,
-        overruns: 0,
-        refused: 0,
-        faults: 0,
-        restarts_left: None,
-        left: 0,
-        operator: None,
-        panel: false,
-        process: None,
-        reload: None,
     }
 }

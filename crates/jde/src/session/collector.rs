@@ -165,14 +165,14 @@ impl Collector {
         if let Event::Ended { time, .. } = event {
             self.end_time = Some(*time);
         }
-        self.decisions.on_event(event);
-        if let Some(takeover) = self.statistics.add(event) {
-            if let Some(trace) = &mut self.trace {
-                trace.add_takeover(&takeover, self.sampler.as_ref());
-            }
-            self.progress.print_takeover(&takeover)?;
+        if let (Event::TookOver { time, schema, .. }, Some(trace)) = (event, &mut self.trace) {
+            trace.add_takeover(*time, *schema, self.sampler.as_ref());
         }
-        self.progress.print_event(event)
+        self.statistics.add(event);
+        for record in self.decisions.process(event) {
+            self.progress.print_record(&record)?;
+        }
+        Ok(())
     }
 
     fn sample(&mut self, now: Nanos) -> io::Result<()> {

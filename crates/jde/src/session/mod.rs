@@ -53,7 +53,7 @@ pub(crate) use link::{LinkOptions, link_settings};
 pub(crate) use local_application::robot_view;
 #[cfg(feature = "tools")]
 pub(crate) use panels::PanelOptions;
-pub(crate) use progress::{Millis, ProgressMode, format_progress};
+pub(crate) use progress::{ProgressMode, format_progress};
 #[cfg(feature = "tools")]
 pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_failure};
 pub(crate) use recording_summary::{RecordedFile, RecordingSummary};

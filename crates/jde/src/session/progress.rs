@@ -3,13 +3,14 @@
 use std::io::{self, Write};
 
 use jde_app::Application;
-use jde_core::{Health, Nanos};
-use jde_records::event::Event;
+use jde_core::Nanos;
+use jde_records::RunRecord;
 
 use super::sampler::Observation;
-use super::statistics::{Statistics, Takeover};
+use super::statistics::Statistics;
+use crate::record_text::format_record;
 use crate::summary::pluralize;
-use crate::terminal::{BAD, FAINT, GOOD, TextWriter, WARN};
+use crate::terminal::{FAINT, GOOD, TextWriter};
 
 /// What is printed during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +29,6 @@ pub(crate) struct ProgressPrinter {
     output: TextWriter,
     mode: ProgressMode,
     schemas: Vec<String>,
-    groups: Vec<String>,
     reached: u32,
     status: StatusLine,
 }
@@ -60,11 +60,6 @@ impl ProgressPrinter {
                 .iter()
                 .map(|instance| instance.name.clone())
                 .collect(),
-            groups: application
-                .groups
-                .iter()
-                .map(|group| group.name.clone())
-                .collect(),
             reached: 0,
             status,
         }
@@ -75,161 +70,26 @@ impl ProgressPrinter {
         self.output
     }
 
-    /// Prints an event if its kind is shown.
-    pub(crate) fn print_event(&mut self, event: &Event) -> io::Result<()> {
-        if self.mode == ProgressMode::Nothing {
-            return Ok(());
+    /// Prints a message of the run if its kind is shown.
+    pub(crate) fn print_record(&mut self, record: &RunRecord) -> io::Result<()> {
+        if self.shows(record) {
+            writeln!(self.output, "{}", format_record(record))?;
         }
-        let name = |schema: usize| &self.schemas[schema];
-        let (time, text) = match event {
-            Event::HealthChanged {
-                time,
-                schema,
-                health: Health::Faulted(reason),
-            } => {
-                (time, format!("{BAD}{} faulted{BAD:#}: {reason}", name(*schema)))
-            }
-            Event::HealthChanged {
-                time,
-                schema,
-                health: Health::ArbitrationFailed(reason),
-            } => {
-                (time, format!(
-                    "{WARN}the arbitration of {} failed{WARN:#}: {reason}",
-                    name(*schema)
-                ))
-            }
-            Event::Hung { time, schema, since } => {
-                let seconds = time.saturating_sub(*since) as f64 / 1e9;
-                (time, format!(
-                    "{BAD}{} hangs{BAD:#}: a call has not returned for {seconds:.1} s",
-                    name(*schema)
-                ))
-            }
-            Event::CallAbandoned {
-                time, schema, abandoned, ..
-            } => {
-                (time, format!(
-                    "{WARN}the call of {} is left behind{WARN:#}, {abandoned} in all; its next awakening creates a new instance",
-                    name(*schema)
-                ))
-            }
-            Event::AbandonedCallReturned {
-                time,
-                schema,
-                since,
-                abandoned,
-                ..
-            } => {
-                let seconds = time.saturating_sub(*since) as f64 / 1e9;
-                (time, format!(
-                    "a call of {} that was left behind returned after {seconds:.1} s; {abandoned} have not",
-                    name(*schema)
-                ))
-            }
-            Event::ChatteringStarted {
-                time,
-                group,
-                between,
-                switches,
-            } => {
-                let [first, second] = between.map(|schema| schema.map_or("nobody", |schema| name(schema).as_str()));
-                (time, format!(
-                    "{WARN}{} chatters{WARN:#} between {first} and {second}: {switches} switches within a second",
-                    self.groups[*group]
-                ))
-            }
-            Event::ChatteringEnded {
-                time,
-                group,
-                since,
-                switches,
-            } => {
-                (time, format!(
-                    "{} has calmed down after {:.1} s and {switches} more switches",
-                    self.groups[*group],
-                    time.saturating_sub(*since) as f64 / 1e9
-                ))
-            }
-            Event::Stalled {
-                time,
-                since,
-                distance,
-                reached,
-                ..
-            } => {
-                (time, format!(
-                    "{WARN}the mission has come no nearer{WARN:#} for {:.0} s: {distance:.2} m from its target, {reached} reached",
-                    time.saturating_sub(*since) as f64 / 1e9
-                ))
-            }
-            Event::Reloaded {
-                time,
-                schema,
-                takeover,
-            } => {
-                (time, format!("{GOOD}{} reloaded{GOOD:#}: {}", name(*schema), takeover.summary()))
-            }
-            Event::ReloadRolledBack {
-                time,
-                schema,
-                build,
-                reason,
-            } => {
-                (time, format!(
-                    "{BAD}{} continues with the build before {build}{BAD:#}: {reason}",
-                    name(*schema)
-                ))
-            }
-            Event::Operator { time, by, action } => {
-                (time, format!("{by} {}", action.description(&self.schemas[action.schema()])))
-            }
-            Event::StateChanged { .. }
-            | Event::HealthChanged {
-                health: Health::Ok | Health::Overrun,
-                ..
-            }
-            | Event::Decided(_)
-            | Event::TookOver { .. }
-            // The line of a takeover shows the time that it may take.
-            | Event::TookOverLate { .. }
-            | Event::Overrun { .. }
-            | Event::Refused { .. }
-            | Event::Ended { .. } => return Ok(()),
-        };
-        self.print_line(*time, &text)
+        Ok(())
     }
 
-    /// Prints a takeover, if every takeover is shown.
-    pub(crate) fn print_takeover(&mut self, takeover: &Takeover) -> io::Result<()> {
-        if self.mode != ProgressMode::Takeovers {
-            return Ok(());
+    fn shows(&self, record: &RunRecord) -> bool {
+        let every_takeover = self.mode == ProgressMode::Takeovers;
+        match record {
+            _ if self.mode == ProgressMode::Nothing => false,
+            RunRecord::Decision(decision) => every_takeover && decision.is_takeover(),
+            RunRecord::State(_) => false,
+            RunRecord::Event(happening) => match happening.kind.as_str() {
+                "ok" | "overrun" | "refused" | "ended" => false,
+                "late" => every_takeover,
+                _ => true,
+            },
         }
-        let name = |schema: Option<usize>| schema.map_or("nobody", |schema| &self.schemas[schema]);
-        let took = match takeover.latency {
-            Some((took, allowed)) if took > allowed => {
-                format!(
-                    ", {WARN}took {}, allowed {}{WARN:#}",
-                    Millis(took),
-                    Millis(allowed)
-                )
-            }
-            Some((took, _)) => format!("{FAINT}, took {}{FAINT:#}", Millis(took)),
-            None => String::new(),
-        };
-        // The decider "nobody" means that there was no choice to make, and the reason states that.
-        let decider = match takeover.decider {
-            "nobody" => String::new(),
-            decider => format!(" {FAINT}({decider}){FAINT:#}"),
-        };
-        let text = format!(
-            "{}: {} -> {GOOD}{}{GOOD:#}  {}{decider}{took}",
-            self.groups[takeover.group],
-            name(takeover.from),
-            name(takeover.to),
-            takeover.reason,
-        );
-        self.print_line(takeover.time, &text)
     }
 
     /// Prints targets that were reached since the last call, and a status line when one is due.
@@ -272,7 +132,7 @@ impl ProgressPrinter {
     fn print_line(&mut self, time: Nanos, text: &str) -> io::Result<()> {
         writeln!(
             self.output,
-            "{FAINT}{:>9.2} s{FAINT:#}  {text}",
+            "{FAINT}{:>9.3} s{FAINT:#}  {text}",
             time as f64 / 1e9
         )
     }
@@ -323,24 +183,5 @@ pub(crate) fn format_progress(count: u32, total: u32) -> String {
         count.to_string()
     } else {
         format!("{count} of {total}")
-    }
-}
-
-/// A time in ms with the digits that matter; whole seconds from a minute on in s.
-pub(crate) struct Millis(pub(crate) Nanos);
-
-impl std::fmt::Display for Millis {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let seconds = self.0 / 1_000_000_000;
-        if seconds >= 60 && self.0.is_multiple_of(1_000_000_000) {
-            return write!(f, "{seconds} s");
-        }
-        let millis = self.0 as f64 / 1e6;
-        let digits = match millis {
-            whole if whole.fract() == 0.0 => 0,
-            large if large >= 10.0 => 1,
-            _ => 2,
-        };
-        write!(f, "{millis:.digits$} ms")
     }
 }

@@ -7,7 +7,6 @@ use jde_core::Nanos;
 use jde_types::Pose2D;
 
 use super::sampler::{Observation, Sampler};
-use super::statistics::Takeover;
 
 /// One laser scan is kept for this many samples of the path: one scan per second is enough to show a
 /// building.
@@ -85,11 +84,10 @@ impl DriveTrace {
         }
     }
 
-    /// Adds a takeover, unless it leaves no winner.
-    pub(crate) fn add_takeover(&mut self, takeover: &Takeover, sampler: Option<&Sampler>) {
-        let robots = |to| sampler.map_or_else(Vec::new, |sampler| sampler.robots_of(to).collect());
-        self.takeovers
-            .extend(takeover.to.map(|to| (takeover.time, to, robots(to))));
+    /// Adds a takeover by a schema.
+    pub(crate) fn add_takeover(&mut self, time: Nanos, schema: usize, sampler: Option<&Sampler>) {
+        let robots = sampler.map_or_else(Vec::new, |sampler| sampler.robots_of(schema).collect());
+        self.takeovers.push((time, schema, robots));
     }
 
     /// Returns the pose of a robot in its first sample from a time on, or in its last.

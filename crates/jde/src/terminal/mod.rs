@@ -7,6 +7,8 @@
 
 mod hang_up;
 mod printer;
+#[cfg(feature = "tools")]
+mod progress_line;
 mod screen;
 
 use std::backtrace::{Backtrace, BacktraceStatus};
@@ -24,6 +26,8 @@ use anstyle::{AnsiColor, Style};
 pub(crate) use hang_up::on_hang_up;
 pub(crate) use printer::Printer;
 use printer::{BlockingPolicy, Stream};
+#[cfg(feature = "tools")]
+pub(crate) use progress_line::ProgressLine;
 pub(crate) use screen::with_screen;
 
 use crate::escape::EscapingWriter;

@@ -9,4 +9,4 @@ mod text;
 
 pub(crate) use answer::{Answer, KnownSpan};
 pub(crate) use question::Question;
-pub(crate) use text::{format_takeover, write};
+pub(crate) use text::write;

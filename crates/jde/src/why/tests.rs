@@ -179,12 +179,12 @@ example/base at 12.402 s: goon -> vff  (selection 3)
   case        alone: exactly one was ready, so there is no choice
   decided by  nobody: there was no choice
   set off by  the readiness of vff changed
-  took        0.40 ms from the cause to its first iteration
+  took        400 µs from the cause to its first iteration
   candidates  stop  checking not ready  <- its precondition did not hold
               vff   checking ready  <- chosen
               goon  winner   not ready
-  before        0.000 s  example/base: nobody -> goon  only goon is ready, took 0.40 ms
-  after        14.000 s  example/base: vff -> goon  only goon is ready, took 0.40 ms
+  before        0.000 s  example/base: nobody -> goon  only goon is ready, took 400 µs
+  after        14.000 s  example/base: vff -> goon  only goon is ready, took 400 µs
 ";
     assert_eq!(text, expected);
 }

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use jde_records::{CandidateRecord, Decision};
 
 use super::answer::Answer;
+use crate::record_text::{format_micros, format_takeover};
 use crate::terminal::{FAINT, GOOD, TITLE, WARN};
 
 /// Prints an answer. `marked` is the schema of the question, which is marked among the candidates.
@@ -31,27 +32,6 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
     }
 }
 
-/// Returns a takeover in one line:
-/// `12.402 s  example/base: goon -> vff  only vff is ready (nobody), took 0.40 ms`.
-pub(crate) fn format_takeover(decision: &Decision) -> String {
-    let decider = match decision.decider.as_str() {
-        "nobody" => String::new(),
-        decider => format!(" {FAINT}({decider}){FAINT:#}"),
-    };
-    let took = match decision.takeover_us {
-        Some(took) => format!("{FAINT}, took {}{FAINT:#}", format_millis(took)),
-        None => String::new(),
-    };
-    format!(
-        "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {GOOD}{}{GOOD:#}  {}{decider}{took}",
-        decision.time_s,
-        decision.group,
-        decision.before_name(),
-        decision.choice_name(),
-        decision.reason,
-    )
-}
-
 fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Write) -> io::Result<()> {
     let Decision {
         number,
@@ -60,7 +40,6 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         case,
         candidates,
         choice,
-        decider,
         reason,
         cause,
         changed,
@@ -81,14 +60,14 @@ fn write_decision(decision: &Decision, marked: Option<&str>, output: &mut dyn Wr
         "{TITLE}{group}{TITLE:#} at {time_s:.3} s: {what}  {FAINT}(selection {number}){FAINT:#}"
     )?;
     writeln!(output, "  because     {reason}")?;
-    writeln!(output, "  case        {case}: {}", describe_case(case))?;
-    writeln!(output, "  decided by  {}", describe_decider(decider))?;
+    writeln!(output, "  case        {case}: {}", decision.case_text())?;
+    writeln!(output, "  decided by  {}", decision.decider_text())?;
     writeln!(output, "  set off by  {cause}")?;
     if let Some(took) = takeover_us {
         writeln!(
             output,
             "  took        {} from the cause to its first iteration",
-            format_millis(*took)
+            format_micros(*took)
         )?;
     }
     let width = candidates
@@ -144,36 +123,5 @@ fn verdict(candidate: &CandidateRecord, decision: &Decision) -> &'static str {
         "ready, and another schema was chosen"
     } else {
         "its precondition did not hold"
-    }
-}
-
-fn describe_case(case: &str) -> &'static str {
-    match case {
-        "alone" => "exactly one was ready, so there is no choice",
-        "collision" => "two or more were ready",
-        "absence" => "none was ready",
-        "forced" => "an operator forced one",
-        _ => "",
-    }
-}
-
-fn describe_decider(decider: &str) -> String {
-    match decider {
-        "nobody" => String::from("nobody: there was no choice"),
-        "father" => String::from("the father's own arbitration"),
-        "arbitration-failed" => String::from("the priority order, because the father's arbitration failed"),
-        "absence-policy" => String::from("the absence policy of the group"),
-        "operator" => String::from("an operator"),
-        policy => format!("the policy of the group, {policy}"),
-    }
-}
-
-/// Returns microseconds as text in ms, with the digits that matter.
-fn format_millis(micros: f64) -> String {
-    let ms = micros / 1e3;
-    if ms >= 10.0 {
-        format!("{ms:.1} ms")
-    } else {
-        format!("{ms:.2} ms")
     }
 }

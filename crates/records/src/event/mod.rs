@@ -35,7 +35,7 @@ pub enum Event {
     },
     /// A selection (R15). [`Event::TookOver`] later reports the time to the winner's first iteration.
     Decided(Record),
-    /// A new winner began its first iteration.
+    /// A new winner began its first iteration; late if that took longer than the contract permits (R17).
     TookOver {
         /// When.
         time: Nanos,
@@ -48,22 +48,6 @@ pub enum Event {
         /// Time since the cause of the selection.
         latency: Nanos,
         /// The longest time that the contract of the group permits (R17).
-        allowed: Nanos,
-    },
-    /// A takeover took longer than the contract of its group permits (R17). Follows immediately after its
-    /// [`Event::TookOver`].
-    TookOverLate {
-        /// When.
-        time: Nanos,
-        /// The group.
-        group: usize,
-        /// Number of the selection's record.
-        record: u64,
-        /// The winner.
-        schema: usize,
-        /// Time since the cause of the selection.
-        latency: Nanos,
-        /// The longest time that the contract of the group permits.
         allowed: Nanos,
     },
     /// A group began to chatter: see [`crate::chattering`].

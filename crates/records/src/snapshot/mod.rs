@@ -12,7 +12,7 @@ use crate::reload::BuildName;
 use names::{HealthName, KindName, StateName};
 
 /// The whole application at one instant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// ns since the application's start.
     pub time: Nanos,
@@ -31,7 +31,7 @@ impl Snapshot {
 }
 
 /// A schema at one instant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SchemaView {
     /// Its name in the application.
     pub name: String,
@@ -149,7 +149,7 @@ impl HoldKind {
 }
 
 /// A group at one instant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GroupView {
     /// Its name: "example/base", "roots".
     pub name: String,
@@ -222,19 +222,15 @@ mod tests {
             health,
             authority: true,
             period: 75_000_000,
-            measured: None,
             longest: u64::MAX,
             load: 0.25,
             iterations: 7,
-            overruns: 0,
-            refused: 0,
             faults: 1,
             restarts_left: Some(4),
-            left: 0,
             operator,
             panel: true,
-            reload: None,
             process: Some(4711),
+            ..SchemaView::default()
         }
     }
 

@@ -19,7 +19,7 @@ const MOST_CASES: usize = 8;
 const MOST_PAIRS: usize = 10_000;
 
 /// Statistics of a group.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct GroupStatistics {
     /// The number of selections.
     pub(crate) decisions: u64,
@@ -53,16 +53,8 @@ pub(crate) struct Alternation {
 impl GroupStatistics {
     pub(crate) fn new(columns: Columns) -> Self {
         Self {
-            decisions: 0,
-            switches: 0,
             marks: vec![0; columns.count],
-            takeovers: Durations::default(),
-            worst: None,
-            busiest: None,
-            cases: BTreeMap::new(),
-            chatter: ChatterStatistics::default(),
-            pairs: BTreeMap::new(),
-            recent: VecDeque::new(),
+            ..Self::default()
         }
     }
 

@@ -5,7 +5,7 @@ use std::collections::{HashMap, VecDeque};
 
 use jde_core::State;
 use jde_records::snapshot::Snapshot;
-use jde_records::{Decision, EventRecord, RunRecord};
+use jde_records::{Decision, EventRecord, RunRecord, state_named};
 
 /// Maximum number of selections kept.
 const MOST_DECISIONS: usize = 20_000;
@@ -61,8 +61,7 @@ impl History {
         self.missed += missed;
         match line {
             RunRecord::State(change) => {
-                let Some(state) = state(&change.to) else { return };
-                let before = state_or_slept(&change.from);
+                let (before, state) = (state_named(&change.from), state_named(&change.to));
                 let bands = self.bands.entry(change.schema).or_default();
                 if bands.is_empty() {
                     bands.push_back(StateInterval {
@@ -200,20 +199,6 @@ fn keep<T>(list: &mut VecDeque<T>, new: T, most: usize) {
         list.pop_front();
     }
     list.push_back(new);
-}
-
-fn state(name: &str) -> Option<State> {
-    Some(match name {
-        "slept" => State::Slept,
-        "checking" => State::Checking,
-        "ready" => State::Ready,
-        "winner" => State::Winner,
-        _ => return None,
-    })
-}
-
-fn state_or_slept(name: &str) -> State {
-    state(name).unwrap_or(State::Slept)
 }
 
 #[cfg(test)]

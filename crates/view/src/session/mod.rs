@@ -13,6 +13,7 @@ mod orders;
 mod panels;
 mod queue;
 mod subscriptions;
+mod watch_list;
 
 use std::cell::RefCell;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -123,17 +123,6 @@ impl Rules {
             allowed,
         };
         self.notify_observers(rules, &event);
-        if late {
-            let event = Event::TookOverLate {
-                time: now,
-                group: group.index(),
-                record,
-                schema: id.index(),
-                latency,
-                allowed,
-            };
-            self.notify_observers(rules, &event);
-        }
     }
 
     /// Reports an operator's action to the observers.

@@ -1,20 +1,16 @@
-//! Sums over the events of an application: how long each schema was WINNER, and every takeover with its
-//! reason.
+//! Sums over the events of an application: how long each schema was WINNER, how often it took over, and the
+//! longest takeover of each group.
 //!
 //! It has no clock and prints nothing.
 
-use std::collections::HashMap;
-
 use jde_app::Application;
-use jde_core::{Nanos, Record, SchemaId, State};
+use jde_core::{Nanos, State};
 use jde_records::event::Event;
 
 /// The sums so far.
 pub(crate) struct Statistics {
     schemas: Vec<SchemaStatistics>,
     groups: Vec<GroupStatistics>,
-    /// Selections whose winner has not iterated yet, by group.
-    pending_selections: HashMap<usize, Record>,
 }
 
 #[derive(Clone, Default)]
@@ -34,25 +30,6 @@ struct SchemaStatistics {
 struct GroupStatistics {
     winner: Option<usize>,
     worst: Option<Nanos>,
-}
-
-/// A change of winner.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Takeover {
-    /// The time of the new winner's first iteration, or of the selection without a choice, ns.
-    pub(crate) time: Nanos,
-    /// The group.
-    pub(crate) group: usize,
-    /// The previous winner.
-    pub(crate) from: Option<usize>,
-    /// The new winner.
-    pub(crate) to: Option<usize>,
-    /// The decider.
-    pub(crate) decider: &'static str,
-    /// The reason.
-    pub(crate) reason: String,
-    /// The time from the cause to the winner's first iteration, and the longest that the contract allows, ns.
-    pub(crate) latency: Option<(Nanos, Nanos)>,
 }
 
 impl Statistics {
@@ -82,65 +59,29 @@ impl Statistics {
         Self {
             schemas,
             groups: vec![GroupStatistics::default(); count],
-            pending_selections: HashMap::new(),
         }
     }
 
-    /// Adds an event. Returns the takeover that it completes.
-    pub(crate) fn add(&mut self, event: &Event) -> Option<Takeover> {
+    /// Adds an event.
+    pub(crate) fn add(&mut self, event: &Event) {
         match event {
             Event::StateChanged {
                 time,
                 schema,
                 from,
                 to,
-            } => {
-                self.apply_change(*time, *schema, *from, *to);
-                None
-            }
-            Event::Decided(record) if record.changed => {
-                let group = record.group.index();
-                if record.choice.is_some() {
-                    self.pending_selections.insert(group, record.clone());
-                    return None;
-                }
-                // There is no first iteration to wait for. An earlier choice that was not carried out is
-                // void.
-                self.pending_selections.remove(&group);
-                Some(takeover(record, record.time, None))
-            }
+            } => self.apply_change(*time, *schema, *from, *to),
             Event::TookOver {
-                time,
                 group,
-                record,
                 schema,
                 latency,
-                allowed,
+                ..
             } => {
                 let worst = &mut self.groups[*group].worst;
                 *worst = (*worst).max(Some(*latency));
                 self.schemas[*schema].takeovers += 1;
-                let chosen = self
-                    .pending_selections
-                    .remove(group)
-                    .filter(|chosen| chosen.number == *record)?;
-                Some(takeover(&chosen, *time, Some((*latency, *allowed))))
             }
-            Event::Decided(_)
-            | Event::HealthChanged { .. }
-            | Event::Overrun { .. }
-            | Event::Hung { .. }
-            | Event::CallAbandoned { .. }
-            | Event::TookOverLate { .. }
-            | Event::ChatteringStarted { .. }
-            | Event::ChatteringEnded { .. }
-            | Event::Stalled { .. }
-            | Event::AbandonedCallReturned { .. }
-            | Event::Refused { .. }
-            | Event::Operator { .. }
-            | Event::Reloaded { .. }
-            | Event::ReloadRolledBack { .. }
-            | Event::Ended { .. } => None,
+            _ => {}
         }
     }
 
@@ -216,18 +157,6 @@ impl Statistics {
         } else if group.winner == Some(schema) {
             group.winner = None;
         }
-    }
-}
-
-fn takeover(record: &Record, time: Nanos, took: Option<(Nanos, Nanos)>) -> Takeover {
-    Takeover {
-        time,
-        group: record.group.index(),
-        from: record.before.map(SchemaId::index),
-        to: record.choice.map(SchemaId::index),
-        decider: record.decider.name(),
-        reason: record.reason.to_string(),
-        latency: took,
     }
 }
 

@@ -1,9 +1,5 @@
 //! A father (0) with two children (1, 2), and a driver (3) outside the hierarchy.
 
-use std::borrow::Cow;
-
-use jde_core::{Case, Cause, Decider, GroupId, Policy};
-
 use super::*;
 
 const ROOTS: usize = 0;
@@ -20,23 +16,6 @@ fn changed(time: Nanos, schema: usize, from: State, to: State) -> Event {
         from,
         to,
     }
-}
-
-fn decided(number: u64, time: Nanos, before: Option<u32>, choice: Option<u32>) -> Event {
-    Event::Decided(Record {
-        number,
-        time,
-        cause_time: time,
-        group: GroupId(BASE as u32),
-        case: Case::Alone,
-        candidates: [].into(),
-        before: before.map(SchemaId),
-        choice: choice.map(SchemaId),
-        decider: Decider::Policy(Policy::PRIORITY),
-        reason: Cow::Borrowed("the first"),
-        cause: Cause::Start,
-        changed: before != choice,
-    })
 }
 
 fn took(record: u64, time: Nanos, schema: usize, latency: Nanos) -> Event {
@@ -62,43 +41,13 @@ fn time_as_winner_is_summed_including_the_current_one() {
 }
 
 #[test]
-fn a_takeover_is_complete_when_the_winner_starts() {
+fn takeovers_are_counted_by_schema_and_the_longest_is_kept_by_group() {
     let mut statistics = statistics();
-    assert_eq!(statistics.add(&decided(1, 10, None, Some(1))), None);
-    let takeover = statistics.add(&took(1, 14, 1, 4)).unwrap();
-    assert_eq!((takeover.from, takeover.to, takeover.time), (None, Some(1), 14));
-    assert_eq!(
-        (takeover.latency, takeover.reason.as_str()),
-        (Some((4, 100)), "the first")
-    );
-    assert_eq!((statistics.takeovers(1), statistics.total_takeovers()), (1, 1));
-    assert_eq!((statistics.worst(BASE), statistics.worst(ROOTS)), (Some(4), None));
-}
-
-#[test]
-fn a_choice_that_was_not_carried_out_is_no_takeover() {
-    let mut statistics = statistics();
-    statistics.add(&decided(1, 10, None, Some(1)));
-    statistics.add(&decided(2, 11, Some(1), Some(2)));
-    let takeover = statistics.add(&took(2, 12, 2, 1)).unwrap();
-    assert_eq!((takeover.from, takeover.to), (Some(1), Some(2)));
-    assert_eq!((statistics.takeovers(1), statistics.takeovers(2)), (0, 1));
-}
-
-#[test]
-fn a_takeover_without_a_winner_is_returned_at_once_and_not_counted() {
-    let mut statistics = statistics();
-    let takeover = statistics.add(&decided(1, 10, Some(1), None)).unwrap();
-    assert_eq!(
-        (takeover.from, takeover.to, takeover.latency),
-        (Some(1), None, None)
-    );
-    assert_eq!(statistics.total_takeovers(), 0);
-}
-
-#[test]
-fn a_selection_that_changes_nothing_is_no_takeover() {
-    assert_eq!(statistics().add(&decided(1, 10, Some(1), Some(1))), None);
+    for (record, schema, latency) in [(1, 1, 4), (2, 2, 9), (3, 1, 2)] {
+        statistics.add(&took(record, 10 * record, schema, latency));
+    }
+    assert_eq!((statistics.takeovers(1), statistics.total_takeovers()), (2, 3));
+    assert_eq!((statistics.worst(BASE), statistics.worst(ROOTS)), (Some(9), None));
 }
 
 #[test]

@@ -104,7 +104,7 @@ impl Column {
                 schema.operator.as_ref().map_or_else(String::new, mark),
                 paint.operator(),
             ),
-            Self::State => (state(schema.state).to_owned(), paint.state(schema.state)),
+            Self::State => (schema.state.name().to_owned(), paint.state(schema.state)),
             Self::Health => (health(&schema.health).to_owned(), paint.health(&schema.health)),
             Self::Cycle => (text::format_setting(schema.period), plain),
             Self::Measured => (
@@ -120,16 +120,6 @@ impl Column {
             Self::Longest => (text::format_duration(schema.longest), plain),
             Self::Faults => counted(schema.faults),
         }
-    }
-}
-
-/// Returns the name of a state as in the paper.
-pub(super) fn state(state: State) -> &'static str {
-    match state {
-        State::Slept => "SLEPT",
-        State::Checking => "CHECKING",
-        State::Ready => "READY",
-        State::Winner => "WINNER",
     }
 }
 

@@ -83,7 +83,7 @@ fn detail_spans(screen: &ViewState, schema: &SchemaView) -> Vec<Span<'static>> {
     let authority = match (schema.state, schema.authority) {
         (State::Winner, false) => "WINNER without authority",
         (State::Winner, true) => "WINNER with authority",
-        (State::Slept | State::Checking | State::Ready, _) => columns::state(schema.state),
+        (State::Slept | State::Checking | State::Ready, _) => schema.state.name(),
     };
     let health = match &schema.health {
         Health::Ok => "Ok".to_owned(),

@@ -24,25 +24,8 @@ pub(super) fn schema(name: &str) -> SchemaView {
         name: name.to_owned(),
         type_name: format!("safe-navigation/{name}"),
         kind: Kind::Motor,
-        father: None,
-        group: None,
-        state: State::Slept,
-        health: Health::Ok,
-        authority: false,
         period: 75 * MS,
-        measured: None,
-        longest: 0,
-        load: 0.0,
-        iterations: 0,
-        overruns: 0,
-        refused: 0,
-        faults: 0,
-        restarts_left: None,
-        left: 0,
-        operator: None,
-        panel: false,
-        reload: None,
-        process: None,
+        ..SchemaView::default()
     }
 }
 
@@ -58,16 +41,8 @@ fn held(kind: HoldKind) -> Option<Hold> {
 pub(super) fn group(name: &str) -> GroupView {
     GroupView {
         name: name.to_owned(),
-        father: None,
-        members: Vec::new(),
-        winner: None,
         policy: "priority".to_owned(),
-        switches: 0,
-        last: None,
-        worst: 0,
-        allowed: 0,
-        late: 0,
-        chatter: None,
+        ..GroupView::default()
     }
 }
 

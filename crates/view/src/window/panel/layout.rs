@@ -240,16 +240,11 @@ impl<'a> ListLayout<'a> {
 /// Whether a widget takes a share of the remaining height.
 fn stretches(item: &Item) -> bool {
     match item {
-        Item::Canvas { .. } | Item::Plot { .. } | Item::Table { .. } | Item::Image { .. } => true,
         Item::Row { items } => items.iter().any(stretches),
-        Item::Text { .. }
-        | Item::Value { .. }
-        | Item::Button { .. }
-        | Item::Toggle { .. }
-        | Item::Slider { .. }
-        | Item::Choice { .. }
-        | Item::Group { .. }
-        | Item::Scene { .. } => false,
+        item => matches!(
+            item,
+            Item::Canvas { .. } | Item::Plot { .. } | Item::Table { .. } | Item::Image { .. }
+        ),
     }
 }
 

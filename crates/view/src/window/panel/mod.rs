@@ -17,6 +17,7 @@ use jde_link::Rate;
 use jde_link::message::Action;
 use jde_panel::{Gesture, Ink, List};
 use jde_records::snapshot::HoldKind;
+use jde_records::state_name;
 
 use super::Window;
 use crate::session::{Outcome, Session};
@@ -83,12 +84,12 @@ impl Panel {
             let (spot, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
             ui.painter()
                 .circle_filled(spot.center(), 4.5, style::state(view.state, style));
-            let state_name = if unloaded {
-                "unloaded"
+            let state = if unloaded {
+                "unloaded".to_owned()
             } else {
                 state_name(view.state)
             };
-            ui.label(state_name).on_hover_text(
+            ui.label(state).on_hover_text(
                 session
                     .schema(&self.schema)
                     .map_or("", |schema| schema.doc.as_str()),
@@ -204,15 +205,6 @@ impl Window for Panel {
 
     fn keep(&self) -> serde_json::Value {
         self.kept.write()
-    }
-}
-
-fn state_name(state: State) -> &'static str {
-    match state {
-        State::Slept => "slept",
-        State::Checking => "checking",
-        State::Ready => "ready",
-        State::Winner => "winner",
     }
 }
 

@@ -150,16 +150,6 @@ pub(super) fn level(state: State) -> u8 {
     }
 }
 
-/// The name of a state, as in the paper.
-pub(super) fn state_name(state: State) -> &'static str {
-    match state {
-        State::Slept => "SLEPT",
-        State::Checking => "CHECKING",
-        State::Ready => "READY",
-        State::Winner => "WINNER",
-    }
-}
-
 /// Height of a state's bar, as a fraction of the row.
 fn height(state: State) -> f32 {
     match state {

@@ -6,7 +6,6 @@ use jde_link::message::Action;
 use jde_panel::Ink;
 use jde_records::snapshot::{HoldKind, SchemaView};
 
-use super::bands;
 use super::input::{Input, Request};
 use super::paint::{self, Icon};
 use crate::style::{self, Style};
@@ -30,7 +29,7 @@ pub(super) fn state(ui: &Ui, cell: Rect, view: &SchemaView, style: &Style) {
     ui.painter().text(
         chip.center(),
         Align2::CENTER_CENTER,
-        bands::state_name(view.state),
+        view.state.name(),
         paint::small(),
         color,
     );

@@ -124,28 +124,16 @@ impl FieldPath {
     /// Reads the number from a value. `None` if a list is too short.
     pub(super) fn read(&self, bytes: &[u8]) -> Option<f64> {
         for &(length, element) in &self.lists {
-            if u32::from_ne_bytes(at(bytes, length)?) as usize <= element {
+            let length = Scalar::U32.number_of(bytes.get(length..)?)?;
+            if length <= element as f64 {
                 return None;
             }
         }
-        let from = self.offset;
-        Some(match self.scalar {
-            Scalar::Bool | Scalar::U8 => f64::from(at::<1>(bytes, from)?[0]),
-            Scalar::I8 => f64::from(i8::from_ne_bytes(at(bytes, from)?)),
-            Scalar::U16 => f64::from(u16::from_ne_bytes(at(bytes, from)?)),
-            Scalar::I16 => f64::from(i16::from_ne_bytes(at(bytes, from)?)),
-            Scalar::U32 => f64::from(u32::from_ne_bytes(at(bytes, from)?)),
-            Scalar::I32 => f64::from(i32::from_ne_bytes(at(bytes, from)?)),
-            Scalar::U64 => u64::from_ne_bytes(at(bytes, from)?) as f64,
-            Scalar::I64 => i64::from_ne_bytes(at(bytes, from)?) as f64,
-            Scalar::F32 => f64::from(f32::from_ne_bytes(at(bytes, from)?)),
-            Scalar::F64 => f64::from_ne_bytes(at(bytes, from)?),
-        })
+        match self.scalar {
+            Scalar::Bool => Some(f64::from(*bytes.get(self.offset)?)),
+            scalar => scalar.number_of(bytes.get(self.offset..)?),
+        }
     }
-}
-
-fn at<const N: usize>(bytes: &[u8], from: usize) -> Option<[u8; N]> {
-    bytes.get(from..from + N)?.try_into().ok()
 }
 
 /// Splits an element's name: `ranges[90]` into `ranges` and 90.

@@ -88,22 +88,13 @@ pub(crate) fn schema(name: &str, kind: Kind, father: Option<usize>, group: Optio
         father,
         group,
         state: State::Checking,
-        health: Health::Ok,
-        authority: false,
         period: 75_000_000,
         measured: Some(75_020_000),
         longest: 310_000,
         load: 0.002,
         iterations: 130,
-        overruns: 0,
-        refused: 0,
-        faults: 0,
-        restarts_left: None,
-        left: 0,
-        operator: None,
         panel: kind == Kind::Motor,
-        reload: None,
-        process: None,
+        ..SchemaView::default()
     }
 }
 
@@ -115,11 +106,9 @@ pub(crate) fn group(name: &str, father: Option<usize>, members: &[usize]) -> Gro
         winner: members.last().copied(),
         policy: "priority".to_owned(),
         switches: 3,
-        last: None,
         worst: 1_240_000,
         allowed: 85_000_000,
-        late: 0,
-        chatter: None,
+        ..GroupView::default()
     }
 }
 

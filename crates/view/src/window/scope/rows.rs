@@ -8,8 +8,6 @@ use jde_core::Health;
 use jde_records::snapshot::{SchemaView, Snapshot};
 use serde::{Deserialize, Serialize};
 
-use super::bands;
-
 /// A row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Row {
@@ -68,7 +66,7 @@ impl Filter {
                 "{} {} {kind} {} {}",
                 view.name,
                 view.type_name,
-                bands::state_name(view.state),
+                view.state.name(),
                 health(&view.health).0
             )
             .to_lowercase();

@@ -7,7 +7,6 @@ use jde_link::message::Action;
 use jde_panel::Ink;
 use jde_records::snapshot::SchemaView;
 
-use super::bands;
 use super::cells;
 use super::columns::{self, Column};
 use super::input::{Input, Request};
@@ -204,7 +203,7 @@ impl Table {
 /// The row as text, for screen readers.
 fn accessible_text(view: &SchemaView) -> String {
     let (health, reason) = rows::health(&view.health);
-    let mut text = format!("{}, {}, {health}", view.name, bands::state_name(view.state),);
+    let mut text = format!("{}, {}, {health}", view.name, view.state.name(),);
     if let Some(reason) = reason {
         text += &format!(": {reason}");
     }
@@ -230,7 +229,7 @@ fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
     let (health, reason) = rows::health(&view.health);
     let mut lines = vec![format!(
         "{}{}, {health}",
-        bands::state_name(view.state),
+        view.state.name(),
         if view.authority { " with authority" } else { "" }
     )];
     lines.extend(reason.map(|reason| format!("Reason: {reason}")));

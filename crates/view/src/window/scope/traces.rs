@@ -87,7 +87,7 @@ impl<'a> Traces<'a> {
             let until = list.get(index + 1).map_or(self.seen.now(), |next| next.from);
             lines.push(format!(
                 "{} for {}, from {:.3} s",
-                bands::state_name(list[index].state),
+                list[index].state.name(),
                 style::time::span(until - list[index].from),
                 list[index].from
             ));

@@ -178,15 +178,10 @@ impl SwitchDetails {
 
 /// A selection in one line: `4.000 s  example/base: goon › vff`.
 fn summary(decision: &Decision) -> String {
-    let name_or_nobody = |name: &Option<String>| name.clone().unwrap_or_else(|| "nobody".to_owned());
     let choice = if decision.changed {
-        format!(
-            "{} › {}",
-            name_or_nobody(&decision.before),
-            name_or_nobody(&decision.choice)
-        )
+        format!("{} › {}", decision.before_name(), decision.choice_name())
     } else {
-        format!("{} stays", name_or_nobody(&decision.choice))
+        format!("{} stays", decision.choice_name())
     };
     format!("{:.3} s  {}: {choice}", decision.time_s, decision.group)
 }
@@ -229,17 +224,12 @@ fn record(ui: &mut Ui, decision: &Decision, seen: &Input<'_>, style: &Style) {
     ui.spacing_mut().item_spacing.y = 3.0;
     ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(summary(decision)).strong());
-        let case = match decision.case.as_str() {
-            "alone" => "alone: one was ready and wins",
-            "collision" => "collision: several were ready",
-            "absence" => "absence: none was ready",
-            "forced" => "forced: an operator decided",
-            other => other,
-        };
+        let case = format!("{}: {}", decision.case, decision.case_text());
         ui.label(RichText::new(case).color(case_color(&decision.case, style)));
     });
     let facts = |ui: &mut Ui| {
-        ui.label(format!("{}: {}", decider(&decision.decider), decision.reason));
+        ui.label(format!("Because: {}", decision.reason));
+        ui.label(format!("Decided by: {}", decision.decider_text()));
         ui.label(format!("Cause: {}", decision.cause));
         takeover(ui, decision, seen, style);
     };
@@ -291,18 +281,6 @@ fn candidates(ui: &mut Ui, decision: &Decision, style: &Style) {
             ui.end_row();
         }
     });
-}
-
-/// The decider, as the beginning of a sentence.
-fn decider(decider: &str) -> String {
-    match decider {
-        "nobody" => "No decision was needed".to_owned(),
-        "father" => "Its father decided".to_owned(),
-        "arbitration-failed" => "Its father failed to decide; the order of priority decided".to_owned(),
-        "absence-policy" => "The policy for absences decided".to_owned(),
-        "operator" => "An operator decided".to_owned(),
-        policy => format!("The policy “{policy}” decided"),
-    }
 }
 
 /// Shows how long the takeover took, with the limit of the group's contract (R17).

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use eframe::egui::Color32;
 use glam::{Affine3A, Vec3};
-use jde_panel::{Ink, Item};
+use jde_panel::{Ink, Item, List};
 use jde_types::{LaserScan, Pose2D, RangeRing, Thing};
 
 use super::draw_list::{DrawList, Picture};
@@ -51,7 +51,7 @@ pub(crate) fn all(draw_list: &mut DrawList, seen: &SceneData, items: &Items, sty
     }
     if items.panels {
         for (schema, list) in &seen.panels {
-            show_items(draw_list, seen, schema, &list.items, style, &mut troubles);
+            show_scenes(draw_list, seen, schema, list, style, &mut troubles);
         }
     }
     troubles
@@ -284,39 +284,26 @@ fn show_camera(draw_list: &mut DrawList, camera: &Camera, robots: &[RobotData], 
     });
 }
 
-fn show_items(
+/// Adds the scenes of a schema's panel.
+fn show_scenes(
     draw_list: &mut DrawList,
     seen: &SceneData,
     schema: &str,
-    items: &[Item],
+    list: &List,
     style: &Style,
     troubles: &mut Vec<String>,
 ) {
-    for item in items {
-        match item {
-            Item::Scene { frame, solids, .. } => match seen.frame(frame) {
-                Some(place) => {
-                    solids
-                        .iter()
-                        .for_each(|solid| solids::add(draw_list, place, solid, style));
-                }
-                None => troubles.push(format!(
-                    "{schema} draws in the frame `{frame}`, whose place is not known here"
-                )),
-            },
-            Item::Row { items } | Item::Group { items, .. } => {
-                show_items(draw_list, seen, schema, items, style, troubles);
-            }
-            Item::Text { .. }
-            | Item::Value { .. }
-            | Item::Button { .. }
-            | Item::Toggle { .. }
-            | Item::Slider { .. }
-            | Item::Choice { .. }
-            | Item::Image { .. }
-            | Item::Plot { .. }
-            | Item::Table { .. }
-            | Item::Canvas { .. } => {}
+    for item in list.walk() {
+        let Item::Scene { frame, solids, .. } = item else {
+            continue;
+        };
+        match seen.frame(frame) {
+            Some(place) => solids
+                .iter()
+                .for_each(|solid| solids::add(draw_list, place, solid, style)),
+            None => troubles.push(format!(
+                "{schema} draws in the frame `{frame}`, whose place is not known here"
+            )),
         }
     }
 }

@@ -138,34 +138,27 @@ fn screen(response: &Response, at: Pos2) -> Vec2 {
 fn scenes(seen: &SceneData) -> Vec<Scene<'_>> {
     let mut scenes = Vec::new();
     for (schema, list) in &seen.panels {
-        collect(&mut scenes, seen, schema, &list.items);
-    }
-    scenes
-}
-
-fn collect<'a>(into: &mut Vec<Scene<'a>>, seen: &SceneData, schema: &'a str, items: &'a [Item]) {
-    for item in items {
-        if let Item::Row { items } | Item::Group { items, .. } = item {
-            collect(into, seen, schema, items);
-        }
-        if let Item::Scene {
-            id,
-            frame,
-            solids,
-            wants,
-        } = item
-            && *wants != Wants::default()
-            && let Some(frame) = seen.frame(frame)
-        {
-            into.push(Scene {
-                schema,
+        for item in list.walk() {
+            if let Item::Scene {
                 id,
                 frame,
                 solids,
-                wants: *wants,
-            });
+                wants,
+            } = item
+                && *wants != Wants::default()
+                && let Some(frame) = seen.frame(frame)
+            {
+                scenes.push(Scene {
+                    schema,
+                    id,
+                    frame,
+                    solids,
+                    wants: *wants,
+                });
+            }
         }
     }
+    scenes
 }
 
 /// The scene at a point of the screen: that of the nearest shape, or else of the ground, if exactly one scene

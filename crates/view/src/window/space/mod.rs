@@ -43,6 +43,7 @@ pub(crate) use orbit::Eye;
 pub(crate) use scene_data::frame;
 
 /// The window.
+#[derive(Default)]
 pub(crate) struct Space {
     kept: SavedState,
     /// The view towards which the eye moves, if it is moving.
@@ -87,15 +88,7 @@ impl Space {
         }
         Self {
             kept,
-            goal: None,
-            robot: None,
-            pointed: None,
-            touch: SceneGestures::default(),
-            troubles: Vec::new(),
-            sampler: Sampler::default(),
-            seen: SceneData::default(),
-            draw_list: DrawList::default(),
-            card: None,
+            ..Self::default()
         }
     }
 

@@ -228,7 +228,7 @@ impl Sampler {
                 Rate::Hz(1)
             };
             if let Some(Ok(list)) = session.panel(&schema.name, rate)
-                && has_scene(&list.items)
+                && list.walk().any(|item| matches!(item, Item::Scene { .. }))
             {
                 self.scenes.insert(schema.name.clone());
                 seen.panels.push((schema.name.clone(), list));
@@ -266,24 +266,6 @@ impl Sampler {
             }
         }
     }
-}
-
-/// Whether a list contains a scene.
-fn has_scene(items: &[Item]) -> bool {
-    items.iter().any(|item| match item {
-        Item::Scene { .. } => true,
-        Item::Row { items } | Item::Group { items, .. } => has_scene(items),
-        Item::Text { .. }
-        | Item::Value { .. }
-        | Item::Button { .. }
-        | Item::Toggle { .. }
-        | Item::Slider { .. }
-        | Item::Choice { .. }
-        | Item::Image { .. }
-        | Item::Plot { .. }
-        | Item::Table { .. }
-        | Item::Canvas { .. } => false,
-    })
 }
 
 /// The value of a schema's modulation, if the schema has it.

@@ -15,8 +15,8 @@ use crate::complete;
 use crate::failure::Failure;
 use crate::interrupt::SignalListener;
 use crate::queue::{Popped, Queue};
-use crate::terminal::{self, BAD, FAINT, GOOD, WARN};
-use crate::why;
+use crate::record_text::format_record;
+use crate::terminal::{self, WARN};
 
 /// Number of lines of each kind that an application keeps.
 const MAX_HISTORY: usize = 1000;
@@ -158,30 +158,7 @@ impl Events {
         if event.missed > 0 && self.all {
             writeln!(out, "{WARN}{} lines were missed{WARN:#}", event.missed)?;
         }
-        match &event.record {
-            RunRecord::Decision(decision) => writeln!(out, "{}", why::format_takeover(decision))?,
-            RunRecord::State(change) => writeln!(
-                out,
-                "{FAINT}{:>9.3} s{FAINT:#}  {}: {} -> {}",
-                change.time_s, change.schema, change.from, change.to
-            )?,
-            RunRecord::Event(happening) => {
-                let style = match happening.kind.as_str() {
-                    "faulted" | "hung" | "left-behind" | "late" | "chatters" | "stalled" => BAD,
-                    "ok" | "ended" => GOOD,
-                    _ => WARN,
-                };
-                let schema = happening
-                    .schema
-                    .as_ref()
-                    .map_or(String::new(), |name| format!("{name} "));
-                writeln!(
-                    out,
-                    "{FAINT}{:>9.3} s{FAINT:#}  {schema}{style}{}{style:#}: {}",
-                    happening.time_s, happening.kind, happening.text
-                )?;
-            }
-        }
+        writeln!(out, "{}", format_record(&event.record))?;
         out.flush()?;
         Ok(())
     }

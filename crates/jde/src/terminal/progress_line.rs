@@ -1,0 +1,48 @@
+//! The progress of long work, on the last line of a terminal. Prints nothing into a pipe.
+
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use super::{FAINT, TextWriter};
+
+/// Time before the line appears, and between two updates of it.
+const INTERVAL: Duration = Duration::from_millis(300);
+
+/// The line.
+pub(crate) struct ProgressLine {
+    /// Standard error, if it is a terminal.
+    output: Option<TextWriter>,
+    next: Instant,
+    /// The length of the line that is shown.
+    shown: usize,
+}
+
+impl ProgressLine {
+    pub(crate) fn new() -> Self {
+        Self {
+            output: super::err_is_terminal().then(super::err),
+            next: Instant::now() + INTERVAL,
+            shown: 0,
+        }
+    }
+
+    /// Shows this text instead of the previous one, at most every [`INTERVAL`].
+    pub(crate) fn update(&mut self, text: impl FnOnce() -> String) {
+        if Instant::now() >= self.next
+            && let Some(output) = &mut self.output
+        {
+            let text = text();
+            (self.next, self.shown) = (Instant::now() + INTERVAL, text.chars().count());
+            // A closed terminal is not a reason to fail.
+            let _ = write!(output, "\r{FAINT}{text}{FAINT:#} ").and_then(|()| output.flush());
+        }
+    }
+
+    /// Removes the line.
+    pub(crate) fn clear(&mut self) {
+        if let Some(output) = self.output.as_mut().filter(|_| self.shown > 0) {
+            let blank = " ".repeat(self.shown + 1);
+            let _ = write!(output, "\r{blank}\r").and_then(|()| output.flush());
+        }
+    }
+}
