@@ -22,7 +22,7 @@ use crate::result::{DriveResult, Outcome};
 use measure::Meter;
 use property::Monitor;
 use situation::Situation;
-use step::StepTime;
+use step::{Operator, StepTime};
 use values::DriveValues;
 
 /// The end of a drive's application.
@@ -123,6 +123,7 @@ struct Drive<'e> {
     meters: Vec<Meter>,
     /// The places of the steps that have not happened.
     steps: Vec<usize>,
+    operator: Operator,
     situation: Situation,
     /// Why a step was refused.
     refused: Option<String>,
@@ -136,6 +137,7 @@ impl<'e> Drive<'e> {
             monitors: experiment.properties.iter().map(Monitor::new).collect(),
             meters: experiment.measures.iter().map(Meter::new).collect(),
             steps: (0..experiment.steps.len()).collect(),
+            operator: Operator::new(&handle),
             situation: Situation::new(handle.application()),
             refused: None,
             experiment,
@@ -153,6 +155,7 @@ impl<'e> Drive<'e> {
             monitor.finish(now);
         }
         self.record_violations();
+        let refused = self.refused.take().or_else(|| self.operator.refused_edit(&handle));
         drop(self.lockstep);
         let mut properties: Vec<_> = self
             .monitors
@@ -180,7 +183,7 @@ impl<'e> Drive<'e> {
             true => Outcome::Passed,
             false => Outcome::Failed,
         };
-        if let Some(broken) = self.refused.or_else(|| broken(&ending.outcome)) {
+        if let Some(broken) = refused.or_else(|| broken(&ending.outcome)) {
             outcome = Outcome::Broken;
             reasons.insert(0, broken);
         }
@@ -262,11 +265,12 @@ impl<'e> Drive<'e> {
         self.steps = waiting;
         self.situation.add_pose(now, self.values.pose());
         self.record_violations();
-        let handle = self.lockstep.handle();
+        let mut acted = self.operator.repair(now);
         for step in due {
-            if let Err(refused) = self.experiment.steps[step].perform(&handle) {
-                self.refused.get_or_insert(refused);
-            }
+            acted = acted.and_then(|()| self.operator.perform(&self.experiment.steps[step], now));
+        }
+        if let Err(refused) = acted {
+            self.refused.get_or_insert(refused);
         }
         by_condition
     }

@@ -317,12 +317,12 @@ fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
     })
 }
 
-/// A start for each of the robots that it names: `{ pioneer = { x = 1, y = 2, heading_deg = 90 } }`.
+/// A start for each of the robots that it names: `{ pioneer = [1, 2, "90 deg"] }`.
 fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<Choice> {
     let starts = expect(
         report,
         "each of `starts`",
-        "a table of robots, such as { pioneer = { x = 1, y = 2, heading_deg = 90 } }",
+        "a table of robots, such as { pioneer = [1, 2, \"90 deg\"] }",
         node,
         node.get_ref().as_table(),
     )?;
@@ -330,7 +330,8 @@ fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
     let overrides = section.entries().map(|(robot, place)| Override {
         schema: robot.text.to_owned(),
         variable: START.to_owned(),
-        value: source(subject.text, place),
+        // The modulation is a list of at most one pose.
+        value: format!("[{}]", source(subject.text, place)),
         folder: folder(subject.file).to_owned(),
     });
     Some(Choice {

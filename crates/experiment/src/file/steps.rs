@@ -2,18 +2,25 @@
 
 use jde_abi::describe::{Port, Role, Schema};
 use jde_app::literal::parse_value;
-use jde_document::section::expect;
+use jde_document::section::{expect, number};
 use jde_document::time;
 use jde_document::{FaultReport, Section, Text, quote};
+use jde_host::SensorFault;
+use jde_sim::Edits;
 use toml::de::DeTable;
 
 use super::Subject;
 use super::expressions::Expressions;
 use super::values::{moment, source};
-use crate::drive::step::{Step, StepAction, StepTime, StepWrite};
+use crate::drive::step::{EDIT, Step, StepAction, StepTime, StepWrite};
 
 /// The keys that say what a step does.
-const ACTIONS: [&str; 5] = ["play", "stop", "force", "release", "set"];
+const ACTIONS: [&str; 11] = [
+    "play", "stop", "force", "release", "set", "place", "add", "remove", "halt", "resume", "fail",
+];
+
+/// Those that change the world of a simulated robot.
+const EDITS: [&str; 5] = ["place", "add", "remove", "halt", "resume"];
 
 /// Reads `steps`, in the file's order.
 pub(super) fn read(
@@ -77,6 +84,8 @@ fn step(
     };
     let action = match *key {
         "set" => set(report, section, subject),
+        "fail" => fail(report, section, subject),
+        word if EDITS.contains(&word) => edit(report, section, word, subject),
         word => section
             .text(report, word)
             .and_then(|name| schema(report, subject, &name))
@@ -108,6 +117,88 @@ fn schema(report: &mut FaultReport, subject: &Subject<'_>, name: &Text) -> Optio
             .suggest(name.text, "schemas", known);
     }
     place
+}
+
+/// Reads a change of the world, which the driver of any of its robots makes.
+fn edit(report: &mut FaultReport, section: &Section, word: &str, subject: &Subject<'_>) -> Option<StepAction> {
+    let node = section.get(word)?;
+    let instances = &subject.application.instances;
+    let mut drivers = instances
+        .iter()
+        .map(|instance| modulations(&instance.schema).any(|port| port.name == EDIT));
+    let Some(driver) = drivers.position(|edits| edits) else {
+        report
+            .fault(&section.key_span(word), format!("`{word}` needs a simulated robot"))
+            .advise("no schema of the application can change a world");
+        return None;
+    };
+    let text = format!("{{ {word} = {} }}", source(subject.text, node));
+    match Edits::parse(&text) {
+        Ok(_) => Some(StepAction::Edit { driver, text }),
+        Err(error) => {
+            report.fault(&node.span(), error.to_string());
+            None
+        }
+    }
+}
+
+/// Reads how an export fails.
+fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Option<StepAction> {
+    let table = section.section(report, "fail", "`fail` of this step")?;
+    table.refuse_unknown(report, &["export", "as", "for", "sigma", "first", "last", "range"]);
+    for key in ["export", "as"].into_iter().filter(|key| table.get(key).is_none()) {
+        report.fault(&table.span, format!("{} has no `{key}`", table.label));
+    }
+    let (export, word) = (table.text(report, "export")?, table.text(report, "as")?);
+    let (owner, name) = export.text.split_once('.').unwrap_or((export.text, ""));
+    let owner = Text {
+        text: owner,
+        span: export.span.clone(),
+    };
+    let schema = schema(report, subject, &owner)?;
+    let ports = &subject.application.instances[schema].schema.ports;
+    let mut exports = ports.iter().filter(|port| matches!(port.role, Role::Export));
+    if !exports.clone().any(|port| port.name == name) {
+        report
+            .fault(&export.span, format!("schema {} has no export {}", quote(owner.text), quote(name)))
+            .suggest(name, "exports", exports.by_ref().map(|port| port.name.as_str()));
+        return None;
+    }
+    let number = |report: &mut FaultReport, key: &str| {
+        let Some(node) = table.get(key) else {
+            report.fault(&word.span, format!("{} needs `{key}`", quote(word.text)));
+            return None;
+        };
+        expect(report, &table.key(key), "a number", node, number(node.get_ref()))
+    };
+    let fault = match word.text {
+        "silent" => SensorFault::Silent,
+        "frozen" => SensorFault::Frozen,
+        "noise" => SensorFault::Noise {
+            sigma: number(report, "sigma")?,
+        },
+        "blocked" => SensorFault::Blocked {
+            first: number(report, "first")? as u32,
+            last: number(report, "last")? as u32,
+            range: number(report, "range")? as f32,
+        },
+        other => {
+            report
+                .fault(&word.span, format!("an export cannot fail as {}", quote(other)))
+                .suggest(other, "kinds", ["silent", "frozen", "noise", "blocked"]);
+            return None;
+        }
+    };
+    let time = match table.get("for") {
+        Some(node) => Some(moment(report, &table.key("for"), node)?),
+        None => None,
+    };
+    Some(StepAction::Fail {
+        schema,
+        export: name.to_owned(),
+        fault,
+        time,
+    })
 }
 
 /// Reads the modulations that a step writes.
