@@ -205,12 +205,30 @@ fn file_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
     |error| FolderError::File { path, error }
 }
 
-/// Returns a digest of everything that determines the results: this program's version, and the content of the experiment,
-/// the application, the plugins, and the files that modulations name.
+/// Returns a digest of everything that determines the results: this program's version, and the content of [`files`].
 ///
 /// # Errors
 /// One of the files cannot be read.
 pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> io::Result<String> {
+    let mut digest = Sha256::new();
+    digest.update(env!("CARGO_PKG_VERSION"));
+    for file in files(experiment, applications)? {
+        digest.update(Sha256::digest(fs::read(&file)?));
+    }
+    let hex = digest
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    Ok(hex)
+}
+
+/// Returns the files that determine the results: the experiment, the application, the plugins, and the files that modulations
+/// name.
+///
+/// # Errors
+/// The application cannot be read any more.
+pub fn files(experiment: &Experiment, applications: &mut Applications) -> io::Result<BTreeSet<PathBuf>> {
     let mut files = BTreeSet::from([experiment.file.clone(), experiment.application.clone()]);
     for variant in &experiment.variants {
         let plugins = applications.plugins(variant);
@@ -240,17 +258,7 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
         });
         files.extend(paths.filter(|path| path.is_file()));
     }
-    let mut digest = Sha256::new();
-    digest.update(env!("CARGO_PKG_VERSION"));
-    for file in files {
-        digest.update(Sha256::digest(fs::read(&file)?));
-    }
-    let hex = digest
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    Ok(hex)
+    Ok(files)
 }
 
 /// Returns the file that a modulation names, if there is one.

@@ -1,5 +1,5 @@
-//! Runs drives in processes, several at a time. A process that dies or takes too long is the result of its drive, and
-//! another one continues. The order in which drives end is not determined; their results are.
+//! Runs drives in processes, several at a time. A process serves one experiment. If it dies or takes too long, that is the
+//! result of its drive, and another one continues. The order in which drives end is not determined; their results are.
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, BufReader, Write};
@@ -20,10 +20,27 @@ use crate::result::{DriveResult, Outcome};
 /// The lines of standard error that are kept to explain a death.
 const KEPT_LINES: usize = 20;
 
+/// An experiment whose drives are run.
+pub struct PoolExperiment<'e> {
+    /// The experiment.
+    pub experiment: &'e Experiment,
+    /// The command that serves its drives: [`crate::worker::serve`].
+    pub program: Program,
+}
+
+/// A drive to run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// The place of its experiment.
+    pub experiment: usize,
+    /// Its number in the experiment.
+    pub drive: usize,
+    /// The seed in place of its own.
+    pub seed: Option<u64>,
+}
+
 /// How drives are run.
 pub struct PoolOptions<'p> {
-    /// The command that serves drives: [`crate::worker::serve`].
-    pub program: Program,
     /// Processes at a time, at least 1.
     pub jobs: usize,
     /// The longest time of the machine that a drive may take.
@@ -35,14 +52,14 @@ pub struct PoolOptions<'p> {
 /// Runs these drives, and calls `on_result` with each result on the calling thread, in the order in which they end.
 ///
 /// # Errors
-/// A process cannot be started, or refuses the experiment.
+/// A process cannot be started, or refuses its experiment.
 pub fn run(
-    experiment: &Experiment,
-    drives: &[usize],
+    experiments: &[PoolExperiment<'_>],
+    tasks: &[Task],
     options: &PoolOptions<'_>,
-    mut on_result: impl FnMut(DriveResult) -> io::Result<()>,
+    mut on_result: impl FnMut(Task, DriveResult) -> io::Result<()>,
 ) -> io::Result<()> {
-    let waiting = Mutex::new(drives.iter().copied().collect::<VecDeque<_>>());
+    let waiting = Mutex::new(tasks.iter().copied().collect::<VecDeque<_>>());
     let next = || {
         let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
         waiting
@@ -51,22 +68,24 @@ pub fn run(
     };
     thread::scope(|scope| {
         let (sender, results) = mpsc::channel();
-        for _ in 0..options.jobs.clamp(1, drives.len().max(1)) {
+        for _ in 0..options.jobs.clamp(1, tasks.len().max(1)) {
             let (sender, next) = (sender.clone(), &next);
             scope.spawn(move || {
                 let mut worker = None;
-                while let Some(drive) = next() {
-                    let result = run_drive(experiment, drive, &mut worker, options);
+                while let Some(task) = next() {
+                    let result = run_drive(&experiments[task.experiment], task, &mut worker, options.limit);
                     let is_fatal = result.is_err();
                     // The receiver is gone after an error, which ends all jobs.
-                    if sender.send(result).is_err() || is_fatal {
+                    if sender.send((task, result)).is_err() || is_fatal {
                         return;
                     }
                 }
             });
         }
         drop(sender);
-        let handled = results.iter().try_for_each(|result| on_result(result?));
+        let handled = results
+            .iter()
+            .try_for_each(|(task, result)| on_result(task, result?));
         if handled.is_err() {
             options.stop.store(true, Ordering::Relaxed);
         }
@@ -74,30 +93,32 @@ pub fn run(
     })
 }
 
-/// Runs a drive in the job's process, which is started if there is none.
+/// Runs a drive in the job's process. If there is none, or it serves another experiment, one is started.
 fn run_drive(
-    experiment: &Experiment,
-    drive: usize,
-    worker: &mut Option<Worker>,
-    options: &PoolOptions<'_>,
+    PoolExperiment { experiment, program }: &PoolExperiment<'_>,
+    task: Task,
+    worker: &mut Option<(usize, Worker)>,
+    limit: Duration,
 ) -> io::Result<DriveResult> {
-    let mut running = match worker.take() {
-        Some(running) => running,
-        None => Worker::start(&options.program)?,
+    let serving = worker
+        .take()
+        .filter(|(experiment, _)| *experiment == task.experiment);
+    let mut running = match serving {
+        Some((_, running)) => running,
+        None => Worker::start(program)?,
     };
-    let answer = running.drive(drive, options.limit);
-    let failed = |outcome, why| Ok(unjudged(experiment, drive, outcome, why));
-    match answer {
+    let failed = |outcome, why| Ok(unjudged(experiment, task.drive, outcome, why));
+    match running.drive(task, limit) {
         Ok(line) => match DriveResult::from_json(&line, &experiment.columns) {
             Some(result) => {
-                *worker = Some(running);
+                *worker = Some((task.experiment, running));
                 Ok(result)
             }
             None => failed(Outcome::Broken, format!("its process answered `{line}`")),
         },
         Err(RecvTimeoutError::Timeout) => {
             running.kill();
-            let seconds = options.limit.as_secs_f64();
+            let seconds = limit.as_secs_f64();
             failed(
                 Outcome::Hung,
                 format!("it took longer than {seconds} s of the machine"),
@@ -191,10 +212,11 @@ impl Worker {
     }
 
     /// Requests a drive, and waits for its result.
-    fn drive(&mut self, drive: usize, limit: Duration) -> Result<String, RecvTimeoutError> {
+    fn drive(&mut self, task: Task, limit: Duration) -> Result<String, RecvTimeoutError> {
         // If the process is dead already, its answer is missing.
         if let Some(input) = &mut self.input {
-            let _ = writeln!(input, "{drive}");
+            let seed = task.seed.map_or_else(String::new, |seed| format!(" {seed}"));
+            let _ = writeln!(input, "{}{seed}", task.drive);
         }
         self.answers.recv_timeout(limit)
     }

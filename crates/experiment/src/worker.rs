@@ -1,5 +1,5 @@
-//! The process of a job: it runs the drives whose numbers it reads, one line each, and answers each with the line of its
-//! result. It ends at the end of its input.
+//! The process of a job: it runs the drives whose numbers it reads, one line each with the seed if it is another than the
+//! drive's own, and answers each with the line of its result. It ends at the end of its input.
 
 use std::fs::File;
 use std::io::{self, BufRead, Write};
@@ -65,8 +65,17 @@ pub fn serve(arguments: &WorkerArguments, isolation_program: &Program) -> Result
     }
     for line in io::stdin().lock().lines() {
         let line = line.map_err(|error| error.to_string())?;
-        let drive = line.parse().map_err(|_| format!("`{line}` is no drive"))?;
-        let result = run(&experiment, drive, &mut applications, isolation_program);
+        let mut words = line.split(' ').map(str::parse::<u64>);
+        let Some(Ok(drive)) = words.next() else {
+            return Err(format!("`{line}` is no drive"));
+        };
+        let seed = words.next().and_then(Result::ok);
+        let result = run(
+            &experiment,
+            (drive as usize, seed),
+            &mut applications,
+            isolation_program,
+        );
         writeln!(output, "{}", result.to_line(&experiment.columns)).map_err(|error| error.to_string())?;
     }
     Ok(())
@@ -79,7 +88,7 @@ fn read(file: &Path) -> Result<(Experiment, Applications), String> {
 /// Runs a drive; one that cannot begin is a result too.
 fn run(
     experiment: &Experiment,
-    drive: usize,
+    (drive, seed): (usize, Option<u64>),
     applications: &mut Applications,
     isolation_program: &Program,
 ) -> DriveResult {
@@ -87,7 +96,7 @@ fn run(
         isolation_program: Some(isolation_program.clone()),
         ..Options::default()
     };
-    PreparedDrive::new(experiment, drive, applications)
+    PreparedDrive::new(experiment, drive, seed, applications)
         .map_err(|faults| faults.list()[0].to_string())
         .and_then(|prepared| {
             prepared

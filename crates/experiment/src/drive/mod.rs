@@ -44,19 +44,20 @@ pub struct PreparedDrive {
 }
 
 impl PreparedDrive {
-    /// Loads the application of a drive.
+    /// Loads the application of a drive. A seed here takes the place of the drive's own.
     ///
     /// # Errors
     /// The faults of the application with the values of the drive.
     pub fn new(
         experiment: &Experiment,
         drive: usize,
+        seed: Option<u64>,
         applications: &mut Applications,
     ) -> Result<Self, Faults> {
         let settings = experiment.settings(drive);
         let variant = &experiment.variants[settings.variant];
         let mut application = applications.load(&settings.overrides, variant)?;
-        application.seed = settings.seed.unwrap_or(application.seed);
+        application.seed = seed.or(settings.seed).unwrap_or(application.seed);
         Ok(Self {
             drive,
             application,
@@ -155,7 +156,10 @@ impl<'e> Drive<'e> {
             monitor.finish(now);
         }
         self.record_violations();
-        let refused = self.refused.take().or_else(|| self.operator.refused_edit(&handle));
+        let refused = self
+            .refused
+            .take()
+            .or_else(|| self.operator.refused_edit(&handle));
         drop(self.lockstep);
         let mut properties: Vec<_> = self
             .monitors

@@ -120,7 +120,12 @@ fn schema(report: &mut FaultReport, subject: &Subject<'_>, name: &Text) -> Optio
 }
 
 /// Reads a change of the world, which the driver of any of its robots makes.
-fn edit(report: &mut FaultReport, section: &Section, word: &str, subject: &Subject<'_>) -> Option<StepAction> {
+fn edit(
+    report: &mut FaultReport,
+    section: &Section,
+    word: &str,
+    subject: &Subject<'_>,
+) -> Option<StepAction> {
     let node = section.get(word)?;
     let instances = &subject.application.instances;
     let mut drivers = instances
@@ -128,7 +133,10 @@ fn edit(report: &mut FaultReport, section: &Section, word: &str, subject: &Subje
         .map(|instance| modulations(&instance.schema).any(|port| port.name == EDIT));
     let Some(driver) = drivers.position(|edits| edits) else {
         report
-            .fault(&section.key_span(word), format!("`{word}` needs a simulated robot"))
+            .fault(
+                &section.key_span(word),
+                format!("`{word}` needs a simulated robot"),
+            )
             .advise("no schema of the application can change a world");
         return None;
     };
@@ -145,8 +153,14 @@ fn edit(report: &mut FaultReport, section: &Section, word: &str, subject: &Subje
 /// Reads how an export fails.
 fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> Option<StepAction> {
     let table = section.section(report, "fail", "`fail` of this step")?;
-    table.refuse_unknown(report, &["export", "as", "for", "sigma", "first", "last", "range"]);
-    for key in ["export", "as"].into_iter().filter(|key| table.get(key).is_none()) {
+    table.refuse_unknown(
+        report,
+        &["export", "as", "for", "sigma", "first", "last", "range"],
+    );
+    for key in ["export", "as"]
+        .into_iter()
+        .filter(|key| table.get(key).is_none())
+    {
         report.fault(&table.span, format!("{} has no `{key}`", table.label));
     }
     let (export, word) = (table.text(report, "export")?, table.text(report, "as")?);
@@ -160,7 +174,10 @@ fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> O
     let mut exports = ports.iter().filter(|port| matches!(port.role, Role::Export));
     if !exports.clone().any(|port| port.name == name) {
         report
-            .fault(&export.span, format!("schema {} has no export {}", quote(owner.text), quote(name)))
+            .fault(
+                &export.span,
+                format!("schema {} has no export {}", quote(owner.text), quote(name)),
+            )
             .suggest(name, "exports", exports.by_ref().map(|port| port.name.as_str()));
         return None;
     }

@@ -49,7 +49,9 @@ const TYPES: &[File] = &[
     ("src/lib.rs", include_str!("../../templates/types/src/lib.rs")),
     ("README.md", include_str!("../../templates/types/README.md")),
 ];
-const APPLICATION: &[File] = files!("app": "app.toml", "world.toml", "README.md");
+const APPLICATION: &[File] = files!(
+    "app": "app.toml", "world.toml", "README.md", "tests/reaches-its-targets.toml", "tests/stops-before-a-box.toml"
+);
 
 impl Kind {
     #[cfg(test)]
@@ -114,7 +116,7 @@ impl Kind {
             ],
             Self::Device => &["cargo build", "cargo test", "cargo run --example emulator"],
             Self::Types => &["cargo test"],
-            Self::Application => &["__jde__ check app.toml", "__jde__ run app.toml"],
+            Self::Application => &["__jde__ check app.toml", "__jde__ test", "__jde__ run app.toml"],
         }
     }
 }

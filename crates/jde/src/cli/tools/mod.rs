@@ -16,6 +16,7 @@ mod report;
 mod run;
 mod shell;
 mod sim;
+mod test;
 #[cfg(feature = "view")]
 mod view;
 
@@ -31,6 +32,7 @@ pub(super) use link::Link;
 pub(super) enum Tool {
     Run(run::Run),
     Experiment(experiment::ExperimentVerb),
+    Test(test::Test),
     Replay(replay::Replay),
     Info(info::Info),
     Plot(plot::Plot),
@@ -54,6 +56,7 @@ impl Tool {
         match self {
             Self::Run(run) => run.run(filter),
             Self::Experiment(experiment) => experiment.run(filter),
+            Self::Test(test) => test.run(),
             Self::Replay(replay) => replay.run(filter),
             Self::Info(info) => info.run(),
             Self::Plot(plot) => plot.run(),

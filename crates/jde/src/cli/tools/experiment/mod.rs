@@ -16,7 +16,7 @@ use clap::{Args, Subcommand, ValueHint};
 use jde_core::Nanos;
 use jde_experiment::applications::Applications;
 use jde_experiment::folder::{Existing, FolderError, FolderState, ResultsFolder};
-use jde_experiment::pool::{self, PoolOptions};
+use jde_experiment::pool::{self, PoolExperiment, PoolOptions, Task};
 use jde_experiment::result::{DriveResult, Outcome};
 use jde_experiment::worker::WorkerArguments;
 use jde_experiment::{Experiment, file};
@@ -79,6 +79,9 @@ pub(crate) struct ExperimentVerb {
     /// Run one drive again, here, and print what happened.
     #[arg(long, value_name = "N")]
     drive: Option<usize>,
+    /// The seed of the drive, in place of its own.
+    #[arg(long, value_name = "N", requires = "drive")]
+    seed: Option<u64>,
     /// End standard output with one line of JSON; all other text goes to standard error.
     #[arg(long)]
     json: bool,
@@ -132,7 +135,14 @@ impl ExperimentVerb {
                 trigger: None,
                 split: None,
             });
-            return single::run(&experiment, drive, &mut applications, record, filter, self.json);
+            return single::run(
+                &experiment,
+                (drive, self.seed),
+                &mut applications,
+                record,
+                filter,
+                self.json,
+            );
         }
         let shards: BTreeSet<_> = self.shard.into_iter().map(|Shard(shard)| shard).collect();
         let state = FolderState::new(&experiment, &mut applications, shards)?;
@@ -175,14 +185,23 @@ impl ExperimentVerb {
             fingerprint: state.fingerprint.clone(),
             memory: self.memory as u64,
         };
-        let options = PoolOptions {
+        let experiments = [PoolExperiment {
+            experiment,
             program: child::drives(&arguments),
+        }];
+        let task = |drive: &usize| Task {
+            experiment: 0,
+            drive: *drive,
+            seed: None,
+        };
+        let tasks: Vec<_> = drives.iter().map(task).collect();
+        let options = PoolOptions {
             jobs: self.jobs.map_or_else(processors, usize::from),
             limit: Duration::from_nanos(self.limit),
             stop: &stop,
         };
         let mut progress = Progress::new(results.len() + drives.len(), &results);
-        let ran = pool::run(experiment, drives, &options, |result| {
+        let ran = pool::run(&experiments, &tasks, &options, |_, result| {
             folder.add(&result, experiment)?;
             progress.add(&result)?;
             results.push(result);
@@ -198,12 +217,12 @@ impl ExperimentVerb {
 }
 
 /// Reads an experiment for its drives, and inspects its plugins.
-fn read(path: &Path) -> Result<(Experiment, Applications), Failure> {
+pub(super) fn read(path: &Path) -> Result<(Experiment, Applications), Failure> {
     let with_inspector = |application| Applications::new(application, Some(child::inspector()));
     file::read(path, with_inspector).map_err(Failure::application)
 }
 
-fn processors() -> usize {
+pub(super) fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 

@@ -22,7 +22,7 @@ use crate::terminal::{self, BAD, FAINT, GOOD, TITLE};
 /// It could not start, or did not pass.
 pub(super) fn run(
     experiment: &Experiment,
-    drive: usize,
+    (drive, seed): (usize, Option<u64>),
     applications: &mut Applications,
     record: Option<RecordOptions>,
     filter: Option<Filter>,
@@ -35,7 +35,7 @@ pub(super) fn run(
         ));
     }
     let _log = Log::start(filter.unwrap_or_default());
-    let prepared = PreparedDrive::new(experiment, drive, applications).map_err(Failure::application)?;
+    let prepared = PreparedDrive::new(experiment, drive, seed, applications).map_err(Failure::application)?;
     let context = RunContext {
         application: &prepared.application,
         lockstep: true,

@@ -1,0 +1,129 @@
+//! The output of `jde test`: a line for each test, and what is known about each failure.
+
+use std::io::{self, Write};
+
+use jde_experiment::Experiment;
+use jde_experiment::pool::Task;
+use jde_experiment::result::{DriveResult, Outcome};
+use serde::Serialize;
+
+use crate::cli::print_json;
+use crate::failure::{Failure, display_path};
+use crate::summary::pluralize;
+use crate::terminal::{self, BAD, FAINT, GOOD, TITLE, TextWriter};
+
+/// The tests so far.
+pub(super) struct Report {
+    output: TextWriter,
+    json: bool,
+    counts: Counts,
+    failures: Vec<String>,
+}
+
+/// The object that `--json` prints.
+#[derive(Default, Serialize)]
+struct Counts {
+    passed: usize,
+    failed: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed: Option<u64>,
+}
+
+impl Report {
+    /// Prints the beginning.
+    pub(super) fn begin(tests: usize, seed: Option<u64>, json: bool) -> io::Result<Self> {
+        let mut output = terminal::text_out(json);
+        write!(output, "{}", pluralize(tests as u64, "test"))?;
+        match seed {
+            Some(seed) => writeln!(output, ", --shuffle={seed}")?,
+            None => writeln!(output)?,
+        }
+        output.flush()?;
+        Ok(Self {
+            output,
+            json,
+            counts: Counts {
+                seed,
+                ..Counts::default()
+            },
+            failures: Vec::new(),
+        })
+    }
+
+    /// Prints the line of a test.
+    pub(super) fn add(&mut self, experiment: &Experiment, task: Task, result: DriveResult) -> io::Result<()> {
+        let name = test_name(experiment, &result);
+        let passed = result.outcome == Outcome::Passed;
+        let (style, word) = match passed {
+            true => (GOOD, "ok"),
+            false => (BAD, result.outcome.word()),
+        };
+        let seconds = result.seconds;
+        writeln!(
+            self.output,
+            "{style}{word:<8}{style:#} {name} {FAINT}{seconds:.1} s{FAINT:#}"
+        )?;
+        self.output.flush()?;
+        if passed {
+            self.counts.passed += 1;
+        } else {
+            self.counts.failed += 1;
+            self.failures.push(failure(experiment, task, &name, &result));
+        }
+        Ok(())
+    }
+
+    /// Prints the failures and the sum. Fails unless all of so many tests passed.
+    pub(super) fn finish(mut self, tests: usize) -> Result<(), Failure> {
+        for failure in &self.failures {
+            write!(self.output, "\n{failure}")?;
+        }
+        let Counts { passed, failed, .. } = self.counts;
+        let style = if failed == 0 { GOOD } else { BAD };
+        writeln!(self.output, "\n{style}{passed} passed, {failed} failed{style:#}")?;
+        self.output.flush()?;
+        if self.json {
+            print_json(&self.counts)?;
+        }
+        match tests - passed - failed {
+            0 if failed == 0 => Ok(()),
+            0 => Err(Failure::Mission),
+            missing => Err(Failure::Broken(format!("interrupted with {missing} tests left"))),
+        }
+    }
+}
+
+/// The name of the test, with the values of its axes if it has any.
+fn test_name(experiment: &Experiment, result: &DriveResult) -> String {
+    let axes = experiment.columns.axes.iter().zip(&result.axes);
+    let axes: Vec<_> = axes.map(|(name, value)| format!("{name} = {value}")).collect();
+    match axes.as_slice() {
+        [] => experiment.name.clone(),
+        axes => format!("{} [{}]", experiment.name, axes.join(", ")),
+    }
+}
+
+/// What is known about a failure.
+fn failure(experiment: &Experiment, task: Task, name: &str, result: &DriveResult) -> String {
+    let mut text = format!("{TITLE}{name}{TITLE:#}\n  {BAD}{}{BAD:#}\n", result.why);
+    if let Some(failure) = &result.failure {
+        if let Some([x, y, heading]) = failure.pose {
+            let degrees = heading.to_degrees();
+            text += &format!(
+                "  at {:.3} s the robot was at {x:.2}, {y:.2} m, {degrees:.0}°\n",
+                failure.at
+            );
+        }
+        for selection in &failure.selections {
+            text += &format!("  {FAINT}{selection}{FAINT:#}\n");
+        }
+    }
+    let file = display_path(&experiment.file);
+    let seed = task
+        .seed
+        .map_or_else(String::new, |seed| format!(" --seed {seed}"));
+    let number = task.drive;
+    text + &format!(
+        "  see it: jde experiment {file} --drive {number}{seed} --record failure.mcap; jde view failure.mcap\n"
+    )
+}
