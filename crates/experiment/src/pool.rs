@@ -177,6 +177,8 @@ impl Worker {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
+            // The last line of its errors is then the message, and no line of a backtrace.
+            .env("RUST_BACKTRACE", "0")
             // Ctrl-C asks the parent alone, which lets the drives under way end.
             .process_group(0)
             .spawn()?;
@@ -233,7 +235,9 @@ impl Worker {
             let _ = reader.join();
         }
         let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
-        let last = errors.iter().rev().find(|line| !line.trim().is_empty());
+        // A note says how to get more, not what happened.
+        let tells = |line: &&String| !line.trim().is_empty() && !line.starts_with("note:");
+        let last = errors.iter().rev().find(tells);
         Ok((status, last.cloned()))
     }
 }

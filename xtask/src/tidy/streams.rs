@@ -28,6 +28,10 @@ const EXCEPTIONS: &[(&str, &str)] = &[
         "a program for developers, in which no robot runs",
     ),
     (
+        "crates/experiment/src/worker.rs",
+        "a process for drives in virtual time, which answers its parent",
+    ),
+    (
         "crates/launcher/",
         "it builds jde and then becomes it, and runs no schema while it prints",
     ),

@@ -5,6 +5,7 @@ mod cable;
 mod damaged;
 mod demo;
 mod disk;
+mod experimenting;
 mod inspecting;
 mod inspections;
 mod isolated;

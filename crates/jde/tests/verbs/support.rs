@@ -11,8 +11,8 @@ use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
 
 /// The plugins that the tests use.
-const PLUGINS: [&str; 10] = [
-    "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop",
+const PLUGINS: [&str; 11] = [
+    "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop", "fault",
 ];
 
 /// The output of a process that has ended.

@@ -107,8 +107,10 @@ impl Test {
     fn find(&self) -> Result<Vec<PathBuf>, Failure> {
         let mut files = Vec::new();
         for path in &self.paths {
-            if !path.is_dir() {
+            if path.is_file() {
                 files.push(path.clone());
+            }
+            if !path.is_dir() {
                 continue;
             }
             let entries = fs::read_dir(path).map_err(Failure::file(path))?;
