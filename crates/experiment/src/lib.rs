@@ -7,6 +7,7 @@
 
 pub mod comparison;
 pub mod csv;
+pub mod digits;
 pub mod junit;
 pub mod result;
 pub mod statistics;
