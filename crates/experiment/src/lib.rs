@@ -9,6 +9,7 @@ pub mod comparison;
 pub mod csv;
 pub mod digits;
 pub mod junit;
+mod page;
 pub mod result;
 pub mod statistics;
 pub mod store;

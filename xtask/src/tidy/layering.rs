@@ -49,7 +49,7 @@ const TABLE: &[Row] = &[
     row("crates/macros", &["crates/abi"]),
     row("crates/launcher", &["crates/jde"]),
     row("crates/sim", &[]),
-    row("crates/experiment", &[]),
+    row("crates/experiment", &["crates/report", "crates/sim"]),
     row("crates/types", &["crates/abi", "crates/macros"]),
     row("crates/board", &["crates/abi"]),
     row(
