@@ -1,12 +1,13 @@
 //! The results side by side: a row for each combination of axes other than the seed, and the differences of
 //! each row from the first over equal seeds. The tables and the page show it.
 //!
-//! It runs nothing and formats no numbers.
+//! It runs nothing and draws nothing.
 
 use std::collections::HashMap;
 
 use serde_json::Value;
 
+use crate::digits::Digits;
 use crate::result::{Columns, DriveResult, Outcome};
 use crate::statistics::{Differences, Share, Statistics};
 
@@ -18,6 +19,10 @@ const SEED: &str = "seed";
 pub struct Comparison {
     /// In the order of their first drives.
     pub rows: Vec<Row>,
+    /// The digits of each measure.
+    pub digits: Vec<Digits>,
+    /// The digits of the differences of each measure.
+    pub paired_digits: Vec<Digits>,
 }
 
 /// The drives with the same values of all axes but the seed.
@@ -76,7 +81,22 @@ impl Comparison {
                 ..Row::of(columns, results, group)
             }
         });
-        Self { rows: rows.collect() }
+        let rows: Vec<Row> = rows.collect();
+        let digits = |measure: usize| {
+            let statistics = rows.iter().filter_map(|row| row.measures[measure]);
+            Digits::of(statistics.map(|found| (found.median, found.interval)))
+        };
+        let paired_digits = |measure: usize| {
+            let paired = rows.iter().filter_map(|row| row.paired.as_ref());
+            let differences = paired.filter_map(|paired| paired.measures[measure]);
+            Digits::of(differences.map(|found| (found.median, found.interval)))
+        };
+        let measures = 0..columns.measures.len();
+        Self {
+            digits: measures.clone().map(digits).collect(),
+            paired_digits: measures.map(paired_digits).collect(),
+            rows,
+        }
     }
 }
 

@@ -8,11 +8,13 @@
 pub mod applications;
 pub mod comparison;
 pub mod csv;
+pub mod digits;
 pub mod drive;
 mod experiment;
 pub mod file;
 pub mod folder;
 pub mod junit;
+mod page;
 pub mod pool;
 pub mod result;
 pub mod statistics;

@@ -73,7 +73,7 @@ pub struct Failure {
     /// The robot's position and heading at that time: m, m, rad.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pose: Option<[f64; 3]>,
-    /// The robot's positions until then, at most 200.
+    /// The robot's positions until then, at most 200, at equal intervals of time.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub path: Vec<[f64; 2]>,
     /// The winners along the path: each with the place of the first point at which it won, `None` for nobody.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::result::{Columns, DriveResult};
 use crate::store::{replace, sorted, write_results};
-use crate::{csv, junit};
+use crate::{csv, junit, page};
 
 /// Everything that the files need.
 pub struct Summary<'a> {
@@ -25,8 +25,8 @@ pub struct Summary<'a> {
     pub command: &'a dyn Fn(usize) -> String,
 }
 
-/// Writes `results.jsonl`, `results.csv` and `junit.xml` into a folder that exists. Each replaces the old one
-/// as a whole.
+/// Writes `results.jsonl`, `results.csv`, `junit.xml` and `report.html` into a folder that exists. Each replaces
+/// the old one as a whole.
 ///
 /// # Errors
 /// A file cannot be written; the ones before it are new then.
@@ -44,6 +44,9 @@ pub fn write_all(folder: &Path, summary: &Summary<'_>) -> io::Result<()> {
     })?;
     replace(&folder.join("junit.xml"), |output| {
         junit::write(output, name, columns, &results, command)
+    })?;
+    replace(&folder.join("report.html"), |output| {
+        output.write_all(page::html(summary).as_bytes())
     })
 }
 
@@ -95,7 +98,10 @@ mod tests {
         };
         let sorted = files(&[result(0), result(1), result(2)]);
         let names: Vec<_> = sorted.iter().map(|(name, _)| name.clone()).collect();
-        assert_eq!(names, ["junit.xml", "results.csv", "results.jsonl"]);
+        assert_eq!(
+            names,
+            ["junit.xml", "report.html", "results.csv", "results.jsonl"]
+        );
         assert!(
             sorted.iter().all(|(_, text)| text.contains("signal 11")),
             "{sorted:?}"

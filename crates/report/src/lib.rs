@@ -1,5 +1,5 @@
 //! Reports on recordings without a screen: pictures of a robot's path, the schemas' states and the values of
-//! variables over time, and a page with all of these.
+//! variables over time, and a page with all of these. And the page of an experiment.
 //!
 //! The crate reads recordings and draws. It runs no schema, uses no network and prints nothing.
 
@@ -13,7 +13,11 @@
 mod analysis;
 #[cfg(feature = "recordings")]
 mod chart;
+#[cfg(feature = "recordings")]
+mod document;
 mod drawing;
+#[cfg(feature = "recordings")]
+pub mod experiment;
 mod map;
 #[cfg(feature = "recordings")]
 mod page;
@@ -27,6 +31,8 @@ mod text;
 
 #[cfg(feature = "recordings")]
 pub use analysis::{Analysis, Number, Series, Wanted};
+#[cfg(feature = "recordings")]
+pub use map::FailurePlace;
 pub use map::{Drive, Obstacle, PathPoint, RobotPath, Takeover, Target};
 #[cfg(feature = "recordings")]
 pub use page::{columns, page};

@@ -81,7 +81,7 @@ fn digits(step: f64) -> usize {
 }
 
 /// The numbers on an axis of `length` units between `least` and `greatest`, with their labels.
-pub(super) fn numbers(least: f64, greatest: f64, length: f32) -> Vec<(f64, String)> {
+pub(crate) fn numbers(least: f64, greatest: f64, length: f32) -> Vec<(f64, String)> {
     let max_count = (length / 34.0).clamp(1.0, 8.0);
     let step = round_up((greatest - least) / f64::from(max_count));
     let first = (least / step).ceil() as i64;

@@ -4,7 +4,7 @@ mod axis;
 mod bands;
 mod lines;
 
-pub(crate) use axis::{seconds, time_axis, time_grid};
+pub(crate) use axis::{numbers as axis_numbers, seconds, time_axis, time_grid};
 pub(crate) use bands::{Bands, NAMES, NUMBERS};
 pub(crate) use lines::{charts, small_chart};
 

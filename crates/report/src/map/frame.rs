@@ -81,9 +81,10 @@ impl Frame {
         frame
     }
 
-    /// Lays out a map within a given size. The legend is placed where it leaves the map larger.
-    pub(super) fn within(drive: &Drive, entries: &[Entry], width: f32, height: f32) -> Self {
-        let sheet = Sheet::new(drive, entries, true);
+    /// Lays out a map within a given size; with `heading`, reserves room for a title above the map. The legend
+    /// is placed where it leaves the map larger.
+    pub(super) fn within(drive: &Drive, entries: &[Entry], heading: bool, width: f32, height: f32) -> Self {
+        let sheet = Sheet::new(drive, entries, heading);
         let [width_m, height_m] = size(&sheet.shown);
         let [width, height] = [
             f64::from(width) - LEFT - MARGIN,

@@ -2,6 +2,8 @@
 //!
 //! Draws the given data, in metres and seconds. It runs nothing and reads neither a recording nor a world.
 
+#[cfg(feature = "recordings")]
+mod failures;
 mod frame;
 mod ground;
 mod legend;
@@ -13,6 +15,10 @@ mod tests;
 use jde_sim::{Bounds, Outline, Shape};
 
 use crate::drawing::Drawing;
+#[cfg(feature = "recordings")]
+pub use failures::FailurePlace;
+#[cfg(feature = "recordings")]
+pub(crate) use failures::draw as draw_failures;
 use frame::Frame;
 pub(crate) use palette::Palette;
 
@@ -148,11 +154,22 @@ pub(crate) fn draw(drive: &Drive, heading: bool) -> Drawing {
     drawing
 }
 
+/// Draws a drive without its title on a map of its own of at most `width` by `height` units, for a part of a
+/// page.
+pub(crate) fn draw_within_page(drive: &Drive, width: f32, height: f32) -> Drawing {
+    let drive = &finite(drive);
+    let entries = legend::entries(drive, &Palette::of(drive));
+    let frame = Frame::within(drive, &entries, false, width, height);
+    let mut drawing = Drawing::new(frame.width, frame.height);
+    draw_on(&mut drawing, drive, &frame, &entries);
+    drawing
+}
+
 /// Draws a drive on the upper left part of a drawing.
 pub(crate) fn draw_within(drawing: &mut Drawing, drive: &Drive, width: f32, height: f32) {
     let drive = &finite(drive);
     let entries = legend::entries(drive, &Palette::of(drive));
-    let frame = Frame::within(drive, &entries, width, height);
+    let frame = Frame::within(drive, &entries, true, width, height);
     draw_on(drawing, drive, &frame, &entries);
     legend::heading(drawing, &frame, drive);
 }

@@ -1,5 +1,4 @@
-//! A page about a recording: one self-contained HTML file. It loads nothing, is readable without a script,
-//! and has styles for light, dark and print. Text from the recording is escaped and never becomes markup.
+//! A page about a recording: its parts, and the script that selects a time. It knows no style.
 
 mod events;
 mod figures;
@@ -9,17 +8,14 @@ mod summary;
 mod switches;
 mod topics;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
-use sha2::{Digest, Sha256};
+use maud::{Markup, html};
 
 use crate::analysis::Analysis;
-use crate::drawing::{ColorRole, color_role};
+use crate::document::Document;
+use crate::drawing::ColorRole;
 use crate::map::Palette;
 use crate::text::counted;
 
-const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
 /// Most columns of time on a page: two per pixel of common screens, so that the page can be enlarged.
@@ -55,61 +51,25 @@ pub fn page(analysis: &Analysis, file: &str) -> String {
         ("events", "Events", events::events(&page)),
         ("topics", "Recorded topics", topics::topics(&page)),
     ];
-    let style = format!("{}{STYLE}", color_role::style());
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(policy());
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (analysis.title) " – " (file) }
-                style { (PreEscaped(style)) }
-            }
-            body {
-                main {
-                    (summary::summary(&page, file))
-                    nav aria-label="Parts of this page" {
-                        @for (id, title, part) in &parts {
-                            @if part.is_some() { a href={ "#" (id) } { (title) } }
-                        }
-                    }
-                    (summary::facts(&page))
-                    @for (id, title, part) in &parts {
-                        @if let Some(part) = part {
-                            section id=(id) {
-                                h2 { (title) }
-                                (part)
-                            }
-                        }
-                    }
-                    (footer(&page))
-                }
-                script { (PreEscaped(SCRIPT)) }
-            }
-        }
+    Document {
+        title: format!("{} – {file}", analysis.title),
+        style: "",
+        head: summary::summary(&page, file),
+        facts: summary::facts(&page),
+        parts: &parts,
+        footer: footer(&page),
+        script: Some(SCRIPT),
     }
-    .into_string()
-}
-
-/// The content security policy: nothing is loaded, and only the page's own script runs, whatever the
-/// recording contains.
-fn policy() -> String {
-    let hash = STANDARD.encode(Sha256::digest(SCRIPT));
-    format!(
-        "default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{hash}'; base-uri 'none'; form-action 'none'"
-    )
+    .render()
 }
 
 fn footer(page: &Page<'_>) -> Markup {
     let columns = page.analysis.columns;
     html! {
-        footer {
-            "Time is divided into " (columns.count) " columns of "
-            (crate::chart::seconds(columns.seconds() / columns.count as f64))
-            ". For each column, bands show all states, fainter for a shorter time, and lines show the least and the greatest value. Means and "
-            "worst times are exact, p50 and p99 within 2 %. Made by " code { "jde report" } " " (env!("CARGO_PKG_VERSION")) "."
-        }
+        "Time is divided into " (columns.count) " columns of "
+        (crate::chart::seconds(columns.seconds() / columns.count as f64))
+        ". For each column, bands show all states, fainter for a shorter time, and lines show the least and the greatest value. Means and "
+        "worst times are exact, p50 and p99 within 2 %. Made by " code { "jde report" } " " (env!("CARGO_PKG_VERSION")) "."
     }
 }
 

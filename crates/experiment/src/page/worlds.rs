@@ -1,0 +1,79 @@
+//! The worlds of drives, each read once. One that cannot be read is not drawn, and the page says why.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use jde_report::{Drive, Obstacle};
+use jde_sim::World;
+
+use crate::result::DriveResult;
+use crate::summary::Summary;
+
+/// The worlds that were read.
+pub(super) struct Worlds<'a> {
+    summary: &'a Summary<'a>,
+    read: HashMap<PathBuf, Rc<Ground>>,
+}
+
+/// A world to draw on.
+pub(super) struct Ground {
+    /// Its bounds and shapes, and the robot's radius.
+    pub(super) drive: Drive,
+    /// Why it is not drawn; empty if it is.
+    pub(super) note: String,
+}
+
+impl<'a> Worlds<'a> {
+    pub(super) fn new(summary: &'a Summary<'a>) -> Self {
+        Self {
+            summary,
+            read: HashMap::new(),
+        }
+    }
+
+    /// The world of a drive, and its file if it has one.
+    pub(super) fn of(&mut self, result: &DriveResult) -> (Option<PathBuf>, Rc<Ground>) {
+        let radius = self.summary.robot_radius;
+        let Some(path) = (self.summary.world)(result) else {
+            return (None, Rc::new(Ground::empty(radius)));
+        };
+        let read = self.read.entry(path.clone());
+        let ground = read
+            .or_insert_with(|| Rc::new(Ground::read(&path, radius)))
+            .clone();
+        (Some(path), ground)
+    }
+}
+
+impl Ground {
+    fn empty(radius: f64) -> Self {
+        Self {
+            drive: Drive {
+                robot_radius: radius,
+                ..Drive::default()
+            },
+            note: String::new(),
+        }
+    }
+
+    fn read(path: &Path, radius: f64) -> Self {
+        let empty = Self::empty(radius);
+        // The seed moves nothing at the start.
+        match World::load(path, 0) {
+            Ok(world) => Self {
+                drive: Drive {
+                    title: world.name().to_owned(),
+                    bounds: Some(world.bounds()),
+                    shapes: world.shapes().map(Obstacle::from).collect(),
+                    ..empty.drive
+                },
+                note: String::new(),
+            },
+            Err(error) => Self {
+                note: format!("The world is not drawn: {error}"),
+                ..empty
+            },
+        }
+    }
+}
