@@ -136,6 +136,10 @@ impl Mover {
         }
     }
 
+    pub(crate) fn name(&self) -> &str {
+        &self.config.name
+    }
+
     pub(crate) fn solid(&self) -> &Solid {
         &self.solid
     }
