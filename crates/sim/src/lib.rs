@@ -98,6 +98,7 @@ mod scene;
 mod sensor;
 mod shape;
 mod solid;
+mod sweep;
 mod world;
 
 pub use battery::{BATTERY_CAPACITY, Battery};

@@ -4,6 +4,8 @@
 
 use std::mem;
 
+use std::cmp::Ordering;
+
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::Vector;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -14,6 +16,7 @@ use crate::cone::Cone;
 use crate::probe::Probe;
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
+use crate::sweep::Sweep;
 
 /// A fixed thing, before it becomes a [`Solid`].
 #[derive(Clone, Debug)]
@@ -78,6 +81,34 @@ impl Scene {
                 |index, best| self.solids[index as usize].cast_ray(ray, best),
             )
             .map(|(_, distance)| distance)
+    }
+
+    /// Lets the things meet the rays of a sweep, those nearer than its length.
+    pub(crate) fn sweep(&self, sweep: &mut Sweep) {
+        let near = self
+            .tree
+            .leaves(|node| sweep.range_to_box(&node.aabb()).is_some())
+            .map(|index| {
+                let solid = &self.solids[index as usize];
+                (sweep.range_to_box(&solid.aabb()), solid)
+            });
+        let mut near: Vec<(Option<f64>, &Solid)> = near.collect();
+        let max = sweep.max();
+        if near.len() > sweep.rays().len() {
+            // Among many small things a ray meets few, and the tree finds them.
+            let distances: Vec<Option<f64>> =
+                sweep.rays().iter().map(|ray| self.cast_ray(ray, max)).collect();
+            sweep.distances_mut().copy_from_slice(&distances);
+            return;
+        }
+        // What is near hides what is behind it.
+        near.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(Ordering::Equal));
+        for (_, solid) in near {
+            sweep.meet(solid);
+        }
+        for distance in sweep.distances_mut() {
+            distance.take_if(|distance| *distance >= max);
+        }
     }
 
     /// Returns the distance to the nearest thing whose nearest point is in a cone and nearer than `max`.

@@ -3,6 +3,8 @@
 //! By REP-117 a range is a distance, +∞ (nothing within range), −∞ (something too close to measure) or NaN
 //! (no measurement).
 
+use core::f64::consts::FRAC_PI_2;
+
 use crate::{Header, Padding, Pose2D, Seq, Value};
 
 /// One scan of a laser scanner with up to 1088 beams.
@@ -133,17 +135,15 @@ impl LaserScan {
     /// Returns the hits of the beams, first beam first. Beams without a hit or a measurement are left out. An
     /// object too close to measure counts as at `range_min`.
     pub fn points(&self) -> impl Iterator<Item = LaserPoint> + '_ {
+        self.hits()
+            .map(|(beam, angle, range)| LaserPoint::new(beam, angle, range))
+    }
+
+    /// Returns the beam, angle and distance of each hit.
+    fn hits(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         self.ranges.iter().enumerate().filter_map(|(beam, &range)| {
             let range = distance(range, self.range_min, self.range_max)?;
-            let angle = self.angle(beam);
-            let (sin, cos) = angle.sin_cos();
-            Some(LaserPoint {
-                beam,
-                angle,
-                range,
-                x: range * cos,
-                y: range * sin,
-            })
+            Some((beam, self.angle(beam), range))
         })
     }
 
@@ -151,10 +151,31 @@ impl LaserScan {
     /// none.
     #[must_use]
     pub fn nearest_ahead(&self, half_width: f64) -> Option<f64> {
-        self.points()
-            .filter(|point| point.x > 0.0 && point.y.abs() <= half_width)
-            .map(|point| point.x)
-            .min_by(f64::total_cmp)
+        let mut nearest = None;
+        for (beam, angle, range) in self.hits() {
+            // Most hits are beside the area or behind its nearest one, which bounds show without a sine.
+            if is_beside(angle, range, half_width) || nearest.is_some_and(|x| is_beyond(angle, range, x)) {
+                continue;
+            }
+            let point = LaserPoint::new(beam, angle, range);
+            if point.x > 0.0 && point.y.abs() <= half_width && nearest.is_none_or(|x| point.x < x) {
+                nearest = Some(point.x);
+            }
+        }
+        nearest
+    }
+}
+
+impl LaserPoint {
+    fn new(beam: usize, angle: f64, range: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self {
+            beam,
+            angle,
+            range,
+            x: range * cos,
+            y: range * sin,
+        }
     }
 }
 
@@ -174,6 +195,22 @@ impl RangeRing {
             })
         })
     }
+}
+
+/// Far more than the rounding of the bounds below, as a factor.
+const MARGIN: f64 = 1.0 + 1e-9;
+
+/// Whether a hit up to a quarter turn to either side is certainly more than `half_width` m to the side: the
+/// sine of an angle `a` is at least `a - a³ / 6`.
+fn is_beside(angle: f64, range: f64, half_width: f64) -> bool {
+    let angle = angle.abs();
+    let sine = angle * (1.0 - angle * angle / 6.0);
+    angle <= FRAC_PI_2 && range * sine > half_width * MARGIN
+}
+
+/// Whether a hit is certainly more than `x` m ahead: the cosine of an angle `a` is at least `1 - a² / 2`.
+fn is_beyond(angle: f64, range: f64, x: f64) -> bool {
+    range > 0.0 && range * (1.0 - angle * angle / 2.0) > x * MARGIN
 }
 
 /// Returns a measured distance, or `None`. REP-117's −∞ becomes the least distance.

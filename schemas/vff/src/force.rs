@@ -55,10 +55,15 @@ impl Field {
         // The push must not depend on the number of beams.
         let beam = f64::from(laser.angle_increment).abs().to_degrees();
         let weight = self.repulsion * beam / DIVISOR;
-        let (x, y) = laser.points().fold((0.0, 0.0), |(x, y), point| {
+        let (mut x, mut y) = (0.0, 0.0);
+        for point in laser.points() {
             let push = weight * self.push(point.range);
-            (x + push * point.angle.cos(), y + push * point.angle.sin())
-        });
+            // Most returns are too far to push, and the sine costs more than all else.
+            if push != 0.0 {
+                x += push * point.angle.cos();
+                y += push * point.angle.sin();
+            }
+        }
         Forces {
             pull: (pull * target.x, pull * target.y),
             push: (-x, -y),

@@ -12,7 +12,7 @@ use crate::record::Candidate;
 use crate::spec::{GroupId, SchemaId};
 
 /// The members of a group that are awake and should stay awake, in the father's order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct CandidateList {
     /// Shared with the records of the selections over it. It is copied before a change if such a record still
     /// exists.
@@ -33,7 +33,7 @@ pub(super) struct CandidateCache {
 
 #[derive(Clone, Debug, Default, PartialEq)]
 struct CachedCandidates {
-    candidates: Arc<[Candidate]>,
+    list: CandidateList,
     /// One bit for each candidate, set if it is READY.
     ready: Vec<u64>,
     /// Members whose facts may have changed since the last selection, each once.
@@ -59,16 +59,17 @@ impl CandidateCache {
     }
 
     /// Returns the current candidate list of a group.
+    #[inline]
     pub(super) fn list(&mut self, plan: &SpecIndex, nodes: &[Node], id: GroupId) -> CandidateList {
         let cached = &mut self.groups[id.index()];
-        if !cached.dirty.is_empty() && !cached.refresh(plan, nodes, &mut self.dirty) {
-            *cached = CachedCandidates::of(plan, nodes, id);
+        if !cached.dirty.is_empty() {
+            cached.refresh(plan, nodes, id, &mut self.dirty);
         }
         debug_assert!(
             *cached == CachedCandidates::of(plan, nodes, id),
             "a change that nobody was told of"
         );
-        cached.list()
+        cached.list.clone()
     }
 }
 
@@ -92,33 +93,33 @@ impl CachedCandidates {
         for (position, candidate) in candidates.iter().enumerate() {
             ready[position / 64] |= u64::from(candidate.ready) << (position % 64);
         }
+        let (first, several) = first_ready(&ready);
         Self {
-            candidates,
+            list: CandidateList {
+                candidates,
+                first,
+                several,
+            },
             ready,
             dirty: Vec::new(),
         }
     }
 
-    /// Re-reads the dirty members. Returns false if a member joined or left the candidates, so that the list
-    /// must be rebuilt.
-    fn refresh(&mut self, plan: &SpecIndex, nodes: &[Node], dirty: &mut [bool]) -> bool {
+    /// Re-reads the dirty members. Rebuilds the list if a member joined or left the candidates.
+    fn refresh(&mut self, plan: &SpecIndex, nodes: &[Node], id: GroupId, dirty: &mut [bool]) {
         let mut is_complete = true;
+        let candidates = &mut self.list.candidates;
         for member in self.dirty.drain(..) {
             dirty[member.index()] = false;
             let position = plan.position_of(member);
-            let found = if self
-                .candidates
-                .get(position)
-                .is_some_and(|found| found.id == member)
-            {
+            let found = if candidates.get(position).is_some_and(|found| found.id == member) {
                 Ok(position)
             } else {
-                self.candidates
-                    .binary_search_by_key(&position, |found| plan.position_of(found.id))
+                candidates.binary_search_by_key(&position, |found| plan.position_of(found.id))
             };
             match (found, nodes[member.index()].candidate(member)) {
-                (Ok(position), Some(candidate)) if self.candidates[position] != candidate => {
-                    Arc::make_mut(&mut self.candidates)[position] = candidate;
+                (Ok(position), Some(candidate)) if candidates[position] != candidate => {
+                    Arc::make_mut(candidates)[position] = candidate;
                     let bit = 1 << (position % 64);
                     if candidate.ready {
                         self.ready[position / 64] |= bit;
@@ -130,22 +131,22 @@ impl CachedCandidates {
                 (Ok(_), None) | (Err(_), Some(_)) => is_complete = false,
             }
         }
-        is_complete
+        if is_complete {
+            (self.list.first, self.list.several) = first_ready(&self.ready);
+        } else {
+            *self = Self::of(plan, nodes, id);
+        }
     }
+}
 
-    fn list(&self) -> CandidateList {
-        let mut ready = self.ready.iter().enumerate().filter(|(_, word)| **word != 0);
-        let (first, several) = match ready.next() {
-            None => (None, false),
-            Some((position, word)) => {
-                let first = 64 * position + word.trailing_zeros() as usize;
-                (Some(first), !word.is_power_of_two() || ready.next().is_some())
-            }
-        };
-        CandidateList {
-            candidates: Arc::clone(&self.candidates),
-            first,
-            several,
+/// Returns the index of the first bit that is set, and whether another one is.
+fn first_ready(ready: &[u64]) -> (Option<usize>, bool) {
+    let mut words = ready.iter().enumerate().filter(|(_, word)| **word != 0);
+    match words.next() {
+        None => (None, false),
+        Some((position, word)) => {
+            let first = 64 * position + word.trailing_zeros() as usize;
+            (Some(first), !word.is_power_of_two() || words.next().is_some())
         }
     }
 }

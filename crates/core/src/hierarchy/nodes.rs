@@ -63,6 +63,7 @@ impl Nodes {
     }
 
     /// Returns the current candidate list of a group.
+    #[inline]
     pub(super) fn candidates_of(&mut self, plan: &SpecIndex, id: GroupId) -> CandidateList {
         self.candidates.list(plan, &self.nodes, id)
     }

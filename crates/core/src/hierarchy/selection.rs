@@ -34,6 +34,7 @@ impl Hierarchy {
     }
 
     /// Returns the current candidate list of a group.
+    #[inline]
     pub(super) fn candidates_of(&mut self, id: GroupId) -> CandidateList {
         self.nodes.candidates_of(&self.plan, id)
     }

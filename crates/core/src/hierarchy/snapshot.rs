@@ -81,6 +81,8 @@ pub(super) fn forced_choice(group: &Group, nodes: &Nodes) -> Option<SchemaId> {
 }
 
 impl Snapshot<'_> {
+    // Otherwise the decision passes through memory on its way to the selection.
+    #[inline(always)]
     pub(super) fn evaluate(&self, policy: Policy) -> Evaluation {
         if let Some(forced) = forced_choice(self.group, self.nodes) {
             let (choice, reason) = (Some(forced), "forced by an operator");

@@ -211,7 +211,7 @@ impl Instance {
     }
 
     /// Returns the last call. Copies its reads and writes to `turn`, and those that do not fit to
-    /// `overflow`. All are empty unless turns are recorded.
+    /// `overflow`. All are empty unless turns are recorded or repeated.
     pub(crate) fn copy_last_call(&self, turn: &mut Turn, overflow: &mut TurnOverflow) -> turn::Call {
         let inputs = turn.inputs.resize(self.inputs.len().min(INPUTS));
         let (first, rest) = self.inputs.split_at(inputs.len());
@@ -239,6 +239,7 @@ impl Instance {
         }
     }
 
+    #[inline]
     fn release(&mut self) {
         self.port_access.release();
     }

@@ -102,6 +102,11 @@ impl Lateness {
         }
     }
 
+    /// Whether work of this kind was late the last time.
+    pub(super) fn is_late(self, work: Work) -> bool {
+        self.0[work as usize]
+    }
+
     fn is_healthy(self) -> bool {
         !self.0.contains(&true)
     }

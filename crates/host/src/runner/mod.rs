@@ -81,7 +81,7 @@ impl Runner {
             last_turn: 0,
             takeover_pending: false,
             pace: DrawingPace::default(),
-            record: TurnRecord::new(number, journal),
+            record: TurnRecord::new(number, journal, engine.clock.is_replayed()),
         }
     }
 

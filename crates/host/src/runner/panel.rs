@@ -95,6 +95,8 @@ impl Runner {
 
     /// Records that nothing is drawn, which is never late.
     fn record_no_drawing(&mut self) {
-        self.record_lateness(Work::Drawing, 0, false);
+        if self.lateness.is_late(Work::Drawing) {
+            self.record_lateness(Work::Drawing, 0, false);
+        }
     }
 }

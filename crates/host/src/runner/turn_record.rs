@@ -14,11 +14,14 @@ pub(super) struct TurnRecord {
     overflow: TurnOverflow,
     /// Receives the turns, if they are recorded.
     journal: Option<Arc<Journal>>,
+    /// Whether the calls matter: turns are recorded, or repeated.
+    has_calls: bool,
 }
 
 impl TurnRecord {
-    pub(super) fn new(schema: usize, journal: Option<Arc<Journal>>) -> Self {
+    pub(super) fn new(schema: usize, journal: Option<Arc<Journal>>, is_replayed: bool) -> Self {
         Self {
+            has_calls: journal.is_some() || is_replayed,
             turn: Turn::new(Turn::CYCLED, schema),
             overflow: TurnOverflow::default(),
             journal,
@@ -41,12 +44,16 @@ impl TurnRecord {
 
     /// Adds the last call of the instance: its check, or the only call of the turn.
     pub(super) fn add_look(&mut self, instance: &Instance) {
-        self.turn.looked = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+        if self.has_calls {
+            self.turn.looked = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+        }
     }
 
     /// Adds the last call of the instance, an iteration.
     pub(super) fn add_iteration(&mut self, instance: &Instance) {
-        self.turn.acted = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+        if self.has_calls {
+            self.turn.acted = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+        }
     }
 
     /// Ends the turn, and forwards it if a step of it was taken.

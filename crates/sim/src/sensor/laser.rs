@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 use crate::error::{WorldError, check};
 use crate::geometry::Pose2;
 use crate::random::Noise;
+use crate::sweep::Sweep;
 
 /// A laser on a robot. By default 180 beams over half a turn, with a range of 8 m.
 ///
@@ -103,30 +104,29 @@ impl LaserConfig {
         check("laser sigma", self.sigma, "0 m or more", |value| value >= 0.0)
     }
 
-    /// Fills a scan. `cast` returns the distance to the first thing on a ray.
+    /// Fills a scan. `cast` lets the things meet the rays.
     pub(crate) fn scan(
         &self,
         robot: Pose2,
         noise: &Noise,
         ranges: &mut [f32],
-        cast: impl Fn([f64; 2], f64) -> Option<f64>,
+        cast: impl FnOnce(&mut Sweep),
     ) {
         let laser = robot.compose(self.mount);
-        let origin = [laser.x, laser.y];
-        for (pair, ranges) in ranges.chunks_mut(2).enumerate() {
+        let angles = (0..self.beams).map(|beam| laser.heading + self.angle(beam));
+        let increment = self.angle_increment();
+        let mut sweep = Sweep::new([laser.x, laser.y], angles, increment, self.range_max);
+        cast(&mut sweep);
+        let distances = sweep.into_distances();
+        let readings = ranges.chunks_mut(2).zip(distances.chunks(2));
+        for (pair, (ranges, distances)) in readings.enumerate() {
             let errors = if self.sigma > 0.0 {
                 noise.normals(pair as u32)
             } else {
                 [0.0; 2]
             };
-            for (index, range) in ranges.iter_mut().enumerate() {
-                let distance = cast(origin, laser.heading + self.angle(2 * pair + index));
-                *range = super::reading(
-                    distance,
-                    self.sigma * errors[index],
-                    self.range_min,
-                    self.range_max,
-                );
+            for ((range, distance), error) in ranges.iter_mut().zip(distances).zip(errors) {
+                *range = super::reading(*distance, self.sigma * error, self.range_min, self.range_max);
             }
         }
     }

@@ -211,7 +211,7 @@ impl World {
         let movers = self
             .movers
             .iter()
-            .map(|mover| (mover.shape().name, mover.solid().distance_to_point(center)));
+            .map(|mover| (mover.name(), mover.solid().distance_to_point(center)));
         let robots = self.others(robot).map(|(index, disc)| {
             let gap = center.distance(Vector::from(disc.center)) - disc.radius;
             (self.robot_slots[index].start.robot.as_str(), gap)

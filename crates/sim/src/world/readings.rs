@@ -28,8 +28,9 @@ impl World {
         laser.check()?;
         check_buffer("laser", ranges.len(), laser.beams)?;
         let noise = self.noise(robot, Purpose::Laser, laser.stream);
-        laser.scan(self.truth(robot).pose, &noise, ranges, |origin, angle| {
-            self.nearest_hit(RayKind::Light, origin, angle, laser.range_max, Some(robot))
+        laser.scan(self.truth(robot).pose, &noise, ranges, |sweep| {
+            self.scene.sweep(sweep);
+            self.for_each_movable(RayKind::Light, Some(robot), |solid| sweep.meet(solid));
         });
         Ok(())
     }
@@ -111,7 +112,7 @@ impl World {
     /// `None` if there is none within `max` metres. As for a sonar, a person is a round body; a laser would
     /// hit the legs.
     pub fn cast_ray(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
-        self.nearest_hit(RayKind::Sound, origin, angle, max, except)
+        self.nearest_hit(origin, angle, max, except)
     }
 
     /// Returns the distance in metres to the nearest thing, mover or robot except `except` in a cone, or
@@ -129,9 +130,7 @@ impl World {
         let mut nearest = None;
         for edge in edges {
             let before = nearest.unwrap_or(max);
-            nearest = self
-                .nearest_hit(RayKind::Sound, origin, edge, before, except)
-                .or(nearest);
+            nearest = self.nearest_hit(origin, edge, before, except).or(nearest);
         }
         let cone = Cone::new(origin, edges[0], edges[1]);
         nearest = self.scene.nearest_in(&cone, nearest.unwrap_or(max)).or(nearest);
@@ -141,17 +140,10 @@ impl World {
         nearest
     }
 
-    fn nearest_hit(
-        &self,
-        kind: RayKind,
-        origin: [f64; 2],
-        angle: f64,
-        max: f64,
-        except: Option<RobotId>,
-    ) -> Option<f64> {
+    fn nearest_hit(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
         let ray = solid::ray(origin, angle);
         let mut nearest = self.scene.cast_ray(&ray, max);
-        self.for_each_movable(kind, except, |solid| {
+        self.for_each_movable(RayKind::Sound, except, |solid| {
             if let Some(distance) = solid.cast_ray(&ray, nearest.unwrap_or(max)) {
                 nearest = Some(distance);
             }

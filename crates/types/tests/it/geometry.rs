@@ -96,6 +96,29 @@ fn the_nearest_point_ahead_is_in_front_and_within_the_width() {
 }
 
 #[test]
+fn the_nearest_point_ahead_is_the_nearest_of_all_points_to_the_bit() {
+    for case in 0..2000_u32 {
+        // Ranges between 0.2 m and 8 m that look random, over up to a whole turn.
+        let beams = 1 + case % 180;
+        let range = |beam: u32| 0.2 + (beam * 7919 + case * 104_729) as f32 % 7.8;
+        let ranges: Vec<f32> = (0..beams).map(range).collect();
+        let view = 0.1 + case as f32 % 6.1;
+        let scan = LaserScan {
+            angle_min: -view / 2.0,
+            angle_increment: view / beams as f32,
+            ..scan(&ranges)
+        };
+        for half_width in [0.0, 0.3, 1.0, 5.0] {
+            let inside = scan
+                .points()
+                .filter(|point| point.x > 0.0 && point.y.abs() <= half_width);
+            let nearest = inside.map(|point| point.x).min_by(f64::total_cmp);
+            assert_eq!(scan.nearest_ahead(half_width), nearest, "{case}: {half_width}");
+        }
+    }
+}
+
+#[test]
 fn a_ring_of_sonars_places_its_echoes_around_the_base() {
     let mut ring = RangeRing {
         min_range: 0.1,
