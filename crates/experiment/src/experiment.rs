@@ -12,6 +12,9 @@ use crate::drive::property::Property;
 use crate::drive::step::Step;
 use crate::result::Columns;
 
+/// The modulation that names the world of a simulated robot.
+pub(crate) const WORLD: &str = "world";
+
 /// An experiment.
 #[derive(Clone, Debug)]
 pub struct Experiment {
@@ -43,6 +46,10 @@ pub struct Experiment {
     pub measures: Vec<Measure>,
     /// What happens meanwhile.
     pub steps: Vec<Step>,
+    /// The world of the simulated robot where no axis chooses another.
+    pub world: Option<PathBuf>,
+    /// The radius of the simulated robot, m; 0 if there is none.
+    pub robot_radius: f64,
     /// The columns of the results.
     pub columns: Columns,
 }
@@ -128,6 +135,20 @@ impl Experiment {
         self.axes
             .iter()
             .fold(1, |product, axis| product.saturating_mul(axis.values.len()))
+    }
+
+    /// Returns the world file of a drive; `None` without a simulated robot.
+    #[must_use]
+    pub fn world_of(&self, drive: usize) -> Option<PathBuf> {
+        let overrides = self.settings(drive).overrides;
+        let set = overrides.iter().rev().find(|set| set.variable == WORLD);
+        let written = set
+            .map(|set| serde_json::from_str::<PathBuf>(&set.value).unwrap_or_else(|_| (&set.value).into()));
+        let folder = set.map(|set| set.folder.as_path());
+        written
+            .zip(folder)
+            .map(|(path, folder)| folder.join(path))
+            .or_else(|| self.world.clone())
     }
 
     /// Returns what a drive runs, by its number.

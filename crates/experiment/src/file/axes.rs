@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::values::{label, source};
 use super::{SetValue, Subject, load};
 use crate::applications::Applications;
-use crate::experiment::{Axis, AxisValues, Choice, Experiment, Variant};
+use crate::experiment::{Axis, AxisValues, Choice, Experiment, Variant, WORLD};
 
 /// An axis, and the position of each of its values.
 pub(super) struct DraftAxis {
@@ -27,8 +27,6 @@ impl DraftAxis {
     }
 }
 
-/// The modulation that names the world of a simulated robot.
-const WORLD: &str = "world";
 /// The modulation that is the start of a simulated robot.
 const START: &str = "start";
 

@@ -9,11 +9,13 @@ mod values;
 
 use std::path::{Path, PathBuf};
 
-use jde_app::{Application, Faults, Override};
+use jde_abi::describe::{Port, Role};
+use jde_app::{Application, Binding, Faults, Override};
+use jde_board::value::{Value, decode};
 use jde_document::{FaultReport, Section, quote};
 
 use crate::applications::Applications;
-use crate::experiment::{Experiment, Mission, Variant};
+use crate::experiment::{Experiment, Mission, Variant, WORLD};
 use crate::result::Columns;
 use expressions::Expressions;
 
@@ -125,6 +127,13 @@ pub fn read(
         properties: judged.properties.list,
         measures: judged.measures.list,
         steps,
+        world: initial(&application, WORLD).and_then(|world| match world {
+            Value::Text(path) => Some(PathBuf::from(path)),
+            _ => None,
+        }),
+        robot_radius: initial(&application, "radius")
+            .and_then(|radius| radius.as_number())
+            .unwrap_or_default(),
         columns,
     };
     if experiment.drives() > Experiment::MAX_DRIVES {
@@ -195,6 +204,18 @@ fn load(
     } else {
         Ok(None)
     }
+}
+
+/// Returns the initial value of a modulation of the first simulated robot.
+fn initial(application: &Application, name: &str) -> Option<Value> {
+    let has_world = |port: &Port| port.name == WORLD && matches!(port.role, Role::Modulation { .. });
+    let mut robots = application.instances.iter();
+    let robot = robots.find(|instance| instance.schema.ports.iter().any(has_world))?;
+    let place = robot.schema.ports.iter().position(|port| port.name == name)?;
+    let Binding::Modulation { initial, .. } = &robot.bindings[place] else {
+        return None;
+    };
+    Some(decode(&robot.schema.ports[place].value_type, initial).into_only_field())
 }
 
 fn stem(file: &Path) -> String {

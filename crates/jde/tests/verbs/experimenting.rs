@@ -53,7 +53,11 @@ actuators = { base = "axis.velocity" }
 /// Writes the experiment of the toy into a folder.
 fn pair(folder: &Path) {
     let application = root().join("apps/pair.toml").display().to_string();
-    fs::write(folder.join("pair.toml"), PAIR.replace("APPLICATION", &application)).unwrap();
+    fs::write(
+        folder.join("pair.toml"),
+        PAIR.replace("APPLICATION", &application),
+    )
+    .unwrap();
 }
 
 fn experiment(folder: &Path, args: &[&str]) -> RunOutput {
@@ -71,7 +75,9 @@ fn results(folder: &Path) -> Vec<String> {
 
 fn lines(folder: &Path) -> Vec<Value> {
     let text = fs::read_to_string(folder.join("results.jsonl")).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
 }
 
 #[test]
@@ -79,7 +85,10 @@ fn results_do_not_depend_on_the_number_of_jobs_and_are_in_order() {
     let folder = tempfile::tempdir().unwrap();
     pair(folder.path());
     for jobs in ["1", "3"] {
-        let run = experiment(folder.path(), &["pair.toml", "--out", jobs, "--jobs", jobs, "--json"]);
+        let run = experiment(
+            folder.path(),
+            &["pair.toml", "--out", jobs, "--jobs", jobs, "--json"],
+        );
         assert_eq!(run.status, Some(0), "{}", run.err);
         assert_eq!(json(&run.out)["passed"], 12);
         assert!(!run.err.contains('\u{1b}'), "no colours in a pipe: {}", run.err);
@@ -106,10 +115,17 @@ fn the_parts_of_an_experiment_are_joined_to_the_results_of_the_whole() {
     }
     let incomplete = experiment(folder.path(), &["merge", "1", "3", "--out", "two"]);
     assert_eq!(incomplete.status, Some(1));
-    assert!(incomplete.err.contains("4 drives are in none of"), "{}", incomplete.err);
+    assert!(
+        incomplete.err.contains("4 drives are in none of"),
+        "{}",
+        incomplete.err
+    );
     let merged = experiment(folder.path(), &["merge", "3", "1", "2", "--out", "merged"]);
     assert_eq!(merged.status, Some(0), "{}", merged.err);
-    assert_eq!(results(&folder.path().join("merged")), results(&folder.path().join("whole")));
+    assert_eq!(
+        results(&folder.path().join("merged")),
+        results(&folder.path().join("whole"))
+    );
 }
 
 #[test]
@@ -117,12 +133,28 @@ fn a_drive_that_kills_or_blocks_its_process_is_a_result_and_the_others_go_on() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("app.toml"), FAULTY).unwrap();
     fs::write(folder.path().join("faults.toml"), FAULTS).unwrap();
-    let args = ["faults.toml", "--out", "out", "--limit", "10s", "--memory", "1GB", "--jobs", "2"];
+    let args = [
+        "faults.toml",
+        "--out",
+        "out",
+        "--limit",
+        "10s",
+        "--memory",
+        "1GB",
+        "--jobs",
+        "2",
+    ];
     let run = experiment(folder.path(), &args);
     assert_eq!(run.status, Some(1), "{}", run.err);
     let lines = lines(&folder.path().join("out"));
-    let outcomes: Vec<_> = lines.iter().map(|line| line["outcome"].as_str().unwrap()).collect();
-    assert_eq!(outcomes, ["passed", "crashed", "crashed", "crashed", "crashed", "hung"]);
+    let outcomes: Vec<_> = lines
+        .iter()
+        .map(|line| line["outcome"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        outcomes,
+        ["passed", "crashed", "crashed", "crashed", "crashed", "hung"]
+    );
     let why = |drive: usize| lines[drive]["why"].as_str().unwrap();
     assert!(why(1).contains("signal 11"), "{}", why(1));
     assert!(why(2).contains("signal 6"), "{}", why(2));
@@ -207,10 +239,18 @@ fn all_faults_of_an_experiment_are_reported_at_once_with_their_lines() {
     let run = experiment(folder.path(), &["wrong.toml"]);
     assert_eq!(run.status, Some(2));
     for line in ["2:7", "4:9", "5:23", "7:10", "9:1", "11:11", "14:8"] {
-        assert!(run.err.contains(&format!("wrong.toml:{line}")), "{line}: {}", run.err);
+        assert!(
+            run.err.contains(&format!("wrong.toml:{line}")),
+            "{line}: {}",
+            run.err
+        );
     }
     for name in ["`listener.won`", "`period`", "`never`", "`listener`"] {
-        assert!(run.err.contains(&format!("did you mean {name}")), "{name}: {}", run.err);
+        assert!(
+            run.err.contains(&format!("did you mean {name}")),
+            "{name}: {}",
+            run.err
+        );
     }
     assert!(!folder.path().join("results").exists(), "nothing is written");
 }
@@ -226,14 +266,23 @@ fn a_new_application_passes_its_tests_and_a_failure_explains_itself() {
     assert_eq!(passed.status, Some(0), "{}{}", passed.out, passed.err);
     assert_eq!(json(&passed.out)["passed"], 2);
     let shuffled = test(&["--shuffle=7", "--filter", "reaches"]);
-    assert!(shuffled.out.starts_with("1 test, --shuffle=7"), "{}", shuffled.out);
+    assert!(
+        shuffled.out.starts_with("1 test, --shuffle=7"),
+        "{}",
+        shuffled.out
+    );
 
     let file = patrol.join("tests/stops-before-a-box.toml");
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("collisions > 0", "clearance < 0.4")).unwrap();
     let failed = test(&["--filter", "box"]);
     assert_eq!(failed.status, Some(1));
-    for part in ["0 passed, 1 failed", "`clearance < 0.4` is true at", "-> vff", "--drive 0 --record"] {
+    for part in [
+        "0 passed, 1 failed",
+        "`clearance < 0.4` is true at",
+        "-> vff",
+        "--drive 0 --record",
+    ] {
         assert!(failed.out.contains(part), "{part}: {}", failed.out);
     }
     let none = output_of(jde_with_plugins(&["test"]).current_dir(&folder));

@@ -38,8 +38,8 @@ impl<'e> Results<'e> {
             doc: &self.experiment.doc,
             columns: &self.experiment.columns,
             results: &self.results,
-            world: &|_| None,
-            robot_radius: 0.0,
+            world: &|result| self.experiment.world_of(result.drive),
+            robot_radius: self.experiment.robot_radius,
             command: &command,
         };
         summary::write_all(&self.folder, &summary)
