@@ -2,6 +2,7 @@
 
 mod drives;
 mod many_schemas;
+mod mock;
 
 use jde_board::value::Value;
 use jde_host::reload::ReloadOptions;
@@ -92,15 +93,23 @@ fn r14_a_replay_of_exports_that_failed_gives_the_same_selections() {
             (2 * SECOND, |handle| {
                 fail(handle, "pioneer", "laser", SensorFault::Noise { sigma: 0.2 });
             }),
-            (4 * SECOND, |handle| fail(handle, "pioneer", "odometry", SensorFault::Frozen)),
-            (6 * SECOND, |handle| fail(handle, "pioneer", "laser", SensorFault::Silent)),
+            (4 * SECOND, |handle| {
+                fail(handle, "pioneer", "odometry", SensorFault::Frozen)
+            }),
+            (6 * SECOND, |handle| {
+                fail(handle, "pioneer", "laser", SensorFault::Silent)
+            }),
             // An export that the replay publishes again, and does not take from the recording.
-            (7 * SECOND, |handle| fail(handle, "example", "mission", SensorFault::Frozen)),
+            (7 * SECOND, |handle| {
+                fail(handle, "example", "mission", SensorFault::Frozen)
+            }),
             (9 * SECOND, |handle| {
                 let pioneer = handle.application().instance("pioneer").unwrap();
                 handle.operator("ana").release(pioneer).unwrap();
             }),
-            (12 * SECOND, |handle| fail(handle, "example", "mission", SensorFault::Silent)),
+            (12 * SECOND, |handle| {
+                fail(handle, "example", "mission", SensorFault::Silent)
+            }),
         ],
     );
     let verdict = replay(&recorded, &[]);
