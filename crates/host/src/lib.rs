@@ -11,8 +11,10 @@ mod instance;
 mod journal;
 mod metrics;
 mod mission;
+mod mock;
 mod operator_handle;
 mod panels;
+mod prepare;
 pub mod reload;
 pub mod replay;
 mod runner;
@@ -21,6 +23,7 @@ mod sensor_fault;
 pub mod transaction_observer;
 mod turn_order;
 
+pub use mock::{Mock, MockCatalogue};
 pub use operator_handle::OperatorHandle;
 pub use panels::{PanelError, PanelViewGuard};
 pub use running::{Handle, Lockstep, Options, Running, StartError, StartHook, StartHookError};

@@ -4,12 +4,11 @@
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use jde_app::{Application, Executor, InstanceConfig};
+use jde_app::{Application, Executor};
 use jde_board::Board;
 use jde_core::Nanos;
 use jde_isolation::Program;
 use jde_loader::Plugins;
-use jde_loader::build::Build;
 use jde_panel::Gesture;
 use jde_records::event::{Event, Observer, Outcome};
 use jde_records::snapshot::Snapshot;
@@ -22,9 +21,10 @@ use crate::exec::pool::Pool;
 use crate::exec::supervisor::{self, Alarm, ThreadExecutor};
 use crate::exec::threads::Threads;
 use crate::mission;
+use crate::mock::Mock;
 use crate::operator_handle::{OperatorHandle, printable_name};
 use crate::panels::{PanelError, PanelViewGuard};
-use crate::runner::Runner;
+use crate::prepare::prepare;
 use crate::transaction_observer::TransactionObserver;
 use jde_panel::PanelFrame;
 
@@ -55,6 +55,8 @@ pub struct Options {
     pub transaction_observer: Option<Box<dyn TransactionObserver>>,
     /// The program that runs schemas in processes of their own.
     pub isolation_program: Option<Program>,
+    /// The schemas, by name, that a mock takes the place of; of several for one schema, the last.
+    pub mocks: Vec<(String, Mock)>,
 }
 
 /// Why an application did not start.
@@ -80,6 +82,14 @@ pub enum StartError {
         "schema `{0}` requires a process of its own, and the program that started it provides none; remove its `isolate`"
     )]
     NoProgram(String),
+    /// A mock does not fit the application.
+    #[error("the mock of schema `{schema}` cannot be used: {reason}")]
+    Mock {
+        /// The schema.
+        schema: String,
+        /// The reason.
+        reason: String,
+    },
     /// The system refused to create a thread.
     #[error("the system refuses a thread: {0}")]
     Thread(#[from] std::io::Error),
@@ -127,6 +137,7 @@ impl Default for Options {
             on_turn: None,
             transaction_observer: None,
             isolation_program: None,
+            mocks: Vec::new(),
         }
     }
 }
@@ -137,21 +148,18 @@ impl Running {
     /// # Errors
     /// [`StartError`]. On an error no schema is awake, and every instance that was created has been
     /// destroyed.
-    pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
+    pub fn start(
+        application: Application,
+        plugins: &Plugins,
+        mut options: Options,
+    ) -> Result<Self, StartError> {
         let executor = application.executor;
-        let (engine, runners) = prepare(
-            application,
-            plugins,
-            if options.counted {
-                Clock::counted()
-            } else {
-                Clock::real(options.speed)
-            },
-            options.observers,
-            options.on_turn,
-            options.transaction_observer,
-            options.isolation_program,
-        )?;
+        let clock = if options.counted {
+            Clock::counted()
+        } else {
+            Clock::real(options.speed)
+        };
+        let (engine, runners) = prepare(application, plugins, clock, &mut options)?;
         // Counted time cannot advance until this thread has started the others.
         engine.clock.register_thread();
         let alarm = Arc::new(Alarm::default());
@@ -232,16 +240,12 @@ impl Lockstep {
     ///
     /// # Errors
     /// [`StartError`].
-    pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
-        let (engine, runners) = prepare(
-            application,
-            plugins,
-            Clock::new_virtual(),
-            options.observers,
-            options.on_turn,
-            options.transaction_observer,
-            options.isolation_program,
-        )?;
+    pub fn start(
+        application: Application,
+        plugins: &Plugins,
+        mut options: Options,
+    ) -> Result<Self, StartError> {
+        let (engine, runners) = prepare(application, plugins, Clock::new_virtual(), &mut options)?;
         let mut executor = lockstep::LockstepExecutor::new(Arc::clone(&engine), runners);
         mission::watch_mission(&engine);
         run_start_hook(&engine, options.start_hook).inspect_err(|_| executor.shut_down())?;
@@ -451,56 +455,4 @@ fn run_start_hook(engine: &Arc<Engine>, before_start: Option<StartHook>) -> Resu
         return Ok(());
     };
     before_start(&Handle::new(engine)).map_err(StartError::HookFailed)
-}
-
-fn prepare(
-    application: Application,
-    plugins: &Plugins,
-    clock: Clock,
-    observers: Vec<Box<dyn Observer>>,
-    on_turn: Option<OnTurn>,
-    transaction_observer: Option<Box<dyn TransactionObserver>>,
-    isolation_program: Option<Program>,
-) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
-    let instances = application.instances.iter();
-    if isolation_program.is_none()
-        && let Some(isolated) = instances.clone().find(|instance| instance.isolate.is_some())
-    {
-        return Err(StartError::NoProgram(isolated.name.clone()));
-    }
-    let builds = instances
-        .map(|instance| original_build(&application, plugins, instance))
-        .collect::<Result<Vec<_>, StartError>>()?;
-    let (engine, ports) = Engine::new(
-        application,
-        clock,
-        observers,
-        on_turn,
-        transaction_observer,
-        isolation_program,
-    )
-    .map_err(StartError::Wiring)?;
-    let mut runners = Vec::with_capacity(builds.len());
-    for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
-        let mut runner = Runner::new(&engine, number, build, ports);
-        if let Err(error) = runner.create_for_start() {
-            runners.iter_mut().rev().for_each(Runner::destroy);
-            return Err(error);
-        }
-        runners.push(runner);
-    }
-    Ok((engine, runners))
-}
-
-/// Returns the build of an instance's type against which the application was checked.
-pub(crate) fn original_build(
-    application: &Application,
-    plugins: &Plugins,
-    instance: &InstanceConfig,
-) -> Result<Build, StartError> {
-    let plugin = &application.plugins[instance.plugin];
-    let loaded = plugins
-        .loaded(plugin)
-        .ok_or_else(|| StartError::MissingPlugin(plugin.name.clone()))?;
-    Ok(Build::original(loaded, instance.number, &instance.schema))
 }

@@ -7,6 +7,8 @@
 
 #[cfg(feature = "record")]
 mod error;
+#[cfg(feature = "host")]
+mod mock;
 #[cfg(feature = "record")]
 mod origin;
 pub mod panel;
@@ -36,6 +38,8 @@ mod writer_thread;
 
 #[cfg(feature = "record")]
 pub use error::Error;
+#[cfg(feature = "host")]
+pub use mock::mock;
 #[cfg(feature = "record")]
 pub use origin::Origin;
 pub use pattern::{Selection, UnknownPattern, variables};
