@@ -230,6 +230,7 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
 /// The application cannot be read any more.
 pub fn files(experiment: &Experiment, applications: &mut Applications) -> io::Result<BTreeSet<PathBuf>> {
     let mut files = BTreeSet::from([experiment.file.clone(), experiment.application.clone()]);
+    files.extend(experiment.recordings.iter().cloned());
     for variant in &experiment.variants {
         let plugins = applications.plugins(variant);
         let application = applications

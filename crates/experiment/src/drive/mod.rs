@@ -73,6 +73,7 @@ impl PreparedDrive {
     pub fn run(self, experiment: &Experiment, mut options: Options) -> Result<DriveResult, StartError> {
         let events = EventQueue::default();
         options.limit = Some(experiment.limit);
+        options.mocks = experiment.mocks.clone();
         options.observers.push(Box::new(events.clone()));
         let lockstep = Lockstep::start(self.application, &self.plugins, options)?;
         Ok(Drive::new(experiment, lockstep, events).finish(self.drive, self.settings))

@@ -4,6 +4,7 @@
 mod axes;
 mod expressions;
 mod judge;
+mod mocks;
 mod steps;
 mod values;
 
@@ -20,7 +21,7 @@ use crate::result::Columns;
 use expressions::Expressions;
 
 /// The keys of an experiment.
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "name",
     "doc",
     "application",
@@ -33,6 +34,7 @@ const KEYS: [&str; 12] = [
     "must",
     "measure",
     "steps",
+    "mock",
 ];
 
 /// The name of the property that the mission is.
@@ -73,7 +75,7 @@ pub fn read(
     let Some(application_file) = application_file(&mut report, &root, &folder) else {
         return Err(report.into_faults());
     };
-    let mut applications = applications(application_file.clone());
+    let mut applications = applications(application_file.clone()).with_mocks(mocks::names(&root));
     let set = axes::read_set(&mut report, &root, &text, &folder);
     let variants = axes::read_variants(&mut report, &root, &folder);
     let application = load(&mut report, &mut applications, &set, &variants[0])?;
@@ -110,6 +112,7 @@ pub fn read(
         .text(&mut report, "end")
         .and_then(|text| expressions.condition(&mut report, &subject, &text));
     let steps = steps::read(&mut report, &root, &subject, &mut expressions);
+    let mocks = mocks::read(&mut report, &root, &subject);
     let name = root.text(&mut report, "name").map(|name| name.text.to_owned());
     let doc = root.text(&mut report, "doc").map(|doc| doc.text.to_owned());
     let experiment = Experiment {
@@ -127,6 +130,8 @@ pub fn read(
         properties: judged.properties.list,
         measures: judged.measures.list,
         steps,
+        mocks: mocks.list,
+        recordings: mocks.recordings,
         world: initial(&application, WORLD).and_then(|world| match world {
             Value::Text(path) => Some(PathBuf::from(path)),
             _ => None,
