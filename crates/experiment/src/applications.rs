@@ -1,5 +1,5 @@
-//! The application of an experiment as each of its drives sets it. Plugins are loaded once for each variant, since no
-//! library is ever unmapped.
+//! The application of an experiment as each of its drives sets it. Plugins are loaded once for each variant,
+//! since no library is ever unmapped.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -24,8 +24,8 @@ pub struct Applications {
 }
 
 impl Applications {
-    /// Loads the application in `file`. With an inspector, plugins and what the modulations name are inspected in its
-    /// process first.
+    /// Loads the application in `file`. With an inspector, plugins and what the modulations name are
+    /// inspected in its process first.
     #[must_use]
     pub fn new(file: PathBuf, inspector: Option<Program>) -> Self {
         Self {

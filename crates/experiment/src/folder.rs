@@ -1,5 +1,5 @@
-//! The folder of an experiment's results: what it belongs to, and the drives that are done. Each result is written when it
-//! is known, so nothing is lost if the machine stops.
+//! The folder of an experiment's results: what it belongs to, and the drives that are done. Each result is
+//! written when it is known, so nothing is lost if the machine stops.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -205,7 +205,8 @@ fn file_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
     |error| FolderError::File { path, error }
 }
 
-/// Returns a digest of everything that determines the results: this program's version, and the content of [`files`].
+/// Returns a digest of everything that determines the results: this program's version, and the content of
+/// [`files`].
 ///
 /// # Errors
 /// One of the files cannot be read.
@@ -223,8 +224,8 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
     Ok(hex)
 }
 
-/// Returns the files that determine the results: the experiment, the application, the plugins, and the files that modulations
-/// name.
+/// Returns the files that determine the results: the experiment, the application, the plugins, and the files
+/// that modulations name.
 ///
 /// # Errors
 /// The application cannot be read any more.

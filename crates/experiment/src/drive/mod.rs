@@ -1,5 +1,5 @@
-//! One drive: the application in lockstep, from instant to instant; at each one the properties, measures and steps see the
-//! values. It writes no file.
+//! One drive: the application in lockstep, from instant to instant; at each one the properties, measures and
+//! steps see the values. It writes no file.
 
 pub mod measure;
 pub mod motion;
@@ -96,7 +96,8 @@ pub fn unjudged(experiment: &Experiment, drive: usize, outcome: Outcome, why: St
     }
 }
 
-/// The events since the last instant. The observer is called under the application's lock, so it only appends.
+/// The events since the last instant. The observer is called under the application's lock, so it only
+/// appends.
 #[derive(Clone, Default)]
 struct EventQueue(Arc<Mutex<Vec<Event>>>);
 

@@ -1,5 +1,5 @@
-//! The values that a drive's expressions and measures read: variables, signals, and the true motion of robots. It
-//! evaluates an expression only when one of its values has changed.
+//! The values that a drive's expressions and measures read: variables, signals, and the true motion of
+//! robots. It evaluates an expression only when one of its values has changed.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -54,7 +54,8 @@ struct Robot {
     pose: Option<[f64; 3]>,
 }
 
-/// Returns the robots of an application whose true state is exported: the schema's name and the full name of the variable.
+/// Returns the robots of an application whose true state is exported: the schema's name and the full name of
+/// the variable.
 pub(crate) fn robots(application: &Application) -> impl Iterator<Item = (&str, String)> {
     exports::<Truth>(application)
 }
@@ -80,7 +81,8 @@ impl Source {
         })
     }
 
-    /// Returns the present bytes if they have changed since the last call; `Some(None)` if there is no value any more.
+    /// Returns the present bytes if they have changed since the last call; `Some(None)` if there is no value
+    /// any more.
     fn changed(&mut self) -> Option<Option<&[u8]>> {
         let now = (self.variable.newest(), self.variable.is_retracted());
         if std::mem::replace(&mut self.seen, now) == now {

@@ -1,5 +1,5 @@
-//! Reads an experiment file and checks it against its application: every fault at once, with its position. It runs
-//! nothing.
+//! Reads an experiment file and checks it against its application: every fault at once, with its position. It
+//! runs nothing.
 
 mod axes;
 mod expressions;
@@ -54,8 +54,8 @@ struct Subject<'a> {
     application: &'a Application,
 }
 
-/// Reads and checks an experiment. `applications` returns what loads the application that it names; the caller keeps it for the
-/// drives.
+/// Reads and checks an experiment. `applications` returns what loads the application that it names; the
+/// caller keeps it for the drives.
 ///
 /// # Errors
 /// All faults of the file, or those of its application.
@@ -176,8 +176,8 @@ fn mission(report: &mut FaultReport, root: &Section, application: &Application) 
     }
 }
 
-/// Loads the application with values of the experiment. Faults of the values are reported at their positions; `None` if there
-/// are any.
+/// Loads the application with values of the experiment. Faults of the values are reported at their positions;
+/// `None` if there are any.
 ///
 /// # Errors
 /// Faults of the application itself.

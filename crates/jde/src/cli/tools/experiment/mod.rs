@@ -34,10 +34,10 @@ use results::Results;
 
 /// Drive an application many times, judge and measure each drive, and report.
 ///
-/// The experiment is a file: what varies, what must hold, what is measured. Each drive runs in virtual time, so the same
-/// file gives the same results on any number of processors. The results are a table on the terminal, and results.jsonl,
-/// results.csv, junit.xml and report.html in the folder of --out. The exit status is 0 if every drive passed, and 1 if one
-/// failed.
+/// The experiment is a file: what varies, what must hold, what is measured. Each drive runs in virtual time,
+/// so the same file gives the same results on any number of processors. The results are a table on the
+/// terminal, and results.jsonl, results.csv, junit.xml and report.html in the folder of --out. The exit
+/// status is 0 if every drive passed, and 1 if one failed.
 #[derive(Args)]
 #[command(
     args_conflicts_with_subcommands = true,
