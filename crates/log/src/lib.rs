@@ -26,8 +26,6 @@ mod subscriber;
 mod survey;
 #[cfg(feature = "record")]
 mod topic;
-#[cfg(feature = "record")]
-pub mod trigger;
 mod turns;
 #[cfg(feature = "record")]
 mod writer;

@@ -77,6 +77,17 @@ const TABLE: &[Row] = &[
             "crates/types",
         ],
     ),
+    row(
+        "crates/conditions",
+        &[
+            "crates/abi",
+            "crates/app",
+            "crates/board",
+            "crates/core",
+            "crates/records",
+            "crates/types",
+        ],
+    ),
     // The only crate that maps libraries and calls their functions.
     row(
         "crates/loader",
@@ -120,6 +131,7 @@ const TABLE: &[Row] = &[
             "crates/abi",
             "crates/app",
             "crates/board",
+            "crates/conditions",
             "crates/core",
             // To decide a recording again.
             "crates/host",
@@ -153,9 +165,9 @@ const TABLE: &[Row] = &[
             "crates/abi",
             "crates/app",
             "crates/board",
+            "crates/conditions",
             "crates/core",
             "crates/link",
-            "crates/log",
             "crates/panel",
             "crates/records",
             "crates/types",

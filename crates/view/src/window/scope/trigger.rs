@@ -1,8 +1,8 @@
 //! The trigger: a condition in the recorder's syntax. When it becomes true, the window moves to that moment
 //! and shows what led to it. The recorder's own code evaluates the condition.
 
+use jde_conditions::{Condition, Names, Triggers};
 use jde_link::message::{Schemas, VariableInfo};
-use jde_log::trigger::{Condition, Names, Triggers};
 use jde_records::RunRecord;
 use serde::{Deserialize, Serialize};
 

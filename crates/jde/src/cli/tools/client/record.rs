@@ -9,10 +9,10 @@ use std::time::{Duration, Instant, SystemTime};
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_abi::describe::Type;
+use jde_conditions::Names;
 use jde_core::Nanos;
 use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
-use jde_log::trigger::Names;
 use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
 use jde_records::RecordKind;
 

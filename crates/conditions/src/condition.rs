@@ -25,12 +25,12 @@ const KEYWORDS: [&str; 7] = [
 #[derive(Clone, Debug)]
 pub struct Condition {
     /// The text of the condition.
-    pub(super) text: String,
-    pub(super) kind: ConditionKind,
+    pub(crate) text: String,
+    pub(crate) kind: ConditionKind,
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum ConditionKind {
+pub(crate) enum ConditionKind {
     /// Two or more candidates are READY.
     Collision(Option<String>),
     /// A schema of the group is awake, and none is WINNER.
@@ -120,7 +120,7 @@ impl Condition {
 }
 
 /// A mistake and its column.
-pub(super) type Mistake = (usize, Reason);
+pub(crate) type Mistake = (usize, Reason);
 
 fn read(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
     let (head, of) = match text.split_once(':') {

@@ -11,7 +11,7 @@ mod expression;
 mod facts;
 mod kind;
 mod names;
-mod view;
+mod value_view;
 mod watch;
 
 use std::collections::BTreeSet;

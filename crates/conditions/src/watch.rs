@@ -14,12 +14,12 @@ use super::facts::Fact;
 const MIN_INTERVAL: Nanos = 10_000_000;
 
 /// A condition and its state.
-pub(super) struct Trigger {
-    pub(super) condition: Condition,
-    pub(super) state: TriggerState,
+pub(crate) struct Trigger {
+    pub(crate) condition: Condition,
+    pub(crate) state: TriggerState,
 }
 
-pub(super) enum TriggerState {
+pub(crate) enum TriggerState {
     /// The groups or schemas for which the condition is true now.
     Active(BTreeSet<String>),
     /// The last switches of every group, and whether they are too many.
@@ -28,13 +28,13 @@ pub(super) enum TriggerState {
     Expression(Box<ExpressionState>),
 }
 
-pub(super) struct ExpressionState {
-    pub(super) expression: Expression,
+pub(crate) struct ExpressionState {
+    pub(crate) expression: Expression,
     was_true: bool,
     /// The time of the last evaluation.
     evaluated_at: Option<Nanos>,
     /// Whether a value has arrived since the last evaluation.
-    pub(super) is_pending: bool,
+    pub(crate) is_pending: bool,
 }
 
 impl TriggerState {
@@ -58,7 +58,7 @@ impl TriggerState {
 }
 
 impl Trigger {
-    pub(super) fn new(condition: Condition) -> Self {
+    pub(crate) fn new(condition: Condition) -> Self {
         Self {
             state: TriggerState::of(&condition.kind),
             condition,
@@ -66,7 +66,7 @@ impl Trigger {
     }
 
     /// Returns what became true by a fact, if anything did.
-    pub(super) fn fact(&mut self, time: Nanos, fact: &Fact<'_>) -> Option<String> {
+    pub(crate) fn fact(&mut self, time: Nanos, fact: &Fact<'_>) -> Option<String> {
         let fits = |only: &Option<String>, name: &str| only.as_deref().is_none_or(|only| only == name);
         match (&self.condition.kind, &mut self.state, fact) {
             (
@@ -135,7 +135,7 @@ fn update_active(active: &mut BTreeSet<String>, name: &str, is_true: bool) -> bo
 }
 
 impl ExpressionState {
-    pub(super) fn is_due(&self, time: Nanos) -> bool {
+    pub(crate) fn is_due(&self, time: Nanos) -> bool {
         self.is_pending
             && self
                 .evaluated_at
@@ -143,7 +143,7 @@ impl ExpressionState {
     }
 
     /// Evaluates the expression. Returns whether it becomes true.
-    pub(super) fn evaluate(&mut self, time: Nanos) -> bool {
+    pub(crate) fn evaluate(&mut self, time: Nanos) -> bool {
         self.evaluated_at = Some(time);
         self.is_pending = false;
         let now = self.expression.is_true();

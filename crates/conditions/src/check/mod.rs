@@ -11,8 +11,8 @@ use cel::common::ast::{ComprehensionExpr, Expr, IdedExpr, LiteralValue, SelectEx
 use jde_abi::describe::Type;
 use jde_board::nearest;
 
-use super::condition::{Mistake, Reason};
-use super::kind::Kind;
+use crate::condition::{Mistake, Reason};
+use crate::kind::Kind;
 
 /// Finds a variable by its name in an expression. Returns its full name and its type.
 pub(super) type FindVariable<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> + 'a;

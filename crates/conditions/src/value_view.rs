@@ -13,7 +13,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 static STRUCTURE: CelType = CelType::new_unspecified_type("structure");
 
 /// Wraps the bytes of a value for an expression.
-pub(super) fn of<'v>(value_type: &'v Type, bytes: &'v [u8]) -> Box<dyn Val + 'v> {
+pub(crate) fn of<'v>(value_type: &'v Type, bytes: &'v [u8]) -> Box<dyn Val + 'v> {
     match (value_type.as_number(), value_type.fields.first()) {
         (Some(_), Some(number)) => field(number, bytes),
         _ => Box::new(Structure { value_type, bytes }),

@@ -8,7 +8,7 @@ use jde_records::event::Event;
 use super::Names;
 
 /// A fact to which a condition may refer.
-pub(super) enum Fact<'a> {
+pub(crate) enum Fact<'a> {
     /// A selection.
     Selected {
         group: &'a str,
@@ -33,7 +33,7 @@ pub(super) enum Fact<'a> {
 }
 
 /// Returns the fact of an event, and its time.
-pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos, Fact<'a>)> {
+pub(crate) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos, Fact<'a>)> {
     let name = |schema: usize| names.schemas.get(schema).map(String::as_str);
     Some(match event {
         Event::Decided(record) => {
@@ -92,7 +92,7 @@ pub(super) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos,
 }
 
 /// Returns the fact of a record.
-pub(super) fn of_record(record: &RunRecord) -> Option<Fact<'_>> {
+pub(crate) fn of_record(record: &RunRecord) -> Option<Fact<'_>> {
     match record {
         RunRecord::Decision(decision) => Some(Fact::Selected {
             group: &decision.group,

@@ -10,7 +10,7 @@ use jde_abi::describe::Type;
 use super::check::check;
 use super::condition::{Mistake, Reason};
 use super::kind::Kind;
-use super::{Names, view};
+use super::{Names, value_view};
 
 /// The largest length of an expression, in bytes. A longer one would be hard to read.
 const MAX_LENGTH: usize = 1000;
@@ -30,7 +30,7 @@ static LANGUAGE: LazyLock<Arc<Env>> = LazyLock::new(|| {
 
 /// An expression with the newest values of its variables.
 #[derive(Clone)]
-pub(super) struct Expression {
+pub(crate) struct Expression {
     program: Arc<Program>,
     variables: Vec<BoundVariable>,
 }
@@ -47,7 +47,7 @@ struct BoundVariable {
 
 impl Expression {
     /// Parses and checks an expression.
-    pub(super) fn new(text: &str, names: &Names) -> Result<Self, Mistake> {
+    pub(crate) fn new(text: &str, names: &Names) -> Result<Self, Mistake> {
         check_limits(text)?;
         let (source, renamed) = rename_variables(text, names);
         let program = LANGUAGE.compile(&source).map_err(|errors| {
@@ -106,12 +106,12 @@ impl Expression {
     }
 
     /// Returns the full names of the variables that it reads.
-    pub(super) fn variables(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn variables(&self) -> impl Iterator<Item = &str> {
         self.variables.iter().map(|variable| variable.name.as_str())
     }
 
     /// Sets or removes the value of a variable. Returns whether the expression reads that variable.
-    pub(super) fn set_value(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
+    pub(crate) fn set_value(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
         let Some(bound) = self.variables.iter_mut().find(|bound| bound.name == variable) else {
             return false;
         };
@@ -125,10 +125,13 @@ impl Expression {
 
     /// Returns whether the expression is true for the present values. It is false if a value is missing or if
     /// the evaluation fails.
-    pub(super) fn is_true(&self) -> bool {
+    pub(crate) fn is_true(&self) -> bool {
         let mut context = Context::with_env(Arc::clone(&LANGUAGE));
         for bound in self.variables.iter().filter(|bound| bound.has_value) {
-            context.add_variable_as_val(bound.alias.as_str(), view::of(&bound.value_type, &bound.value));
+            context.add_variable_as_val(
+                bound.alias.as_str(),
+                value_view::of(&bound.value_type, &bound.value),
+            );
         }
         self.program.execute(&context) == Ok(Value::Bool(true))
     }
