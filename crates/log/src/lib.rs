@@ -28,8 +28,6 @@ mod subscriber;
 mod survey;
 #[cfg(feature = "record")]
 mod topic;
-#[cfg(feature = "record")]
-pub mod trigger;
 mod turns;
 #[cfg(feature = "record")]
 mod writer;

@@ -23,8 +23,8 @@ pub(super) struct DriveValues {
     results: Vec<Option<f64>>,
     variables: Vec<WatchedVariable>,
     signals: Signals,
-    /// The users of each signal.
-    signal_users: BTreeMap<String, Vec<Use>>,
+    /// The users of each signal, by its number.
+    signal_users: BTreeMap<usize, Vec<Use>>,
     robots: Vec<Robot>,
     mission: Option<Source>,
 }
@@ -101,18 +101,16 @@ impl DriveValues {
     /// Opens all variables that the expressions name.
     pub(super) fn new(expressions: &[Expression], handle: &Handle) -> Self {
         let application = handle.application();
+        let signals = Signals::new(&Names::of(application));
         let mut variables: BTreeMap<String, Vec<Use>> = BTreeMap::new();
-        let mut signal_users: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+        let mut signal_users: BTreeMap<usize, Vec<Use>> = BTreeMap::new();
         for (expression, parsed) in expressions.iter().enumerate() {
-            for (place, name) in parsed.variables().enumerate() {
-                let users = match handle.board().find(name) {
-                    Some(_) => &mut variables,
-                    None => &mut signal_users,
+            for (place, name) in parsed.inputs().enumerate() {
+                let users = match signals.find(name) {
+                    Some(signal) => signal_users.entry(signal).or_default(),
+                    None => variables.entry(name.to_owned()).or_default(),
                 };
-                users
-                    .entry(name.to_owned())
-                    .or_default()
-                    .push((expression, place));
+                users.push((expression, place));
             }
         }
         let variables = variables.into_iter().filter_map(|(name, users)| {
@@ -140,7 +138,7 @@ impl DriveValues {
             is_stale: vec![true; expressions.len()],
             results: vec![None; expressions.len()],
             variables: variables.collect(),
-            signals: Signals::new(&Names::of(application)),
+            signals,
             signal_users,
             robots: robots.collect(),
             mission,
@@ -165,12 +163,13 @@ impl DriveValues {
         }
         self.update_robots(now);
         self.signals.advance(now);
-        for (name, bytes) in self.signals.changes() {
-            for (expression, place) in self.signal_users.get(name).into_iter().flatten() {
-                self.expressions[*expression].set(*place, Some(bytes));
-                self.is_stale[*expression] = true;
+        let (users, expressions, is_stale) = (&self.signal_users, &mut self.expressions, &mut self.is_stale);
+        self.signals.take_changes(|signal, value| {
+            for (expression, place) in users.get(&signal).into_iter().flatten() {
+                expressions[*expression].set(*place, value);
+                is_stale[*expression] = true;
             }
-        }
+        });
         for (place, expression) in self.expressions.iter_mut().enumerate() {
             if std::mem::take(&mut self.is_stale[place]) {
                 self.results[place] = expression.value();
@@ -193,7 +192,7 @@ impl DriveValues {
         let mission = self.mission.as_mut().and_then(Source::changed_value::<Mission>);
         for robot in &mut self.robots {
             if let Some(bytes) = robot.truth.changed().flatten() {
-                self.signals.process_value(&robot.truth_name, bytes);
+                self.signals.process_value(&robot.truth_name, Some(bytes));
                 if let Some(truth) = Truth::from_bytes(bytes) {
                     robot.motion.observe(now, &truth);
                     robot.pose = Some([truth.pose.x, truth.pose.y, truth.pose.theta]);

@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex};
 
 use clap::Args;
 use jde_app::Application;
+use jde_conditions::{Condition, Names, Triggers};
 use jde_core::Nanos;
 use jde_host::{StartError, StartHook};
 use jde_loader::Plugins;
-use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{
     Error, FileEvent, Options, Origin, Recorder, Selection, SplitOptions, Status, TriggerOptions,
     TriggeredFile,

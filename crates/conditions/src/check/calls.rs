@@ -4,8 +4,8 @@
 use cel::common::ast::operators;
 use jde_board::nearest;
 
-use crate::trigger::condition::Reason;
-use crate::trigger::kind::Kind;
+use crate::condition::Reason;
+use crate::kind::Kind;
 
 /// The functions that are not operators, to suggest one for a misspelt name.
 const FUNCTIONS: [&str; 20] = [
