@@ -52,7 +52,7 @@ fn value(signals: &Signals, text: &str) -> Option<f64> {
 fn records_and_events_have_the_same_effect_on_signals() {
     let records = [
         state(1.0, "goon", "ready"),
-        decision(1.0, "roots", "alone", Some("goon"), true),
+        took_over(decision(1.0, "roots", "alone", Some("goon"), true)),
         state(1.0, "goon", "winner"),
         event(2.0, "overrun", "goon"),
         event(2.0, "overrun", "goon"),
@@ -113,10 +113,21 @@ fn records_and_events_have_the_same_effect_on_signals() {
             ("faults", 1.0),
             ("refused", 1.0),
             ("late_takeovers", 1.0),
-            ("takeovers", 0.0),
+            ("takeovers", 1.0),
         ] {
             assert_eq!(value(signals, text), Some(expected), "{text}");
         }
+    }
+}
+
+/// The record of a selection whose winner has begun.
+fn took_over(record: RunRecord) -> RunRecord {
+    match record {
+        RunRecord::Decision(decision) => RunRecord::Decision(Decision {
+            takeover_us: Some(1.0),
+            ..decision
+        }),
+        other => other,
     }
 }
 
