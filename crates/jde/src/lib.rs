@@ -16,6 +16,8 @@ mod complete;
 #[cfg(feature = "tools")]
 mod decide;
 mod escape;
+#[cfg(feature = "tools")]
+mod experiment;
 mod failure;
 #[cfg(feature = "tools")]
 mod inspect;
