@@ -16,6 +16,7 @@ mod port_access;
 mod ports;
 mod retained;
 mod scratch;
+mod view;
 
 use std::ffi::CString;
 use std::sync::Arc;
