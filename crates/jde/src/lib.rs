@@ -16,8 +16,6 @@ mod complete;
 #[cfg(feature = "tools")]
 mod decide;
 mod escape;
-#[cfg(feature = "tools")]
-mod experiment;
 mod failure;
 #[cfg(feature = "tools")]
 mod inspect;
