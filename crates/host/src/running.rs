@@ -48,6 +48,8 @@ pub struct Options {
     /// takes exactly the time that it [spends](Handle::spend), however loaded the machine is. For tests of
     /// timing guarantees.
     pub counted: bool,
+    /// Whether time may stand still ([`Handle::stand_still`]). Drivers of devices refuse that.
+    pub may_stand_still: bool,
     /// Called with every turn of a schema and the inputs that it used, so that the turn can be replayed (see
     /// [`crate::replay`]).
     pub on_turn: Option<OnTurn>,
@@ -113,7 +115,7 @@ pub struct Running {
 /// An application that runs in lockstep: in virtual time, on the caller's thread. Dropping it stops the
 /// application and brings it to rest.
 pub struct Lockstep {
-    engine: Arc<Engine>,
+    pub(crate) engine: Arc<Engine>,
     executor: lockstep::LockstepExecutor,
     limit: Option<Nanos>,
     is_shut_down: bool,
@@ -123,7 +125,7 @@ pub struct Lockstep {
 /// ended.
 #[derive(Clone)]
 pub struct Handle {
-    engine: Arc<Engine>,
+    pub(crate) engine: Arc<Engine>,
 }
 
 impl Default for Options {
@@ -134,6 +136,7 @@ impl Default for Options {
             limit: None,
             speed: 1.0,
             counted: false,
+            may_stand_still: false,
             on_turn: None,
             transaction_observer: None,
             isolation_program: None,
@@ -159,6 +162,7 @@ impl Running {
         } else {
             Clock::real(options.speed)
         };
+        let clock = with_standstill(clock, &options);
         let (engine, runners) = prepare(application, plugins, clock, &mut options)?;
         // Counted time cannot advance until this thread has started the others.
         engine.clock.register_thread();
@@ -245,7 +249,8 @@ impl Lockstep {
         plugins: &Plugins,
         mut options: Options,
     ) -> Result<Self, StartError> {
-        let (engine, runners) = prepare(application, plugins, Clock::new_virtual(), &mut options)?;
+        let clock = with_standstill(Clock::new_virtual(), &options);
+        let (engine, runners) = prepare(application, plugins, clock, &mut options)?;
         let mut executor = lockstep::LockstepExecutor::new(Arc::clone(&engine), runners);
         mission::watch_mission(&engine);
         run_start_hook(&engine, options.start_hook).inspect_err(|_| executor.shut_down())?;
@@ -264,19 +269,20 @@ impl Lockstep {
         Handle::new(&self.engine)
     }
 
-    /// Runs until virtual time reaches `time`. Returns the outcome if the application ended.
+    /// Runs until virtual time reaches `time` or stands still. Returns the outcome if the application ended.
     pub fn run_until(&mut self, time: Nanos) -> Option<Outcome> {
         let end = self.limit.map_or(time, |limit| limit.min(time));
         if let Some(outcome) = self.executor.run_until(end) {
             return Some(outcome);
         }
-        if self.limit.is_some_and(|limit| limit <= time) {
+        if self.limit.is_some_and(|limit| limit <= time) && !self.engine.clock.is_still() {
             self.engine.outcome.conclude(Outcome::TimeUp);
         }
         self.engine.outcome.get()
     }
 
-    /// Returns the next time at which a schema takes its turn or a timer of the rules ends; `None` if nothing is due.
+    /// Returns the next time at which a schema takes its turn or a timer of the rules ends; `None` if nothing
+    /// is due.
     #[must_use]
     pub fn next_instant(&self) -> Option<Nanos> {
         self.executor.next_instant()
@@ -447,6 +453,13 @@ impl Handle {
     #[must_use]
     pub fn operator(&self, by: &str) -> OperatorHandle {
         OperatorHandle::new(&self.engine, by)
+    }
+}
+
+fn with_standstill(clock: Clock, options: &Options) -> Clock {
+    match options.may_stand_still {
+        true => clock.with_standstill(),
+        false => clock,
     }
 }
 
