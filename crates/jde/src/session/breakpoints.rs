@@ -7,6 +7,7 @@ use std::thread;
 
 use jde_board::Watch;
 use jde_conditions::{Condition, Names, Triggers};
+use jde_core::Nanos;
 use jde_host::{Handle, StartHook};
 use jde_loader::Plugins;
 use jde_records::event::{Event, Observer};
@@ -140,6 +141,9 @@ impl BreakpointState {
     }
 }
 
+/// How often to look for the end of a step. A longer one is a call that takes seconds; then its prompt is missing.
+const MAX_LOOKS: usize = 250;
+
 /// The keys, for a line of the terminal.
 const KEYS: &str = "c continues, n makes a step, q quits";
 
@@ -169,8 +173,7 @@ fn ask(handle: &Handle) {
                 "c" => handle.go_on(),
                 "n" => {
                     handle.step();
-                    // The executor of lockstep makes the step on its own thread.
-                    thread::sleep(super::BREAKPOINT_INTERVAL);
+                    wait_for_step(handle, now);
                 }
                 "q" => handle.stop(),
                 _ => told = None,
@@ -180,5 +183,15 @@ fn ask(handle: &Handle) {
                 return;
             }
         }
+    }
+}
+
+/// Waits until a step has been made: the executor of lockstep makes it on its own thread.
+fn wait_for_step(handle: &Handle, before: Nanos) {
+    for _ in 0..MAX_LOOKS {
+        if handle.now() != before || handle.outcome().is_some() {
+            return;
+        }
+        thread::sleep(super::BREAKPOINT_INTERVAL);
     }
 }
