@@ -79,6 +79,7 @@ impl PreparedExtension for RunBreakpoints {
                     .map(str::to_owned)
                     .collect()
             };
+            let asking = Arc::clone(&state);
             for variable in names.iter().filter_map(|name| handle.board().find(name)) {
                 let state = Arc::clone(&state);
                 let reader = Mutex::new(variable.reader("breakpoint"));
@@ -94,7 +95,12 @@ impl PreparedExtension for RunBreakpoints {
                 let handle = handle.clone();
                 thread::Builder::new()
                     .name(String::from("breakpoints"))
-                    .spawn(move || ask(&handle))?;
+                    .spawn(move || {
+                        ask(&handle);
+                        // Nobody is left to let time pass again.
+                        lock(&asking).handle = None;
+                        handle.go_on();
+                    })?;
             }
             Ok(())
         })
@@ -178,10 +184,7 @@ fn ask(handle: &Handle) {
                 "q" => handle.stop(),
                 _ => told = None,
             },
-            Some(Err(_)) | None => {
-                handle.go_on();
-                return;
-            }
+            Some(Err(_)) | None => return,
         }
     }
 }

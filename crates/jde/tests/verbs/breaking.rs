@@ -36,7 +36,10 @@ impl Run {
         let mut seen = String::new();
         loop {
             let mut line = String::new();
-            assert!(self.errors.read_line(&mut line).unwrap() > 0, "it never stands still: {seen}");
+            assert!(
+                self.errors.read_line(&mut line).unwrap() > 0,
+                "it never stands still: {seen}"
+            );
             if let Some(rest) = line.strip_prefix("stands still at ") {
                 return rest.split(' ').next().unwrap().parse().unwrap();
             }
@@ -59,7 +62,15 @@ impl Run {
 #[test]
 fn lockstep_stands_still_at_the_instant_and_goes_on_step_by_step() {
     let application = pair();
-    let args = [&application, "--lockstep", "--for", "2s", "--json", "--break", "time > 0.5"];
+    let args = [
+        &application,
+        "--lockstep",
+        "--for",
+        "2s",
+        "--json",
+        "--break",
+        "time > 0.5",
+    ];
     let mut run = Run::start(&args);
     let first = run.still();
     assert!((0.5..0.7).contains(&first), "{first}");
@@ -94,7 +105,10 @@ fn real_time_stands_still_on_threads_and_in_a_pool_and_nothing_is_late() {
         let (status, out) = run.end();
         assert_eq!(status, Some(0), "{executor}");
         let summary = json(&out);
-        assert!((1.0..1.2).contains(&summary["sim_seconds"].as_f64().unwrap()), "{summary}");
+        assert!(
+            (1.0..1.2).contains(&summary["sim_seconds"].as_f64().unwrap()),
+            "{summary}"
+        );
         for schema in summary["schemas"].as_array().unwrap() {
             assert_eq!(schema["faults"], 0, "{summary}");
         }
