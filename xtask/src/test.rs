@@ -11,7 +11,7 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
-use crate::{demo, extending, headers, lints, peers, prerequisites, shell, tidy, valgrind};
+use crate::{clusters, demo, extending, headers, lints, peers, prerequisites, shell, tidy, valgrind};
 
 /// The context of every step.
 pub(crate) struct Context {
@@ -139,6 +139,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: peers::run,
+    },
+    Step {
+        name: "dask",
+        title: "an experiment on a Dask cluster that loses a worker",
+        help: "see target/clusters/dask/*.log: the scheduler, each worker, and the example that submits the parts",
+        is_heavy: true,
+        needs: &["build"],
+        run: clusters::dask::run,
     },
     Step {
         name: "extending",
