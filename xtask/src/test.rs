@@ -46,7 +46,7 @@ pub(crate) const FUZZERS: &str = "fuzz/Cargo.toml";
 const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
-        title: "a C compiler, valgrind, Python, rustfmt and clippy",
+        title: "a C compiler, valgrind, Python, Slurm, rustfmt and clippy",
         help: "install what is named above; `cargo xtask test --install` does it",
         is_heavy: false,
         needs: &[],
@@ -147,6 +147,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: clusters::dask::run,
+    },
+    Step {
+        name: "slurm",
+        title: "an experiment as a Slurm job array, a task of which is killed",
+        help: "see target/clusters/slurm/*.log: the daemons, each part, and the job that joins the parts",
+        is_heavy: true,
+        needs: &["build"],
+        run: clusters::slurm::run,
     },
     Step {
         name: "extending",

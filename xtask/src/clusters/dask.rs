@@ -1,12 +1,11 @@
 //! The example for Dask with a scheduler and two workers, one of which is killed in the middle of a part with
 //! all that it runs, as if its machine had lost its power.
 
-use std::os::unix::process::CommandExt as _;
 use std::process::Command;
 
 use anyhow::{Result, bail, ensure};
 
-use super::{FILE, OUT, PARTS, Trial, kill, poll};
+use super::{FILE, OUT, PARTS, Trial, kill, poll, processes_with};
 use crate::python::Environment;
 use crate::shell;
 use crate::step::StepOutcome;
@@ -22,6 +21,8 @@ const EXAMPLE: &str = "examples/clusters/dask_experiment.py";
 const SCHEDULER: [&str; 2] = ["--scheduler-file", "scheduler.json"];
 /// A worker runs one part at a time, in the process that is started.
 const WORKER: &[&str] = &["--nthreads", "1", "--no-nanny"];
+/// The variable by which the worker that is killed, and what it runs, are recognized.
+const VICTIM: &str = "JDE_CLUSTER_VICTIM";
 
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip"])) {
@@ -37,8 +38,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         command
     };
     let _scheduler = trial.spawn("scheduler", dask("scheduler").args(["--port", "0"]))?;
-    // In a group of its own, with what it starts.
-    let mut victim = trial.spawn("victim", dask("worker").args(WORKER).process_group(0))?;
+    let mut victim = trial.spawn("victim", dask("worker").args(WORKER).env(VICTIM, &trial.folder))?;
     let _survivor = trial.spawn("survivor", dask("worker").args(WORKER))?;
     let mut example = Command::new(&python);
     example
@@ -55,7 +55,10 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         let begun: Vec<usize> = (1..=PARTS).filter(|part| trial.has_begun(*part)).collect();
         Ok((begun.len() >= 2).then_some(begun))
     })?;
-    kill(&["--".to_owned(), format!("-{}", victim.0.id())]);
+    kill(&processes_with(
+        "environ",
+        &format!("{VICTIM}={}", trial.folder.display()),
+    )?);
     println!("killed a worker: {}", victim.0.wait()?);
     let is_too_late = begun.iter().any(|part| trial.has_ended(*part));
     ensure!(!is_too_late, "a part ended before the worker was killed");

@@ -3,7 +3,9 @@
 //! in the middle. No engine that is installed here is used or changed: each has ports and a folder of its own.
 
 pub(crate) mod dask;
+pub(crate) mod slurm;
 
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -52,13 +54,28 @@ const MARK: &str = "JDE_CLUSTER_TRIAL";
 struct Trial<'c> {
     context: &'c Context,
     folder: PathBuf,
+    /// The variables of its processes.
+    variables: Vec<(&'static str, OsString)>,
 }
 
 impl<'c> Trial<'c> {
     /// Runs the experiment on this machine alone, in an empty folder.
     fn start(context: &'c Context, name: &str) -> Result<Self> {
         let folder = context.target.join("clusters").join(name);
-        let trial = Self { context, folder };
+        let programs = context.target.join("debug");
+        // The path of most users lacks the folder of daemons.
+        let path = std::env::var("PATH").unwrap_or_default();
+        let path = format!("{}:{path}:/usr/sbin", programs.display());
+        let variables = vec![
+            ("PATH", path.into()),
+            ("JDE_PLUGIN_PATH", programs.into()),
+            (MARK, folder.clone().into()),
+        ];
+        let trial = Self {
+            context,
+            folder,
+            variables,
+        };
         // A run that was killed may have left processes and files.
         trial.end_processes()?;
         if let Err(error) = fs::remove_dir_all(&trial.folder)
@@ -93,14 +110,10 @@ impl<'c> Trial<'c> {
         Ok(ChildGuard(child.with_context(|| format!("cannot start {name}"))?))
     }
 
-    /// Lets a command find the `jde` of this build, and marks its process.
+    /// Lets a command run in the trial's folder with the trial's variables, which mark its process.
     fn prepare<'a>(&self, command: &'a mut Command) -> &'a mut Command {
-        let programs = self.context.target.join("debug");
-        let path = std::env::var("PATH").unwrap_or_default();
         command
-            .env("PATH", format!("{}:{path}:/usr/sbin", programs.display()))
-            .env("JDE_PLUGIN_PATH", programs)
-            .env(MARK, &self.folder)
+            .envs(self.variables.iter().cloned())
             .current_dir(&self.folder)
     }
 
