@@ -3,6 +3,7 @@
 mod authority;
 mod build;
 mod contended;
+mod experiment;
 mod iteration;
 mod jitter;
 mod link;
@@ -74,6 +75,7 @@ pub(crate) const ROWS: &[Row] = &[
     ),
     row("laser", "laser beams of the simulator", simulator::laser),
     row("demo", "the demonstration in lockstep", simulator::demo),
+    row("experiment", "many drives, judged and measured", experiment::run),
     row("senses", "what other sensors and the world cost", senses::run),
     row("recording", "recording the demonstration", recording::run),
     row("link", "a value from one process to another", link::run),

@@ -1,6 +1,7 @@
-//! An expression over variables, parsed and checked once, and evaluated many times. It can read only the
-//! variables that it names, and their fields.
+//! Expressions over variables and signals: their text, their inputs and their value. It decides nothing about
+//! when to evaluate.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, LazyLock};
 
@@ -8,9 +9,11 @@ use cel::{Context, Env, Program, Value, extensions};
 use jde_abi::describe::Type;
 
 use super::check::check;
-use super::condition::{Mistake, Reason};
+use super::compiled::{self, Node, Number};
+use super::condition::{BadCondition, Mistake, Reason};
 use super::kind::Kind;
-use super::{Names, view};
+use super::words::replace_words;
+use super::{Names, value_view};
 
 /// The largest length of an expression, in bytes. A longer one would be hard to read.
 const MAX_LENGTH: usize = 1000;
@@ -28,16 +31,25 @@ static LANGUAGE: LazyLock<Arc<Env>> = LazyLock::new(|| {
     Arc::new(env)
 });
 
-/// An expression with the newest values of its variables.
+/// An expression over variables and signals, parsed and checked once and evaluated many times, with the
+/// newest values of its inputs. It can read only the inputs that it names.
 #[derive(Clone)]
 pub struct Expression {
-    text: String,
-    program: Arc<Program>,
-    variables: Vec<BoundVariable>,
+    text: Arc<str>,
+    evaluator: Evaluator,
+    inputs: Vec<BoundInput>,
 }
 
 #[derive(Clone)]
-struct BoundVariable {
+enum Evaluator {
+    Compiled(Arc<Node>),
+    /// What cannot be compiled.
+    Interpreted(Arc<Program>),
+}
+
+/// An input of an expression, with its value.
+#[derive(Clone)]
+pub(crate) struct BoundInput {
     name: String,
     /// Its name within the expression.
     alias: String,
@@ -46,82 +58,65 @@ struct BoundVariable {
     has_value: bool,
 }
 
+/// The kinds of results that a user of an expression accepts.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Expected {
+    Bool,
+    Number,
+    BoolOrNumber,
+}
+
 impl Expression {
-    /// Parses and checks an expression.
-    pub fn condition(text: &str, names: &Names) -> Result<Self, super::BadCondition> {
-        Self::new(text, names)
+    /// Parses and checks an expression whose result is a bool or a number.
+    ///
+    /// # Errors
+    /// [`BadCondition`] with the first mistake and its column.
+    pub fn new(text: &str, names: &Names) -> Result<Self, BadCondition> {
+        Self::parse(text, names, Expected::BoolOrNumber).map_err(|mistake| BadCondition::new(text, mistake))
     }
-    pub fn text(&self) -> &str {
-        &self.text
+
+    /// Parses and checks an expression whose result is a bool.
+    ///
+    /// # Errors
+    /// [`BadCondition`] with the first mistake and its column.
+    pub fn condition(text: &str, names: &Names) -> Result<Self, BadCondition> {
+        Self::parse(text, names, Expected::Bool).map_err(|mistake| BadCondition::new(text, mistake))
     }
-    pub fn set(&mut self, i: usize, v: Option<&[u8]>) {
-        let b = &mut self.variables[i];
-        b.has_value = v.is_some();
-        if let Some(v) = v {
-            b.value.clear();
-            b.value.extend_from_slice(v);
-        }
+
+    /// Parses and checks an expression whose result is a number.
+    ///
+    /// # Errors
+    /// [`BadCondition`] with the first mistake and its column.
+    pub fn number(text: &str, names: &Names) -> Result<Self, BadCondition> {
+        Self::parse(text, names, Expected::Number).map_err(|mistake| BadCondition::new(text, mistake))
     }
-    pub fn value(&self) -> Option<f64> {
-        let mut context = Context::with_env(Arc::clone(&LANGUAGE));
-        for bound in &self.variables {
-            if !bound.has_value {
-                return None;
-            }
-            context.add_variable_as_val(bound.alias.as_str(), view::of(&bound.value_type, &bound.value));
-        }
-        match self.program.execute(&context) {
-            Ok(Value::Bool(b)) => Some(f64::from(u8::from(b))),
-            Ok(Value::Float(f)) => Some(f),
-            Ok(Value::Int(i)) => Some(i as f64),
-            Ok(Value::UInt(i)) => Some(i as f64),
-            _ => None,
-        }
+
+    /// Parses and checks a condition without making an error of its mistake.
+    pub(crate) fn parse_condition(text: &str, names: &Names) -> Result<Self, Mistake> {
+        Self::parse(text, names, Expected::Bool)
     }
-    pub fn new(text: &str, names: &Names) -> Result<Self, super::BadCondition> {
-        Self::parse(text, names).map_err(|(column, reason)| super::BadCondition {
-            condition: text.into(),
-            column,
-            reason,
-        })
-    }
-    pub fn parse(text: &str, names: &Names) -> Result<Self, Mistake> {
+
+    fn parse(text: &str, names: &Names, expected: Expected) -> Result<Self, Mistake> {
         check_limits(text)?;
-        let (source, renamed) = rename_variables(text, names);
-        let program = LANGUAGE.compile(&source).map_err(|errors| {
-            let error = errors
-                .errors
-                .into_iter()
-                .min_by_key(|error| (error.msg.starts_with("Incomplete"), error.pos));
-            error.map_or_else(
-                || (1, Reason::Syntax("it cannot be parsed".to_owned())),
-                |error| {
-                    (
-                        column(&source, error.pos),
-                        Reason::Syntax(shorten_message(&error.msg)),
-                    )
-                },
-            )
-        })?;
-        let variable = |written: &str| {
+        let known = names.inputs();
+        let (source, renamed) = rename_inputs(text, &known);
+        let source = replace_words(&source);
+        let program = compile(&source)?;
+        let input = |written: &str| {
             let name = renamed
                 .iter()
                 .find(|(_, safe)| safe == written)
                 .map_or(written, |(name, _)| name);
-            names
-                .variables
-                .get_key_value(name)
-                .map(|(name, value_type)| (name.as_str(), value_type))
+            let found = known.get_key_value(name);
+            found.map(|(name, value_type)| (name.as_str(), value_type))
         };
-        let (kind, used) = check(&program, &variable, &names.variables)?;
-        match kind {
-            _ => {}
-        }
-        let variables: Vec<_> = used
+        let (kind, used) = check(&program, &input, &known)?;
+        expected.check(&kind)?;
+        let inputs: Vec<_> = used
             .into_iter()
             .filter_map(|written| {
-                let (name, value_type) = variable(&written)?;
-                Some(BoundVariable {
+                let (name, value_type) = input(&written)?;
+                Some(BoundInput {
                     name: name.to_owned(),
                     value_type: Arc::clone(value_type),
                     value: Vec::new(),
@@ -130,51 +125,134 @@ impl Expression {
                 })
             })
             .collect();
-        if variables.is_empty() {
+        if inputs.is_empty() {
             return Err((
                 1,
                 Reason::Syntax("it names no variable, so it would never change".to_owned()),
             ));
         }
+        let place = |name: &str| {
+            let place = inputs.iter().position(|input| input.alias == name)?;
+            Some((place, &*inputs[place].value_type))
+        };
+        let evaluator = match compiled::compile(program.expression(), &place) {
+            Some(node) => Evaluator::Compiled(Arc::new(node)),
+            None => Evaluator::Interpreted(Arc::new(program)),
+        };
         Ok(Self {
-            text: text.into(),
-            program: Arc::new(program),
-            variables,
+            text: text.trim().into(),
+            evaluator,
+            inputs,
         })
     }
 
-    /// Returns the full names of the variables that it reads.
-    pub fn variables(&self) -> impl Iterator<Item = &str> {
-        self.variables.iter().map(|variable| variable.name.as_str())
+    /// Returns the text of the expression.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
-    /// Sets or removes the value of a variable. Returns whether the expression reads that variable.
-    pub fn set_value(&mut self, variable: &str, value: Option<&[u8]>) -> bool {
-        let Some(bound) = self.variables.iter_mut().find(|bound| bound.name == variable) else {
-            return false;
+    /// Returns the full names of the variables and signals that it reads, each once, in an order that does not
+    /// change.
+    pub fn inputs(&self) -> impl Iterator<Item = &str> {
+        self.inputs.iter().map(|input| input.name.as_str())
+    }
+
+    /// Sets or removes the value of an input, by its place in [`Self::inputs`]. The value has all bytes of the
+    /// input's type. A place that does not exist has no effect.
+    pub fn set(&mut self, input: usize, value: Option<&[u8]>) {
+        let Some(input) = self.inputs.get_mut(input) else {
+            return;
         };
-        bound.has_value = value.is_some();
+        input.has_value = value.is_some();
         if let Some(value) = value {
-            bound.value.clear();
-            bound.value.extend_from_slice(value);
+            input.value.clear();
+            input.value.extend_from_slice(value);
         }
-        true
     }
 
     /// Returns whether the expression is true for the present values. It is false if a value is missing or if
     /// the evaluation fails.
+    #[must_use]
     pub fn is_true(&self) -> bool {
-        let mut context = Context::with_env(Arc::clone(&LANGUAGE));
-        for bound in self.variables.iter().filter(|bound| bound.has_value) {
-            context.add_variable_as_val(bound.alias.as_str(), view::of(&bound.value_type, &bound.value));
+        self.evaluate() == Some(Number::Bool(true))
+    }
+
+    /// Returns the value of the expression for the present values; a bool is 0 or 1. `None` if a value is
+    /// missing, if the evaluation fails, and instead of a NaN.
+    #[must_use]
+    pub fn value(&self) -> Option<f64> {
+        self.evaluate()
+            .map(Number::as_f64)
+            .filter(|value| !value.is_nan())
+    }
+
+    fn evaluate(&self) -> Option<Number> {
+        match &self.evaluator {
+            Evaluator::Compiled(node) => node.evaluate(&self.inputs),
+            Evaluator::Interpreted(program) => interpret(program, &self.inputs),
         }
-        self.program.execute(&context) == Ok(Value::Bool(true))
+    }
+}
+
+impl BoundInput {
+    pub(crate) fn bytes(&self) -> Option<&[u8]> {
+        self.has_value.then_some(self.value.as_slice())
     }
 }
 
 impl fmt::Debug for Expression {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries(self.variables()).finish()
+        f.debug_tuple("Expression").field(&self.text).finish()
+    }
+}
+
+impl Expected {
+    fn check(self, kind: &Kind) -> Result<(), Mistake> {
+        let (fits, reason): (_, fn(String) -> Reason) = match self {
+            Self::Bool => (*kind == Kind::Bool, Reason::NotBoolean),
+            Self::Number => (kind.is_number(), Reason::NotNumber),
+            Self::BoolOrNumber => (*kind == Kind::Bool || kind.is_number(), Reason::NotNumeric),
+        };
+        if fits || *kind == Kind::Any {
+            Ok(())
+        } else {
+            Err((1, reason(kind.to_string())))
+        }
+    }
+}
+
+/// Parses an expression in CEL.
+fn compile(source: &str) -> Result<Program, Mistake> {
+    LANGUAGE.compile(source).map_err(|errors| {
+        let error = errors
+            .errors
+            .into_iter()
+            .min_by_key(|error| (error.msg.starts_with("Incomplete"), error.pos));
+        error.map_or_else(
+            || (1, Reason::Syntax("it cannot be parsed".to_owned())),
+            |error| {
+                let reason = Reason::Syntax(shorten_message(&error.msg));
+                (column(source, error.pos), reason)
+            },
+        )
+    })
+}
+
+/// Evaluates an expression with CEL's interpreter.
+fn interpret(program: &Program, inputs: &[BoundInput]) -> Option<Number> {
+    let mut context = Context::with_env(Arc::clone(&LANGUAGE));
+    for input in inputs {
+        if let Some(bytes) = input.bytes() {
+            context.add_variable_as_val(input.alias.as_str(), value_view::of(&input.value_type, bytes));
+        }
+    }
+    match program.execute(&context).ok()? {
+        Value::Bool(value) => Some(Number::Bool(value)),
+        Value::Int(value) => Some(Number::Int(value)),
+        Value::UInt(value) => Some(Number::UInt(value)),
+        Value::Float(value) => Some(Number::Double(value)),
+        _ => None,
     }
 }
 
@@ -200,10 +278,9 @@ fn check_limits(text: &str) -> Result<(), Mistake> {
 
 /// Replaces names that CEL cannot parse, such as `left-eye.image`, by others of the same length, so that
 /// columns do not change. Returns the expression, and each name with its replacement.
-fn rename_variables(text: &str, names: &Names) -> (String, Vec<(String, String)>) {
+fn rename_inputs(text: &str, inputs: &BTreeMap<String, Arc<Type>>) -> (String, Vec<(String, String)>) {
     let is_special = |letter: char| !(letter.is_ascii_alphanumeric() || letter == '_' || letter == '.');
-    let mut known: Vec<_> = names
-        .variables
+    let mut known: Vec<_> = inputs
         .keys()
         .filter(|name| name.contains(is_special) && text.contains(name.as_str()))
         .collect();
@@ -216,7 +293,7 @@ fn rename_variables(text: &str, names: &Names) -> (String, Vec<(String, String)>
         let free = REPLACEMENTS
             .into_iter()
             .map(with)
-            .find(|safe| !names.variables.contains_key(safe) && !source.contains(safe.as_str()));
+            .find(|safe| !inputs.contains_key(safe) && !source.contains(safe.as_str()));
         if let Some(safe) = free {
             source = source.replace(name.as_str(), &safe);
             renamed.push((name.clone(), safe));
@@ -240,3 +317,6 @@ fn shorten_message(message: &str) -> String {
     let message = message.split(" expecting ").next().unwrap_or(message);
     message.replace("'<EOF>'", "the end")
 }
+
+#[cfg(test)]
+mod equivalence;

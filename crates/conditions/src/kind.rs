@@ -7,7 +7,7 @@ use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 /// A kind of value.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// Known only at evaluation.
     Any,
     Bool,
@@ -21,7 +21,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// Returns the kind of a variable. A type with a single number as its only field counts as that number.
-    pub(super) fn of(value_type: &Arc<Type>) -> Self {
+    pub(crate) fn of(value_type: &Arc<Type>) -> Self {
         match value_type.as_number() {
             Some(scalar) => Self::scalar(scalar),
             None => Self::Struct(Arc::clone(value_type)),
@@ -29,7 +29,7 @@ impl Kind {
     }
 
     /// Returns the kind of a field.
-    pub(super) fn field(field: &Field) -> Self {
+    pub(crate) fn field(field: &Field) -> Self {
         let element = match &field.kind {
             FieldKind::Scalar(scalar) => Self::scalar(*scalar),
             FieldKind::Struct(inner) => Self::Struct(Arc::clone(inner)),
@@ -50,7 +50,7 @@ impl Kind {
         }
     }
 
-    pub(super) fn is_number(&self) -> bool {
+    pub(crate) fn is_number(&self) -> bool {
         matches!(self, Self::Int | Self::UInt | Self::Double)
     }
 }

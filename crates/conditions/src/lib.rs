@@ -1,61 +1,64 @@
-//! temporary
-#![allow(missing_docs, dead_code)]
+//! Conditions and expressions over the selections, health and variables of a run.
+//!
+//! An [`Expression`] is checked against the [`Names`] of an application before it starts, and evaluated many
+//! times: 20 ns for `clearance < 0.2`. Its inputs are variables and [`Signals`]; what they mean is in
+//! `docs/recordings.md`. A [`Condition`] is an expression or a keyword such as `collision`; [`Triggers`]
+//! process events and values and report a [`Firing`] whenever a condition changes from false to true.
+//!
+//! All depend only on what they receive, in its order, so a run in virtual time always gives the same result.
+//! They have no thread, no clock and no file. Their user acts on the results.
+//!
+//! ```
+//! use std::{collections::BTreeMap, sync::Arc};
+//! use jde_conditions::{Expression, Names, Signals};
+//! use jde_types::{Truth, Value};
+//!
+//! let names = Names {
+//!     schemas: vec!["vff".to_owned()],
+//!     groups: vec!["roots".to_owned()],
+//!     variables: BTreeMap::from([("pioneer.truth".to_owned(), Arc::new(Truth::describe()))]),
+//! };
+//! let mut near = Expression::condition("time > 2 and clearance < 0.2", &names)?;
+//! let mut speed = Expression::number("pioneer.truth.twist.linear.x * 3.6", &names)?;
+//!
+//! let mut signals = Signals::new(&names);
+//! let truth = Truth { clearance: 0.1, ..Truth::default() };
+//! signals.process_value("pioneer.truth", Some(truth.as_bytes()));
+//! signals.advance(2_500_000_000);
+//!
+//! // The places are found once. Then only what changes is set.
+//! let places: Vec<_> = near.inputs().map(|name| signals.find(name)).collect();
+//! signals.take_changes(|signal, value| {
+//!     for (place, _) in places.iter().enumerate().filter(|(_, input)| **input == Some(signal)) {
+//!         near.set(place, value);
+//!     }
+//! });
+//! assert!(near.is_true());
+//!
+//! assert_eq!(speed.value(), None, "there is no value yet");
+//! speed.set(0, Some(truth.as_bytes()));
+//! assert_eq!(speed.value(), Some(0.0));
+//! # Ok::<(), jde_conditions::BadCondition>(())
+//! ```
+
 mod check;
+mod compiled;
 mod condition;
 mod expression;
+mod facts;
 mod kind;
 mod names;
-mod view;
-pub use condition::{BadCondition, Reason};
+mod signals;
+mod triggers;
+mod value_view;
+mod watch;
+mod words;
+
+pub use condition::{BadCondition, Condition, Reason};
 pub use expression::Expression;
 pub use names::Names;
-use std::collections::BTreeMap;
-pub struct Signals {
-    values: BTreeMap<String, Vec<u8>>,
-    changed: Vec<String>,
-    schemas: Vec<String>,
-    time: f64,
-}
-impl Signals {
-    pub fn new(names: &Names) -> Self {
-        Self {
-            values: BTreeMap::new(),
-            changed: vec![],
-            schemas: names.schemas.clone(),
-            time: 0.0,
-        }
-    }
-    fn put(&mut self, name: &str, bytes: Vec<u8>) {
-        if self.values.get(name) != Some(&bytes) {
-            self.values.insert(name.into(), bytes);
-            self.changed.push(name.into());
-        }
-    }
-    pub fn process_event(&mut self, e: &jde_records::event::Event) {
-        if let jde_records::event::Event::StateChanged { schema, to, .. } = e {
-            let n = format!("{}.won", self.schemas[*schema]);
-            self.put(&n, vec![u8::from(*to == jde_core::State::Winner)]);
-        }
-    }
-    pub fn process_value(&mut self, _v: &str, bytes: &[u8]) {
-        use jde_types::Value as _;
-        if let Some(t) = jde_types::Truth::from_bytes(bytes) {
-            self.put("clearance", t.clearance.to_ne_bytes().to_vec());
-            self.put("collisions", (t.collisions as f64).to_ne_bytes().to_vec());
-        }
-    }
-    pub fn advance(&mut self, now: u64) {
-        self.put("time", (now as f64 / 1e9).to_ne_bytes().to_vec());
-    }
-    pub fn changes(&mut self) -> impl Iterator<Item = (&str, &[u8])> {
-        let c = std::mem::take(&mut self.changed);
-        let mut c = c;
-        c.sort();
-        c.dedup();
-        let v = &self.values;
-        c.into_iter().map(move |n| {
-            let (k, b) = v.get_key_value(&n).unwrap();
-            (k.as_str(), b.as_slice())
-        })
-    }
-}
+pub use signals::Signals;
+pub use triggers::{Firing, Triggers};
+
+#[cfg(test)]
+mod tests;

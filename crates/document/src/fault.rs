@@ -47,7 +47,8 @@ pub enum FaultLocation {
     Option(String),
 }
 
-/// The faults of a file and its options: those of the file in its order, then those of the options. Never empty.
+/// The faults of a file and its options: those of the file in its order, then those of the options. Never
+/// empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Faults {
     list: Vec<Fault>,

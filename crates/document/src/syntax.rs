@@ -1,5 +1,5 @@
-//! Parses TOML, and reports the syntax errors of a file that is not TOML. One mistake often causes many errors of the parser,
-//! so consequential errors are left out.
+//! Parses TOML, and reports the syntax errors of a file that is not TOML. One mistake often causes many
+//! errors of the parser, so consequential errors are left out.
 
 use toml::Spanned;
 use toml::de::{DeTable, Error};
@@ -13,8 +13,8 @@ const DUPLICATE: &str = "duplicate key";
 /// The parser's terms for an error inside a list or an inline table.
 const NOT_CLOSED: [&str; 2] = ["array", "inline table"];
 
-/// Parses a text. Reports the syntax errors and returns `None` if it is not TOML, because the recovered document
-/// is not the intended one, and faults in it would be misleading.
+/// Parses a text. Reports the syntax errors and returns `None` if it is not TOML, because the recovered
+/// document is not the intended one, and faults in it would be misleading.
 pub fn parse<'t>(report: &mut FaultReport, text: &'t str) -> Option<Spanned<DeTable<'t>>> {
     let (document, errors) = DeTable::parse_recoverable(text);
     report_errors(report, text, &errors);

@@ -1,11 +1,12 @@
-//! The application of an experiment as each of its drives sets it. Plugins are loaded once for each variant, since no
-//! library is ever unmapped.
+//! The application of an experiment as each of its drives sets it. Plugins are loaded once for each variant,
+//! since no library is ever unmapped.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use jde_app::{Application, Faults, Override};
+use jde_host::MockCatalogue;
 use jde_isolation::{Inspector, Program};
 use jde_loader::{Plugins, SearchPath};
 
@@ -15,22 +16,31 @@ use crate::experiment::Variant;
 pub struct Applications {
     file: PathBuf,
     inspector: Option<Program>,
+    /// The schemas that are replaced by mocks.
+    mocked: Vec<String>,
     plugins: BTreeMap<Vec<(String, PathBuf)>, Arc<Plugins>>,
     /// The last application that was loaded, and what it was loaded with.
     last: Option<(Vec<Override>, Variant, Application)>,
 }
 
 impl Applications {
-    /// Loads the application in `file`. With an inspector, plugins and what the modulations name are inspected in its
-    /// process first.
+    /// Loads the application in `file`. With an inspector, plugins and what the modulations name are
+    /// inspected in its process first.
     #[must_use]
     pub fn new(file: PathBuf, inspector: Option<Program>) -> Self {
         Self {
             file,
             inspector,
+            mocked: Vec::new(),
             plugins: BTreeMap::new(),
             last: None,
         }
+    }
+
+    /// States which schemas are replaced by mocks: they inspect nothing.
+    #[must_use]
+    pub fn with_mocks(self, mocked: Vec<String>) -> Self {
+        Self { mocked, ..self }
     }
 
     /// Returns the plugins of a variant.
@@ -58,7 +68,8 @@ impl Applications {
             return Ok(application.clone());
         }
         let plugins = self.plugins(variant);
-        let loaded = jde_app::load(&self.file, overrides, &*plugins);
+        let catalogue = MockCatalogue::new(&*plugins, self.mocked.iter().cloned());
+        let loaded = jde_app::load(&self.file, overrides, &catalogue);
         plugins.stop_inspector();
         let application = loaded?;
         self.last = Some((overrides.to_vec(), variant.clone(), application.clone()));

@@ -28,8 +28,8 @@ pub struct Comparison {
 /// The drives with the same values of all axes but the seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// The axes that differ between rows and their values: `goon.fast 0.5 m/s, variant tried`. "all drives" if
-    /// it is the only row.
+    /// The axes that differ between rows and their values: `goon.fast 0.5 m/s, variant tried`. "all drives"
+    /// if it is the only row.
     pub name: String,
     /// The places of its results among all results, in the order of the drives.
     pub results: Vec<usize>,

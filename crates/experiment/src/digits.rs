@@ -6,8 +6,10 @@ use crate::statistics::Interval;
 
 /// Least number of last digits that fit into an interval: `[0.29, 0.33]`, and not `[0.3, 0.3]`.
 const FIT: f64 = 3.0;
-/// Significant digits of a number without an interval.
+/// What is significant of a number without an interval: a hundredth of it.
 const SIGNIFICANT: f64 = 100.0;
+/// Relative errors of sums and differences are smaller.
+const ROUNDING: f64 = 1e-9;
 /// Most decimal places; the steps of measures are rarely finer.
 const MAX_DECIMALS: usize = 6;
 /// Numbers from here on are written with an exponent.
@@ -30,7 +32,8 @@ impl Digits {
     pub fn of(medians: impl IntoIterator<Item = (f64, Interval)>) -> Self {
         let (mut width, mut least, mut greatest, mut whole) = (f64::MAX, f64::MAX, 0.0f64, true);
         for (median, Interval { low, high }) in medians {
-            if high > low {
+            // A difference of equal values is not exactly 0.
+            if high - low > ROUNDING * high.abs().max(low.abs()) {
                 width = width.min(high - low);
             }
             for size in [median, low, high].map(f64::abs) {
@@ -75,7 +78,7 @@ impl Digits {
 /// The decimal places of a step. Counted, since logarithms differ between platforms.
 fn decimals(step: f64) -> usize {
     (0..MAX_DECIMALS)
-        .find(|decimals| step * 10f64.powi(*decimals as i32) >= 1.0)
+        .find(|decimals| step * 10f64.powi(*decimals as i32) >= 1.0 - ROUNDING)
         .unwrap_or(MAX_DECIMALS)
 }
 
@@ -101,6 +104,8 @@ mod tests {
         assert_eq!(texts(2e9, 1e9, 3e9), ["2.00e9", "1.00e9", "3.00e9"]);
         assert_eq!(texts(2e-5, 1e-5, 3e-5), ["2.00e-5", "1.00e-5", "3.00e-5"]);
         assert_eq!(texts(0.0, 0.0, 0.0), ["0", "0", "0"]);
+        let almost = 0.3 - 0.2;
+        assert_eq!(texts(almost, almost, 0.1), ["0.100", "0.100", "0.100"]);
     }
 
     #[test]

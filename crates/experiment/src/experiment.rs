@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use jde_app::Override;
 use jde_conditions::Expression;
 use jde_core::Nanos;
+use jde_host::Mock;
 use serde_json::Value;
 
 use crate::drive::measure::Measure;
@@ -46,6 +47,10 @@ pub struct Experiment {
     pub measures: Vec<Measure>,
     /// What happens meanwhile.
     pub steps: Vec<Step>,
+    /// The schemas that are replaced by their ports.
+    pub mocks: Vec<(String, Mock)>,
+    /// The recordings that mocks play.
+    pub recordings: Vec<PathBuf>,
     /// The world of the simulated robot where no axis chooses another.
     pub world: Option<PathBuf>,
     /// The radius of the simulated robot, m; 0 if there is none.

@@ -1,5 +1,5 @@
-//! The folder of an experiment's results: what it belongs to, and the drives that are done. Each result is written when it
-//! is known, so nothing is lost if the machine stops.
+//! The folder of an experiment's results: what it belongs to, and the drives that are done. Each result is
+//! written when it is known, so nothing is lost if the machine stops.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -205,7 +205,8 @@ fn file_error(path: &Path) -> impl FnOnce(io::Error) -> FolderError {
     |error| FolderError::File { path, error }
 }
 
-/// Returns a digest of everything that determines the results: this program's version, and the content of [`files`].
+/// Returns a digest of everything that determines the results: this program's version, and the content of
+/// [`files`].
 ///
 /// # Errors
 /// One of the files cannot be read.
@@ -223,13 +224,14 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
     Ok(hex)
 }
 
-/// Returns the files that determine the results: the experiment, the application, the plugins, and the files that modulations
-/// name.
+/// Returns the files that determine the results: the experiment, the application, the plugins, and the files
+/// that modulations name.
 ///
 /// # Errors
 /// The application cannot be read any more.
 pub fn files(experiment: &Experiment, applications: &mut Applications) -> io::Result<BTreeSet<PathBuf>> {
     let mut files = BTreeSet::from([experiment.file.clone(), experiment.application.clone()]);
+    files.extend(experiment.recordings.iter().cloned());
     for variant in &experiment.variants {
         let plugins = applications.plugins(variant);
         let application = applications

@@ -1,5 +1,5 @@
-//! `junit.xml`: a test for each property of each drive. It contains no time of the machine: the time of a test
-//! is that of the application.
+//! `junit.xml`: a test for each property of each drive. It contains no time of the machine: the time of a
+//! test is that of the application.
 
 use std::io::{self, Write};
 use std::time::Duration;

@@ -1,9 +1,11 @@
 //! Experiments: one application driven many times in lockstep, each drive judged and measured.
 //!
-//! [`file::read`] turns a file into an [`Experiment`], or into all its faults. A [`PreparedDrive`](drive::PreparedDrive)
-//! runs one drive and returns its [`DriveResult`](result::DriveResult). [`pool::run`] runs all of them in processes of
-//! their own. Of the results, [`store`] reads and writes `results.jsonl`, [`comparison`] computes the rows that tables show,
-//! and [`summary`] writes all files. The crate prints nothing, and no result depends on a clock of the machine.
+//! [`file::read`] turns a file into an [`Experiment`], or into all its faults. A
+//! [`PreparedDrive`](drive::PreparedDrive) runs one drive and returns its
+//! [`DriveResult`](result::DriveResult). [`pool::run`] runs all of them in processes of their own. Of the
+//! results, [`store`] reads and writes `results.jsonl`, [`comparison`] computes the rows that tables show,
+//! and [`summary`] writes all files. The crate prints nothing, and no result depends on a clock of the
+//! machine.
 
 pub mod applications;
 pub mod comparison;

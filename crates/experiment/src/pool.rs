@@ -1,5 +1,6 @@
-//! Runs drives in processes, several at a time. A process serves one experiment. If it dies or takes too long, that is the
-//! result of its drive, and another one continues. The order in which drives end is not determined; their results are.
+//! Runs drives in processes, several at a time. A process serves one experiment. If it dies or takes too
+//! long, that is the result of its drive, and another one continues. The order in which drives end is not
+//! determined; their results are.
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, BufReader, Write};
@@ -49,7 +50,8 @@ pub struct PoolOptions<'p> {
     pub stop: &'p AtomicBool,
 }
 
-/// Runs these drives, and calls `on_result` with each result on the calling thread, in the order in which they end.
+/// Runs these drives, and calls `on_result` with each result on the calling thread, in the order in which
+/// they end.
 ///
 /// # Errors
 /// A process cannot be started, or refuses its experiment.

@@ -1,5 +1,5 @@
-//! Statistics of measures and shares. The same values in any order give the same statistics, to the bit and on
-//! every machine. Values that are not finite are left out.
+//! Statistics of measures and shares. The same values in any order give the same statistics, to the bit and
+//! on every machine. Values that are not finite are left out.
 //!
 //! It knows no drives and no names.
 

@@ -25,8 +25,8 @@ pub struct Summary<'a> {
     pub command: &'a dyn Fn(usize) -> String,
 }
 
-/// Writes `results.jsonl`, `results.csv`, `junit.xml` and `report.html` into a folder that exists. Each replaces
-/// the old one as a whole.
+/// Writes `results.jsonl`, `results.csv`, `junit.xml` and `report.html` into a folder that exists. Each
+/// replaces the old one as a whole.
 ///
 /// # Errors
 /// A file cannot be written; the ones before it are new then.

@@ -1,5 +1,6 @@
-//! The process of a job: it runs the drives whose numbers it reads, one line each with the seed if it is another than the
-//! drive's own, and answers each with the line of its result. It ends at the end of its input.
+//! The process of a job: it runs the drives whose numbers it reads, one line each with the seed if it is
+//! another than the drive's own, and answers each with the line of its result. It ends at the end of its
+//! input.
 
 use std::fs::File;
 use std::io::{self, BufRead, Write};

@@ -4,12 +4,11 @@
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
-use jde_app::{Application, Executor, InstanceConfig};
+use jde_app::{Application, Executor};
 use jde_board::Board;
 use jde_core::Nanos;
 use jde_isolation::Program;
 use jde_loader::Plugins;
-use jde_loader::build::Build;
 use jde_panel::Gesture;
 use jde_records::event::{Event, Observer, Outcome};
 use jde_records::snapshot::Snapshot;
@@ -22,9 +21,10 @@ use crate::exec::pool::Pool;
 use crate::exec::supervisor::{self, Alarm, ThreadExecutor};
 use crate::exec::threads::Threads;
 use crate::mission;
+use crate::mock::Mock;
 use crate::operator_handle::{OperatorHandle, printable_name};
 use crate::panels::{PanelError, PanelViewGuard};
-use crate::runner::Runner;
+use crate::prepare::prepare;
 use crate::transaction_observer::TransactionObserver;
 use jde_panel::PanelFrame;
 
@@ -48,6 +48,8 @@ pub struct Options {
     /// takes exactly the time that it [spends](Handle::spend), however loaded the machine is. For tests of
     /// timing guarantees.
     pub counted: bool,
+    /// Whether time may stand still ([`Handle::stand_still`]). Drivers of devices refuse that.
+    pub may_stand_still: bool,
     /// Called with every turn of a schema and the inputs that it used, so that the turn can be replayed (see
     /// [`crate::replay`]).
     pub on_turn: Option<OnTurn>,
@@ -55,6 +57,8 @@ pub struct Options {
     pub transaction_observer: Option<Box<dyn TransactionObserver>>,
     /// The program that runs schemas in processes of their own.
     pub isolation_program: Option<Program>,
+    /// The schemas, by name, that a mock takes the place of; of several for one schema, the last.
+    pub mocks: Vec<(String, Mock)>,
 }
 
 /// Why an application did not start.
@@ -80,6 +84,14 @@ pub enum StartError {
         "schema `{0}` requires a process of its own, and the program that started it provides none; remove its `isolate`"
     )]
     NoProgram(String),
+    /// A mock does not fit the application.
+    #[error("the mock of schema `{schema}` cannot be used: {reason}")]
+    Mock {
+        /// The schema.
+        schema: String,
+        /// The reason.
+        reason: String,
+    },
     /// The system refused to create a thread.
     #[error("the system refuses a thread: {0}")]
     Thread(#[from] std::io::Error),
@@ -103,7 +115,7 @@ pub struct Running {
 /// An application that runs in lockstep: in virtual time, on the caller's thread. Dropping it stops the
 /// application and brings it to rest.
 pub struct Lockstep {
-    engine: Arc<Engine>,
+    pub(crate) engine: Arc<Engine>,
     executor: lockstep::LockstepExecutor,
     limit: Option<Nanos>,
     is_shut_down: bool,
@@ -113,7 +125,7 @@ pub struct Lockstep {
 /// ended.
 #[derive(Clone)]
 pub struct Handle {
-    engine: Arc<Engine>,
+    pub(crate) engine: Arc<Engine>,
 }
 
 impl Default for Options {
@@ -124,9 +136,11 @@ impl Default for Options {
             limit: None,
             speed: 1.0,
             counted: false,
+            may_stand_still: false,
             on_turn: None,
             transaction_observer: None,
             isolation_program: None,
+            mocks: Vec::new(),
         }
     }
 }
@@ -137,21 +151,19 @@ impl Running {
     /// # Errors
     /// [`StartError`]. On an error no schema is awake, and every instance that was created has been
     /// destroyed.
-    pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
+    pub fn start(
+        application: Application,
+        plugins: &Plugins,
+        mut options: Options,
+    ) -> Result<Self, StartError> {
         let executor = application.executor;
-        let (engine, runners) = prepare(
-            application,
-            plugins,
-            if options.counted {
-                Clock::counted()
-            } else {
-                Clock::real(options.speed)
-            },
-            options.observers,
-            options.on_turn,
-            options.transaction_observer,
-            options.isolation_program,
-        )?;
+        let clock = if options.counted {
+            Clock::counted()
+        } else {
+            Clock::real(options.speed)
+        };
+        let clock = with_standstill(clock, &options);
+        let (engine, runners) = prepare(application, plugins, clock, &mut options)?;
         // Counted time cannot advance until this thread has started the others.
         engine.clock.register_thread();
         let alarm = Arc::new(Alarm::default());
@@ -232,16 +244,13 @@ impl Lockstep {
     ///
     /// # Errors
     /// [`StartError`].
-    pub fn start(application: Application, plugins: &Plugins, options: Options) -> Result<Self, StartError> {
-        let (engine, runners) = prepare(
-            application,
-            plugins,
-            Clock::new_virtual(),
-            options.observers,
-            options.on_turn,
-            options.transaction_observer,
-            options.isolation_program,
-        )?;
+    pub fn start(
+        application: Application,
+        plugins: &Plugins,
+        mut options: Options,
+    ) -> Result<Self, StartError> {
+        let clock = with_standstill(Clock::new_virtual(), &options);
+        let (engine, runners) = prepare(application, plugins, clock, &mut options)?;
         let mut executor = lockstep::LockstepExecutor::new(Arc::clone(&engine), runners);
         mission::watch_mission(&engine);
         run_start_hook(&engine, options.start_hook).inspect_err(|_| executor.shut_down())?;
@@ -260,19 +269,20 @@ impl Lockstep {
         Handle::new(&self.engine)
     }
 
-    /// Runs until virtual time reaches `time`. Returns the outcome if the application ended.
+    /// Runs until virtual time reaches `time` or stands still. Returns the outcome if the application ended.
     pub fn run_until(&mut self, time: Nanos) -> Option<Outcome> {
         let end = self.limit.map_or(time, |limit| limit.min(time));
         if let Some(outcome) = self.executor.run_until(end) {
             return Some(outcome);
         }
-        if self.limit.is_some_and(|limit| limit <= time) {
+        if self.limit.is_some_and(|limit| limit <= time) && !self.engine.clock.is_still() {
             self.engine.outcome.conclude(Outcome::TimeUp);
         }
         self.engine.outcome.get()
     }
 
-    /// Returns the next time at which a schema takes its turn or a timer of the rules ends; `None` if nothing is due.
+    /// Returns the next time at which a schema takes its turn or a timer of the rules ends; `None` if nothing
+    /// is due.
     #[must_use]
     pub fn next_instant(&self) -> Option<Nanos> {
         self.executor.next_instant()
@@ -446,61 +456,16 @@ impl Handle {
     }
 }
 
+fn with_standstill(clock: Clock, options: &Options) -> Clock {
+    match options.may_stand_still {
+        true => clock.with_standstill(),
+        false => clock,
+    }
+}
+
 fn run_start_hook(engine: &Arc<Engine>, before_start: Option<StartHook>) -> Result<(), StartError> {
     let Some(before_start) = before_start else {
         return Ok(());
     };
     before_start(&Handle::new(engine)).map_err(StartError::HookFailed)
-}
-
-fn prepare(
-    application: Application,
-    plugins: &Plugins,
-    clock: Clock,
-    observers: Vec<Box<dyn Observer>>,
-    on_turn: Option<OnTurn>,
-    transaction_observer: Option<Box<dyn TransactionObserver>>,
-    isolation_program: Option<Program>,
-) -> Result<(Arc<Engine>, Vec<Runner>), StartError> {
-    let instances = application.instances.iter();
-    if isolation_program.is_none()
-        && let Some(isolated) = instances.clone().find(|instance| instance.isolate.is_some())
-    {
-        return Err(StartError::NoProgram(isolated.name.clone()));
-    }
-    let builds = instances
-        .map(|instance| original_build(&application, plugins, instance))
-        .collect::<Result<Vec<_>, StartError>>()?;
-    let (engine, ports) = Engine::new(
-        application,
-        clock,
-        observers,
-        on_turn,
-        transaction_observer,
-        isolation_program,
-    )
-    .map_err(StartError::Wiring)?;
-    let mut runners = Vec::with_capacity(builds.len());
-    for (number, (build, ports)) in builds.into_iter().zip(ports).enumerate() {
-        let mut runner = Runner::new(&engine, number, build, ports);
-        if let Err(error) = runner.create_for_start() {
-            runners.iter_mut().rev().for_each(Runner::destroy);
-            return Err(error);
-        }
-        runners.push(runner);
-    }
-    Ok((engine, runners))
-}
-
-/// Returns the build of an instance's type against which the application was checked.
-pub(crate) fn original_build(
-    application: &Application,
-    plugins: &Plugins,
-    instance: &InstanceConfig,
-) -> Result<Build, StartError> {
-    let plugin = &application.plugins[instance.plugin];
-    let loaded = plugins
-        .loaded(plugin)
-        .ok_or_else(|| StartError::MissingPlugin(plugin.name.clone()))?;
-    Ok(Build::original(loaded, instance.number, &instance.schema))
 }

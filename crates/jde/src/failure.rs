@@ -152,7 +152,7 @@ impl Failure {
             #[cfg(feature = "tools")]
             Self::Recording(_) => 2,
             Self::Usage { .. } | Self::Application { unusable: false, .. } => 2,
-            Self::Start(StartError::Wiring(_) | StartError::NoProgram(_)) => 2,
+            Self::Start(StartError::Wiring(_) | StartError::NoProgram(_) | StartError::Mock { .. }) => 2,
             Self::Plugin(_) | Self::Application { unusable: true, .. } => 3,
             Self::Start(StartError::Create { .. } | StartError::MissingPlugin(_)) => 3,
         }

@@ -7,6 +7,8 @@
 
 #[cfg(feature = "record")]
 mod error;
+#[cfg(feature = "host")]
+mod mock;
 #[cfg(feature = "record")]
 mod origin;
 pub mod panel;
@@ -26,8 +28,6 @@ mod subscriber;
 mod survey;
 #[cfg(feature = "record")]
 mod topic;
-#[cfg(feature = "record")]
-pub mod trigger;
 mod turns;
 #[cfg(feature = "record")]
 mod writer;
@@ -36,6 +36,8 @@ mod writer_thread;
 
 #[cfg(feature = "record")]
 pub use error::Error;
+#[cfg(feature = "host")]
+pub use mock::mock;
 #[cfg(feature = "record")]
 pub use origin::Origin;
 pub use pattern::{Selection, UnknownPattern, variables};

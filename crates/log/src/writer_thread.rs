@@ -16,9 +16,9 @@ use crate::pre_trigger_buffer::StateKey;
 use crate::sink::{Effect, Sink, SinkChannel};
 use crate::subscriber::{SequenceTracker, ValueChange, retraction_notice};
 use crate::topic::{Notice, Shared, Slot, SlotForm, TopicContent, TopicQueue, lock};
-use crate::trigger::{Firing, Triggers};
 use crate::turns;
 use crate::writer::Times;
+use jde_conditions::{Firing, Triggers};
 
 /// The longest time between two rounds. A publisher may wake the thread earlier.
 const ROUND: Duration = Duration::from_millis(20);

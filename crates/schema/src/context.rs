@@ -49,8 +49,8 @@ impl Context<'_> {
     /// Checks that the application runs in real time. A driver of a device calls it in `awake`.
     ///
     /// # Errors
-    /// In lockstep, or if the application runs at another speed than real time: a device cannot follow
-    /// either.
+    /// In lockstep, or if the application runs at another speed than real time or may stand still: a device cannot
+    /// follow.
     pub fn require_real_time(&self) -> Result<()> {
         let Some(real_time) = self.host.real_time else {
             return Err(self.unbound_message("whether time is real").into());
@@ -59,7 +59,11 @@ impl Context<'_> {
         if unsafe { real_time(self.raw.as_ptr()) } == 1 {
             return Ok(());
         }
-        Err("it speaks to a device, which nothing can hurry: run without --lockstep and --speed".into())
+        Err(
+            "it speaks to a device, which can be neither hurried nor halted: run without --lockstep, --speed and --break \
+             (--record FILE --when CONDITION records what leads to a moment)"
+                .into(),
+        )
     }
 
     /// Returns a seed for random generators. It depends only on the application's seed and the instance's

@@ -1,5 +1,5 @@
-//! Measures: a number of a drive, reduced from the values of an expression or from the robot's true motion. A value
-//! stands from its instant to the next one. A meter reads nothing itself.
+//! Measures: a number of a drive, reduced from the values of an expression or from the robot's true motion. A
+//! value stands from its instant to the next one. A meter reads nothing itself.
 
 use jde_core::Nanos;
 

@@ -1,5 +1,5 @@
-//! One drive: the application in lockstep, from instant to instant; at each one the properties, measures and steps see the
-//! values. It writes no file.
+//! One drive: the application in lockstep, from instant to instant; at each one the properties, measures and
+//! steps see the values. It writes no file.
 
 pub mod measure;
 pub mod motion;
@@ -73,6 +73,7 @@ impl PreparedDrive {
     pub fn run(self, experiment: &Experiment, mut options: Options) -> Result<DriveResult, StartError> {
         let events = EventQueue::default();
         options.limit = Some(experiment.limit);
+        options.mocks = experiment.mocks.clone();
         options.observers.push(Box::new(events.clone()));
         let lockstep = Lockstep::start(self.application, &self.plugins, options)?;
         Ok(Drive::new(experiment, lockstep, events).finish(self.drive, self.settings))
@@ -95,7 +96,8 @@ pub fn unjudged(experiment: &Experiment, drive: usize, outcome: Outcome, why: St
     }
 }
 
-/// The events since the last instant. The observer is called under the application's lock, so it only appends.
+/// The events since the last instant. The observer is called under the application's lock, so it only
+/// appends.
 #[derive(Clone, Default)]
 struct EventQueue(Arc<Mutex<Vec<Event>>>);
 

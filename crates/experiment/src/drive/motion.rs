@@ -14,12 +14,12 @@ pub enum MotionMeasure {
     Smoothness,
     /// The energy from the battery, J.
     Energy,
-    /// Success weighted by path length (Anderson et al., *On Evaluation of Embodied Navigation Agents*, 2018): 0 without
-    /// success, else the direct length by the longer of the direct and the driven one.
+    /// Success weighted by path length (Anderson et al., *On Evaluation of Embodied Navigation Agents*,
+    /// 2018): 0 without success, else the direct length by the longer of the direct and the driven one.
     Spl,
-    /// The metric of the BARN challenge: 0 without success, else the optimal time by the time, which counts as at least 2
-    /// and at most 8 optimal times. The optimal time is that of the length, or of the direct length if there is none, at
-    /// the speed.
+    /// The metric of the BARN challenge: 0 without success, else the optimal time by the time, which counts
+    /// as at least 2 and at most 8 optimal times. The optimal time is that of the length, or of the direct
+    /// length if there is none, at the speed.
     Barn {
         /// m/s.
         speed: f64,
@@ -93,7 +93,8 @@ impl Motion {
         self.power = Some((power.abs(), now));
     }
 
-    /// Takes the mission's progress. The direct length to a target is its distance when it becomes the target.
+    /// Takes the mission's progress. The direct length to a target is its distance when it becomes the
+    /// target.
     pub fn observe_mission(&mut self, mission: &Mission) {
         let target = (mission.reached, mission.target.x, mission.target.y);
         if mission.state == Mission::RUNNING && self.target != Some(target) && mission.distance > 0.0 {

@@ -1,5 +1,5 @@
-//! Properties: what must hold during a drive, over the values of expressions at its instants. A monitor decides as soon
-//! as it can; it reads nothing itself.
+//! Properties: what must hold during a drive, over the values of expressions at its instants. A monitor
+//! decides as soon as it can; it reads nothing itself.
 
 use jde_core::Nanos;
 

@@ -1,4 +1,5 @@
-//! What led to a failure: the robot's path and the last selections, kept as they are when the first property fails.
+//! What led to a failure: the robot's path and the last selections, kept as they are when the first property
+//! fails.
 
 use std::collections::VecDeque;
 

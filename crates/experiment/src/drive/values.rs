@@ -1,5 +1,5 @@
-//! The values that a drive's expressions and measures read: variables, signals, and the true motion of robots. It
-//! evaluates an expression only when one of its values has changed.
+//! The values that a drive's expressions and measures read: variables, signals, and the true motion of
+//! robots. It evaluates an expression only when one of its values has changed.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,8 +23,8 @@ pub(super) struct DriveValues {
     results: Vec<Option<f64>>,
     variables: Vec<WatchedVariable>,
     signals: Signals,
-    /// The users of each signal.
-    signal_users: BTreeMap<String, Vec<Use>>,
+    /// The users of each signal, by its number.
+    signal_users: BTreeMap<usize, Vec<Use>>,
     robots: Vec<Robot>,
     mission: Option<Source>,
 }
@@ -54,7 +54,8 @@ struct Robot {
     pose: Option<[f64; 3]>,
 }
 
-/// Returns the robots of an application whose true state is exported: the schema's name and the full name of the variable.
+/// Returns the robots of an application whose true state is exported: the schema's name and the full name of
+/// the variable.
 pub(crate) fn robots(application: &Application) -> impl Iterator<Item = (&str, String)> {
     exports::<Truth>(application)
 }
@@ -80,7 +81,8 @@ impl Source {
         })
     }
 
-    /// Returns the present bytes if they have changed since the last call; `Some(None)` if there is no value any more.
+    /// Returns the present bytes if they have changed since the last call; `Some(None)` if there is no value
+    /// any more.
     fn changed(&mut self) -> Option<Option<&[u8]>> {
         let now = (self.variable.newest(), self.variable.is_retracted());
         if std::mem::replace(&mut self.seen, now) == now {
@@ -99,18 +101,16 @@ impl DriveValues {
     /// Opens all variables that the expressions name.
     pub(super) fn new(expressions: &[Expression], handle: &Handle) -> Self {
         let application = handle.application();
+        let signals = Signals::new(&Names::of(application));
         let mut variables: BTreeMap<String, Vec<Use>> = BTreeMap::new();
-        let mut signal_users: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+        let mut signal_users: BTreeMap<usize, Vec<Use>> = BTreeMap::new();
         for (expression, parsed) in expressions.iter().enumerate() {
-            for (place, name) in parsed.variables().enumerate() {
-                let users = match handle.board().find(name) {
-                    Some(_) => &mut variables,
-                    None => &mut signal_users,
+            for (place, name) in parsed.inputs().enumerate() {
+                let users = match signals.find(name) {
+                    Some(signal) => signal_users.entry(signal).or_default(),
+                    None => variables.entry(name.to_owned()).or_default(),
                 };
-                users
-                    .entry(name.to_owned())
-                    .or_default()
-                    .push((expression, place));
+                users.push((expression, place));
             }
         }
         let variables = variables.into_iter().filter_map(|(name, users)| {
@@ -138,7 +138,7 @@ impl DriveValues {
             is_stale: vec![true; expressions.len()],
             results: vec![None; expressions.len()],
             variables: variables.collect(),
-            signals: Signals::new(&Names::of(application)),
+            signals,
             signal_users,
             robots: robots.collect(),
             mission,
@@ -163,12 +163,13 @@ impl DriveValues {
         }
         self.update_robots(now);
         self.signals.advance(now);
-        for (name, bytes) in self.signals.changes() {
-            for (expression, place) in self.signal_users.get(name).into_iter().flatten() {
-                self.expressions[*expression].set(*place, Some(bytes));
-                self.is_stale[*expression] = true;
+        let (users, expressions, is_stale) = (&self.signal_users, &mut self.expressions, &mut self.is_stale);
+        self.signals.take_changes(|signal, value| {
+            for (expression, place) in users.get(&signal).into_iter().flatten() {
+                expressions[*expression].set(*place, value);
+                is_stale[*expression] = true;
             }
-        }
+        });
         for (place, expression) in self.expressions.iter_mut().enumerate() {
             if std::mem::take(&mut self.is_stale[place]) {
                 self.results[place] = expression.value();
@@ -191,7 +192,7 @@ impl DriveValues {
         let mission = self.mission.as_mut().and_then(Source::changed_value::<Mission>);
         for robot in &mut self.robots {
             if let Some(bytes) = robot.truth.changed().flatten() {
-                self.signals.process_value(&robot.truth_name, bytes);
+                self.signals.process_value(&robot.truth_name, Some(bytes));
                 if let Some(truth) = Truth::from_bytes(bytes) {
                     robot.motion.observe(now, &truth);
                     robot.pose = Some([truth.pose.x, truth.pose.y, truth.pose.theta]);

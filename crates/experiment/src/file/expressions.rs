@@ -71,7 +71,8 @@ impl Expressions {
     }
 }
 
-/// Returns the position in the file of a column of an expression; of the whole expression if the file writes it with escapes.
+/// Returns the position in the file of a column of an expression; of the whole expression if the file writes
+/// it with escapes.
 fn position(file: &str, text: &Text, column: usize) -> std::ops::Range<usize> {
     let span = text.span.clone();
     let source = file.get(span.clone()).unwrap_or_default();

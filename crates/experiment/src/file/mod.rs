@@ -1,9 +1,10 @@
-//! Reads an experiment file and checks it against its application: every fault at once, with its position. It runs
-//! nothing.
+//! Reads an experiment file and checks it against its application: every fault at once, with its position. It
+//! runs nothing.
 
 mod axes;
 mod expressions;
 mod judge;
+mod mocks;
 mod steps;
 mod values;
 
@@ -20,7 +21,7 @@ use crate::result::Columns;
 use expressions::Expressions;
 
 /// The keys of an experiment.
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "name",
     "doc",
     "application",
@@ -33,6 +34,7 @@ const KEYS: [&str; 12] = [
     "must",
     "measure",
     "steps",
+    "mock",
 ];
 
 /// The name of the property that the mission is.
@@ -52,8 +54,8 @@ struct Subject<'a> {
     application: &'a Application,
 }
 
-/// Reads and checks an experiment. `applications` returns what loads the application that it names; the caller keeps it for the
-/// drives.
+/// Reads and checks an experiment. `applications` returns what loads the application that it names; the
+/// caller keeps it for the drives.
 ///
 /// # Errors
 /// All faults of the file, or those of its application.
@@ -73,7 +75,7 @@ pub fn read(
     let Some(application_file) = application_file(&mut report, &root, &folder) else {
         return Err(report.into_faults());
     };
-    let mut applications = applications(application_file.clone());
+    let mut applications = applications(application_file.clone()).with_mocks(mocks::names(&root));
     let set = axes::read_set(&mut report, &root, &text, &folder);
     let variants = axes::read_variants(&mut report, &root, &folder);
     let application = load(&mut report, &mut applications, &set, &variants[0])?;
@@ -110,6 +112,7 @@ pub fn read(
         .text(&mut report, "end")
         .and_then(|text| expressions.condition(&mut report, &subject, &text));
     let steps = steps::read(&mut report, &root, &subject, &mut expressions);
+    let mocks = mocks::read(&mut report, &root, &subject);
     let name = root.text(&mut report, "name").map(|name| name.text.to_owned());
     let doc = root.text(&mut report, "doc").map(|doc| doc.text.to_owned());
     let experiment = Experiment {
@@ -127,6 +130,8 @@ pub fn read(
         properties: judged.properties.list,
         measures: judged.measures.list,
         steps,
+        mocks: mocks.list,
+        recordings: mocks.recordings,
         world: initial(&application, WORLD).and_then(|world| match world {
             Value::Text(path) => Some(PathBuf::from(path)),
             _ => None,
@@ -171,8 +176,8 @@ fn mission(report: &mut FaultReport, root: &Section, application: &Application) 
     }
 }
 
-/// Loads the application with values of the experiment. Faults of the values are reported at their positions; `None` if there
-/// are any.
+/// Loads the application with values of the experiment. Faults of the values are reported at their positions;
+/// `None` if there are any.
 ///
 /// # Errors
 /// Faults of the application itself.

@@ -1,4 +1,5 @@
-//! Values of an experiment file: times that may be 0, labels in results, and the text of a value as the file has it.
+//! Values of an experiment file: times that may be 0, labels in results, and the text of a value as the file
+//! has it.
 
 use jde_core::Nanos;
 use jde_document::section::{Node, number, report_wrong_shape};
@@ -38,7 +39,8 @@ pub(super) fn moment(report: &mut FaultReport, what: &str, node: &Node) -> Optio
     Some(nanos.round() as Nanos)
 }
 
-/// Returns the value in results: numbers, texts and truth values as they are, anything else as the file writes it.
+/// Returns the value in results: numbers, texts and truth values as they are, anything else as the file
+/// writes it.
 pub(super) fn label(text: &str, node: &Node) -> Value {
     match node.get_ref() {
         DeValue::String(text) => text.as_ref().into(),

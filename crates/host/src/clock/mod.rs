@@ -2,6 +2,7 @@
 //! third is for tests of timing guarantees: it is virtual and advances while calls last.
 
 mod counted;
+mod standstill;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Condvar, MutexGuard, PoisonError};
@@ -10,6 +11,7 @@ use std::time::{Duration, Instant};
 use jde_core::Nanos;
 
 use counted::Counted;
+use standstill::Standstill;
 
 /// The application's time, ns since its start.
 #[derive(Debug)]
@@ -20,6 +22,8 @@ pub(crate) enum Clock {
         start: Instant,
         /// Seconds of the application in a second of the machine.
         speed: f64,
+        /// Present if time may stand still.
+        standstill: Option<Standstill>,
     },
     /// Advances when all threads wait.
     Counted(Counted),
@@ -30,15 +34,33 @@ pub(crate) enum Clock {
         /// In a replay, whether the recorded clock ran at the speed of wall-clock time; `None` outside a
         /// replay.
         recorded_real_time: Option<bool>,
+        /// Present if time may stand still.
+        standstill: Option<Standstill>,
     },
 }
+
+/// The time that passes in one step of an application whose time stands still, in real time, ns: that of a
+/// step of the simulator.
+const STEP: Nanos = 10_000_000;
 
 impl Clock {
     pub(crate) fn real(speed: f64) -> Self {
         Self::Real {
             start: Instant::now(),
             speed,
+            standstill: None,
         }
+    }
+
+    /// Permits time to stand still.
+    pub(crate) fn with_standstill(mut self) -> Self {
+        match &mut self {
+            Self::Real { standstill, .. } | Self::Virtual { standstill, .. } => {
+                *standstill = Some(Standstill::default())
+            }
+            Self::Counted(_) => {}
+        }
+        self
     }
 
     pub(crate) fn counted() -> Self {
@@ -49,6 +71,7 @@ impl Clock {
         Self::Virtual {
             now: AtomicU64::new(0),
             recorded_real_time: None,
+            standstill: None,
         }
     }
 
@@ -57,14 +80,89 @@ impl Clock {
         Self::Virtual {
             now: AtomicU64::new(0),
             recorded_real_time: Some(at_wall_clock_speed),
+            standstill: None,
         }
     }
 
     pub(crate) fn now(&self) -> Nanos {
         match self {
-            Self::Real { start, speed } => scaled(start.elapsed(), *speed),
+            Self::Real {
+                start,
+                speed,
+                standstill,
+            } => {
+                let running = || scaled(start.elapsed(), *speed);
+                match standstill {
+                    Some(standstill) => standstill.now(running),
+                    None => running(),
+                }
+            }
             Self::Counted(counted) => counted.now(),
             Self::Virtual { now, .. } => now.load(Ordering::Acquire),
+        }
+    }
+
+    /// Lets time stand still, for this reason, if that is permitted. Nothing is due meanwhile.
+    pub(crate) fn stand_still(&self, reason: &str) {
+        if let Some(standstill) = self.standstill() {
+            standstill.stop(|| self.now(), reason);
+        }
+    }
+
+    /// Returns why time stands still; `None` while it passes.
+    pub(crate) fn standstill_reason(&self) -> Option<String> {
+        self.standstill()?.reason()
+    }
+
+    /// Whether time stands still.
+    pub(crate) fn is_still(&self) -> bool {
+        self.standstill().is_some_and(Standstill::is_still)
+    }
+
+    /// Lets time pass again.
+    pub(crate) fn go_on(&self) {
+        match self {
+            Self::Real {
+                start,
+                speed,
+                standstill: Some(standstill),
+            } => standstill.go_on(|| scaled(start.elapsed(), *speed)),
+            Self::Virtual {
+                now,
+                standstill: Some(standstill),
+                ..
+            } => standstill.go_on(|| now.load(Ordering::Acquire)),
+            Self::Real { .. } | Self::Virtual { .. } | Self::Counted(_) => {}
+        }
+    }
+
+    /// Lets a little time pass while it stands still otherwise. Virtual time is advanced by its executor,
+    /// which waits for this in [`Self::wait_while_still`].
+    pub(crate) fn step(&self) {
+        match self {
+            Self::Real {
+                standstill: Some(standstill),
+                ..
+            } => standstill.step(STEP),
+            Self::Virtual {
+                standstill: Some(standstill),
+                ..
+            } => standstill.request_step(),
+            Self::Real { .. } | Self::Virtual { .. } | Self::Counted(_) => {}
+        }
+    }
+
+    /// Waits while time stands still, at most for `timeout` on this machine. Returns whether a step of
+    /// virtual time is requested.
+    pub(crate) fn wait_while_still(&self, timeout: Duration) -> bool {
+        self.standstill()
+            .is_some_and(|standstill| standstill.wait(timeout))
+    }
+
+    fn standstill(&self) -> Option<&Standstill> {
+        match self {
+            Self::Real { standstill, .. } | Self::Virtual { standstill, .. } => standstill.as_ref(),
+            Self::Counted(_) => None,
         }
     }
 
@@ -167,10 +265,12 @@ impl Clock {
         }
     }
 
-    /// Whether a second of the application is a second of wall-clock time.
+    /// Whether a second of the application is always a second of wall-clock time.
     pub(crate) fn has_wall_clock_speed(&self) -> bool {
         match self {
-            Self::Real { speed, .. } => *speed == 1.0,
+            Self::Real {
+                speed, standstill, ..
+            } => *speed == 1.0 && standstill.is_none(),
             Self::Counted(_) => false,
             Self::Virtual {
                 recorded_real_time, ..

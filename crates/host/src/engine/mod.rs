@@ -19,7 +19,7 @@ mod wiring;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -36,6 +36,7 @@ use crate::clock::Clock;
 use crate::instance::Ports;
 use crate::journal::Journal;
 use crate::metrics::InstanceMetrics;
+use crate::mock::ResolvedMock;
 use crate::panels::Panels;
 use crate::reload::BuildRegistry;
 use crate::transaction_observer::TransactionObserver;
@@ -58,6 +59,8 @@ pub(crate) struct Engine {
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: BuildRegistry,
     pub(crate) processes: ProcessTable,
+    /// The mocks that take the place of instances, by their numbers.
+    pub(crate) mocks: BTreeMap<usize, Arc<ResolvedMock>>,
     pub(crate) id: u64,
     /// Receives the turns, if they are recorded.
     pub(crate) journal: Option<Arc<Journal>>,
@@ -83,6 +86,7 @@ impl Engine {
         on_turn: Option<OnTurn>,
         transaction_observer: Option<Box<dyn TransactionObserver>>,
         program: Option<Program>,
+        mocks: BTreeMap<usize, Arc<ResolvedMock>>,
     ) -> Result<(Arc<Self>, Vec<Ports>), String> {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         let hierarchy = Hierarchy::new(application.spec()).map_err(|errors| {
@@ -131,6 +135,7 @@ impl Engine {
             panels,
             builds,
             processes,
+            mocks,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             deferred_actions: Mutex::default(),
             refused_requests: Mutex::default(),

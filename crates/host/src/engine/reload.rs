@@ -62,6 +62,9 @@ impl Engine {
             ]);
         }
         let present = &self.application.instances[instance];
+        if self.mocks.contains_key(&instance) {
+            return Err(vec![format!("`{}` is replaced by a mock", present.name)]);
+        }
         let mut wrong = Vec::new();
         let plugin = &self.application.plugins[present.plugin].name;
         if *plugin != with.description.name {

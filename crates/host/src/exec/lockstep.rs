@@ -127,12 +127,15 @@ impl LockstepExecutor {
             .min()
     }
 
-    /// Runs until virtual time is `end`, or the application concludes.
+    /// Runs until virtual time is `end` or stands still, or the application concludes.
     pub(crate) fn run_until(&mut self, end: Nanos) -> Option<Outcome> {
         self.process_signals();
         loop {
             if let Some(outcome) = self.engine.outcome.get() {
                 return Some(outcome);
+            }
+            if self.engine.clock.is_still() {
+                return None;
             }
             let Some(now) = self.next_instant().filter(|now| *now <= end) else {
                 self.engine.clock.advance_to(end);

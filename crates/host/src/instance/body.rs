@@ -1,24 +1,30 @@
-//! Calls the functions of an instance, which run in this process or in a process of their own. The rest of
-//! the host treats both alike.
+//! Calls the functions of an instance, which run in this process or in a process of their own, or are those of
+//! a mock. The rest of the host treats all alike.
 
 #![allow(unsafe_code)]
 
+use jde_abi::raw;
 use jde_loader::instance::{ArbitrationQuery, InProcessInstance, PluginContext, SavedMemory, Verdict};
 use jde_panel::{Gesture, List};
 
 use super::CallContext;
 use super::host_table::HOST;
 use super::isolated::IsolatedInstance;
+use super::mocked::MockedInstance;
 
 /// The functions of a created instance.
 pub(crate) enum Body {
     InProcess(InProcessInstance),
     Isolated(Box<IsolatedInstance>),
+    Mocked(MockedInstance),
 }
 
 /// Each function returns a status of the ABI. The reason for a failure is in the call.
 impl Body {
     pub(super) fn create(call: &mut CallContext<'_>) -> Option<Self> {
+        if let Some(mock) = call.engine.mocks.get(&call.number) {
+            return Some(Self::Mocked(MockedInstance::new(mock)));
+        }
         match call.engine.process_config(call.number) {
             // SAFETY: the table was checked.
             None => unsafe { InProcessInstance::create(call.build.table, &HOST, context(call)) }
@@ -33,6 +39,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.awake(context(call)),
             Self::Isolated(instance) => instance.awake(call),
+            Self::Mocked(_) => raw::OK,
         }
     }
 
@@ -40,6 +47,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.check(context(call)),
             Self::Isolated(instance) => instance.check(call),
+            Self::Mocked(instance) => instance.check(call),
         }
     }
 
@@ -47,6 +55,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.iterate(context(call)),
             Self::Isolated(instance) => instance.iterate(call),
+            Self::Mocked(instance) => instance.iterate(call),
         }
     }
 
@@ -58,6 +67,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.arbitrate(context(call), query),
             Self::Isolated(instance) => instance.arbitrate(call, query),
+            Self::Mocked(_) => MockedInstance::arbitrate(query),
         }
     }
 
@@ -65,6 +75,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.sleep(context(call)),
             Self::Isolated(instance) => instance.sleep(call),
+            Self::Mocked(_) => {}
         }
     }
 
@@ -73,6 +84,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.draw(context(call), now),
             Self::Isolated(instance) => instance.draw(call),
+            Self::Mocked(_) => (raw::OK, Err(String::from("a mock draws nothing"))),
         }
     }
 
@@ -80,6 +92,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.touch(context(call), by, gesture),
             Self::Isolated(instance) => instance.touch(call, by, gesture),
+            Self::Mocked(_) => raw::OK,
         }
     }
 
@@ -87,6 +100,7 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.save(context(call)),
             Self::Isolated(instance) => instance.save(call),
+            Self::Mocked(_) => (raw::OK, Ok(Vec::new())),
         }
     }
 
@@ -94,13 +108,14 @@ impl Body {
         match self {
             Self::InProcess(instance) => instance.restore(context(call), memory),
             Self::Isolated(instance) => instance.restore(call, memory),
+            Self::Mocked(_) => raw::OK,
         }
     }
 
     /// Whether its process is dead.
     pub(super) fn is_dead(&self) -> bool {
         match self {
-            Self::InProcess(_) => false,
+            Self::InProcess(_) | Self::Mocked(_) => false,
             Self::Isolated(instance) => instance.is_dead(),
         }
     }
@@ -108,7 +123,7 @@ impl Body {
     /// Whether the rules must be informed of a failure. A death returns true only once.
     pub(super) fn claim_failure_report(&self) -> bool {
         match self {
-            Self::InProcess(_) => true,
+            Self::InProcess(_) | Self::Mocked(_) => true,
             Self::Isolated(instance) => instance.claim_failure_report(),
         }
     }

@@ -18,7 +18,8 @@ use jde_core::{Nanos, Policy};
 use jde_loader::build::{Build, PortMapping};
 
 use super::port_access::PortAccess;
-use super::ports::{PortError, Ports, View};
+use super::ports::{PortError, Ports};
+use super::view::View;
 use super::{Scratch, state_number};
 use crate::engine::Engine;
 

@@ -2,7 +2,7 @@
 //! results.
 //!
 //! The owner of an [`Instance`] runs it. Calls never overlap, because each takes it by `&mut`. Only [`Body`]
-//! distinguishes whether its functions run in this process or in one of their own.
+//! distinguishes whether its functions run in this process, in one of their own, or are those of a mock.
 
 mod abandoned;
 mod body;
@@ -11,10 +11,12 @@ mod export_faults;
 mod host_table;
 mod isolated;
 mod memory;
+mod mocked;
 mod port_access;
 mod ports;
 mod retained;
 mod scratch;
+mod view;
 
 use std::ffi::CString;
 use std::sync::Arc;
@@ -102,6 +104,9 @@ impl Instance {
         if instance.body.is_none() {
             return Err(failure.unwrap_or_else(|| String::from("its create returned null without a reason")));
         }
+        if instance.is_mocked() {
+            instance.panel = None;
+        }
         Ok(instance)
     }
 
@@ -120,7 +125,7 @@ impl Instance {
     pub(crate) fn check(&mut self) -> Result<CheckResult, String> {
         self.begin_turn();
         let (mut ready, mut urgency) = (true, 0.0);
-        if self.table.check.is_some() {
+        if self.table.check.is_some() || self.is_mocked() {
             self.call_checked("check", |body, call| {
                 let status;
                 (status, ready, urgency) = body.check(call);
@@ -199,6 +204,10 @@ impl Instance {
         failure.map_or(Ok(()), Err)
     }
 
+    fn is_mocked(&self) -> bool {
+        matches!(self.body, Some(Body::Mocked(_)))
+    }
+
     /// Whether its process is dead.
     pub(crate) fn is_dead(&self) -> bool {
         self.body.as_ref().is_some_and(Body::is_dead)
@@ -248,7 +257,7 @@ impl Instance {
     fn end(&mut self) {
         self.release();
         match self.body.take() {
-            None => {}
+            None | Some(Body::Mocked(_)) => {}
             Some(Body::InProcess(instance)) => self.end_in_process(instance),
             // Its process can be ended in every state.
             Some(Body::Isolated(instance)) => instance.destroy(&self.engine, self.number),

@@ -1,16 +1,15 @@
 //! The ports of one instance: their bindings to variables of the board, and the values that they show during
 //! a call.
 
-use std::ffi::c_void;
 use std::sync::Arc;
 
-use jde_abi::raw;
-use jde_board::{DetachedLoan, Reader, Refused, Stamp, Variable, Writer};
+use jde_board::{DetachedLoan, Reader, Refused, Variable, Writer};
 use jde_core::Nanos;
 use jde_loader::AlignedBytes;
 use jde_records::turn::{RecordedTurn, Turn};
 
 use super::export_faults::{ExportFaults, Publication};
+use super::view::View;
 use crate::history::{HistoricValue, History};
 use crate::journal::Journal;
 
@@ -98,49 +97,6 @@ pub(crate) enum ShownValue {
     NoValue,
     /// This value.
     Value(Arc<HistoricValue>),
-}
-
-/// What a port shows.
-pub(crate) struct View<'a> {
-    pub(crate) bytes: &'a [u8],
-    pub(crate) time: Nanos,
-    pub(crate) sequence: u64,
-    pub(crate) writer: u32,
-    pub(crate) neutral: bool,
-}
-
-impl<'a> View<'a> {
-    /// A published value.
-    fn of(bytes: &'a [u8], stamp: &Stamp) -> Self {
-        Self {
-            bytes,
-            time: stamp.time,
-            sequence: stamp.sequence,
-            writer: stamp.writer,
-            neutral: false,
-        }
-    }
-
-    /// The value in the form that plugins receive.
-    pub(crate) fn sample(&self) -> raw::Sample {
-        let default_flag = if self.sequence == 0 {
-            raw::SAMPLE_DEFAULT
-        } else {
-            0
-        };
-        raw::Sample {
-            data: self.bytes.as_ptr().cast::<c_void>(),
-            bytes: self.bytes.len() as u64,
-            time_ns: self.time,
-            sequence: self.sequence,
-            writer: self.writer,
-            flags: if self.neutral {
-                raw::SAMPLE_NEUTRAL
-            } else {
-                default_flag
-            },
-        }
-    }
 }
 
 /// Why a port cannot be read or written.

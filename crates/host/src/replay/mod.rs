@@ -12,6 +12,7 @@ mod recorded_run;
 mod slot;
 mod writes;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_abi::describe::Type;
@@ -23,8 +24,9 @@ use jde_records::event::Observer;
 
 use crate::clock::Clock;
 use crate::engine::Engine;
+use crate::prepare::original_build;
 use crate::runner::Runner;
-use crate::running::{Handle, StartError, original_build};
+use crate::running::{Handle, StartError};
 use player::Player;
 pub use recorded_run::{RecordedRun, RecordedValue, ReplayStep, StepKind};
 pub use writes::{PairedWrite, WriteOutcome};
@@ -112,6 +114,7 @@ impl Replay {
             None,
             None,
             None,
+            BTreeMap::new(),
         )
         .map_err(StartError::Wiring)?;
         let mut runners = Vec::new();

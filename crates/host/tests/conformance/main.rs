@@ -14,6 +14,7 @@ mod hangs;
 mod hangs_at_the_end;
 mod hangs_in_c;
 mod many_schemas;
+mod mocks;
 mod operators;
 mod panels;
 mod panels_in_time;

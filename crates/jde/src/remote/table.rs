@@ -81,6 +81,11 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
+    /// Whether the table has no rows.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
     /// Cuts the texts of the last column to the columns of the terminal that `room` returns for the width of
     /// all other columns.
     pub(crate) fn cut_last(&mut self, room: impl FnOnce(usize) -> usize) {

@@ -40,6 +40,11 @@ pub(crate) trait PreparedExtension {
         None
     }
 
+    /// Whether time may stand still.
+    fn may_stand_still(&self) -> bool {
+        false
+    }
+
     /// Returns the hook to call before any schema writes a variable.
     fn before_start(&self, plugins: &Arc<Plugins>) -> StartHook;
 

@@ -60,6 +60,18 @@ impl ObservedApplication for LocalApplication<'_> {
         }
     }
 
+    fn standstill(&self) -> Option<String> {
+        self.handle.standstill()
+    }
+
+    fn go_on(&self, one_step: bool) {
+        if one_step {
+            self.handle.step();
+        } else {
+            self.handle.go_on();
+        }
+    }
+
     fn outcome(&self) -> Option<Outcome> {
         self.handle.outcome()
     }

@@ -1,6 +1,8 @@
 //! One run of an application, from the start until everything is at rest: in real time with the oscilloscope
 //! or with lines of output, or in lockstep.
 
+#[cfg(feature = "tools")]
+mod breakpoints;
 mod collector;
 mod digest;
 mod extension;
@@ -46,6 +48,8 @@ use pending_file::PendingFile;
 use progress::ProgressPrinter;
 use watch::PluginWatcher;
 
+#[cfg(feature = "tools")]
+pub(crate) use breakpoints::Breakpoints;
 pub(crate) use collector::RunData;
 pub(crate) use extension::{Extension, RunContext};
 #[cfg(feature = "tools")]
@@ -59,6 +63,10 @@ pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_
 pub(crate) use recording_summary::{RecordedFile, RecordingSummary};
 pub(crate) use sampler::{MissionProgress, ValueView};
 pub(crate) use trace::{DriveTrace, PathSample};
+
+/// How often a thread that waits for a standstill looks for one.
+#[cfg(feature = "tools")]
+const BREAKPOINT_INTERVAL: Duration = Duration::from_millis(20);
 
 /// How to run an application.
 pub(crate) struct RunOptions {
@@ -147,6 +155,7 @@ pub(crate) fn run(loaded: LoadedApplication, options: RunOptions, log: &Log) -> 
         observers: vec![observer],
         limit: options.limit,
         speed: options.speed,
+        may_stand_still: extensions.iter().any(|extension| extension.may_stand_still()),
         on_turn: extensions.iter().find_map(|extension| extension.on_turn()),
         isolation_program: Some(crate::child::program()),
         ..Options::default()
@@ -218,8 +227,13 @@ fn run_lockstep(
     let mut then = 0;
     let outcome = loop {
         then += SAMPLE_INTERVAL;
-        let outcome = lockstep.run_until(then);
+        let mut outcome = lockstep.run_until(then);
         recorder.process_pending(handle.now())?;
+        while outcome.is_none() && handle.standstill().is_some() {
+            outcome = lockstep.wait_while_still();
+            outcome = outcome.or_else(|| lockstep.run_until(then));
+            recorder.process_pending(handle.now())?;
+        }
         if let Some(outcome) = outcome {
             break outcome;
         }

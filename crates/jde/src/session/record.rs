@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex};
 
 use clap::Args;
 use jde_app::Application;
+use jde_conditions::{BadCondition, Condition, Names, Triggers};
 use jde_core::Nanos;
 use jde_host::{StartError, StartHook};
 use jde_loader::Plugins;
-use jde_log::trigger::{Condition, Names, Triggers};
 use jde_log::{
     Error, FileEvent, Options, Origin, Recorder, Selection, SplitOptions, Status, TriggerOptions,
     TriggeredFile,
@@ -209,14 +209,7 @@ impl RecordingSummary {
 /// Reads the conditions, and logs the start and end of each file.
 pub(crate) fn parse_triggers(window: &TriggerWindow, names: Names) -> Result<TriggerOptions, Failure> {
     let conditions = window.when.iter().map(|text| Condition::new(text, &names));
-    let conditions = conditions.collect::<Result<_, _>>().map_err(|error| {
-        Failure::usage(
-            error.to_string(),
-            "conditions are collision, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \
-             refused, operator, and expressions such as 'pioneer.odometry.twist.twist.linear.x > 0.4' or\n        \
-             'pioneer.laser.ranges.exists(r, r < 0.3)'",
-        )
-    })?;
+    let conditions = conditions.collect::<Result<_, _>>().map_err(condition_failure)?;
     Ok(TriggerOptions {
         triggers: Triggers::new(names, conditions),
         before: window.before,
@@ -238,6 +231,16 @@ pub(crate) fn parse_triggers(window: &TriggerWindow, names: Names) -> Result<Tri
             }
         }),
     })
+}
+
+/// Returns the failure of a condition that cannot be read.
+pub(super) fn condition_failure(error: BadCondition) -> Failure {
+    Failure::usage(
+        error.to_string(),
+        "conditions are collision, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \
+         refused, operator, and expressions such as 'vff.won and clearance < 0.2' or\n        \
+         'pioneer.laser.ranges.exists(r, r < 0.3)'",
+    )
 }
 
 fn recorded_file(file: TriggeredFile) -> RecordedFile {

@@ -46,6 +46,8 @@ impl ViewState {
             // The key that is found fastest stops everything, and never does the opposite: `g` does.
             KeyCode::Char(' ') => self.act(app, Action::StopAll),
             KeyCode::Char('g') => self.act(app, Action::ReleaseAll),
+            KeyCode::Char('c') if self.standstill.is_some() => app.go_on(false),
+            KeyCode::Char('n') if self.standstill.is_some() => app.go_on(true),
             KeyCode::Char(letter) => self.operate(app, letter),
             _ => {}
         }

@@ -45,6 +45,16 @@ pub(crate) trait ObservedApplication {
     /// The reason of a refusal, as text for the status line.
     fn act(&self, action: Action) -> Result<(), String>;
 
+    /// Returns why its time stands still; `None` while it passes.
+    fn standstill(&self) -> Option<String> {
+        None
+    }
+
+    /// Lets its time pass again, or only a little.
+    fn go_on(&self, one_step: bool) {
+        let _ = one_step;
+    }
+
     /// Returns how the application ended; `None` while it runs.
     fn outcome(&self) -> Option<Outcome>;
 

@@ -36,6 +36,17 @@ pub(crate) fn cut(text: &str, width: usize) -> String {
     kept
 }
 
+/// Cuts a text to a width in columns of the terminal and keeps its end. An ellipsis marks the cut.
+pub(crate) fn cut_start(text: &str, width: usize) -> String {
+    if columns(text) <= width {
+        return text.to_owned();
+    }
+    let ends = text.char_indices().map(|(start, _)| &text[start..]);
+    let kept = ends.skip(1).find(|end| columns(end) < width);
+    let ellipsis = if width > 0 { "…" } else { "" };
+    format!("{ellipsis}{}", kept.unwrap_or_default())
+}
+
 /// Returns how many columns of the terminal a text takes.
 pub(crate) fn columns(text: &str) -> usize {
     Span::raw(text).width()
@@ -51,5 +62,14 @@ mod tests {
         assert_eq!(pad_or_cut("safe-navigation", 6), "safe-…");
         assert_eq!(pad_or_cut("走行走行", 6), "走行… ");
         assert_eq!(pad_or_cut("x", 0), "");
+    }
+
+    #[test]
+    fn a_text_is_cut_at_its_start() {
+        assert_eq!(cut_start("goon", 6), "goon");
+        assert_eq!(cut_start("safe-navigation", 6), "…ation");
+        assert_eq!(cut_start("走行走行", 6), "…走行");
+        assert_eq!(cut_start("goon", 1), "…");
+        assert_eq!(cut_start("goon", 0), "");
     }
 }

@@ -33,6 +33,8 @@ pub(super) struct ViewState {
     pub(super) rows: Vec<Row>,
     pub(super) robot: Option<RobotView>,
     pub(super) outcome: Option<Outcome>,
+    /// Why time stands still; `None` while it passes.
+    pub(super) standstill: Option<String>,
     pub(super) log: Vec<String>,
     pub(super) history: History,
     pub(super) switches: Switches,
@@ -83,6 +85,7 @@ impl ViewState {
             snapshot,
             robot: None,
             outcome: None,
+            standstill: None,
             log: Vec::new(),
             history: History::default(),
             switches: Switches::default(),
@@ -102,6 +105,7 @@ impl ViewState {
         self.rows = tree::rows(&self.snapshot);
         self.robot = app.robot();
         self.outcome = app.outcome();
+        self.standstill = app.standstill();
         self.log = app.log_lines().iter().map(|line| escape(line)).collect();
         self.history.observe(&self.snapshot);
         self.switches.observe(&self.snapshot);

@@ -1,4 +1,5 @@
-//! `jde experiment` and `jde test`: many drives in processes of their own, and what remains when one of them dies.
+//! `jde experiment` and `jde test`: many drives in processes of their own, and what remains when one of them
+//! dies.
 
 use std::fs;
 use std::io::{BufRead, BufReader};

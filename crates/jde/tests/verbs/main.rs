@@ -1,6 +1,7 @@
 //! The executable as a user sees it: real processes, real files, exit statuses.
 
 mod attached;
+mod breaking;
 mod cable;
 mod damaged;
 mod demo;

@@ -19,10 +19,10 @@ use jde_records::{RecordBuilder, RunRecord};
 
 use crate::sink::{self, ContinuousSink, Disk, OpenFile, Plan, Sink, TriggeredSink};
 use crate::topic::{Notice, Shared, Topic, TopicContent, TopicQueue, lock};
-use crate::trigger::Triggers;
 use crate::writer::Output;
 use crate::writer_thread::WriterThread;
 use crate::{Error, Origin, panel, subscriber};
+use jde_conditions::Triggers;
 
 pub use split::{PartSize, Parts, SplitOptions};
 pub use trigger_options::{FileEvent, OnFile, TriggerOptions, TriggeredFile};

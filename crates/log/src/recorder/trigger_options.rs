@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use jde_board::Nanos;
 
-use crate::trigger::Triggers;
+use jde_conditions::Triggers;
 
 /// Called by the writing thread with each report about a file that conditions have caused.
 pub type OnFile = Box<dyn FnMut(FileEvent, &TriggeredFile) + Send>;

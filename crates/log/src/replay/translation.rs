@@ -78,7 +78,8 @@ impl Translation {
             return RecordedTurn { turn, ports };
         }
         if turn.kind == Turn::OPERATED {
-            if turn.way == Turn::WROTE && turn.detail != Turn::PERIOD {
+            let name_a_port = [Turn::WROTE, Turn::FAILED_EXPORT, Turn::REPAIRED_EXPORT];
+            if name_a_port.contains(&turn.way) && turn.detail != Turn::PERIOD {
                 let port = member
                     .ports
                     .iter()

@@ -11,8 +11,8 @@ use super::file::{ClosedFile, OpenFile};
 use super::{Effect, PartSequence, Sink, SinkChannel};
 use crate::recorder::OnError;
 use crate::topic::{Shared, lock};
-use crate::trigger::Firing;
 use crate::writer::Times;
+use jde_conditions::Firing;
 
 /// The sink of a recording of everything, in one file or in parts.
 pub(crate) struct ContinuousSink {

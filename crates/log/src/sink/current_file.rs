@@ -10,8 +10,8 @@ use super::{OpenFile, SinkChannel};
 use crate::Origin;
 use crate::pre_trigger_buffer::{Content, Entry, PreTriggerBuffer};
 use crate::recorder::TriggeredFile;
-use crate::trigger::Firing;
 use crate::writer::Times;
+use jde_conditions::Firing;
 
 /// The largest number of firings in a file's metadata. Its events contain all of them.
 const MAX_FIRINGS: u32 = 20;

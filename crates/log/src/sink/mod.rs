@@ -19,8 +19,8 @@ use jde_records::RecordKind;
 
 use crate::pre_trigger_buffer::StateKey;
 use crate::topic::{Shared, TopicContent, TopicQueue};
-use crate::trigger::Firing;
 use crate::writer::{Times, Writer};
+use jde_conditions::Firing;
 
 pub(crate) use continuous::ContinuousSink;
 pub(crate) use file::OpenFile;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_log::trigger::{Condition, Names, Triggers};
+use jde_conditions::{Condition, Names, Triggers};
 use jde_log::{GroupSurvey, Recorder, Recording, SchemaProblems, Stamps, Survey, TriggerOptions};
 use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_types::Value;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
-use jde_log::trigger::{Condition, Names, Triggers};
+use jde_conditions::{Condition, Names, Triggers};
 use jde_log::{FileEvent, Message, Options, Recorder, Recording, Stamps, Status, Topic, TriggerOptions};
 use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_ros::cdr;

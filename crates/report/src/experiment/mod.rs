@@ -111,7 +111,7 @@ fn places(maps: &[FailureMap]) -> Option<Markup> {
         return None;
     }
     Some(html! {
-        p.note { "A dot is the place of a robot when the first property of its drive failed. A cell is darker the more of them are in it." }
+        p.note { "A dot is the place of a robot when the first property of its drive failed. The more of them are in a cell, the stronger is its colour." }
         @for (number, map) in maps.into_iter().enumerate() {
             @let drawing = map::draw_failures(&map.ground, &map.places, MAP.0, MAP.1);
             @let label = format!("Where {} of {} failed", counted(map.places.len() as u64, "drive"), map.title);

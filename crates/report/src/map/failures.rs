@@ -1,4 +1,4 @@
-//! Where drives fail: cells that are darker the more drives failed in them, and a dot for each drive.
+//! Where drives fail: cells whose colour is stronger the more drives failed in them, and a dot for each drive.
 
 use tiny_skia::Rect;
 

@@ -1,6 +1,6 @@
 //! Which selections wait for a takeover, and for how long. The rules of a real engine produce the events.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -78,6 +78,7 @@ impl Fixture {
             None,
             None,
             None,
+            BTreeMap::new(),
         )
         .unwrap();
         engine.rules.start();

@@ -123,8 +123,16 @@ fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<Co
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN).unwrap();
     let application = parse(text, Path::new("test.toml"), &[], &plugins).unwrap();
-    let (engine, _ports) =
-        Engine::new(application, Clock::new_virtual(), observers, None, None, None).unwrap();
+    let (engine, _ports) = Engine::new(
+        application,
+        Clock::new_virtual(),
+        observers,
+        None,
+        None,
+        None,
+        Default::default(),
+    )
+    .unwrap();
     let counting = Arc::new(CountingNotifier::default());
     counting.engine.set(Arc::downgrade(&engine)).unwrap();
     let notifier: Arc<dyn Notifier> = Arc::clone(&counting) as _;

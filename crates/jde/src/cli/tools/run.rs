@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
 use crate::quantity;
-use crate::session::{self, Extension, LinkOptions, ProgressMode, RunOptions, RunView};
+use crate::session::{self, Breakpoints, Extension, LinkOptions, ProgressMode, RunOptions, RunView};
 use crate::summary::RunSummary;
 use crate::terminal;
 
@@ -32,6 +32,7 @@ use crate::terminal;
   jde run safe-navigation --record drive.mcap --record-only 'pioneer.*' '*.mission'
   jde run safe-navigation --record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
   jde run safe-navigation --view
+  jde run safe-navigation --break 'vff.won and clearance < 0.2'
   jde run safe-navigation --watch                         cargo build in another terminal, and the robot drives by the new code
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
@@ -50,6 +51,10 @@ pub(crate) struct Run {
     /// Reload schemas when the files of their plugins change, as jde reload does.
     #[arg(long, conflicts_with = "lockstep")]
     watch: bool,
+    /// Let time stand still when this condition becomes true (repeatable), to look at everything; then
+    /// continue, make a step or quit. The conditions are those of --when. Drivers of devices refuse it.
+    #[arg(long = "break", value_name = "CONDITION")]
+    breakpoints: Vec<String>,
     /// Print lines instead of the oscilloscope.
     #[arg(long)]
     plain: bool,
@@ -83,6 +88,12 @@ impl Run {
             extensions.push(Box::new(record));
         }
         extensions.push(Box::new(LinkOptions::from(self.link)));
+        if !self.breakpoints.is_empty() {
+            extensions.push(Box::new(Breakpoints {
+                conditions: self.breakpoints,
+                asks: lines,
+            }));
+        }
         let options = RunOptions {
             lockstep: self.time.lockstep,
             limit: self.limit,

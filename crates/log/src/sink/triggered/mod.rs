@@ -18,9 +18,9 @@ use crate::part::numbered;
 use crate::pre_trigger_buffer::{Content, Entry, PreTriggerBuffer};
 use crate::recorder::{FileEvent, OnFile, TriggeredFile};
 use crate::topic::{Shared, lock};
-use crate::trigger::Firing;
 use crate::writer::{Output, Times};
 use crate::{Error, Origin};
+use jde_conditions::Firing;
 
 /// Creates a file or overwrites one. Returns it with its disk, if it has one.
 type CreateFile = fn(&Path, bool) -> Result<(Output, Option<Disk>), Error>;

@@ -2,6 +2,7 @@
 
 mod drives;
 mod many_schemas;
+mod mock;
 
 use jde_board::value::Value;
 use jde_host::reload::ReloadOptions;

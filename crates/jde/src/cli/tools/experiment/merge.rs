@@ -13,8 +13,8 @@ use crate::failure::{Failure, display_path};
 
 /// Join the results of the parts of an experiment, as if one machine had run all drives.
 ///
-/// The folders hold what `jde experiment FILE --shard K/N --out DIR` wrote, on any machine. The experiment and what it names
-/// must be here too, and unchanged.
+/// The folders hold what `jde experiment FILE --shard K/N --out DIR` wrote, on any machine. The experiment
+/// and what it names must be here too, and unchanged.
 #[derive(Args)]
 #[command(after_help = "Example:
   jde experiment merge part-* --out results")]

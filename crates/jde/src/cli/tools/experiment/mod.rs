@@ -4,6 +4,7 @@ mod merge;
 mod progress;
 mod results;
 mod single;
+mod table;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use std::time::Duration;
 use clap::{Args, Subcommand, ValueHint};
 use jde_core::Nanos;
 use jde_experiment::applications::Applications;
+use jde_experiment::comparison::Comparison;
 use jde_experiment::folder::{Existing, FolderError, FolderState, ResultsFolder};
 use jde_experiment::pool::{self, PoolExperiment, PoolOptions, Task};
 use jde_experiment::result::{DriveResult, Outcome};
@@ -34,10 +36,10 @@ use results::Results;
 
 /// Drive an application many times, judge and measure each drive, and report.
 ///
-/// The experiment is a file: what varies, what must hold, what is measured. Each drive runs in virtual time, so the same
-/// file gives the same results on any number of processors. The results are a table on the terminal, and results.jsonl,
-/// results.csv, junit.xml and report.html in the folder of --out. The exit status is 0 if every drive passed, and 1 if one
-/// failed.
+/// The experiment is a file: what varies, what must hold, what is measured. Each drive runs in virtual time,
+/// so the same file gives the same results on any number of processors. The results are a table on the
+/// terminal, and results.jsonl, results.csv, junit.xml and report.html in the folder of --out. The exit
+/// status is 0 if every drive passed, and 1 if one failed.
 #[derive(Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -241,8 +243,10 @@ fn folder_failure(error: FolderError) -> Failure {
 /// Prints the tables and where the results are. Fails unless every drive passed.
 fn conclude(results: &Results<'_>, file: &Path, json: bool, missing: usize) -> Result<(), Failure> {
     let mut output = terminal::text_out(json);
-    writeln!(output, "{:?}", results.counts())?;
-    writeln!(output, "{}", display_path(&results.folder))?;
+    let columns = &results.experiment.columns;
+    let comparison = Comparison::of(columns, &results.results);
+    table::write(&mut *output, columns, &comparison, terminal::width())?;
+    writeln!(output, "\n{}", display_path(&results.folder.join("report.html")))?;
     output.flush()?;
     if json {
         crate::cli::print_json(&results.counts())?;

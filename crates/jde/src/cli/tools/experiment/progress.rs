@@ -1,5 +1,5 @@
-//! The progress of an experiment on standard error: one line that is written anew on a terminal, and a plain line every few
-//! seconds elsewhere.
+//! The progress of an experiment on standard error: one line that is written anew on a terminal, and a plain
+//! line every few seconds elsewhere.
 
 use std::io::{self, Write};
 use std::time::{Duration, Instant};

@@ -26,9 +26,9 @@ use report::Report;
 
 /// Run the tests of an application: files in the form of an experiment, one drive each.
 ///
-/// A test drives the application in virtual time and judges what must hold; its `name` is a sentence. A test that fails
-/// prints why, the selections that led to it, and the command that shows it. The exit status is 0 if every test passed, 1 if
-/// one failed, 2 if a file has faults.
+/// A test drives the application in virtual time and judges what must hold; its `name` is a sentence. A test
+/// that fails prints why, the selections that led to it, and the command that shows it. The exit status is 0
+/// if every test passed, 1 if one failed, 2 if a file has faults.
 #[derive(Args)]
 #[command(after_help = "Examples:
   jde test                                  all of the folder tests

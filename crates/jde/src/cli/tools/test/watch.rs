@@ -1,5 +1,5 @@
-//! Repeats something after every change of files. It compares times and lengths of the files, which works on every file
-//! system.
+//! Repeats something after every change of files. It compares times and lengths of the files, which works on
+//! every file system.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

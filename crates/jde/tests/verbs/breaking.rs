@@ -1,0 +1,112 @@
+//! `jde run --break`: the time of an application stands still, and goes on as it is told.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStderr, Stdio};
+
+use jde_watchdog::Watchdog;
+
+use crate::support::{jde_with_plugins, json, pair};
+
+/// A run with breakpoints whose standard input is a pipe.
+struct Run {
+    child: Child,
+    errors: BufReader<ChildStderr>,
+    _watchdog: Watchdog,
+}
+
+impl Run {
+    fn start(args: &[&str]) -> Self {
+        let watchdog = Watchdog::for_test();
+        let mut child = jde_with_plugins(&[&["run"], args].concat())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let errors = BufReader::new(child.stderr.take().unwrap());
+        Self {
+            child,
+            errors,
+            _watchdog: watchdog,
+        }
+    }
+
+    /// Returns when time stands still next, s.
+    fn still(&mut self) -> f64 {
+        let mut seen = String::new();
+        loop {
+            let mut line = String::new();
+            assert!(self.errors.read_line(&mut line).unwrap() > 0, "it never stands still: {seen}");
+            if let Some(rest) = line.strip_prefix("stands still at ") {
+                return rest.split(' ').next().unwrap().parse().unwrap();
+            }
+            seen += &line;
+        }
+    }
+
+    fn type_line(&mut self, line: &str) {
+        writeln!(self.child.stdin.as_mut().unwrap(), "{line}").unwrap();
+    }
+
+    /// Closes standard input, waits for the end, and returns the exit status and the output.
+    fn end(mut self) -> (Option<i32>, String) {
+        drop(self.child.stdin.take());
+        let out = std::io::read_to_string(self.child.stdout.take().unwrap()).unwrap();
+        (self.child.wait().unwrap().code(), out)
+    }
+}
+
+#[test]
+fn lockstep_stands_still_at_the_instant_and_goes_on_step_by_step() {
+    let application = pair();
+    let args = [&application, "--lockstep", "--for", "2s", "--json", "--break", "time > 0.5"];
+    let mut run = Run::start(&args);
+    let first = run.still();
+    assert!((0.5..0.7).contains(&first), "{first}");
+    run.type_line("n");
+    let second = run.still();
+    run.type_line("n");
+    let third = run.still();
+    assert!(first < second && second < third, "{first}, {second}, {third}");
+    run.type_line("c");
+    let (status, out) = run.end();
+    assert_eq!(status, Some(0));
+    assert_eq!(json(&out)["sim_seconds"], 2.0);
+}
+
+#[test]
+fn real_time_stands_still_on_threads_and_in_a_pool_and_nothing_is_late() {
+    let folder = tempfile::tempdir().unwrap();
+    for executor in ["threads", "pool"] {
+        let text = std::fs::read_to_string(pair()).unwrap();
+        let file = folder.path().join(format!("{executor}.toml"));
+        std::fs::write(&file, format!("executor = \"{executor}\"\n{text}")).unwrap();
+        let file = file.display().to_string();
+        let args = [&file, "--plain", "--for", "1s", "--json", "--break", "time > 0.3"];
+        let mut run = Run::start(&args);
+        let first = run.still();
+        // Longer than every period, budget and patience of the application.
+        for _ in 0..20 {
+            run.type_line("n");
+            assert!(run.still() > first);
+        }
+        run.type_line("c");
+        let (status, out) = run.end();
+        assert_eq!(status, Some(0), "{executor}");
+        let summary = json(&out);
+        assert!((1.0..1.2).contains(&summary["sim_seconds"].as_f64().unwrap()), "{summary}");
+        for schema in summary["schemas"].as_array().unwrap() {
+            assert_eq!(schema["faults"], 0, "{summary}");
+        }
+    }
+}
+
+#[test]
+fn a_condition_that_cannot_be_read_is_refused_before_the_start() {
+    let run = Run::start(&[&pair(), "--lockstep", "--break", "listner.won"]);
+    let mut run = run;
+    let mut error = String::new();
+    std::io::Read::read_to_string(&mut run.errors, &mut error).unwrap();
+    assert!(error.contains("did you mean `listener.won`?"), "{error}");
+    assert_eq!(run.end().0, Some(2));
+}
