@@ -3,6 +3,7 @@
 
 mod bench;
 mod clients;
+mod clusters;
 mod counts;
 mod demo;
 mod disk_space;
@@ -15,6 +16,7 @@ mod paint;
 mod peers;
 mod prerequisites;
 mod programs;
+mod python;
 mod ros2;
 mod shell;
 mod step;

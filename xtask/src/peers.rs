@@ -3,36 +3,39 @@
 //! inspect a running application, and ROS 2 and jde drive each other's robots.
 
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, bail, ensure};
 
 use crate::clients;
+use crate::python::Environment;
 use crate::ros2;
 use crate::shell::{self, ChildGuard};
 use crate::step::StepOutcome;
 use crate::test::Context;
 
-/// The packages for a separate Python environment.
-const PACKAGES: &[&str] = &[
-    "Soar==1.5.2",
-    "cbor2==6.2.1",
-    "cryptography==50.0.2",
-    "mcap==1.6.0",
-    "mcap-ros2-support==0.6.0",
-    ros2::PACKAGE,
-];
-/// The modules whose import shows that the packages are installed.
-const IMPORTS: &[&str] = &[
-    "soar.robot.arcos",
-    "cbor2",
-    "cryptography",
-    "zenoh",
-    "mcap.reader",
-    "mcap_ros2.decoder",
-    ros2::IMPORT,
-];
+/// The programs' Python environment.
+const ENVIRONMENT: Environment = Environment {
+    folder: "peers",
+    packages: &[
+        "Soar==1.5.2",
+        "cbor2==6.2.1",
+        "cryptography==50.0.2",
+        "mcap==1.6.0",
+        "mcap-ros2-support==0.6.0",
+        ros2::PACKAGE,
+    ],
+    imports: &[
+        "soar.robot.arcos",
+        "cbor2",
+        "cryptography",
+        "zenoh",
+        "mcap.reader",
+        "mcap_ros2.decoder",
+        ros2::IMPORT,
+    ],
+};
 /// Reads a recording of the demonstration and compares its numbers with those that jde reads.
 const READER: &str = "crates/log/tests/peers/read_mcap.py";
 /// Reads the panels of a recording.
@@ -50,7 +53,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip, tkinter"])) {
         return context.missing_tool("Python with venv and tkinter", INSTALL);
     }
-    let python = environment(context)?;
+    let python = ENVIRONMENT.interpreter(context)?;
     let client = context.root.join(CLIENT);
     drive(context, &python, &client)?;
     let external = context.root.join(EXTERNAL_CLIENT);
@@ -126,28 +129,6 @@ fn read_panels(context: &Context, python: &Path) -> Result<()> {
         shell::read(&mut reader).context("the reader of panels failed")?
     );
     Ok(())
-}
-
-/// Returns the Python interpreter of the environment, which is created if needed.
-fn environment(context: &Context) -> Result<PathBuf> {
-    let folder = context.target.join("peers");
-    let python = folder.join("bin/python");
-    let imports = format!("import {}", IMPORTS.join(", "));
-    if !shell::succeeds(Command::new(&python).args(["-c", &imports])) {
-        shell::run(
-            Command::new("python3")
-                .args(["-m", "venv", "--clear"])
-                .arg(&folder),
-            context.paint,
-        )?;
-        shell::run(
-            Command::new(&python)
-                .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
-                .args(PACKAGES),
-            context.paint,
-        )?;
-    }
-    Ok(python)
 }
 
 /// Serves a world, runs a client that drives its robot, and checks the results of both.

@@ -46,6 +46,7 @@ const TOOLS: &[Tool] = &[
     },
     SCREEN,
     LIBUDEV,
+    SLURM,
     Tool {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -86,6 +87,23 @@ const LIBUDEV: Tool = Tool {
     probe: &["pkg-config", "--exists", "libudev"],
     from: Source::Apt(&["libudev-dev", "pkg-config"]),
 };
+
+/// The daemons and commands of a cluster, with which experiments run as jobs.
+const SLURM: Tool = Tool {
+    name: "Slurm",
+    // The path of most users lacks the folder of the daemons.
+    probe: &[
+        "sh",
+        "-c",
+        "PATH=$PATH:/usr/sbin; command -v slurmctld && command -v slurmd && command -v sbatch && command -v mungekey",
+    ],
+    from: Source::Apt(&["slurm-wlm", "munge"]),
+};
+
+/// Returns whether this machine can run a Slurm cluster.
+pub(crate) fn has_slurm() -> bool {
+    SLURM.works()
+}
 
 /// Returns whether this machine can build the support for game pads.
 pub(crate) fn has_libudev() -> bool {
@@ -145,6 +163,9 @@ fn may_install(context: &Context, privilege: Privilege) -> bool {
 
 /// The command that installs valgrind, for the step that needs it.
 pub(crate) const INSTALL_VALGRIND: &str = "sudo apt-get install valgrind libc6-dbg";
+
+/// The command that installs Slurm, for the step that needs it.
+pub(crate) const INSTALL_SLURM: &str = "sudo apt-get install slurm-wlm munge";
 
 /// The rights of this user to install packages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -267,8 +288,9 @@ mod tests {
     }
 
     #[test]
-    fn the_documented_command_installs_valgrind() {
-        let valgrind = TOOLS.iter().find(|tool| tool.name == "valgrind").unwrap();
-        assert_eq!(valgrind.how(), INSTALL_VALGRIND);
+    fn the_documented_commands_install_what_a_step_needs() {
+        let how = |name| TOOLS.iter().find(|tool| tool.name == name).unwrap().how();
+        assert_eq!(how("valgrind"), INSTALL_VALGRIND);
+        assert_eq!(how("Slurm"), INSTALL_SLURM);
     }
 }

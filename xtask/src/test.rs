@@ -11,7 +11,7 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
-use crate::{demo, extending, headers, lints, peers, prerequisites, shell, tidy, valgrind};
+use crate::{clusters, demo, extending, headers, lints, peers, prerequisites, shell, tidy, valgrind};
 
 /// The context of every step.
 pub(crate) struct Context {
@@ -46,7 +46,7 @@ pub(crate) const FUZZERS: &str = "fuzz/Cargo.toml";
 const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
-        title: "a C compiler, valgrind, Python, rustfmt and clippy",
+        title: "a C compiler, valgrind, Python, Slurm, rustfmt and clippy",
         help: "install what is named above; `cargo xtask test --install` does it",
         is_heavy: false,
         needs: &[],
@@ -139,6 +139,22 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: peers::run,
+    },
+    Step {
+        name: "dask",
+        title: "an experiment on a Dask cluster that loses a worker",
+        help: "see target/clusters/dask/*.log: the scheduler, each worker, and the example that submits the parts",
+        is_heavy: true,
+        needs: &["build"],
+        run: clusters::dask::run,
+    },
+    Step {
+        name: "slurm",
+        title: "an experiment as a Slurm job array, a task of which is killed",
+        help: "see target/clusters/slurm/*.log: the daemons, each part, and the job that joins the parts",
+        is_heavy: true,
+        needs: &["build"],
+        run: clusters::slurm::run,
     },
     Step {
         name: "extending",
