@@ -277,11 +277,24 @@ impl Application {
     #[must_use]
     pub fn source_name(&self, source: ImportSource) -> String {
         match source {
-            ImportSource::Local(instance, port) => {
-                let instance = &self.instances[instance];
-                format!("{}.{}", instance.name, instance.schema.ports[port].name)
-            }
+            ImportSource::Local(instance, port) => self.variable_name(instance, port),
             ImportSource::Remote(remote) => self.remotes[remote].local.clone(),
+        }
+    }
+
+    /// Returns the full name of the variable of a port: `pioneer.laser`.
+    #[must_use]
+    pub fn variable_name(&self, instance: usize, port: usize) -> String {
+        let instance = &self.instances[instance];
+        format!("{}.{}", instance.name, instance.schema.ports[port].name)
+    }
+
+    /// Returns the full name of the variable that a father writes.
+    #[must_use]
+    pub fn target_name(&self, target: ChildTarget) -> String {
+        match target {
+            ChildTarget::Port(instance, port) => self.variable_name(instance, port),
+            ChildTarget::Period(instance) => format!("{}.period", self.instances[instance].name),
         }
     }
 }

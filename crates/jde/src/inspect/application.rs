@@ -6,15 +6,13 @@ use std::path::Path;
 use jde_abi::describe::{Kind, Port, Role};
 use jde_app::period::format_setting;
 use jde_app::{
-    Application, Binding, ChildTarget, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation,
-    is_path,
+    Application, Binding, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation, is_path,
 };
 use jde_board::value::Value;
 use jde_core::{Absence, Policy, contract};
 
 use super::value::{decode_plain, format_value};
 use crate::failure;
-use crate::session::link_settings;
 use crate::terminal::{FAINT, TITLE, WARN};
 
 /// Writes the description.
@@ -37,7 +35,7 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
     };
     let mission = application
         .mission
-        .map(|(instance, port)| variable_name(application, instance, port));
+        .map(|(instance, port)| application.variable_name(instance, port));
     let until = mission.map_or_else(
         || "runs until it is stopped".to_owned(),
         |name| format!("ends when {name} reports the end"),
@@ -60,7 +58,7 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
     }
 
     if !application.link.off {
-        super::link::write(&link_settings(application), output)?;
+        super::link::write(&application.link, output)?;
     }
 
     let contracts = contract(&application.spec());
@@ -253,15 +251,11 @@ fn describe_binding(
             (initial != default).then(|| format!("{name} = {value}{missing}"))
         }
         Binding::Actuator { target } => {
-            let target = target.map_or_else(unbound, |(owner, port)| variable_name(application, owner, port));
+            let target = target.map_or_else(unbound, |(owner, port)| application.variable_name(owner, port));
             Some(format!("{name} -> {target}"))
         }
         Binding::ChildModulation { target } => {
-            let target = match target {
-                Some(ChildTarget::Port(owner, port)) => variable_name(application, *owner, *port),
-                Some(ChildTarget::Period(owner)) => format!("{}.period", application.instances[*owner].name),
-                None => unbound(),
-            };
+            let target = target.map_or_else(unbound, |target| application.target_name(target));
             let Role::ChildModulation { child } = port.role else {
                 return None;
             };
@@ -284,11 +278,6 @@ fn describe_source(application: &Application, source: ImportSource) -> String {
             format!("{name}, another application's, until it is {stale} old")
         }
     }
-}
-
-fn variable_name(application: &Application, owner: usize, port: usize) -> String {
-    let owner = &application.instances[owner];
-    format!("{}.{}", owner.name, owner.schema.ports[port].name)
 }
 
 fn policy(policy: Policy) -> String {

@@ -2,7 +2,8 @@
 
 use std::io::{self, Write};
 
-use jde_link::{Access, Settings};
+use jde_app::Link;
+use jde_app::link::Access;
 
 use crate::terminal::{TITLE, WARN};
 
@@ -10,20 +11,20 @@ use crate::terminal::{TITLE, WARN};
 ///
 /// # Errors
 /// The output cannot be written.
-pub(super) fn write(settings: &Settings, output: &mut dyn Write) -> io::Result<()> {
-    if !settings.is_networked() {
+pub(super) fn write(link: &Link, output: &mut dyn Write) -> io::Result<()> {
+    if link.listen.is_empty() && link.connect.is_empty() && !link.discover {
         return Ok(());
     }
     let list = |what: &str, endpoints: &[String]| {
         (!endpoints.is_empty()).then(|| format!("{what} {}", endpoints.join(", ")))
     };
     let connections = [
-        list("listens on", &settings.listen),
-        list("connects to", &settings.connect),
-        settings.discover.then(|| "finds others by multicast".to_owned()),
+        list("listens on", &link.listen),
+        list("connects to", &link.connect),
+        link.discover.then(|| "finds others by multicast".to_owned()),
     ];
     let connections: Vec<_> = connections.into_iter().flatten().collect();
-    let permission = match settings.access {
+    let permission = match link.access {
         Access::Read => "may read",
         Access::Operate => "may read and operate",
     };
@@ -31,17 +32,18 @@ pub(super) fn write(settings: &Settings, output: &mut dyn Write) -> io::Result<(
         output,
         "\n{TITLE}the network is open{TITLE:#}: {}\n  {} {permission}",
         connections.join("; "),
-        describe_clients(settings)
+        describe_clients(link)
     )
 }
 
-fn describe_clients(settings: &Settings) -> String {
-    let authority = settings
+fn describe_clients(link: &Link) -> String {
+    let authority = link
         .tls
         .as_ref()
         .filter(|tls| tls.clients)
-        .and_then(|tls| tls.authority.as_deref());
-    let login = settings.login.as_ref();
+        .and_then(|tls| tls.authority.as_ref())
+        .map(|authority| authority.display());
+    let login = link.login.as_ref();
     match (authority, login) {
         (Some(authority), None) => format!("anybody with a certificate of {authority}"),
         (None, Some(login)) => format!("anybody with the password of `{}`", login.user),
@@ -49,22 +51,22 @@ fn describe_clients(settings: &Settings) -> String {
             "anybody with a certificate of {authority} and the password of `{}`",
             login.user
         ),
-        (None, None) if settings.insecure => format!("{WARN}anybody who can connect{WARN:#}"),
+        (None, None) if link.insecure => format!("{WARN}anybody who can connect{WARN:#}"),
         (None, None) => "the connected endpoints with a certificate of the authority".to_owned(),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use jde_link::{Login, Tls};
+    use jde_app::link::{Login, Tls};
 
     use super::*;
 
-    fn described(change: impl FnOnce(&mut Settings)) -> String {
-        let mut settings = Settings::local("robot");
-        change(&mut settings);
+    fn described(change: impl FnOnce(&mut Link)) -> String {
+        let mut link = Link::local("robot");
+        change(&mut link);
         let mut output = Vec::new();
-        write(&settings, &mut output).unwrap();
+        write(&link, &mut output).unwrap();
         anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string()
     }
 
@@ -74,19 +76,19 @@ mod tests {
         let listen = || vec!["tcp/0.0.0.0:7447".to_owned()];
         let login = Some(Login {
             user: "lab".to_owned(),
-            password: "secret".to_owned(),
+            password_file: "password".into(),
         });
-        let with_password = described(|settings| (settings.listen, settings.login) = (listen(), login));
+        let with_password = described(|link| (link.listen, link.login) = (listen(), login));
         assert_eq!(
             with_password,
             "\nthe network is open: listens on tcp/0.0.0.0:7447\n  anybody with the password of `lab` may read and operate\n"
         );
-        let with_certificate = described(|settings| {
-            settings.listen = vec!["tls/0.0.0.0:7447".to_owned()];
-            settings.access = Access::Read;
-            settings.tls = Some(Tls {
+        let with_certificate = described(|link| {
+            link.listen = vec!["tls/0.0.0.0:7447".to_owned()];
+            link.access = Access::Read;
+            link.tls = Some(Tls {
                 identity: None,
-                authority: Some("ca.pem".to_owned()),
+                authority: Some("ca.pem".into()),
                 clients: true,
             });
         });
@@ -94,16 +96,16 @@ mod tests {
             with_certificate.contains("anybody with a certificate of ca.pem may read\n"),
             "{with_certificate}"
         );
-        let open = described(|settings| (settings.listen, settings.insecure) = (listen(), true));
+        let open = described(|link| (link.listen, link.insecure) = (listen(), true));
         assert!(
             open.contains("anybody who can connect may read and operate"),
             "{open}"
         );
-        let connected = described(|settings| {
-            settings.connect = vec!["tls/base:7447".to_owned()];
-            settings.tls = Some(Tls {
+        let connected = described(|link| {
+            link.connect = vec!["tls/base:7447".to_owned()];
+            link.tls = Some(Tls {
                 identity: None,
-                authority: Some("ca.pem".to_owned()),
+                authority: Some("ca.pem".into()),
                 clients: false,
             });
         });

@@ -191,14 +191,8 @@ fn write(line: &str) {
     let _ = writeln!(terminal::err(), "{line}");
 }
 
-fn name(level: Level) -> &'static str {
-    match level {
-        Level::ERROR => "error",
-        Level::WARN => "warn",
-        Level::INFO => "info",
-        Level::DEBUG => "debug",
-        Level::TRACE => "trace",
-    }
+fn name(level: Level) -> String {
+    level.as_str().to_lowercase()
 }
 
 fn style(level: Level) -> Style {

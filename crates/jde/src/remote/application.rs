@@ -13,7 +13,7 @@ use jde_types::{Mission, Odometry, Pose2D, Value as _};
 use super::request;
 use crate::failure::Failure;
 use crate::lock::lock;
-use crate::session::{self, MissionProgress, ValueView};
+use crate::session::{self, MissionProgress};
 use crate::top::{Action, ObservedApplication, RobotView};
 
 /// The rate at which the robot's pose is requested.
@@ -73,19 +73,15 @@ impl RemoteApplication {
         if let Some(odometry) = of_type(&Odometry::describe().name) {
             let state = Arc::clone(&state);
             subscriptions.push(remote.watch(&odometry, POSE_RATE, move |sample| {
-                lock(&state).odometry = sample.bytes.as_deref().and_then(|bytes| {
-                    let value_type = &*sample.value_type;
-                    ValueView { value_type, bytes }.odometry()
-                });
+                let odometry = sample.bytes.as_deref().and_then(Odometry::from_bytes);
+                lock(&state).odometry = odometry.map(|odometry| odometry.pose2d());
             })?);
         }
         if let Some(mission) = of_type(&Mission::describe().name) {
             let state = Arc::clone(&state);
             subscriptions.push(remote.watch(&mission, POSE_RATE, move |sample| {
-                let read = sample.bytes.as_deref().and_then(|bytes| {
-                    let value_type = &*sample.value_type;
-                    MissionProgress::read(ValueView { value_type, bytes })
-                });
+                let mission = sample.bytes.as_deref().and_then(Mission::from_bytes);
+                let read = mission.map(|mission| MissionProgress::of(&mission));
                 let mut state = lock(&state);
                 // Once a target was a position, `counts_positions` stays set, also after the last target.
                 let had_position = state

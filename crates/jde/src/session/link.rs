@@ -10,7 +10,7 @@ use std::thread;
 
 use jde_app::Application;
 use jde_host::{Handle, StartHook};
-use jde_link::{Access, Events, Folders, Link, Login, Running, Settings, SubjectInfo, Tls};
+use jde_link::{Events, Folders, Link, Login, Running, Settings, SubjectInfo, Tls};
 use jde_loader::Plugins;
 use jde_records::event::Observer;
 
@@ -184,15 +184,6 @@ fn wait_for_windows(mut windows: Child, name: &str) {
     }
 }
 
-/// Returns the settings of an application's link, without the password.
-pub(crate) fn link_settings(application: &Application) -> Settings {
-    let login = application.link.login.as_ref().map(|login| Login {
-        user: login.user.clone(),
-        password: String::new(),
-    });
-    settings_with(None, application, login)
-}
-
 fn settings(name: Option<String>, application: &Application) -> Result<Settings, Failure> {
     let link = &application.link;
     if let Some(name) = &name
@@ -210,11 +201,6 @@ fn settings(name: Option<String>, application: &Application) -> Result<Settings,
         }
         None => None,
     };
-    Ok(settings_with(name, application, login))
-}
-
-fn settings_with(name: Option<String>, application: &Application, login: Option<Login>) -> Settings {
-    let link = &application.link;
     let tls = link.tls.as_ref().map(|tls| Tls {
         identity: tls
             .identity
@@ -223,22 +209,19 @@ fn settings_with(name: Option<String>, application: &Application, login: Option<
         authority: tls.authority.as_deref().map(text),
         clients: tls.clients,
     });
-    Settings {
+    Ok(Settings {
         // A chosen name is kept or refused, never changed.
         require_name: name.is_some() || link.name != jde_app::Link::local(&application.name).name,
         name: name.unwrap_or_else(|| link.name.clone()),
         listen: link.listen.clone(),
         connect: link.connect.clone(),
         discover: link.discover,
-        access: match link.access {
-            jde_app::link::Access::Read => Access::Read,
-            jde_app::link::Access::Operate => Access::Operate,
-        },
+        access: link.access,
         login,
         tls,
         insecure: link.insecure,
         folder: Folders::of_user(),
-    }
+    })
 }
 
 fn text(path: &Path) -> String {

@@ -53,7 +53,7 @@ pub(crate) use breakpoints::Breakpoints;
 pub(crate) use collector::RunData;
 pub(crate) use extension::{Extension, RunContext};
 #[cfg(feature = "tools")]
-pub(crate) use link::{LinkOptions, link_settings};
+pub(crate) use link::LinkOptions;
 pub(crate) use local_application::robot_view;
 #[cfg(feature = "tools")]
 pub(crate) use panels::PanelOptions;
@@ -61,7 +61,7 @@ pub(crate) use progress::{ProgressMode, format_progress};
 #[cfg(feature = "tools")]
 pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_failure};
 pub(crate) use recording_summary::{RecordedFile, RecordingSummary};
-pub(crate) use sampler::{MissionProgress, ValueView};
+pub(crate) use sampler::MissionProgress;
 pub(crate) use trace::{DriveTrace, PathSample};
 
 /// How often a thread that waits for a standstill looks for one.

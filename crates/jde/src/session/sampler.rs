@@ -4,12 +4,11 @@
 
 use std::collections::BTreeMap;
 
-use jde_abi::describe::{Port, Role, Type};
+use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding};
 use jde_board::Reader;
-use jde_board::value::{self, Value};
 use jde_host::Handle;
-use jde_types::{LaserScan, Odometry, Pose2D, Quaternion, Route, Truth, Value as _};
+use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 /// Reads the exports of one application that show its progress.
 pub(crate) struct Sampler {
@@ -162,17 +161,14 @@ impl Sampler {
     pub(crate) fn sample(&mut self) -> Observation {
         let mut observation = Observation::default();
         for (number, robot) in self.robots.iter_mut().enumerate() {
-            let truth = robot.truth.as_mut().and_then(|truth| {
-                read(truth, |read| {
-                    let pose = read.pose("pose")?;
-                    *observation.collisions.get_or_insert(0) += read.number("collisions")? as u64;
-                    let least = observation.min_clearance.get_or_insert(f64::INFINITY);
-                    *least = least.min(read.number("min_clearance")?);
-                    Some(pose)
-                })
+            let truth = robot.truth.as_mut().and_then(read::<Truth>).map(|truth| {
+                *observation.collisions.get_or_insert(0) += truth.collisions;
+                let least = observation.min_clearance.get_or_insert(f64::INFINITY);
+                *least = least.min(truth.min_clearance);
+                truth.pose
             });
-            let odometry = robot.odometry.as_mut();
-            let odometry = odometry.and_then(|odometry| read(odometry, |read| read.odometry()));
+            let odometry = robot.odometry.as_mut().and_then(read::<Odometry>);
+            let odometry = odometry.map(|odometry| odometry.pose2d());
             if let (None, Some(truth), Some(odometry)) = (robot.anchor, truth, odometry) {
                 robot.anchor = Some((truth, odometry));
             }
@@ -183,10 +179,8 @@ impl Sampler {
                 .poses
                 .extend(truth.or(odometry).map(|pose| (robot.instance, pose)));
         }
-        observation.mission = self
-            .mission
-            .as_mut()
-            .and_then(|mission| read(mission, MissionProgress::read));
+        let mission = self.mission.as_mut().and_then(read::<Mission>);
+        observation.mission = mission.map(|mission| MissionProgress::of(&mission));
         if let Some(mission) = &mut observation.mission {
             self.has_position_targets |= mission.counts_positions;
             mission.counts_positions = self.has_position_targets;
@@ -210,20 +204,9 @@ impl Sampler {
 
     /// Returns the targets that the mission names in advance, in the frame of the path.
     pub(crate) fn route(&mut self) -> Vec<(f64, f64)> {
-        let poses = self.route.as_mut().and_then(|route| {
-            read(route, |read| {
-                let Value::List(poses) = read.value("poses")? else {
-                    return None;
-                };
-                let point = |number: usize| {
-                    let field = |name: &str| read.number(&format!("poses[{number}].{name}"));
-                    Some((field("x")?, field("y")?))
-                };
-                (0..poses.len()).map(point).collect::<Option<Vec<_>>>()
-            })
-        });
-        let poses = poses.unwrap_or_default().into_iter();
-        poses.map(|point| self.to_path_frame(point)).collect()
+        let route = self.route.as_mut().and_then(read::<Route>).unwrap_or_default();
+        let poses = route.poses.iter();
+        poses.map(|pose| self.to_path_frame((pose.x, pose.y))).collect()
     }
 
     /// Returns the points that a robot's laser sees now, in the frame of the path. The laser is taken to be
@@ -233,80 +216,27 @@ impl Sampler {
         let laser = robots
             .find(|robot| robot.instance == instance)
             .and_then(|robot| robot.laser.as_mut());
-        let points = laser.and_then(|laser| {
-            read(laser, |read| {
-                let (first, step) = (read.number("angle_min")?, read.number("angle_increment")?);
-                let valid = read.number("range_min")?..=read.number("range_max")?;
-                let Value::List(ranges) = read.value("ranges")? else {
-                    return None;
-                };
-                let ranges = ranges.iter().filter_map(Value::as_number).enumerate();
-                let valid = ranges.filter(|(_, range)| valid.contains(range));
-                let point = |(beam, range): (usize, f64)| {
-                    let (sin, cos) = (first + beam as f64 * step).sin_cos();
-                    let point = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
-                    (point.x, point.y)
-                };
-                Some(valid.map(point).collect())
-            })
-        });
-        points.unwrap_or_default()
+        let scan = laser.and_then(read::<LaserScan>);
+        let points = scan.iter().flat_map(LaserScan::points);
+        let points = points.map(|point| robot.transform(&Pose2D::new(point.x, point.y, 0.0)));
+        points.map(|point| (point.x, point.y)).collect()
     }
 }
 
 impl MissionProgress {
-    /// Reads a value of type `Mission`.
-    pub(crate) fn read(read: ValueView<'_>) -> Option<Self> {
-        let note = match read.value("note")? {
-            Value::Text(note) => note,
-            _ => String::new(),
-        };
+    /// Returns what is shown of a mission.
+    pub(crate) fn of(mission: &Mission) -> Self {
         // A robot that has still to travel is at a distance above 0, so (0, 0) at a distance of 0 means no
         // target.
-        let target = (read.number("target.x")?, read.number("target.y")?);
-        let target = (target != (0.0, 0.0) || read.number("distance")? > 0.0).then_some(target);
-        Some(Self {
-            reached: read.number("reached")? as u32,
-            total: read.number("total")? as u32,
+        let target = (mission.target.x, mission.target.y);
+        let target = (target != (0.0, 0.0) || mission.distance > 0.0).then_some(target);
+        Self {
+            reached: mission.reached,
+            total: mission.total,
             target,
             counts_positions: target.is_some(),
-            note,
-        })
-    }
-}
-
-/// A value being read.
-#[derive(Clone, Copy)]
-pub(crate) struct ValueView<'v> {
-    pub(crate) value_type: &'v Type,
-    pub(crate) bytes: &'v [u8],
-}
-
-impl ValueView<'_> {
-    fn value(self, path: &str) -> Option<Value> {
-        value::get_path(self.value_type, self.bytes, path).ok()
-    }
-
-    fn number(self, path: &str) -> Option<f64> {
-        self.value(path)?.as_number()
-    }
-
-    /// Returns the pose of a value of type `Odometry`.
-    pub(crate) fn odometry(self) -> Option<Pose2D> {
-        let field = |name: &str| self.number(&format!("pose.pose.orientation.{name}"));
-        let orientation = Quaternion {
-            x: field("x")?,
-            y: field("y")?,
-            z: field("z")?,
-            w: field("w")?,
-        };
-        let position = |name: &str| self.number(&format!("pose.pose.position.{name}"));
-        Some(Pose2D::new(position("x")?, position("y")?, orientation.yaw()))
-    }
-
-    fn pose(self, path: &str) -> Option<Pose2D> {
-        let field = |name: &str| self.number(&format!("{path}.{name}"));
-        Some(Pose2D::new(field("x")?, field("y")?, field("theta")?))
+            note: mission.note.to_string(),
+        }
     }
 }
 
@@ -323,15 +253,9 @@ fn commands(application: &Application) -> BTreeMap<usize, Vec<usize>> {
     targets.filter(|(_, drivers)| !drivers.is_empty()).collect()
 }
 
-/// Reads the newest value of a variable, and releases it.
-fn read<T>(reader: &mut Reader, view: impl FnOnce(ValueView<'_>) -> Option<T>) -> Option<T> {
-    let value_type = reader.variable().describe().value_type.clone();
-    let result = reader.latch().and_then(|latched| {
-        view(ValueView {
-            value_type: &value_type,
-            bytes: latched.bytes,
-        })
-    });
+/// Reads the newest value of a variable, and releases it. `None` also if another type has this name.
+fn read<T: jde_types::Value>(reader: &mut Reader) -> Option<T> {
+    let value = reader.latch().and_then(|latched| T::from_bytes(latched.bytes));
     reader.release();
-    result
+    value
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jde_abi::describe::{Port, Role};
-use jde_app::{Application, Binding, ChildTarget};
+use jde_app::{Application, Binding};
 use jde_board::{Access, Variable};
 
 use super::subject::Subject;
@@ -85,20 +85,13 @@ fn port_info(application: &Application, owner: &str, port: &Port, binding: &Bind
 
 /// The variable that a port reads or writes.
 fn variable(application: &Application, owner: &str, port: &Port, binding: &Binding) -> Option<String> {
-    let of = |(instance, place): (usize, usize)| {
-        let instance = &application.instances[instance];
-        format!("{}.{}", instance.name, instance.schema.ports[place].name)
-    };
     match binding {
         Binding::Export | Binding::Modulation { .. } | Binding::Command => {
             Some(format!("{owner}.{}", port.name))
         }
         Binding::Import { source, .. } => source.map(|source| application.source_name(source)),
-        Binding::Actuator { target } => target.map(of),
-        Binding::ChildModulation { target } => target.map(|target| match target {
-            ChildTarget::Port(instance, place) => of((instance, place)),
-            ChildTarget::Period(instance) => format!("{}.period", application.instances[instance].name),
-        }),
+        Binding::Actuator { target } => target.map(|(owner, port)| application.variable_name(owner, port)),
+        Binding::ChildModulation { target } => target.map(|target| application.target_name(target)),
     }
 }
 

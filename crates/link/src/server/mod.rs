@@ -37,6 +37,7 @@ pub(crate) use subject::no_panel;
 pub use subject::{OnDrawn, PanelViewer, Subject, SubjectInfo};
 
 use jde_app::RemoteVariable;
+pub use jde_app::link::Access;
 
 use crate::folder::{Announcement, Claim, Folders};
 use crate::keys::{Keys, OPERATE, PROTOCOL};
@@ -68,7 +69,7 @@ pub struct Settings {
     pub connect: Vec<String>,
     /// Discover peers by multicast.
     pub discover: bool,
-    /// What clients on the network may do.
+    /// What clients on the network may do. Clients of the same user on the same machine may always operate.
     pub access: Access,
     /// The credentials presented to others and required of them.
     pub login: Option<Login>,
@@ -78,16 +79,6 @@ pub struct Settings {
     pub insecure: bool,
     /// The folders in which applications of this user announce themselves.
     pub folder: Folders,
-}
-
-/// What clients on the network may do. Clients of the same user on the same machine may always operate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Access {
-    /// Read.
-    Read,
-    /// Read and operate.
-    #[default]
-    Operate,
 }
 
 /// The link of a running application. Dropping it withdraws the announcement, notifies all peers and closes

@@ -139,7 +139,7 @@ impl<'a> CompatibilityCheck<'a> {
                 let target = target.as_ref()?;
                 Some(format!(
                     "the application binds it to {}",
-                    self.variable_name(*target)
+                    self.application.variable_name(target.0, target.1)
                 ))
             }
             // The application file does not bind these: if a father no longer writes one, the child keeps its
@@ -392,11 +392,6 @@ impl<'a> CompatibilityCheck<'a> {
 
     fn schema_name(&self, index: usize) -> String {
         self.application.instances[index].name.clone()
-    }
-
-    fn variable_name(&self, (owner, port): (usize, usize)) -> String {
-        let owner = &self.application.instances[owner];
-        format!("{}.{}", owner.name, owner.schema.ports[port].name)
     }
 }
 

@@ -1,8 +1,7 @@
 //! The messages of a recording in the order of their log times. Chunks overlap in time, so all chunks that
 //! begin before the next message are open at once. No others are in memory.
 
-use std::cmp::Reverse;
-use std::collections::{BinaryHeap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::sync::Arc;
 
@@ -23,7 +22,8 @@ pub struct Messages {
     from: u64,
     /// The chunks that are not open yet, in the order of their first log times.
     chunks: VecDeque<Chunk>,
-    queue: BinaryHeap<Reverse<QueuedMessage>>,
+    /// Messages of open chunks, by their log time and their number among all that were read.
+    queue: BTreeMap<(u64, u64), Message>,
     /// The bytes of the messages that wait.
     queued_bytes: usize,
     /// The number of messages read from chunks so far. It keeps messages of the same time in the order of the
@@ -31,11 +31,6 @@ pub struct Messages {
     count: u64,
     /// The error, which is returned after all messages that could be read.
     error: Option<ReadError>,
-}
-
-struct QueuedMessage {
-    key: (u64, u64),
-    message: Message,
 }
 
 impl Messages {
@@ -50,7 +45,7 @@ impl Messages {
                 .filter(|chunk| chunk.end >= from)
                 .copied()
                 .collect(),
-            queue: BinaryHeap::new(),
+            queue: BTreeMap::new(),
             queued_bytes: 0,
             count: 0,
             error: None,
@@ -60,7 +55,7 @@ impl Messages {
     /// Opens all chunks that may contain the next message.
     fn open(&mut self) -> Result<(), ReadError> {
         while let Some(chunk) = self.chunks.front().copied() {
-            let next = self.queue.peek().map(|Reverse(waiting)| waiting.key.0);
+            let next = self.queue.first_key_value().map(|((log_time, _), _)| *log_time);
             if next.is_some_and(|next| next < chunk.start) {
                 return Ok(());
             }
@@ -128,8 +123,7 @@ impl Messages {
         }
         for message in messages {
             self.count += 1;
-            let key = (message.log_time, self.count);
-            self.queue.push(Reverse(QueuedMessage { key, message }));
+            self.queue.insert((message.log_time, self.count), message);
         }
         Ok(())
     }
@@ -148,10 +142,10 @@ impl Iterator for Messages {
             self.chunks.clear();
             self.error = Some(error);
         }
-        match self.queue.pop() {
-            Some(Reverse(waiting)) => {
-                self.queued_bytes -= size(&waiting.message);
-                Some(Ok(waiting.message))
+        match self.queue.pop_first() {
+            Some((_, message)) => {
+                self.queued_bytes -= size(&message);
+                Some(Ok(message))
             }
             None => self.error.take().map(Err),
         }
@@ -160,25 +154,5 @@ impl Iterator for Messages {
 
 /// Returns the bytes of memory that a message takes.
 fn size(message: &Message) -> usize {
-    size_of::<QueuedMessage>() + message.data.len()
-}
-
-impl PartialEq for QueuedMessage {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-
-impl Eq for QueuedMessage {}
-
-impl PartialOrd for QueuedMessage {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for QueuedMessage {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key.cmp(&other.key)
-    }
+    size_of::<((u64, u64), Message)>() + message.data.len()
 }

@@ -4,8 +4,7 @@
 //! Transactions have consecutive numbers: a step is next when all transactions before it have occurred. A
 //! number that does not arrive in time was lost, and is counted.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_core::Nanos;
@@ -14,7 +13,9 @@ use jde_records::turn::RecordedTurn;
 
 /// Steps that wait for earlier ones.
 pub(super) struct Steps {
-    queue: BinaryHeap<Reverse<QueuedStep>>,
+    /// By their position: a transaction precedes the calls that follow it, which are in the order of their
+    /// times.
+    queue: BTreeMap<(u64, bool, Nanos, u64), ReplayStep>,
     count: u64,
     /// The number of the next transaction.
     expected: u64,
@@ -43,17 +44,10 @@ pub(super) enum Next {
     Done,
 }
 
-/// A step with its position. A transaction precedes the calls that follow it, which are in the order of their
-/// times.
-struct QueuedStep {
-    key: (u64, bool, Nanos, u64),
-    step: ReplayStep,
-}
-
 impl Steps {
     pub(super) fn new() -> Self {
         Self {
-            queue: BinaryHeap::new(),
+            queue: BTreeMap::new(),
             count: 0,
             expected: 1,
             lost: 0,
@@ -65,13 +59,13 @@ impl Steps {
         for step in ReplayStep::of(turn) {
             self.count += 1;
             let key = (step.order, !step.is_transaction(), step.time, self.count);
-            self.queue.push(Reverse(QueuedStep { key, step }));
+            self.queue.insert(key, step);
         }
     }
 
     /// Returns the next step.
     pub(super) fn next(&mut self, end: RecordingEnd) -> Next {
-        let Some(Reverse(QueuedStep { step: first, .. })) = self.queue.peek() else {
+        let Some((_, first)) = self.queue.first_key_value() else {
             return match end {
                 RecordingEnd::More(_) => Next::Wait,
                 RecordingEnd::Complete | RecordingEnd::CutOff => Next::Done,
@@ -90,7 +84,7 @@ impl Steps {
                 }
             }
         }
-        let Some(Reverse(QueuedStep { step, .. })) = self.queue.pop() else {
+        let Some((_, step)) = self.queue.pop_first() else {
             return Next::Done;
         };
         if is_transaction {
@@ -102,26 +96,6 @@ impl Steps {
     /// Returns the number of transactions that never arrived.
     pub(super) fn lost(&self) -> u64 {
         self.lost
-    }
-}
-
-impl PartialEq for QueuedStep {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-
-impl Eq for QueuedStep {}
-
-impl PartialOrd for QueuedStep {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for QueuedStep {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key.cmp(&other.key)
     }
 }
 
