@@ -111,7 +111,7 @@ impl Scene {
         }
     }
 
-    /// Returns the distance to the nearest thing whose nearest point is in a cone and nearer than `max`.
+    /// Returns the distance to the nearest thing in a cone that is nearer than `max`.
     pub(crate) fn nearest_in(&self, cone: &Cone, max: f64) -> Option<f64> {
         self.tree
             .find_best(

@@ -112,7 +112,12 @@ impl World {
     /// `None` if there is none within `max` metres. As for a sonar, a person is a round body; a laser would
     /// hit the legs.
     pub fn cast_ray(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
-        self.nearest_hit(origin, angle, max, except)
+        let ray = solid::ray(origin, angle);
+        let mut nearest = self.scene.cast_ray(&ray, max);
+        self.for_each_movable(RayKind::Sound, except, |solid| {
+            nearest = solid.cast_ray(&ray, nearest.unwrap_or(max)).or(nearest);
+        });
+        nearest
     }
 
     /// Returns the distance in metres to the nearest thing, mover or robot except `except` in a cone, or
@@ -126,27 +131,10 @@ impl World {
         max: f64,
         except: Option<RobotId>,
     ) -> Option<f64> {
-        let edges = [heading - cone / 2.0, heading + cone / 2.0];
-        let mut nearest = None;
-        for edge in edges {
-            let before = nearest.unwrap_or(max);
-            nearest = self.nearest_hit(origin, edge, before, except).or(nearest);
-        }
-        let cone = Cone::new(origin, edges[0], edges[1]);
-        nearest = self.scene.nearest_in(&cone, nearest.unwrap_or(max)).or(nearest);
+        let cone = Cone::new(origin, heading - cone / 2.0, heading + cone / 2.0);
+        let mut nearest = self.scene.nearest_in(&cone, max);
         self.for_each_movable(RayKind::Sound, except, |solid| {
             nearest = cone.range_to(solid, nearest.unwrap_or(max)).or(nearest);
-        });
-        nearest
-    }
-
-    fn nearest_hit(&self, origin: [f64; 2], angle: f64, max: f64, except: Option<RobotId>) -> Option<f64> {
-        let ray = solid::ray(origin, angle);
-        let mut nearest = self.scene.cast_ray(&ray, max);
-        self.for_each_movable(RayKind::Sound, except, |solid| {
-            if let Some(distance) = solid.cast_ray(&ray, nearest.unwrap_or(max)) {
-                nearest = Some(distance);
-            }
         });
         nearest
     }
