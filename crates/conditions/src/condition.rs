@@ -45,7 +45,7 @@ pub(crate) enum ConditionKind {
     Refused,
     /// An operator acts.
     Operator,
-    /// An expression over variables.
+    /// An expression over variables and signals.
     Expression(Expression),
 }
 
@@ -90,9 +90,25 @@ pub enum Reason {
     /// An operation does not accept values of these kinds.
     #[error("{0}")]
     Kinds(String),
+    /// The result is not a number.
+    #[error("the result is {0}, not a number")]
+    NotNumber(String),
+    /// The result is not a boolean and not a number.
+    #[error("the result is {0}, not a bool or a number")]
+    NotNumeric(String),
     /// The result is not a boolean.
     #[error("the result is {0}, not a bool: compare it with something, as in `> 0.5`")]
     NotBoolean(String),
+}
+
+impl BadCondition {
+    pub(crate) fn new(text: &str, (column, reason): Mistake) -> Self {
+        Self {
+            condition: text.to_owned(),
+            column,
+            reason,
+        }
+    }
 }
 
 impl Condition {
@@ -101,11 +117,7 @@ impl Condition {
     /// # Errors
     /// [`BadCondition`] with the first mistake and its column.
     pub fn new(text: &str, names: &Names) -> Result<Self, BadCondition> {
-        let kind = read(text, names).map_err(|(column, reason)| BadCondition {
-            condition: text.to_owned(),
-            column,
-            reason,
-        })?;
+        let kind = read(text, names).map_err(|mistake| BadCondition::new(text, mistake))?;
         Ok(Self {
             text: text.trim().to_owned(),
             kind,
@@ -132,7 +144,9 @@ fn read(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
         None => (head, None),
     };
     let word = word.trim();
-    if !KEYWORDS.contains(&word) || names.variables.contains_key(text.trim()) {
+    // `refused` is a condition, and in `refused > 3` a signal.
+    let is_compared = number.is_some() && word == "refused";
+    if !KEYWORDS.contains(&word) || is_compared || names.variables.contains_key(text.trim()) {
         return parse_expression(text, names);
     }
     let column = |part: &str| {
@@ -199,7 +213,7 @@ fn resolve_name(
 }
 
 fn parse_expression(text: &str, names: &Names) -> Result<ConditionKind, Mistake> {
-    Expression::new(text, names)
+    Expression::parse_condition(text, names)
         .map(ConditionKind::Expression)
         .map_err(|(column, reason)| match reason {
             // A misspelt keyword is parsed as the name of a variable.

@@ -1,6 +1,5 @@
 //! The part of an event that conditions use, from an event of this process or from a record.
 
-use jde_board::Nanos;
 use jde_core::{Case, Health};
 use jde_records::RunRecord;
 use jde_records::event::Event;
@@ -32,60 +31,42 @@ pub(crate) enum Fact<'a> {
     Operator(String),
 }
 
-/// Returns the fact of an event, and its time.
-pub(crate) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<(Nanos, Fact<'a>)> {
+/// Returns the fact of an event.
+pub(crate) fn of_event<'a>(event: &'a Event, names: &'a Names) -> Option<Fact<'a>> {
     let name = |schema: usize| names.schemas.get(schema).map(String::as_str);
     Some(match event {
-        Event::Decided(record) => {
-            let fact = Fact::Selected {
-                group: names.groups.get(record.group.index())?,
-                collision: record.case == Case::Collision,
-                absence: record.choice.is_none() && !record.candidates.is_empty(),
-                switched: record.changed,
-            };
-            (record.time, fact)
-        }
-        Event::HealthChanged { time, schema, health } => {
-            let fact = Fact::Health {
-                schema: name(*schema)?,
-                overrun: *health == Health::Overrun,
-                fault: match health {
-                    Health::Faulted(reason) => Some(reason),
-                    Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => None,
-                },
-            };
-            (*time, fact)
-        }
-        Event::Hung { time, schema, .. } => {
-            let fact = Fact::Health {
-                schema: name(*schema)?,
-                overrun: true,
-                fault: Some("a call does not return"),
-            };
-            (*time, fact)
-        }
-        Event::Overrun { time, schema, .. } => {
-            let fact = Fact::Health {
-                schema: name(*schema)?,
-                overrun: true,
-                fault: None,
-            };
-            (*time, fact)
-        }
+        Event::Decided(record) => Fact::Selected {
+            group: names.groups.get(record.group.index())?,
+            collision: record.case == Case::Collision,
+            absence: record.choice.is_none() && !record.candidates.is_empty(),
+            switched: record.changed,
+        },
+        Event::HealthChanged { schema, health, .. } => Fact::Health {
+            schema: name(*schema)?,
+            overrun: *health == Health::Overrun,
+            fault: match health {
+                Health::Faulted(reason) => Some(reason),
+                Health::Ok | Health::Overrun | Health::ArbitrationFailed(_) => None,
+            },
+        },
+        Event::Hung { schema, .. } => Fact::Health {
+            schema: name(*schema)?,
+            overrun: true,
+            fault: Some("a call does not return"),
+        },
+        Event::Overrun { schema, .. } => Fact::Health {
+            schema: name(*schema)?,
+            overrun: true,
+            fault: None,
+        },
         Event::Refused {
-            time,
-            schema,
-            description,
-        } => {
-            let fact = Fact::Refused {
-                schema: name(*schema)?,
-                text: description,
-            };
-            (*time, fact)
-        }
-        Event::Operator { time, by, action } => {
-            let text = format!("{by} acted on {}", name(action.schema())?);
-            (*time, Fact::Operator(text))
+            schema, description, ..
+        } => Fact::Refused {
+            schema: name(*schema)?,
+            text: description,
+        },
+        Event::Operator { by, action, .. } => {
+            Fact::Operator(format!("{by} acted on {}", name(action.schema())?))
         }
         _ => return None,
     })

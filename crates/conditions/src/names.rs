@@ -1,4 +1,5 @@
-//! The names that conditions may use: the schemas, groups and variables of an application.
+//! The names that conditions may use: the schemas, groups and variables of an application, and the signals
+//! that follow from them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,6 +7,8 @@ use std::sync::Arc;
 use jde_abi::describe::{Role, Type};
 use jde_app::Application;
 use jde_types::Value;
+
+use super::signals;
 
 /// The names of an application. For an application in another process, the client that queries it fills them
 /// in.
@@ -47,5 +50,14 @@ impl Names {
             groups: groups.map(|group| group.name.clone()).collect(),
             variables,
         }
+    }
+
+    /// Returns what an expression may name, and the types: the variables and the signals. A variable hides a
+    /// signal of the same name.
+    #[must_use]
+    pub fn inputs(&self) -> BTreeMap<String, Arc<Type>> {
+        let mut inputs = self.variables.clone();
+        inputs.extend(signals::of(self));
+        inputs
     }
 }

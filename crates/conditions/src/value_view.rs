@@ -5,9 +5,11 @@ use std::fmt;
 
 use cel::ExecutionError;
 use cel::common::traits::Indexer;
-use cel::common::types::{CelBool, CelDouble, CelInt, CelList, CelString, CelUInt, Type as CelType};
+use cel::common::types::{CelBool, CelDouble, CelInt, CelList, CelNull, CelString, CelUInt, Type as CelType};
 use cel::common::value::{CowVal, Val};
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{Field, FieldKind, Form, Type};
+
+use crate::compiled::Number;
 
 /// The result of `type(x)` for all structures. The check before the start distinguishes their types.
 static STRUCTURE: CelType = CelType::new_unspecified_type("structure");
@@ -33,7 +35,9 @@ fn field<'v>(field: &'v Field, bytes: &'v [u8]) -> Box<dyn Val + 'v> {
         .form
         .length_offset()
         .map_or(field.form.capacity(), |offset| {
-            let length = u32::from_ne_bytes(first(&bytes[offset..])) as usize;
+            let length = bytes[offset..]
+                .first_chunk()
+                .map_or(0, |length| u32::from_ne_bytes(*length)) as usize;
             length.min(field.form.capacity())
         });
     let elements = &bytes[field.offset..][..count * size];
@@ -59,28 +63,14 @@ fn element<'v>(kind: &'v FieldKind, bytes: &'v [u8]) -> Box<dyn Val + 'v> {
         FieldKind::Struct(value_type) => return Box::new(Structure { value_type, bytes }),
         FieldKind::Scalar(scalar) => *scalar,
     };
-    let int = |number: i64| Box::new(CelInt::from(number));
-    let uint = |number: u64| Box::new(CelUInt::from(number));
-    let double = |number: f64| Box::new(CelDouble::from(number));
-    match scalar {
-        Scalar::Bool => Box::new(CelBool::from(bytes[0] != 0)),
-        Scalar::U8 => uint(bytes[0].into()),
-        Scalar::U16 => uint(u16::from_ne_bytes(first(bytes)).into()),
-        Scalar::U32 => uint(u32::from_ne_bytes(first(bytes)).into()),
-        Scalar::U64 => uint(u64::from_ne_bytes(first(bytes))),
-        Scalar::I8 => int(i8::from_ne_bytes(first(bytes)).into()),
-        Scalar::I16 => int(i16::from_ne_bytes(first(bytes)).into()),
-        Scalar::I32 => int(i32::from_ne_bytes(first(bytes)).into()),
-        Scalar::I64 => int(i64::from_ne_bytes(first(bytes))),
-        Scalar::F32 => double(f32::from_ne_bytes(first(bytes)).into()),
-        Scalar::F64 => double(f64::from_ne_bytes(first(bytes))),
+    match Number::decode(scalar, bytes) {
+        Some(Number::Bool(value)) => Box::new(CelBool::from(value)),
+        Some(Number::Int(value)) => Box::new(CelInt::from(value)),
+        Some(Number::UInt(value)) => Box::new(CelUInt::from(value)),
+        Some(Number::Double(value)) => Box::new(CelDouble::from(value)),
+        // A value has all bytes of its type.
+        None => Box::new(CelNull),
     }
-}
-
-fn first<const N: usize>(bytes: &[u8]) -> [u8; N] {
-    let mut first = [0; N];
-    first.copy_from_slice(&bytes[..N]);
-    first
 }
 
 impl fmt::Debug for Structure<'_> {

@@ -9,6 +9,7 @@ use super::Condition;
 use super::condition::ConditionKind;
 use super::expression::Expression;
 use super::facts::Fact;
+use super::signals::{self, Signals};
 
 /// The shortest time between two evaluations of an expression, in ns.
 const MIN_INTERVAL: Nanos = 10_000_000;
@@ -29,23 +30,33 @@ pub(crate) enum TriggerState {
 }
 
 pub(crate) struct ExpressionState {
-    pub(crate) expression: Expression,
+    expression: Expression,
+    /// The signals that it names, and their places among its inputs.
+    signals: Vec<(usize, usize)>,
     was_true: bool,
     /// The time of the last evaluation.
     evaluated_at: Option<Nanos>,
-    /// Whether a value has arrived since the last evaluation.
-    pub(crate) is_pending: bool,
+    pending: Pending,
+    /// The time of the event that last changed a signal.
+    changed_at: Nanos,
+}
+
+/// Whether an expression has to be evaluated, because an input changed since the last evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Pending {
+    No,
+    /// Once [`MIN_INTERVAL`] has passed: a value arrived, of which there may be many.
+    AtInterval,
+    /// At the end of the present instant: an event changed a signal.
+    Immediately,
 }
 
 impl TriggerState {
-    fn of(kind: &ConditionKind) -> Self {
+    fn of(kind: &ConditionKind, signals: &Signals) -> Self {
         match kind {
-            ConditionKind::Expression(expression) => Self::Expression(Box::new(ExpressionState {
-                expression: expression.clone(),
-                was_true: false,
-                evaluated_at: None,
-                is_pending: false,
-            })),
+            ConditionKind::Expression(expression) => {
+                Self::Expression(Box::new(ExpressionState::new(expression, signals)))
+            }
             ConditionKind::Chatter { .. } => Self::Switches(BTreeMap::new()),
             ConditionKind::Collision(_)
             | ConditionKind::Absence(_)
@@ -58,9 +69,9 @@ impl TriggerState {
 }
 
 impl Trigger {
-    pub(crate) fn new(condition: Condition) -> Self {
+    pub(crate) fn new(condition: Condition, signals: &Signals) -> Self {
         Self {
-            state: TriggerState::of(&condition.kind),
+            state: TriggerState::of(&condition.kind, signals),
             condition,
         }
     }
@@ -135,19 +146,84 @@ fn update_active(active: &mut BTreeSet<String>, name: &str, is_true: bool) -> bo
 }
 
 impl ExpressionState {
-    pub(crate) fn is_due(&self, time: Nanos) -> bool {
-        self.is_pending
-            && self
-                .evaluated_at
-                .is_none_or(|at| time >= at.saturating_add(MIN_INTERVAL))
+    /// Receives the initial values of its signals.
+    fn new(expression: &Expression, signals: &Signals) -> Self {
+        let mut expression = expression.clone();
+        let names: Vec<_> = expression.inputs().map(|name| signals.find(name)).collect();
+        let count = names.len();
+        let named = names.into_iter().enumerate();
+        let named: Vec<_> = named
+            .filter_map(|(place, signal)| Some((signal?, place)))
+            .collect();
+        for (signal, place) in &named {
+            expression.set(*place, signals.value(*signal));
+        }
+        Self {
+            expression,
+            // An expression over signals alone may be true from the beginning.
+            pending: if named.len() == count {
+                Pending::AtInterval
+            } else {
+                Pending::No
+            },
+            signals: named,
+            was_true: false,
+            evaluated_at: None,
+            changed_at: 0,
+        }
     }
 
-    /// Evaluates the expression. Returns whether it becomes true.
-    pub(crate) fn evaluate(&mut self, time: Nanos) -> bool {
+    pub(crate) fn names_time(&self) -> bool {
+        self.signals.iter().any(|(signal, _)| *signal == signals::TIME)
+    }
+
+    pub(crate) fn pend(&mut self, pending: Pending) {
+        self.pending = self.pending.max(pending);
+    }
+
+    pub(crate) fn set_variable(&mut self, variable: &str, value: Option<&[u8]>) {
+        let place = self.expression.inputs().position(|name| name == variable);
+        let is_signal = |place| self.signals.iter().any(|(_, signal)| *signal == place);
+        if let Some(place) = place.filter(|place| !is_signal(*place)) {
+            self.expression.set(place, value);
+            self.pend(Pending::AtInterval);
+        }
+    }
+
+    pub(crate) fn set_signal(&mut self, time: Nanos, signal: usize, value: Option<&[u8]>) {
+        let Some((_, place)) = self.signals.iter().find(|(named, _)| *named == signal) else {
+            return;
+        };
+        self.expression.set(*place, value);
+        match signal {
+            // It changes always.
+            signals::TIME => {}
+            signals::CLEARANCE | signals::COLLISIONS => self.pend(Pending::AtInterval),
+            _ => {
+                self.pend(Pending::Immediately);
+                self.changed_at = time;
+            }
+        }
+    }
+
+    pub(crate) fn is_immediate(&self, _: Nanos) -> bool {
+        self.pending == Pending::Immediately
+    }
+
+    pub(crate) fn is_interval_over(&self, time: Nanos) -> bool {
+        let over = |at: Nanos| time >= at.saturating_add(MIN_INTERVAL);
+        self.pending == Pending::AtInterval && self.evaluated_at.is_none_or(over)
+    }
+
+    /// Evaluates the expression. Returns when it became true, if it does: at the event that changed it, or now.
+    pub(crate) fn evaluate(&mut self, now: Nanos) -> Option<Nanos> {
+        let time = match std::mem::replace(&mut self.pending, Pending::No) {
+            Pending::Immediately => self.changed_at,
+            Pending::No | Pending::AtInterval => now,
+        };
         self.evaluated_at = Some(time);
-        self.is_pending = false;
-        let now = self.expression.is_true();
-        let before = std::mem::replace(&mut self.was_true, now);
-        now && !before
+        let is_true = self.expression.is_true();
+        let was_true = std::mem::replace(&mut self.was_true, is_true);
+        (is_true && !was_true).then_some(time)
     }
 }

@@ -14,21 +14,22 @@ use jde_board::nearest;
 use crate::condition::{Mistake, Reason};
 use crate::kind::Kind;
 
-/// Finds a variable by its name in an expression. Returns its full name and its type.
-pub(super) type FindVariable<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> + 'a;
+/// Finds a variable or signal by its name in an expression. Returns its full name and its type.
+pub(super) type FindInput<'a, 'n> = dyn Fn(&str) -> Option<(&'n str, &'n Arc<Type>)> + 'a;
 
-/// Returns the kind of an expression's value, and the names of its variables as the expression writes them.
+/// Returns the kind of an expression's value, and the names of its variables and signals as the expression
+/// writes them.
 ///
 /// # Errors
 /// The first mistake.
 pub(super) fn check<'n>(
     program: &Program,
-    variable: &FindVariable<'_, 'n>,
+    input: &FindInput<'_, 'n>,
     known: &BTreeMap<String, Arc<Type>>,
 ) -> Result<(Kind, BTreeSet<String>), Mistake> {
     let mut checker = Checker {
         program,
-        variable,
+        input,
         known,
         bound: Vec::new(),
         used: BTreeSet::new(),
@@ -39,7 +40,7 @@ pub(super) fn check<'n>(
 
 struct Checker<'a, 'n> {
     program: &'a Program,
-    variable: &'a FindVariable<'a, 'n>,
+    input: &'a FindInput<'a, 'n>,
     known: &'a BTreeMap<String, Arc<Type>>,
     /// The names of a list's elements within `exists` and similar macros, innermost last.
     bound: Vec<(String, Kind)>,
@@ -57,9 +58,10 @@ impl Checker<'_, '_> {
                 LiteralValue::String(_) => Kind::Text,
                 LiteralValue::Bytes(_) | LiteralValue::Null => Kind::Any,
             }),
-            Expr::Ident(name) => self
-                .bound(name)
-                .ok_or_else(|| self.unknown(expression.id, "variable", name)),
+            Expr::Ident(name) => match self.bound(name) {
+                Some(kind) => Ok(kind),
+                None => self.input(expression.id, name.clone()),
+            },
             Expr::Select(select) => self.select(expression.id, select),
             Expr::Call(call) => {
                 let namespace = call.target.as_ref().and_then(|target| match &target.expr {
@@ -94,6 +96,16 @@ impl Checker<'_, '_> {
         }
     }
 
+    /// Checks the name of a variable or signal.
+    fn input(&mut self, id: u64, name: String) -> Result<Kind, Mistake> {
+        let Some((_, value_type)) = (self.input)(&name) else {
+            return Err(self.unknown(id, "variable", &name));
+        };
+        let kind = Kind::of(value_type);
+        self.used.insert(name);
+        Ok(kind)
+    }
+
     fn bound(&self, name: &str) -> Option<Kind> {
         let found = self.bound.iter().rev().find(|(bound, _)| bound == name);
         found.map(|(_, kind)| kind.clone())
@@ -104,13 +116,7 @@ impl Checker<'_, '_> {
         if let Expr::Ident(owner) = &select.operand.expr
             && self.bound(owner).is_none()
         {
-            let name = format!("{owner}.{}", select.field);
-            let Some((_, value_type)) = (self.variable)(&name) else {
-                return Err(self.unknown(select.operand.id, "variable", &name));
-            };
-            let kind = Kind::of(value_type);
-            self.used.insert(name);
-            return Ok(kind);
+            return self.input(select.operand.id, format!("{owner}.{}", select.field));
         }
         let of = self.kind(&select.operand)?;
         let Kind::Struct(value_type) = &of else {

@@ -201,6 +201,32 @@ pub enum Event {
     },
 }
 
+impl Event {
+    /// When it happened, ns since the application's start.
+    #[must_use]
+    pub fn time(&self) -> Nanos {
+        match self {
+            Self::Decided(record) => record.time,
+            Self::StateChanged { time, .. }
+            | Self::HealthChanged { time, .. }
+            | Self::TookOver { time, .. }
+            | Self::TookOverLate { time, .. }
+            | Self::ChatteringStarted { time, .. }
+            | Self::ChatteringEnded { time, .. }
+            | Self::Stalled { time, .. }
+            | Self::Overrun { time, .. }
+            | Self::Hung { time, .. }
+            | Self::CallAbandoned { time, .. }
+            | Self::AbandonedCallReturned { time, .. }
+            | Self::Refused { time, .. }
+            | Self::Operator { time, .. }
+            | Self::Reloaded { time, .. }
+            | Self::ReloadRolledBack { time, .. }
+            | Self::Ended { time, .. } => *time,
+        }
+    }
+}
+
 /// How an application ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {

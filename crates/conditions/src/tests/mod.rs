@@ -1,9 +1,12 @@
 //! Tests of valid and invalid conditions, and of the times at which they fire.
 
-use std::collections::BTreeMap;
+mod expressions;
+mod signals;
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use jde_records::{Decision, EventRecord, StateRecord};
+use jde_records::{Decision, EventRecord, RunRecord, StateRecord};
 use jde_types::{Flag, LaserScan, Mission, Odometry, Seq, Text, Value};
 
 use super::*;
