@@ -45,8 +45,8 @@ pub(crate) struct RecordOptions {
 pub(crate) struct TriggerWindow {
     /// Record only around the moments at which this condition becomes true, to FILE-001, FILE-002 and so on
     /// (repeatable). Conditions: collision, absence or chatter>N, each also with :GROUP; overrun or fault,
-    /// each also with :SCHEMA; refused; operator; or an expression over variables, as in
-    /// 'pioneer.odometry.twist.twist.linear.x > 0.4'.
+    /// each also with :SCHEMA; refused; operator; or an expression over variables and signals, as in
+    /// 'pioneer.odometry.twist.twist.linear.x > 0.4' or 'vff.won and clearance < 0.2'.
     #[arg(long, value_name = "CONDITION", requires = "file")]
     pub(crate) when: Vec<String>,
     /// The time to keep before the condition.
@@ -213,8 +213,8 @@ pub(crate) fn parse_triggers(window: &TriggerWindow, names: Names) -> Result<Tri
         Failure::usage(
             error.to_string(),
             "conditions are collision, absence, chatter>N (of any group, or with :GROUP), overrun, fault (or with :SCHEMA),\n        \
-             refused, operator, and expressions such as 'pioneer.odometry.twist.twist.linear.x > 0.4' or\n        \
-             'pioneer.laser.ranges.exists(r, r < 0.3)'",
+             refused, operator, and expressions such as 'pioneer.odometry.twist.twist.linear.x > 0.4',\n        \
+             'pioneer.laser.ranges.exists(r, r < 0.3)' or 'vff.won and clearance < 0.2'",
         )
     })?;
     Ok(TriggerOptions {

@@ -5,7 +5,7 @@ use std::collections::{HashMap, VecDeque};
 
 use jde_core::State;
 use jde_records::snapshot::Snapshot;
-use jde_records::{Decision, EventRecord, RunRecord};
+use jde_records::{Decision, EventRecord, RunRecord, StateRecord};
 
 /// Maximum number of selections kept.
 const MOST_DECISIONS: usize = 20_000;
@@ -13,6 +13,8 @@ const MOST_DECISIONS: usize = 20_000;
 /// fill the memory.
 const MOST_CANDIDATES: usize = 400_000;
 const MOST_HAPPENINGS: usize = 20_000;
+/// Maximum number of changes of state kept as lines, for readers that read new lines.
+const MOST_CHANGES: usize = 20_000;
 /// Maximum number of state intervals kept for one schema.
 const MOST_BANDS: usize = 20_000;
 
@@ -33,6 +35,7 @@ pub(crate) struct History {
     /// Number of candidates in all `decisions`.
     candidates: usize,
     happenings: VecDeque<EventRecord>,
+    changes: VecDeque<StateRecord>,
     progress: Progress,
     missed: u64,
     since: Option<f64>,
@@ -49,6 +52,8 @@ pub(crate) struct Progress {
     pub(crate) decisions: u64,
     /// Events received, including discarded ones.
     pub(crate) happenings: u64,
+    /// Changes of state received, including discarded ones.
+    pub(crate) changes: u64,
 }
 
 impl History {
@@ -61,6 +66,8 @@ impl History {
         self.missed += missed;
         match line {
             RunRecord::State(change) => {
+                self.progress.changes += 1;
+                keep(&mut self.changes, change.clone(), MOST_CHANGES);
                 let Some(state) = state(&change.to) else { return };
                 let before = state_or_slept(&change.from);
                 let bands = self.bands.entry(change.schema).or_default();
@@ -151,6 +158,7 @@ impl History {
             .map(|decision| decision.candidates.len())
             .sum();
         self.happenings.retain(|happening| happening.time_s <= now);
+        self.changes.retain(|change| change.time_s <= now);
         self.last = now;
         self.progress.turns += 1;
     }
@@ -168,6 +176,11 @@ impl History {
     /// Events, oldest first.
     pub(crate) fn happenings(&self) -> &VecDeque<EventRecord> {
         &self.happenings
+    }
+
+    /// Changes of state, oldest first.
+    pub(crate) fn changes(&self) -> &VecDeque<StateRecord> {
+        &self.changes
     }
 
     /// The counters of all that was received.
@@ -219,7 +232,6 @@ fn state_or_slept(name: &str) -> State {
 #[cfg(test)]
 mod tests {
     use jde_abi::describe::Kind;
-    use jde_records::StateRecord;
 
     use super::*;
     use crate::window::scope::fixture;

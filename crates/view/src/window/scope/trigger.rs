@@ -1,15 +1,17 @@
 //! The trigger: a condition in the recorder's syntax. When it becomes true, the window moves to that moment
 //! and shows what led to it. The recorder's own code evaluates the condition.
 
-use jde_conditions::{Condition, Names, Triggers};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use jde_conditions::{Condition, Firing, Names, Triggers};
 use jde_link::message::{Schemas, VariableInfo};
-use jde_records::RunRecord;
+use jde_records::{RunRecord, StateRecord, state_name};
 use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
 use super::index::newest;
 use crate::session::{History, Progress};
-use std::sync::Arc;
 
 /// What the window does after the trigger fired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,7 +117,20 @@ impl Trigger {
         let names = self.names.get_or_insert_with(|| names(schemas, variables));
         match Condition::new(text, names) {
             Ok(condition) => {
-                self.watched = Some(Triggers::new(names.clone(), vec![condition]));
+                let mut watched = Triggers::new(names.clone(), vec![condition]);
+                for schema in &names.schemas {
+                    if let Some(last) = past.states(schema).and_then(VecDeque::back) {
+                        let state = state_name(last.state).to_owned();
+                        let known = StateRecord {
+                            time_s: last.from,
+                            schema: schema.clone(),
+                            from: state.clone(),
+                            to: state,
+                        };
+                        watched.process_record(&RunRecord::State(known), &mut Vec::new());
+                    }
+                }
+                (self.watched, self.processed) = (Some(watched), past.progress());
                 self.rearm(past);
             }
             Err(error) => self.trouble = Some(error.to_string()),
@@ -125,8 +140,22 @@ impl Trigger {
     /// Arms the trigger for lines from now on.
     pub(super) fn rearm(&mut self, past: &History) {
         if self.watched.is_some() {
-            (self.phase, self.processed) = (Phase::Armed, past.progress());
+            self.process_lines(past);
+            self.phase = Phase::Armed;
         }
+    }
+
+    /// Passes the new lines to the condition. Returns its firings.
+    fn process_lines(&mut self, past: &History) -> Vec<Firing> {
+        let (before, now) = (self.processed, past.progress());
+        self.processed = now;
+        let mut fired = Vec::new();
+        if let Some(watched) = self.watched.as_mut().filter(|_| now.turns == before.turns) {
+            for line in new_records(past, before, now) {
+                watched.process_record(&line, &mut fired);
+            }
+        }
+        fired
     }
 
     /// The variables whose values [`Self::step`] needs.
@@ -144,16 +173,8 @@ impl Trigger {
         now: u64,
         axis: &mut Axis,
     ) -> Option<f64> {
-        let processed = past.progress();
+        let mut fired = self.process_lines(past);
         let watched = self.watched.as_mut()?;
-        if processed.turns != self.processed.turns {
-            self.processed = processed;
-        }
-        let mut fired = Vec::new();
-        for line in new_records(past, self.processed, processed) {
-            watched.process_record(&line, &mut fired);
-        }
-        self.processed = processed;
         for &(time, variable, bytes) in values {
             match bytes {
                 Some(bytes) => watched.process_value(time, variable, bytes, &mut fired),
@@ -207,9 +228,11 @@ fn new_records(past: &History, before: Progress, now: Progress) -> Vec<RunRecord
         past.happenings(),
         now.happenings.saturating_sub(before.happenings),
     );
+    let changes = newest(past.changes(), now.changes.saturating_sub(before.changes));
     let mut lines: Vec<_> = decisions
         .map(|decision| RunRecord::Decision(decision.clone()))
         .chain(happenings.map(|happening| RunRecord::Event(happening.clone())))
+        .chain(changes.map(|change| RunRecord::State(change.clone())))
         .collect();
     lines.sort_by_key(RunRecord::time);
     lines
@@ -300,5 +323,27 @@ mod tests {
         let (trigger, ..) = armed("collision:example/bose", Mode::Auto);
         let trouble = trigger.trouble.as_deref().unwrap_or_default();
         assert!(trouble.contains("`example/base`"), "{trouble}");
+    }
+
+    #[test]
+    fn states_before_the_trigger_is_armed_are_known_and_later_ones_fire_it() {
+        let (mut trigger, mut fixed, mut axis) = armed("goon.won and not vff.won", Mode::Normal);
+        let win = |fixed: &mut Fixed, schema: &str, to: &str| {
+            let change = StateRecord {
+                time_s: 11.0,
+                schema: schema.to_owned(),
+                from: "ready".to_owned(),
+                to: to.to_owned(),
+            };
+            fixed.past.add_line(RunRecord::State(change), 0);
+        };
+        win(&mut fixed, "vff", "winner");
+        win(&mut fixed, "goon", "winner");
+        trigger.arm(&fixed.schemas, &[], &fixed.past);
+        trigger.step(&fixed.past, &[], 11_500_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &Phase::Armed, "vff has won");
+        win(&mut fixed, "vff", "ready");
+        trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
+        assert!(matches!(trigger.phase(), Phase::Fired { .. }));
     }
 }

@@ -9,12 +9,13 @@ use std::time::{Duration, Instant, SystemTime};
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_abi::describe::Type;
-use jde_conditions::Names;
+use jde_conditions::{Names, Triggers};
 use jde_core::Nanos;
 use jde_link::message::{Schemas, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
 use jde_log::{Options, Origin, Recorder, Selection, Stamps, Topic};
-use jde_records::RecordKind;
+use jde_records::snapshot::Snapshot;
+use jde_records::{RecordKind, RunRecord, StateRecord, state_name};
 
 use super::rate_limiter::RateLimiter;
 use super::{Context, Target};
@@ -82,11 +83,12 @@ impl Record {
         let options = options(&remote, self.overwrite);
         let is_triggered = self.trigger.is_some();
         let recorder = match (self.trigger, split) {
-            (Some(trigger), _) => Recorder::create_triggered(
-                &self.file,
-                options,
-                session::parse_triggers(&trigger, condition_names(&remote, &variables)?)?,
-            ),
+            (Some(trigger), _) => {
+                let names = condition_names(&remote, &variables)?;
+                let mut trigger = session::parse_triggers(&trigger, names)?;
+                process_states(&mut trigger.triggers, &remote.hierarchy()?);
+                Recorder::create_triggered(&self.file, options, trigger)
+            }
             (None, Some(split)) => Recorder::create_split(&self.file, options, split),
             (None, None) => Recorder::create(&self.file, options),
         };
@@ -168,6 +170,20 @@ fn condition_names(remote: &Remote, variables: &[VariableInfo]) -> Result<Names,
         groups: groups.into_iter().map(|group| group.name).collect(),
         variables: types.collect::<Result<_, Failure>>()?,
     })
+}
+
+/// Passes the present states to the conditions. They make no condition true.
+fn process_states(triggers: &mut Triggers, hierarchy: &Snapshot) {
+    for schema in &hierarchy.schemas {
+        let state = state_name(schema.state).to_owned();
+        let state = StateRecord {
+            time_s: hierarchy.time as f64 / 1e9,
+            schema: schema.name.clone(),
+            from: state.clone(),
+            to: state,
+        };
+        triggers.process_record(&RunRecord::State(state), &mut Vec::new());
+    }
 }
 
 /// Waits until the recording has to end.
