@@ -15,7 +15,7 @@ const EXPRESSIONS: [&str; 6] = [
     "math.least(pioneer.laser.ranges) < 0.3",
     "pioneer.laser.ranges.exists(r, r < 0.3)",
     // Not over numbers: CEL's interpreter evaluates it.
-    "pioneer.name == 'pioneer'",
+    "pioneer.name.data == 'pioneer'",
 ];
 const ROUNDS: usize = 20;
 

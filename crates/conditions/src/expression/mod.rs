@@ -8,12 +8,12 @@ use std::sync::{Arc, LazyLock};
 use cel::{Context, Env, Program, Value, extensions};
 use jde_abi::describe::Type;
 
-use super::check::check;
-use super::compiled::{self, Node, Number};
-use super::condition::{BadCondition, Mistake, Reason};
-use super::kind::Kind;
-use super::words::replace_words;
-use super::{Names, value_view};
+use crate::check::check;
+use crate::compiled::{self, Node, Number};
+use crate::condition::{BadCondition, Mistake, Reason};
+use crate::kind::Kind;
+use crate::words::replace_words;
+use crate::{Names, value_view};
 
 /// The largest length of an expression, in bytes. A longer one would be hard to read.
 const MAX_LENGTH: usize = 1000;

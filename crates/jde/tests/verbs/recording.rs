@@ -168,6 +168,8 @@ fn r16_conditions_give_the_same_files_in_each_run_in_lockstep() {
             "guide.mission.reached >= 1u",
             "--when",
             "pioneer.laser.ranges.exists(r, r < 0.9)",
+            "--when",
+            "goon.won and clearance < 1.2 and time > 1",
             "--before",
             "2s",
             "--after",

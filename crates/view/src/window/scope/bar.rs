@@ -119,7 +119,7 @@ impl Scope {
                     arm = true;
                 }
             }
-            ui.weak("or an expression over variables: pioneer.laser.ranges.exists(r, r < 0.3)");
+            ui.weak("or an expression over variables and signals: vff.won and clearance < 0.2");
             if ui.selectable_label(false, "no trigger").clicked() {
                 self.trigger.saved.text.clear();
                 arm = true;

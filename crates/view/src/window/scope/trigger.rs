@@ -324,4 +324,26 @@ mod tests {
         let trouble = trigger.trouble.as_deref().unwrap_or_default();
         assert!(trouble.contains("`example/base`"), "{trouble}");
     }
+
+    #[test]
+    fn states_before_the_trigger_is_armed_are_known_and_later_ones_fire_it() {
+        let (mut trigger, mut fixed, mut axis) = armed("goon.won and not vff.won", Mode::Normal);
+        let win = |fixed: &mut Fixed, schema: &str, to: &str| {
+            let change = StateRecord {
+                time_s: 11.0,
+                schema: schema.to_owned(),
+                from: "ready".to_owned(),
+                to: to.to_owned(),
+            };
+            fixed.past.add_line(RunRecord::State(change), 0);
+        };
+        win(&mut fixed, "vff", "winner");
+        win(&mut fixed, "goon", "winner");
+        trigger.arm(&fixed.schemas, &[], &fixed.past);
+        trigger.step(&fixed.past, &[], 11_500_000_000, &mut axis);
+        assert_eq!(trigger.phase(), &Phase::Armed, "vff has won");
+        win(&mut fixed, "vff", "ready");
+        trigger.step(&fixed.past, &[], 12_000_000_000, &mut axis);
+        assert!(matches!(trigger.phase(), Phase::Fired { .. }));
+    }
 }
