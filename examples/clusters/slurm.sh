@@ -12,7 +12,7 @@
 #SBATCH --requeue
 #SBATCH --open-mode=append
 # A minute before the time limit, so that results are written and the task returns to the queue.
-#SBATCH --signal=B:TERM@60
+#SBATCH --signal=B:USR1@60
 
 # How often a task may return to the queue before something is wrong with it.
 readonly RESTARTS=20
@@ -29,7 +29,7 @@ jde experiment "$1" --shard "$part/$parts" --out "$2/part-$part-of-$parts" --res
     --jobs "${SLURM_CPUS_PER_TASK:-1}" &
 jde=$!
 stopped=no
-trap 'stopped=yes; kill -TERM $jde' TERM
+trap 'stopped=yes; kill -TERM $jde' USR1
 wait $jde
 status=$?
 if [ $stopped = yes ]; then

@@ -1,6 +1,7 @@
 //! The example for Dask with a scheduler and two workers, one of which is killed in the middle of a part with
 //! all that it runs, as if its machine had lost its power.
 
+use std::fs;
 use std::process::Command;
 
 use anyhow::{Result, bail, ensure};
@@ -40,6 +41,11 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let _scheduler = trial.spawn("scheduler", dask("scheduler").args(["--port", "0"]))?;
     let mut victim = trial.spawn("victim", dask("worker").args(WORKER).env(VICTIM, &trial.folder))?;
     let _survivor = trial.spawn("survivor", dask("worker").args(WORKER))?;
+    poll("the workers", || {
+        let log = |name| fs::read_to_string(trial.folder.join(name)).unwrap_or_default();
+        let is_ready = |name| log(name).contains("Registered to");
+        Ok((is_ready("victim.log") && is_ready("survivor.log")).then_some(()))
+    })?;
     let mut example = Command::new(&python);
     example
         .arg(context.root.join(EXAMPLE))
@@ -47,21 +53,23 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         .args(SCHEDULER);
     let mut example = trial.spawn("example", &mut example)?;
 
-    // Each worker is in the middle of a part.
-    let begun = poll("the first result of two parts", || {
+    let is_under_way = |part: &usize| trial.has_begun(*part) && !trial.has_ended(*part);
+    let under_way: Vec<usize> = poll("two parts under way, one on each worker", || {
         if let Some(status) = example.0.try_wait()? {
             bail!("the example ended with {status}");
         }
-        let begun: Vec<usize> = (1..=PARTS).filter(|part| trial.has_begun(*part)).collect();
-        Ok((begun.len() >= 2).then_some(begun))
+        let parts: Vec<usize> = (1..=PARTS).filter(is_under_way).collect();
+        Ok((parts.len() == 2).then_some(parts))
     })?;
     kill(&processes_with(
         "environ",
         &format!("{VICTIM}={}", trial.folder.display()),
     )?);
     println!("killed a worker: {}", victim.0.wait()?);
-    let is_too_late = begun.iter().any(|part| trial.has_ended(*part));
-    ensure!(!is_too_late, "a part ended before the worker was killed");
+    ensure!(
+        under_way.iter().all(is_under_way),
+        "a part ended before the worker was killed"
+    );
     let status = poll("the end of the example", || Ok(example.0.try_wait()?))?;
     ensure!(status.success(), "the example ended with {status}");
     trial.compare()?;
