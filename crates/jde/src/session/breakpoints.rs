@@ -69,28 +69,24 @@ impl PreparedExtension for RunBreakpoints {
     fn before_start(&self, _: &Arc<Plugins>) -> StartHook {
         let (state, watches, asks) = (Arc::clone(&self.state), Arc::clone(&self.watches), self.asks);
         Box::new(move |handle| {
-            let names: Vec<String> = {
-                let mut state = lock(&state);
-                state.handle = Some(handle.clone());
-                state
-                    .triggers
-                    .variables()
-                    .into_iter()
-                    .map(str::to_owned)
-                    .collect()
-            };
-            let asking = Arc::clone(&state);
-            for variable in names.iter().filter_map(|name| handle.board().find(name)) {
+            lock(&state).handle = Some(handle.clone());
+            // Each publication is an instant for conditions on the time alone.
+            for variable in handle.board().list() {
                 let state = Arc::clone(&state);
-                let reader = Mutex::new(variable.reader("breakpoint"));
                 let name = variable.describe().full_name();
-                let watch = variable.watch(move || {
-                    let mut reader = lock(&reader);
-                    let bytes = reader.latch_newest().map(|latched| latched.bytes);
-                    lock(&state).take_value(&name, bytes);
+                let is_read = lock(&state).triggers.variables().contains(name.as_str());
+                let reader = is_read.then(|| Mutex::new(variable.reader("breakpoint")));
+                let watch = variable.watch(move || match &reader {
+                    Some(reader) => {
+                        let mut reader = lock(reader);
+                        let bytes = reader.latch_newest().map(|latched| latched.bytes);
+                        lock(&state).take_value(&name, bytes);
+                    }
+                    None => lock(&state).advance(),
                 });
                 lock(&watches).push(watch);
             }
+            let asking = Arc::clone(&state);
             if asks {
                 let handle = handle.clone();
                 thread::Builder::new()
@@ -135,8 +131,16 @@ impl BreakpointState {
             Some(bytes) => self.triggers.process_value(now, variable, bytes, &mut fired),
             None => self.triggers.process_retraction(now, variable, &mut fired),
         }
-        self.triggers.advance(now, &mut fired);
         self.stop(fired.first());
+        self.advance();
+    }
+
+    fn advance(&mut self) {
+        if let Some(handle) = &self.handle {
+            let mut fired = Vec::new();
+            self.triggers.advance(handle.now(), &mut fired);
+            self.stop(fired.first());
+        }
     }
 
     /// Lets time stand still at the first condition that became true.

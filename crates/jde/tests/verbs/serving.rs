@@ -311,15 +311,15 @@ fn invalid_arguments_of_sim_have_exit_status_2_and_a_hint() {
 }
 
 #[test]
-fn a_device_cannot_be_driven_in_lockstep_or_faster_than_real_time() {
+fn a_device_cannot_be_driven_in_lockstep_or_faster_than_real_time_or_halted() {
     let folder = tempfile::tempdir().unwrap();
     let app = safe_navigation(folder.path(), "tcp:127.0.0.1:1");
-    for option in [&["--lockstep"][..], &["--speed", "2x"]] {
+    for option in [&["--lockstep"][..], &["--speed", "2x"], &["--break", "collision"]] {
         let run = output_of(&mut jde_with_plugins(
             &[&["run", &*app, "--plain"], option].concat(),
         ));
         assert_eq!(run.status, Some(1), "{}", run.err);
         let output = run.out + &run.err;
-        assert!(output.contains("run without --lockstep and --speed"), "{output}");
+        assert!(output.contains("run without --lockstep, --speed and --break"), "{output}");
     }
 }

@@ -86,7 +86,7 @@ impl<T: Default + Send + 'static> WatchList<T> {
 
     /// Requests a subscription at a rate, and returns what arrived of it.
     pub(super) fn request(&mut self, name: &str, rate: Rate) -> MutexGuard<'_, Slot<T>> {
-        if !self.watched.get(name).is_some_and(|watched| watched.rate >= rate) {
+        if self.watched.get(name).is_none_or(|watched| watched.rate < rate) {
             let watched = self.watched.entry(name.to_owned());
             watched
                 .or_insert_with(|| Watched::new(rate))
