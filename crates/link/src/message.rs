@@ -274,6 +274,10 @@ pub enum Action {
     StopAll,
     /// Lets the roots that `StopAll` stopped run again.
     ReleaseAll,
+    /// Lets the time of an application that stands still pass again.
+    Continue,
+    /// Lets a little time pass of an application that stands still.
+    Step,
     /// Undoes what this operator did to a schema; actions of other operators remain.
     LetGo {
         /// The schema.
@@ -370,14 +374,17 @@ impl Action {
             | Self::Reload { schema, .. }
             | Self::Touch { schema, .. }
             | Self::Renew { schema } => schema,
-            Self::StopAll | Self::ReleaseAll => "",
+            Self::StopAll | Self::ReleaseAll | Self::Continue | Self::Step => "",
         }
     }
 
     /// Whether the action applies to the whole application.
     #[must_use]
     pub fn is_global(&self) -> bool {
-        matches!(self, Self::StopAll | Self::ReleaseAll)
+        matches!(
+            self,
+            Self::StopAll | Self::ReleaseAll | Self::Continue | Self::Step
+        )
     }
 }
 

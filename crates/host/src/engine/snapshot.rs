@@ -23,6 +23,7 @@ impl Engine {
                 .map(|(number, _)| self.schema_view(rules, number))
                 .collect(),
             groups: groups.map(|(number, _)| self.group_view(rules, number)).collect(),
+            standstill: self.clock.standstill_reason(),
         }
     }
 

@@ -21,7 +21,8 @@ const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Control running applications",
         &[
-            "set", "play", "stop", "force", "release", "period", "reload", "unload", "load",
+            "set", "play", "stop", "force", "release", "period", "reload", "unload", "load", "continue",
+            "step",
         ],
     ),
 ];

@@ -141,6 +141,8 @@ impl ObservedApplication for RemoteApplication {
             },
             Action::StopAll => OperatorAction::StopAll,
             Action::ReleaseAll => OperatorAction::ReleaseAll,
+            Action::Continue => OperatorAction::Continue,
+            Action::Step => OperatorAction::Step,
         };
         self.remote
             .operate(&request(action))

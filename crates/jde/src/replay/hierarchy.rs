@@ -96,6 +96,7 @@ impl HierarchyNames {
                 time: 0,
                 groups: groups.collect(),
                 schemas: views,
+                ..Snapshot::default()
             },
         }
     }

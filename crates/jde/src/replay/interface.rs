@@ -249,7 +249,7 @@ impl Subject for PlayedRecording {
             Action::Touch { schema, .. } => Err(refusal(format!(
                 "this is a recording: what the panel of `{schema}` showed can be looked at, and not touched"
             ))),
-            Action::StopAll | Action::ReleaseAll => {
+            Action::StopAll | Action::ReleaseAll | Action::Continue | Action::Step => {
                 Err(refusal("this is a recording: nothing moves".to_owned()))
             }
             other => Err(refusal(format!(

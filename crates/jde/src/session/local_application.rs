@@ -57,18 +57,14 @@ impl ObservedApplication for LocalApplication<'_> {
             Action::Period(schema, period) => self.operator.set_period(schema, period),
             Action::StopAll => self.operator.stop_all(),
             Action::ReleaseAll => self.operator.release_all(),
-        }
-    }
-
-    fn standstill(&self) -> Option<String> {
-        self.handle.standstill()
-    }
-
-    fn go_on(&self, one_step: bool) {
-        if one_step {
-            self.handle.step();
-        } else {
-            self.handle.go_on();
+            Action::Continue => {
+                self.handle.go_on();
+                Ok(())
+            }
+            Action::Step => {
+                self.handle.step();
+                Ok(())
+            }
         }
     }
 

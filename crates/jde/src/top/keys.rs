@@ -46,8 +46,8 @@ impl ViewState {
             // The key that is found fastest stops everything, and never does the opposite: `g` does.
             KeyCode::Char(' ') => self.act(app, Action::StopAll),
             KeyCode::Char('g') => self.act(app, Action::ReleaseAll),
-            KeyCode::Char('c') if self.standstill.is_some() => app.go_on(false),
-            KeyCode::Char('n') if self.standstill.is_some() => app.go_on(true),
+            KeyCode::Char('c') if self.snapshot.standstill.is_some() => self.act(app, Action::Continue),
+            KeyCode::Char('n') if self.snapshot.standstill.is_some() => self.act(app, Action::Step),
             KeyCode::Char(letter) => self.operate(app, letter),
             _ => {}
         }
@@ -114,6 +114,8 @@ impl ViewState {
             }
             Action::StopAll => "everything is stopped; g releases it".to_owned(),
             Action::ReleaseAll => "everything is released; the hierarchy decides again".to_owned(),
+            Action::Continue => "time passes again".to_owned(),
+            Action::Step => "a step".to_owned(),
         };
         self.status = Some(match app.act(action) {
             Ok(()) => ActionResult::Done(done),

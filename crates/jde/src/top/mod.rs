@@ -45,16 +45,6 @@ pub(crate) trait ObservedApplication {
     /// The reason of a refusal, as text for the status line.
     fn act(&self, action: Action) -> Result<(), String>;
 
-    /// Returns why its time stands still; `None` while it passes.
-    fn standstill(&self) -> Option<String> {
-        None
-    }
-
-    /// Lets its time pass again, or only a little.
-    fn go_on(&self, one_step: bool) {
-        let _ = one_step;
-    }
-
     /// Returns how the application ended; `None` while it runs.
     fn outcome(&self) -> Option<Outcome>;
 
@@ -79,6 +69,10 @@ pub(crate) enum Action {
     StopAll,
     /// End the stop of everything.
     ReleaseAll,
+    /// Let time pass that stands still.
+    Continue,
+    /// Let a little time pass that stands still.
+    Step,
 }
 
 /// The pose and the target of a robot, in metres and radians in the frame of its odometry.

@@ -33,8 +33,6 @@ pub(super) struct ViewState {
     pub(super) rows: Vec<Row>,
     pub(super) robot: Option<RobotView>,
     pub(super) outcome: Option<Outcome>,
-    /// Why time stands still; `None` while it passes.
-    pub(super) standstill: Option<String>,
     pub(super) log: Vec<String>,
     pub(super) history: History,
     pub(super) switches: Switches,
@@ -85,7 +83,6 @@ impl ViewState {
             snapshot,
             robot: None,
             outcome: None,
-            standstill: None,
             log: Vec::new(),
             history: History::default(),
             switches: Switches::default(),
@@ -105,7 +102,6 @@ impl ViewState {
         self.rows = tree::rows(&self.snapshot);
         self.robot = app.robot();
         self.outcome = app.outcome();
-        self.standstill = app.standstill();
         self.log = app.log_lines().iter().map(|line| escape(line)).collect();
         self.history.observe(&self.snapshot);
         self.switches.observe(&self.snapshot);
@@ -163,6 +159,7 @@ impl ViewState {
 /// Escapes the control characters in the texts of a snapshot, which may come from any application.
 fn escape_texts(mut snapshot: Snapshot) -> Snapshot {
     let show = |text: &mut String| *text = escape(text);
+    snapshot.standstill.iter_mut().for_each(show);
     for schema in &mut snapshot.schemas {
         show(&mut schema.name);
         show(&mut schema.type_name);

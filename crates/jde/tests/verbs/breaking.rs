@@ -1,10 +1,11 @@
 //! `jde run --break`: the time of an application stands still, and goes on as it is told.
 
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStderr, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 
 use jde_watchdog::Watchdog;
 
+use crate::attached::Sandbox;
 use crate::support::{jde_with_plugins, json, pair};
 
 /// A run with breakpoints whose standard input is a pipe.
@@ -16,8 +17,12 @@ struct Run {
 
 impl Run {
     fn start(args: &[&str]) -> Self {
+        Self::spawn(jde_with_plugins(&[&["run"], args].concat()))
+    }
+
+    fn spawn(mut command: Command) -> Self {
         let watchdog = Watchdog::for_test();
-        let mut child = jde_with_plugins(&[&["run"], args].concat())
+        let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -113,6 +118,33 @@ fn real_time_stands_still_on_threads_and_in_a_pool_and_nothing_is_late() {
             assert_eq!(schema["faults"], 0, "{summary}");
         }
     }
+}
+
+#[test]
+fn time_passes_again_when_a_tool_from_outside_says_so() {
+    let sandbox = Sandbox::new();
+    let mut run = Run::spawn(sandbox.command(jde_with_plugins(&[
+        "run",
+        &pair(),
+        "--plain",
+        "--for",
+        "1s",
+        "--json",
+        "--break",
+        "time > 0.3",
+    ])));
+    let still = run.still();
+    let now = sandbox.json(&["ps"]);
+    assert_eq!(now["standstill"], "time > 0.3", "{now}");
+    for verb in ["step", "continue"] {
+        let output = sandbox.run(&[verb]);
+        assert_eq!(output.status, Some(0), "{verb}: {}", output.err);
+    }
+    let refused = sandbox.run(&["step"]);
+    assert_eq!(refused.status, Some(1), "{}", refused.out);
+    let (status, out) = run.end();
+    assert_eq!(status, Some(0), "it stood still at {still} s");
+    assert!(json(&out)["sim_seconds"].as_f64().unwrap() >= 1.0, "{out}");
 }
 
 #[test]

@@ -320,6 +320,9 @@ fn a_device_cannot_be_driven_in_lockstep_or_faster_than_real_time_or_halted() {
         ));
         assert_eq!(run.status, Some(1), "{}", run.err);
         let output = run.out + &run.err;
-        assert!(output.contains("run without --lockstep, --speed and --break"), "{output}");
+        assert!(
+            output.contains("run without --lockstep, --speed and --break"),
+            "{output}"
+        );
     }
 }

@@ -39,7 +39,7 @@ impl Leases {
             Action::Touch { .. } => {
                 return Err(Refusal::new("a gesture takes effect once and can have no lease"));
             }
-            Action::StopAll | Action::ReleaseAll => {
+            Action::StopAll | Action::ReleaseAll | Action::Continue | Action::Step => {
                 return Err(Refusal::lease_on_global());
             }
             _ => {}

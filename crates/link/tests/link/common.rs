@@ -159,6 +159,7 @@ impl Subject for TestSubject {
             time: self.now(),
             schemas: Vec::new(),
             groups: Vec::new(),
+            ..Snapshot::default()
         };
         self.snapshots.fetch_add(1, Ordering::Relaxed);
         drop(self.snapshot_lock.lock().unwrap());

@@ -20,6 +20,9 @@ pub struct Snapshot {
     pub schemas: Vec<SchemaView>,
     /// Every group, in the application's order.
     pub groups: Vec<GroupView>,
+    /// Why time stands still; `None` while it passes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standstill: Option<String>,
 }
 
 impl Snapshot {
@@ -272,6 +275,7 @@ mod tests {
                     switches: 6,
                 }),
             }],
+            ..Snapshot::default()
         }
     }
 

@@ -228,6 +228,7 @@ mod tests {
             time: (seconds * 1e9) as u64,
             schemas: vec![schema],
             groups: Vec::new(),
+            ..Snapshot::default()
         });
     }
 

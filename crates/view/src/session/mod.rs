@@ -220,6 +220,11 @@ impl Session {
         holds.any(|hold| hold.with_everything)
     }
 
+    /// Why time stands still; `None` while it passes.
+    pub(crate) fn standstill(&self) -> Option<&str> {
+        self.snapshot.standstill.as_deref()
+    }
+
     /// The time of the newest snapshot, in s since the application's start.
     pub(crate) fn now(&self) -> f64 {
         self.snapshot.time as f64 / 1e9

@@ -320,6 +320,7 @@ fn thousand(bands: usize) -> Fixed {
         time: 1_000_000_000_000,
         schemas,
         groups,
+        ..jde_records::snapshot::Snapshot::default()
     };
     let mut fixed = Fixed::of(snapshot);
     let states = ["slept", "checking", "ready", "winner"];

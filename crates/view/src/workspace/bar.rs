@@ -141,6 +141,23 @@ impl Workspace {
         if self.session.is_recording() || self.session.is_gone() {
             return;
         }
+        if let Some(reason) = self.session.standstill() {
+            if ui
+                .button("Continue")
+                .on_hover_text("Time passes again.")
+                .clicked()
+            {
+                self.session.act(Action::Continue);
+            }
+            if ui
+                .button("Step")
+                .on_hover_text("Lets a little time pass.")
+                .clicked()
+            {
+                self.session.act(Action::Step);
+            }
+            ui.colored_label(ui.visuals().warn_fg_color, format!("stands still: {reason}"));
+        }
         // Works in text fields too, and in every window.
         if ui.input_mut(|input| input.consume_key(egui::Modifiers::CTRL, egui::Key::Space)) {
             self.session.act(Action::StopAll);

@@ -30,7 +30,7 @@ pub(super) fn title(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let state = match (&screen.outcome, screen.stopped_by()) {
         (Some(outcome), _) => outcome_text(outcome),
         (None, Some(operator)) => format!("STOPPED by {operator}"),
-        (None, None) if screen.standstill.is_some() => "STANDS STILL".to_owned(),
+        (None, None) if screen.snapshot.standstill.is_some() => "STANDS STILL".to_owned(),
         (None, None) => "running".to_owned(),
     };
     let clock = format!(" {state}  {seconds:.1} s ");
@@ -89,10 +89,10 @@ pub(super) fn status(frame: &mut Frame, area: Rect, screen: &ViewState) {
             ),
             screen.theme.strong(),
         ),
-        (Mode::Watch | Mode::Help, Some(_) | None) => match &screen.standstill {
+        (Mode::Watch | Mode::Help, Some(_) | None) => match &screen.snapshot.standstill {
             Some(reason) if screen.outcome.is_none() => Line::from(vec![
                 Span::styled("stands still: ", screen.theme.strong()),
-                Span::raw(escape(reason)),
+                Span::raw(reason.as_str()),
                 Span::styled("  c continues, n makes a step", screen.theme.faint()),
             ]),
             _ => Line::from(status_text),

@@ -62,6 +62,7 @@ pub(super) fn snapshot(time: Nanos, schemas: Vec<SchemaView>, groups: Vec<GroupV
         time,
         schemas,
         groups,
+        ..Snapshot::default()
     }
 }
 

@@ -144,6 +144,7 @@ pub(crate) fn navigation() -> Fixed {
             group("roots", None, &[1, 2]),
             group("example/base", Some(2), &[3, 4, 5]),
         ],
+        ..Snapshot::default()
     };
     let mut fixed = Fixed::of(snapshot);
     for (time, schema, from, to) in [

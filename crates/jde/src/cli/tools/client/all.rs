@@ -32,6 +32,15 @@ pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure>
     )
 }
 
+/// Lets the time of applications that stand still pass again, or only a little.
+pub(super) fn pass_time(context: &Context, target: &Target, one_step: bool) -> Result<(), Failure> {
+    let (action, effect) = match one_step {
+        true => (Action::Step, "made a step"),
+        false => (Action::Continue, "go on"),
+    };
+    send_to_all(context, target, action, effect, "`jde top` shows the time")
+}
+
 /// Sends the action to all applications at the same time and prints each reply as it arrives. One that does
 /// not reply does not delay the others.
 fn send_to_all(

@@ -15,6 +15,7 @@ mod record;
 mod reload;
 mod resolve;
 mod set;
+mod standstill;
 mod stop;
 mod target;
 mod top;
@@ -48,6 +49,8 @@ pub(crate) enum Client {
     Unload(operate::Unload),
     Load(operate::Load),
     Reload(reload::Reload),
+    Continue(standstill::Continue),
+    Step(standstill::Step),
     Record(record::Record),
 }
 
@@ -73,6 +76,8 @@ impl Client {
             Self::Unload(unload) => unload.run(context),
             Self::Load(load) => load.run(context),
             Self::Reload(reload) => reload.run(context),
+            Self::Continue(go_on) => go_on.run(context),
+            Self::Step(step) => step.run(context),
             Self::Record(record) => record.run(context),
         }
     }

@@ -1,0 +1,34 @@
+//! `jde continue` and `jde step`: the time of an application that stands still at a breakpoint.
+
+use clap::Args;
+
+use super::{Context, Target, all};
+use crate::failure::Failure;
+
+/// Let time pass again that stands still at a breakpoint of `jde run --break`.
+#[derive(Args)]
+pub(crate) struct Continue {
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Let a little time pass that stands still at a breakpoint: 10 ms, or to the next instant in lockstep.
+#[derive(Args)]
+pub(crate) struct Step {
+    #[command(flatten)]
+    target: Target,
+}
+
+impl Continue {
+    /// Runs the verb.
+    pub(super) fn run(self, context: &Context) -> Result<(), Failure> {
+        all::pass_time(context, &self.target, false)
+    }
+}
+
+impl Step {
+    /// Runs the verb.
+    pub(super) fn run(self, context: &Context) -> Result<(), Failure> {
+        all::pass_time(context, &self.target, true)
+    }
+}
