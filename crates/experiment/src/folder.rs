@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use crate::applications::Applications;
 use crate::experiment::{AxisValues, Experiment};
 use crate::result::DriveResult;
-use crate::store::{ReadResultsError, read_results};
+use crate::store::{ReadResultsError, read_results, replace};
 
 /// The file of the results.
 const RESULTS: &str = "results.jsonl";
@@ -100,19 +100,25 @@ impl ResultsFolder {
             Existing::Resume if is_occupied => {
                 let found = FolderState::read(path)?;
                 found.expect_same(state, path)?;
-                read_results(&results, &experiment.columns)?
+                // There are none if the call that wrote the state was killed at once.
+                if results.exists() {
+                    read_results(&results, &experiment.columns)?
+                } else {
+                    Vec::new()
+                }
             }
             Existing::Refuse | Existing::Replace | Existing::Resume => Vec::new(),
         };
         let text = serde_json::to_string_pretty(state).expect("it has texts and numbers");
         let state_file = path.join(STATE);
-        fs::write(&state_file, text + "\n").map_err(file_error(&state_file))?;
-        // A torn last line is left out.
-        let text: String = kept
-            .iter()
-            .map(|result| result.to_line(&experiment.columns) + "\n")
-            .collect();
-        fs::write(&results, text).map_err(file_error(&results))?;
+        replace(&state_file, |output| writeln!(output, "{text}")).map_err(file_error(&state_file))?;
+        // A torn last line is left out. As a whole: if this is interrupted, the results before remain, and if another call
+        // still writes to the folder, its lines go to the file that it opened and not between these.
+        replace(&results, |output| {
+            kept.iter()
+                .try_for_each(|result| writeln!(output, "{}", result.to_line(&experiment.columns)))
+        })
+        .map_err(file_error(&results))?;
         let lines = File::options()
             .append(true)
             .open(&results)

@@ -7,6 +7,8 @@ use std::process::ExitCode;
 use jde_isolation::{Program, serve, serve_inspections};
 use jde_loader::Plugins;
 
+#[cfg(feature = "tools")]
+use crate::interrupt::SignalListener;
 use crate::terminal;
 
 /// The argument that runs a schema.
@@ -77,6 +79,9 @@ fn serve_drives() -> Result<(), String> {
     use jde_experiment::worker::{WorkerArguments, serve};
     let arguments = std::env::args().skip(2);
     let arguments = WorkerArguments::read(arguments).ok_or("wrong arguments")?;
+    // The end of the input ends this process. A signal to all processes of a job, as Slurm sends, must not: the
+    // drive would have crashed.
+    let _listener = SignalListener::on_each(|_, _| {}).map_err(|error| error.to_string())?;
     serve(&arguments, &program())
 }
 

@@ -91,7 +91,8 @@ impl Scene {
             .map(|index| {
                 let solid = &self.solids[index as usize];
                 (sweep.range_to_box(&solid.aabb()), solid)
-            });
+            })
+            .take(sweep.rays().len() + 1);
         let mut near: Vec<(Option<f64>, &Solid)> = near.collect();
         let max = sweep.max();
         if near.len() > sweep.rays().len() {

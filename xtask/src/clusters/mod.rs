@@ -156,7 +156,16 @@ impl<'c> Trial<'c> {
     fn end_processes(&self) -> Result<()> {
         let mark = format!("{MARK}={}", self.folder.display());
         poll("the end of the trial's processes", || {
-            let processes = processes_with("environ", &mark)?;
+            let bytes = |path: &Path| path.as_os_str().as_encoded_bytes().to_vec();
+            let processes = processes(|process| {
+                // A daemon of Slurm writes its title over its variables. It runs in the trial's folder.
+                let variables = fs::read(process.join("environ")).unwrap_or_default();
+                let is_titled = !variables.contains(&b'=');
+                // The system appends a remark to the name of a deleted folder.
+                let place = fs::read_link(process.join("cwd")).unwrap_or_default();
+                let is_inside = bytes(&place).starts_with(&bytes(&self.folder));
+                contains(&variables, &mark) || (is_titled && is_inside)
+            })?;
             kill(&processes);
             Ok(processes.is_empty().then_some(()))
         })
@@ -171,18 +180,27 @@ impl Drop for Trial<'_> {
     }
 }
 
-/// Returns the processes with this text among their variables (`environ`) or arguments (`cmdline`).
-fn processes_with(file: &str, text: &str) -> Result<Vec<String>> {
+/// Returns the processes whose folder in `/proc` is accepted. A process may end meanwhile, and the files of other
+/// users' processes cannot be read.
+fn processes(is_accepted: impl Fn(&Path) -> bool) -> Result<Vec<String>> {
     let mut found = Vec::new();
     for entry in fs::read_dir("/proc")? {
-        // A process may end meanwhile, or belong to another user.
         let path = entry?.path();
-        let texts = fs::read(path.join(file)).unwrap_or_default();
-        if texts.split(|byte| *byte == 0).any(|part| part == text.as_bytes()) {
+        if is_accepted(&path) {
             found.extend(path.file_name().and_then(|id| id.to_str()).map(str::to_owned));
         }
     }
     Ok(found)
+}
+
+/// Returns the processes with this text among their variables (`environ`) or arguments (`cmdline`).
+fn processes_with(file: &str, text: &str) -> Result<Vec<String>> {
+    processes(|process| contains(&fs::read(process.join(file)).unwrap_or_default(), text))
+}
+
+/// Whether a text is one of several that end with a zero.
+fn contains(texts: &[u8], text: &str) -> bool {
+    texts.split(|byte| *byte == 0).any(|part| part == text.as_bytes())
 }
 
 /// Kills processes, which may have ended before.

@@ -201,6 +201,44 @@ fn an_interrupted_experiment_keeps_its_results_and_goes_on() {
 }
 
 #[test]
+fn a_signal_to_all_processes_of_an_experiment_stops_it_and_is_no_result() {
+    let _watchdog = Watchdog::for_test();
+    let folder = tempfile::tempdir().unwrap();
+    pair(folder.path());
+    let text = fs::read_to_string(folder.path().join("pair.toml")).unwrap();
+    fs::write(folder.path().join("pair.toml"), text.replace("1..6", "1..300")).unwrap();
+    let mut child = jde_with_plugins(&["experiment", "pair.toml", "--out", "out", "--jobs", "2"])
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    wait_for_a_line(&folder.path().join("out/results.jsonl"));
+    let mut all = Command::new("kill");
+    all.arg("-TERM")
+        .args(children(child.id()))
+        .arg(child.id().to_string());
+    assert!(all.status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    let lines = lines(&folder.path().join("out"));
+    assert!((1..600).contains(&lines.len()), "{} drives", lines.len());
+    for line in lines {
+        assert_eq!(line["outcome"], "passed", "{line}");
+    }
+}
+
+#[test]
+fn an_experiment_that_was_killed_before_its_first_result_is_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    pair(folder.path());
+    experiment(folder.path(), &["pair.toml", "--out", "out"]);
+    fs::remove_file(folder.path().join("out/results.jsonl")).unwrap();
+    let resumed = experiment(folder.path(), &["pair.toml", "--out", "out", "--resume"]);
+    assert_eq!(resumed.status, Some(0), "{}", resumed.err);
+    assert_eq!(lines(&folder.path().join("out")).len(), 12);
+}
+
+#[test]
 fn one_drive_again_gives_its_result_and_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     pair(folder.path());
@@ -319,6 +357,21 @@ fn wait_for_a_line(file: &Path) {
     while !fs::read_to_string(file).is_ok_and(|text| text.contains('\n')) {
         std::thread::yield_now();
     }
+}
+
+/// Returns the processes that this one has started.
+fn children(process: u32) -> Vec<String> {
+    let threads = fs::read_dir(format!("/proc/{process}/task")).unwrap();
+    let of_thread =
+        |thread: fs::DirEntry| fs::read_to_string(thread.path().join("children")).unwrap_or_default();
+    threads
+        .flat_map(|thread| {
+            of_thread(thread.unwrap())
+                .split_whitespace()
+                .map(str::to_owned)
+                .collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 fn interrupt(child: &Child) {
