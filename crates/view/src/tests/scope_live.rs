@@ -114,7 +114,7 @@ fn a_trigger_fires_on_a_collision_and_the_record_shows_the_cause() {
     set.expect("the value is in range");
     until(&mut harness, |harness| has(harness, "triggered at "));
     until(&mut harness, |harness| {
-        has(harness, "collision: several were ready") && has(harness, "holds")
+        has(harness, "collision: two or more were ready") && has(harness, "holds")
     });
 }
 
