@@ -156,19 +156,24 @@ impl<'c> Trial<'c> {
     fn end_processes(&self) -> Result<()> {
         let mark = format!("{MARK}={}", self.folder.display());
         poll("the end of the trial's processes", || {
-            let bytes = |path: &Path| path.as_os_str().as_encoded_bytes().to_vec();
             let processes = processes(|process| {
-                // A daemon of Slurm writes its title over its variables. It runs in the trial's folder.
                 let variables = fs::read(process.join("environ")).unwrap_or_default();
-                let is_titled = !variables.contains(&b'=');
-                // The system appends a remark to the name of a deleted folder.
-                let place = fs::read_link(process.join("cwd")).unwrap_or_default();
-                let is_inside = bytes(&place).starts_with(&bytes(&self.folder));
-                contains(&variables, &mark) || (is_titled && is_inside)
+                contains(&variables, &mark) || self.is_daemon(process)
             })?;
             kill(&processes);
             Ok(processes.is_empty().then_some(()))
         })
+    }
+
+    /// Whether a process is a daemon of Slurm in the trial's folder. Some write their titles over their variables.
+    fn is_daemon(&self, process: &Path) -> bool {
+        let linked = |link| fs::read_link(process.join(link)).unwrap_or_default();
+        // The system appends a remark to the name of a deleted folder.
+        let place = linked("cwd").display().to_string();
+        let program = linked("exe");
+        let program = program.file_name().unwrap_or_default();
+        program.as_encoded_bytes().starts_with(b"slurm")
+            && place.starts_with(&self.folder.display().to_string())
     }
 }
 
