@@ -19,8 +19,8 @@ const MAX_NAME_LENGTH: usize = 64;
 /// nothing.
 #[derive(Clone)]
 pub struct OperatorHandle {
-    engine: Arc<Engine>,
-    by: String,
+    pub(crate) engine: Arc<Engine>,
+    pub(crate) by: String,
 }
 
 impl OperatorHandle {

@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use jde_records::event::Outcome;
+use jde_records::event::{Event, Outcome};
 
+use crate::operator_handle::OperatorHandle;
 use crate::running::{Handle, Lockstep};
 
 /// How often an application in lockstep whose time stands still looks whether it is to end.
@@ -33,11 +34,16 @@ impl Lockstep {
 }
 
 impl Handle {
-    /// Lets time stand still for this reason, if [`Options::may_stand_still`] permits it: no schema takes a
-    /// turn, and nothing is late or ends. Everything can be looked at. In lockstep, the present instant ends
-    /// first.
+    /// Lets time stand still for this reason, if [`crate::Options::may_stand_still`](crate::Options::may_stand_still)
+    /// permits it: nothing becomes due, and nothing is late or ends. What is due or triggered at this instant
+    /// still takes its turn. It waits for nothing, so an observer may call it.
     pub fn stand_still(&self, reason: &str) {
-        self.engine.clock.stand_still(reason);
+        if self.engine.clock.stand_still(reason) {
+            self.engine.rules.report_later(Event::StoodStill {
+                time: self.engine.clock.now(),
+                reason: reason.to_owned(),
+            });
+        }
     }
 
     /// Returns why time stands still; `None` while it passes.
@@ -45,14 +51,43 @@ impl Handle {
     pub fn standstill(&self) -> Option<String> {
         self.engine.clock.standstill_reason()
     }
+}
 
-    /// Lets time pass again.
-    pub fn go_on(&self) {
-        self.engine.clock.go_on();
+impl OperatorHandle {
+    /// Lets time pass again that stands still.
+    ///
+    /// # Errors
+    /// Time passes already.
+    pub fn continue_time(&self) -> Result<(), String> {
+        self.pass_time(false)
     }
 
-    /// Lets a little time pass while it stands still: to the next instant in lockstep, otherwise 10 ms.
-    pub fn step(&self) {
-        self.engine.clock.step();
+    /// Lets a little time pass, and then stand still again: to the next instant in lockstep, otherwise 10 ms.
+    ///
+    /// # Errors
+    /// Time passes already.
+    pub fn step_time(&self) -> Result<(), String> {
+        self.pass_time(true)
+    }
+
+    fn pass_time(&self, one_step: bool) -> Result<(), String> {
+        if !self.engine.clock.is_still() {
+            return Err(String::from(
+                "its time passes; `jde run --break CONDITION` lets it stand still",
+            ));
+        }
+        // Reports the standstill before its end.
+        self.engine.rules.transact(|_, _, _| ());
+        self.engine.rules.report_now(|time| Event::WentOn {
+            time,
+            by: self.by.clone(),
+            one_step,
+        });
+        if one_step {
+            self.engine.clock.step();
+        } else {
+            self.engine.clock.go_on();
+        }
+        Ok(())
     }
 }

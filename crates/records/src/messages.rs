@@ -117,7 +117,7 @@ pub struct EventRecord {
     /// When, s since the application's start.
     pub time_s: f64,
     /// `ok`, `overrun`, `arbitration-failed`, `faulted`, `hung`, `left-behind`, `came-back`, `late`,
-    /// `chatters`, `calmed`, `stalled`, `refused`, `operator`, `drag`, `retracted`, `trigger`,
+    /// `chatters`, `calmed`, `stalled`, `stands-still`, `refused`, `operator`, `drag`, `retracted`, `trigger`,
     /// `reloaded`, `reload-undone`, `ended`.
     pub kind: String,
     /// The schema concerned, if any.

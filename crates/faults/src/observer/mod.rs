@@ -269,6 +269,8 @@ impl ObserverState {
             | Event::TookOver { .. }
             | Event::ChatteringStarted { .. }
             | Event::ChatteringEnded { .. }
+            | Event::StoodStill { .. }
+            | Event::WentOn { .. }
             | Event::Stalled { .. }
             | Event::Ended { .. } => return,
         };

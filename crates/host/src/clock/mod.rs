@@ -102,11 +102,11 @@ impl Clock {
         }
     }
 
-    /// Lets time stand still, for this reason, if that is permitted. Nothing is due meanwhile.
-    pub(crate) fn stand_still(&self, reason: &str) {
-        if let Some(standstill) = self.standstill() {
-            standstill.stop(|| self.now(), reason);
-        }
+    /// Lets time stand still, for this reason, if that is permitted. Nothing becomes due meanwhile. Returns
+    /// whether time passed until now.
+    pub(crate) fn stand_still(&self, reason: &str) -> bool {
+        self.standstill()
+            .is_some_and(|standstill| standstill.stop(|| self.now(), reason))
     }
 
     /// Returns why time stands still; `None` while it passes.

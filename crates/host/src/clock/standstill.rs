@@ -43,6 +43,7 @@ impl Default for Standstill {
 impl Standstill {
     /// Returns the application's time, where `running` would be the time if it had never stood still. It
     /// never goes back.
+    #[inline(never)]
     pub(crate) fn now(&self, running: impl Fn() -> Nanos) -> Nanos {
         loop {
             let frozen = self.frozen.load(Ordering::Acquire);

@@ -12,6 +12,7 @@ use jde_host::{Handle, StartHook};
 use jde_loader::Plugins;
 use jde_records::event::{Event, Observer};
 
+use super::local_application::terminal_operator;
 use super::extension::{Extension, PreparedExtension, RunContext};
 use super::record::condition_failure;
 use super::recording_summary::RecordingSummary;
@@ -95,7 +96,8 @@ impl PreparedExtension for RunBreakpoints {
                         ask(&handle);
                         // Nobody is left to let time pass again.
                         lock(&asking).handle = None;
-                        handle.go_on();
+                        // It may pass already.
+                        let _ = terminal_operator(&handle).continue_time();
                     })?;
             }
             Ok(())
@@ -160,6 +162,7 @@ const KEYS: &str = "c continues, n makes a step, q quits";
 /// Says where time stands still, and does what is typed, until standard input ends; then the application goes
 /// on without breakpoints.
 fn ask(handle: &Handle) {
+    let operator = terminal_operator(handle);
     let mut lines = io::stdin().lock().lines();
     let mut told = None;
     while handle.outcome().is_none() {
@@ -180,9 +183,10 @@ fn ask(handle: &Handle) {
         }
         match lines.next() {
             Some(Ok(line)) => match line.trim() {
-                "c" => handle.go_on(),
+                // A tool may have let time pass meanwhile.
+                "c" => drop(operator.continue_time()),
                 "n" => {
-                    handle.step();
+                    let _ = operator.step_time();
                     wait_for_step(handle, now);
                 }
                 "q" => handle.stop(),

@@ -24,14 +24,18 @@ impl<'l> LocalApplication<'l> {
     /// Wraps an application and the lines that the log keeps.
     pub(crate) fn new(handle: Handle, log: &'l Log) -> Self {
         let sampler = Mutex::new(Sampler::new(&handle));
-        let operator = std::env::var("USER").unwrap_or_else(|_| String::from("terminal"));
         Self {
-            operator: handle.operator(&operator),
+            operator: terminal_operator(&handle),
             handle,
             sampler,
             log,
         }
     }
+}
+
+/// Returns the operator at this process's terminal.
+pub(super) fn terminal_operator(handle: &Handle) -> OperatorHandle {
+    handle.operator(&std::env::var("USER").unwrap_or_else(|_| String::from("terminal")))
 }
 
 impl ObservedApplication for LocalApplication<'_> {
@@ -57,14 +61,8 @@ impl ObservedApplication for LocalApplication<'_> {
             Action::Period(schema, period) => self.operator.set_period(schema, period),
             Action::StopAll => self.operator.stop_all(),
             Action::ReleaseAll => self.operator.release_all(),
-            Action::Continue => {
-                self.handle.go_on();
-                Ok(())
-            }
-            Action::Step => {
-                self.handle.step();
-                Ok(())
-            }
+            Action::Continue => self.operator.continue_time(),
+            Action::Step => self.operator.step_time(),
         }
     }
 

@@ -170,17 +170,8 @@ impl Subject for Running {
         match action {
             Action::StopAll => operator.stop_all(),
             Action::ReleaseAll => operator.release_all(),
-            Action::Continue | Action::Step if self.handle.standstill().is_none() => Err(String::from(
-                "its time passes; `jde run --break CONDITION` lets it stand still",
-            )),
-            Action::Continue => {
-                self.handle.go_on();
-                Ok(())
-            }
-            Action::Step => {
-                self.handle.step();
-                Ok(())
-            }
+            Action::Continue => operator.continue_time(),
+            Action::Step => operator.step_time(),
             Action::Play { .. } => operator.play(schema()?),
             Action::Stop { .. } => operator.hold_asleep(schema()?),
             Action::Force { .. } => operator.force(schema()?),

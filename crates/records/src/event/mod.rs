@@ -61,6 +61,22 @@ pub enum Event {
         /// Switches within the last second.
         switches: usize,
     },
+    /// Time stands still from now on.
+    StoodStill {
+        /// When.
+        time: Nanos,
+        /// Why: the condition that became true.
+        reason: String,
+    },
+    /// An operator let time pass that stood still (R14).
+    WentOn {
+        /// When.
+        time: Nanos,
+        /// The operator.
+        by: String,
+        /// Whether only one step, after which time stands still again.
+        one_step: bool,
+    },
     /// A group stopped chattering.
     ChatteringEnded {
         /// When.
@@ -196,6 +212,8 @@ impl Event {
             | Self::TookOver { time, .. }
             | Self::ChatteringStarted { time, .. }
             | Self::ChatteringEnded { time, .. }
+            | Self::StoodStill { time, .. }
+            | Self::WentOn { time, .. }
             | Self::Stalled { time, .. }
             | Self::Overrun { time, .. }
             | Self::Hung { time, .. }
