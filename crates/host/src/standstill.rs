@@ -34,7 +34,7 @@ impl Lockstep {
 }
 
 impl Handle {
-    /// Lets time stand still for this reason, if [`crate::Options::may_stand_still`](crate::Options::may_stand_still)
+    /// Lets time stand still for this reason, if [`Options::may_stand_still`](crate::Options::may_stand_still)
     /// permits it: nothing becomes due, and nothing is late or ends. What is due or triggered at this instant
     /// still takes its turn. It waits for nothing, so an observer may call it.
     pub fn stand_still(&self, reason: &str) {
