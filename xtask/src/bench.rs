@@ -19,9 +19,10 @@ const FOLDER: &str = "benches";
 const TABLE: &str = "benches/table.json";
 const PAGE: &str = "docs/performance.md";
 
-/// The Python package that one row compares with.
+/// The Python package that the rows of [`COMPARED`] compare with.
 const PACKAGE: &str = "ir-sim==2.12.0";
 const IMPORT: &str = "import irsim";
+const COMPARED: [&str; 2] = ["experiment", "laser"];
 
 /// The options of a measurement.
 #[derive(Args)]
@@ -58,13 +59,13 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
     let mut benches = Command::new(built.join("jde-benches"));
     benches.args(choice.arguments(root, &std::env::current_dir()?));
     benches.arg("--root").arg(root).arg("--built").arg(&built);
-    if !choice.list && choice.casts_rays() {
+    if !choice.list && choice.needs_python() {
         match python(&target, paint) {
             Ok(python) => _ = benches.arg("--python").arg(python),
             Err(error) if choice.keeps_all() => {
                 return Err(error.context(format!("cannot install {PACKAGE}")));
             }
-            // Only one row compares with the package. All other rows need no Python.
+            // Few rows compare with the package, and they have other lines too.
             Err(error) => println!("{PACKAGE} is omitted: {error:#}"),
         }
     }
@@ -102,9 +103,9 @@ fn python(target: &Path, paint: Paint) -> Result<PathBuf> {
 }
 
 impl Choice {
-    /// Returns whether the row `laser` is measured, which needs the package.
-    fn casts_rays(&self) -> bool {
-        self.row.is_empty() || self.row.iter().any(|row| row == "laser")
+    /// Returns whether a row that compares with the package is measured.
+    fn needs_python(&self) -> bool {
+        self.row.is_empty() || self.row.iter().any(|row| COMPARED.contains(&row.as_str()))
     }
 
     /// Returns whether the table of the project is replaced.
