@@ -123,11 +123,18 @@ impl RecordBuilder {
                 );
                 event_record(*time, "calmed", None, text)
             }
-            Event::StoodStill { time, reason } => {
-                event_record(*time, "stands-still", None, format!("time stands still: {reason}"))
-            }
+            Event::StoodStill { time, reason } => event_record(
+                *time,
+                "stands-still",
+                None,
+                format!("time stands still: {reason}"),
+            ),
             Event::WentOn { time, by, one_step } => {
-                let what = if *one_step { "made a step" } else { "let time pass again" };
+                let what = if *one_step {
+                    "made a step"
+                } else {
+                    "let time pass again"
+                };
                 RunRecord::Event(EventRecord {
                     time_s: seconds(*time),
                     kind: "operator".to_owned(),

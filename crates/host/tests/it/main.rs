@@ -8,7 +8,7 @@ mod follow_ball;
 mod limits;
 mod loader;
 mod safe_navigation;
-mod standing_still;
 mod shared_value;
+mod standing_still;
 mod two_robots;
 mod versions;

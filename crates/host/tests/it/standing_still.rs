@@ -43,7 +43,12 @@ fn options(times: &Times) -> Options {
 }
 
 fn iterations(handle: &Handle) -> u64 {
-    handle.snapshot().schemas.iter().map(|schema| schema.iterations).sum()
+    handle
+        .snapshot()
+        .schemas
+        .iter()
+        .map(|schema| schema.iterations)
+        .sum()
 }
 
 fn until(condition: impl Fn() -> bool) {
@@ -62,7 +67,10 @@ fn r14_lockstep_stands_still_makes_a_step_and_goes_on_under_the_operators_name()
     let handle = lockstep.handle();
     handle.stand_still("a reason");
     assert_eq!(lockstep.run_until(5 * SECOND), None);
-    assert_eq!((handle.now(), handle.standstill().as_deref()), (2 * SECOND, Some("a reason")));
+    assert_eq!(
+        (handle.now(), handle.standstill().as_deref()),
+        (2 * SECOND, Some("a reason"))
+    );
     let next = lockstep.next_instant().expect("something is due");
     let operator = handle.operator("ana");
     operator.step_time().unwrap();

@@ -12,8 +12,8 @@ use jde_host::{Handle, StartHook};
 use jde_loader::Plugins;
 use jde_records::event::{Event, Observer};
 
-use super::local_application::terminal_operator;
 use super::extension::{Extension, PreparedExtension, RunContext};
+use super::local_application::terminal_operator;
 use super::record::condition_failure;
 use super::recording_summary::RecordingSummary;
 use crate::failure::Failure;
