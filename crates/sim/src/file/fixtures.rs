@@ -74,8 +74,8 @@ pub(crate) fn read(
         root,
         "circles",
         "circle",
-        &["name", "center", "radius", "color", "height"],
-        circle,
+        &["name", "center", "centers", "radius", "color", "height"],
+        circles_of,
     );
     let (mut fixtures, mut movable) = (walls?.concat(), Vec::new());
     for (plan, span) in boxes? {
@@ -84,7 +84,7 @@ pub(crate) fn read(
             BoxPlan::Loose(body) => movable.push((body, span)),
         }
     }
-    fixtures.extend(circles?);
+    fixtures.extend(circles?.concat());
     Some((fixtures, movable))
 }
 
@@ -188,17 +188,21 @@ pub(crate) fn rectangle(table: &Table<'_>) -> Option<([f64; 2], [f64; 2], f64)> 
     Some((center?, size?, angle?.to_radians()))
 }
 
-fn circle(table: &Table<'_>, name: String) -> Option<Fixture> {
+/// Reads one circle, or several equal ones.
+fn circles_of(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
     let appearance = read_appearance(table, CIRCLE);
-    let (center, radius) = (
-        table.required("center", values::point),
-        table.required("radius", values::positive),
-    );
-    let outline = Outline::Circle {
-        center: center?,
-        radius: radius?,
+    let radius = table.required("radius", values::positive);
+    let centers = match (table.get("centers"), table.get("center")) {
+        (Some(_), None) => table.required("centers", values::centers),
+        (None, _) => table.required("center", values::point).map(|center| vec![center]),
+        (Some(centers), Some(_)) => {
+            table.fault(&centers.span(), "has `center` and `centers`: drop one");
+            None
+        }
     };
-    Some(fixture(name, outline, appearance?))
+    let (appearance, radius) = (appearance?, radius?);
+    let circle = |center| fixture(name.clone(), Outline::Circle { center, radius }, appearance);
+    Some(centers?.into_iter().map(circle).collect())
 }
 
 pub(crate) fn fixture(name: String, outline: Outline, Appearance { color, height }: Appearance) -> Fixture {

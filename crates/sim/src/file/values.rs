@@ -84,6 +84,17 @@ pub(crate) fn size(item: &Item<'_>) -> Read<[f64; 2]> {
     pair(item, "a size [along x, along y]", positive)
 }
 
+/// Reads one or more points.
+pub(crate) fn centers(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
+    match item.get_ref().as_array() {
+        Some(items) if !items.is_empty() => items.iter().map(point).collect(),
+        _ => Err((
+            item.span(),
+            format!("is {}: expected points [[x, y], ...]", describe(item)),
+        )),
+    }
+}
+
 /// Reads two or more points, each at a distance from the one before it.
 pub(crate) fn points(item: &Item<'_>) -> Read<Vec<[f64; 2]>> {
     let Some(items) = item.get_ref().as_array() else {

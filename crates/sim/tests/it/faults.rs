@@ -40,6 +40,21 @@ fn a_syntax_error_has_its_line() {
 }
 
 #[test]
+fn equal_circles_have_one_list_of_centers() {
+    check(
+        "[[circles]]\ncenter = [0, 0]\ncenters = [[1, 1]] # fault\nradius = 1",
+        &["has `center` and `centers`: drop one"],
+    );
+    for wrong in ["[]", "[1, 1]", "[[1, 'x']]", "7"] {
+        let text = format!("[[circles]]\ncenters = {wrong} # fault\nradius = 1");
+        check(&text, &["circle 1: `centers`"]);
+    }
+    let text = "[[circles]]\ncenters = [[0, 0], [1, 1]]\nradius = 0.1";
+    let world = World::parse(text, "w.toml", 0).unwrap();
+    assert_eq!(world.shapes().count(), 2);
+}
+
+#[test]
 fn an_unknown_key_is_reported_with_the_nearest_known_one() {
     check(
         "name = 'a'\n[[boxs]] # fault\ncenter = [0, 0]",
@@ -50,7 +65,7 @@ fn an_unknown_key_is_reported_with_the_nearest_known_one() {
         &[
             "circle `pillar`",
             "unknown key `xyz`",
-            "`name`, `center`, `radius`",
+            "`name`, `center`, `centers`, `radius`",
         ],
     );
     check(
