@@ -43,6 +43,8 @@ impl Default for Standstill {
 impl Standstill {
     /// Returns the application's time, where `running` would be the time if it had never stood still. It
     /// never goes back.
+    ///
+    /// Not inlined, so that the clock of an application that never stands still stays small enough to be.
     #[inline(never)]
     pub(crate) fn now(&self, running: impl Fn() -> Nanos) -> Nanos {
         loop {
