@@ -1,12 +1,13 @@
-//! Writes new schemas, drivers and applications from the templates beside this crate's sources.
+//! Writes new schemas, drivers, applications and worlds, most from the templates beside this crate's sources.
 //!
-//! Never writes into an existing folder.
+//! Never writes into an existing folder, or over a file.
 
 mod kind;
 mod name;
+mod world;
 
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::failure::{self, Failure};
@@ -14,6 +15,7 @@ use crate::paths;
 use crate::terminal::{self, FAINT, TITLE};
 pub(crate) use kind::Kind;
 use name::Name;
+pub(crate) use world::write_world;
 
 /// Writes a template into a folder of its name, and prints what to do next.
 ///
@@ -21,12 +23,7 @@ use name::Name;
 /// The name is invalid, the folder exists already, or the files cannot be written.
 pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure> {
     let is_used = |word: &str| kind.files().any(|(file, text)| is_taken(file, text, word));
-    let name = Name::new(name, is_used).map_err(|wrong| {
-        Failure::usage(
-            wrong,
-            "write small letters and digits, with single hyphens between: follow-wall",
-        )
-    })?;
+    let name = checked(name, is_used)?;
     let folder = folder.join(&name.kebab);
     create_folder(&folder)?;
     let jde = program();
@@ -58,16 +55,32 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     Ok(())
 }
 
+/// Checks a name.
+fn checked(name: &str, is_used: impl Fn(&str) -> bool) -> Result<Name, Failure> {
+    Name::new(name, is_used).map_err(|wrong| {
+        Failure::usage(
+            wrong,
+            "write small letters and digits, with single hyphens between: follow-wall",
+        )
+    })
+}
+
 /// Makes the folder. Fails if it exists.
 fn create_folder(folder: &Path) -> Result<(), Failure> {
     let parent = folder.parent().map_or(Ok(()), fs::create_dir_all);
-    match parent.and_then(|()| fs::create_dir(folder)) {
-        Ok(()) => Ok(()),
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(Failure::usage(
-            format!("{} already exists", failure::display_path(folder)),
+    parent
+        .and_then(|()| fs::create_dir(folder))
+        .map_err(|error| not_created(folder, error))
+}
+
+/// Why a file or a folder could not be made.
+fn not_created(path: &Path, error: io::Error) -> Failure {
+    match error.kind() {
+        ErrorKind::AlreadyExists => Failure::usage(
+            format!("{} already exists", failure::display_path(path)),
             "choose another name, or another folder with --path",
-        )),
-        Err(error) => Err(Failure::file(folder)(error)),
+        ),
+        _ => Failure::file(path)(error),
     }
 }
 

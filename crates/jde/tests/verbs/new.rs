@@ -266,3 +266,36 @@ fn new_refuses_an_existing_folder() {
     assert!(created.err.contains("already exists"), "{}", created.err);
     assert_eq!(std::fs::read_dir(&existing).unwrap().count(), 0);
 }
+
+#[test]
+fn a_new_world_is_a_room_or_is_converted_and_never_replaces_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = folder.path().join("list.txt");
+    std::fs::write(&list, "3 -2.25,8\n4 -2.25,9\n").unwrap();
+    let sdf = folder.path().join("lab.sdf");
+    std::fs::write(&sdf, "<sdf>\n<world name='lab'/></sdf>").unwrap();
+    let new = |name: &str, from: Option<&Path>| {
+        let mut command = jde(&["new", "world", name, "--path"]);
+        command.arg(folder.path());
+        if let Some(file) = from {
+            command.arg("--from").arg(file);
+        }
+        output_of(&mut command)
+    };
+    let text = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
+
+    assert_eq!(new("hall", None).status, Some(0));
+    assert!(text("hall.toml").contains("\"hall\""), "{}", text("hall.toml"));
+    let again = new("hall", None);
+    assert_eq!(again.status, Some(2));
+    assert!(again.err.contains("already exists"), "{}", again.err);
+
+    assert_eq!(new("narrow", Some(&list)).status, Some(0));
+    assert!(text("narrow/003.toml").contains("[-2.25, 8]"));
+    assert!(text("narrow/004.toml").contains("[-2.25, 9]"));
+
+    let faulty = new("lab", Some(&sdf));
+    assert_eq!(faulty.status, Some(1));
+    assert!(faulty.err.contains("lab.sdf:2: has no box"), "{}", faulty.err);
+    assert!(!folder.path().join("lab.toml").exists());
+}

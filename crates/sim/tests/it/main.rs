@@ -4,6 +4,7 @@ mod bumpers;
 mod cameras;
 mod edits;
 mod faults;
+mod imports;
 mod loose;
 mod maps;
 mod motion;

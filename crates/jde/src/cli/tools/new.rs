@@ -1,4 +1,4 @@
-//! `jde new`: writes a new schema, driver, application or crate of values.
+//! `jde new`: writes a new schema, driver, application, world or crate of values.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use clap::{Args, Subcommand, ValueHint};
 use crate::failure::Failure;
 use crate::new::{self, Kind};
 
-/// Write a new schema, driver, application or crate of values that builds, passes its test and runs at once.
+/// Write a new schema, driver, application, world or crate of values that builds, passes its test and runs at once.
 #[derive(Args)]
 #[command(
     subcommand_value_name = "KIND",
@@ -19,7 +19,10 @@ use crate::new::{self, Kind};
   jde new driver gripper --path ~/robots
   jde new driver thermometer --device
   jde new types doors
-  jde new app patrol"
+  jde new app patrol
+  jde new world hall
+  jde new world barn --from worlds.txt               a folder of worlds, one for each line
+  jde new world lab --from gazebo/lab.sdf"
 )]
 pub(crate) struct New {
     #[command(subcommand)]
@@ -60,6 +63,14 @@ enum What {
         #[command(flatten)]
         name: Name,
     },
+    /// A world for the simulator: a room, or what another program's file holds.
+    World {
+        #[command(flatten)]
+        name: Name,
+        /// Convert this file: a world in SDF, or a list of worlds in the form of the BARN challenge.
+        #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+        from: Option<PathBuf>,
+    },
 }
 
 #[derive(Args)]
@@ -87,6 +98,7 @@ impl New {
             What::Driver { name, device } => (if device { Kind::Device } else { Kind::Driver }, name),
             What::Types { name } => (Kind::Types, name),
             What::App { name } => (Kind::Application, name),
+            What::World { name, from } => return new::write_world(&name.name, from.as_deref(), &self.path),
         };
         new::write(kind, &name, &self.path)
     }

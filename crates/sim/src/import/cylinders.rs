@@ -1,0 +1,74 @@
+//! Lists of worlds in the form of the BARN challenge (Perille, Truong, Xiao and Stone, *Benchmarking Metric
+//! Ground Navigation*, 2020): a line has the number of a world and the centres of its cylinders.
+
+use std::collections::HashSet;
+
+use super::writer::Draft;
+use super::{Faults, ImportedWorld};
+
+/// The radius of a cylinder, m.
+const RADIUS: f64 = 0.075;
+/// The height of a cylinder, m: above every laser of a small robot.
+const HEIGHT: f64 = 1.0;
+/// Where the robot of the challenge starts: m, m, degrees.
+const START: [f64; 3] = [-2.25, 3.0, 90.0];
+
+pub(super) fn read(text: &str, stem: &str) -> Result<Vec<ImportedWorld>, Faults> {
+    let mut worlds = Vec::new();
+    let mut faults = Vec::new();
+    let mut seen = HashSet::new();
+    let lines = (1..)
+        .zip(text.lines())
+        .filter(|(_, line)| !line.trim().is_empty());
+    for (number, line) in lines {
+        match world(line) {
+            Ok((index, _)) if !seen.insert(index) => {
+                faults.push((number, format!("world {index} is there twice")));
+            }
+            Ok((index, draft)) => worlds.push(ImportedWorld {
+                name: format!("{index:03}"),
+                text: draft.write(
+                    &format!("World {index} of {stem}. Metres, degrees."),
+                    &format!("{stem} {index}"),
+                ),
+                notes: Vec::new(),
+            }),
+            Err(message) => faults.push((number, message)),
+        }
+    }
+    if worlds.is_empty() && faults.is_empty() {
+        faults.push((1, "has no world: expected lines `NUMBER X,Y X,Y ...`".to_owned()));
+    }
+    if faults.is_empty() {
+        Ok(worlds)
+    } else {
+        Err(faults)
+    }
+}
+
+fn world(line: &str) -> Result<(u32, Draft), String> {
+    let mut words = line.split_whitespace();
+    let index = words.next().unwrap_or_default();
+    let index = index
+        .parse()
+        .map_err(|_| format!("`{}` is no number of a world", index.escape_debug()))?;
+    let mut draft = Draft {
+        start: Some(START),
+        ..Draft::default()
+    };
+    for word in words {
+        let center = point(word)
+            .ok_or_else(|| format!("`{}` is no centre: expected X,Y in metres", word.escape_debug()))?;
+        draft.add_circle(center, RADIUS, HEIGHT);
+    }
+    if draft.is_empty() {
+        return Err("has no cylinder: expected `NUMBER X,Y X,Y ...`".to_owned());
+    }
+    Ok((index, draft))
+}
+
+fn point(word: &str) -> Option<[f64; 2]> {
+    let (x, y) = word.split_once(',')?;
+    let coordinate = |text: &str| text.parse().ok().filter(|value: &f64| value.is_finite());
+    Some([coordinate(x)?, coordinate(y)?])
+}
