@@ -2,11 +2,9 @@
 //! ball.
 
 use jde_schema::prelude::*;
+use jde_vision::{Blobs, CameraModel, ColorRange, Pixels};
 
 use crate::ball::Ball;
-use crate::blob::Blobs;
-use crate::camera_model::CameraModel;
-use crate::color::Limits;
 
 /// Finds a ball of one colour in the pictures of a camera: the largest connected component of that colour
 /// that is round.
@@ -87,13 +85,13 @@ impl Schema for Finder {
                 Ball::default()
             }
         };
-        let size = [image.width as usize, image.height as usize];
-        let pixels = Pixels::of(&image)?;
+        let pixels = Pixels::of(&image).map_err(|error| format!("import `image`: {error}"))?;
+        let size = pixels.size();
         let limits = self.limits(cx);
         let (min_pixels, roundness) = (self.pixels.get(cx) as usize, self.roundness.get(cx));
         let found = self.blobs.largest(
             size,
-            |row, column| limits.contain(pixels.at(row, column)),
+            |row, column| limits.contains(pixels.at(row, column)),
             |component| component.count >= min_pixels && component.roundness() >= roundness,
         );
         let camera = CameraModel::new(size, self.field_of_view.get(cx));
@@ -115,7 +113,7 @@ impl Schema for Finder {
         };
         let ball = found.map_or(ball, |(_, observation)| {
             let [bearing, elevation] = observation.angles(pan, tilt);
-            let [column, row] = camera.pixel(observation.direction);
+            let [column, row] = camera.pixel(observation.direction).unwrap_or_default();
             Ball {
                 bearing,
                 elevation,
@@ -140,56 +138,12 @@ impl Finder {
         self.pan_tilt.get(cx).map(|head| [head.pan, head.tilt])
     }
 
-    fn limits(&self, cx: &Context) -> Limits {
+    fn limits(&self, cx: &Context) -> ColorRange {
         let part = |modulation: &Modulation<f64>| modulation.get(cx) as f32;
-        Limits {
+        ColorRange {
             hue: [part(&self.hue_from), part(&self.hue_to)],
             saturation: part(&self.saturation_from)..=part(&self.saturation_to),
             value: part(&self.value_from)..=part(&self.value_to),
         }
-    }
-}
-
-/// The pixels of an image.
-struct Pixels<'image> {
-    data: &'image [u8],
-    step: usize,
-    /// Whether the order is blue, green, red.
-    reversed: bool,
-}
-
-impl<'image> Pixels<'image> {
-    fn of(image: &'image Image) -> Result<Self> {
-        let reversed = match image.encoding.as_str() {
-            "rgb8" => false,
-            "bgr8" => true,
-            other => {
-                return Err(format!(
-                    "import `image` is encoded as \"{other}\": expected \"rgb8\" or \"bgr8\"; bind a colour camera"
-                )
-                .into());
-            }
-        };
-        let (width, height, step) = (image.width as usize, image.height as usize, image.step as usize);
-        if step < 3 * width || image.data.len() < step * height {
-            return Err(format!(
-                "import `image` states {width} x {height} pixels in rows of {step} bytes and has {} bytes: expected three for \
-                 each pixel",
-                image.data.len()
-            )
-            .into());
-        }
-        Ok(Self {
-            data: image.data.as_slice(),
-            step,
-            reversed,
-        })
-    }
-
-    /// Returns red, green and blue.
-    fn at(&self, row: usize, column: usize) -> [u8; 3] {
-        let from = row * self.step + 3 * column;
-        let [a, b, c] = [self.data[from], self.data[from + 1], self.data[from + 2]];
-        if self.reversed { [c, b, a] } else { [a, b, c] }
     }
 }

@@ -4,9 +4,6 @@
 
 mod approach;
 mod ball;
-mod blob;
-mod camera_model;
-mod color;
 mod finder;
 mod follower;
 mod roam;

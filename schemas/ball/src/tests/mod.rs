@@ -5,7 +5,6 @@ mod finder;
 mod follower;
 mod hall;
 mod head;
-mod parts;
 
 use core::time::Duration;
 use std::panic::resume_unwind;

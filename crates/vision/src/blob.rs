@@ -9,35 +9,38 @@ use core::ops::Range;
 
 /// Finds components, and reuses its buffers from picture to picture.
 #[derive(Debug, Default)]
-pub(crate) struct Blobs {
+pub struct Blobs {
     runs: Vec<Run>,
     components: Vec<Component>,
 }
 
 /// Adjacent pixels of one row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
-    pub(crate) row: usize,
+pub struct Run {
+    /// The row.
+    pub row: usize,
     /// The first column, and the one after the last.
-    pub(crate) columns: [usize; 2],
+    pub columns: [usize; 2],
     /// Index of an earlier run of the same component, or of this run if it is the first.
     parent: usize,
 }
 
 /// The size of a component.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Component {
+pub struct Component {
     /// Number of pixels.
-    pub(crate) count: usize,
-    /// The first column and the one after the last; the first row and the one after the last.
-    columns: [usize; 2],
-    rows: [usize; 2],
+    pub count: usize,
+    /// The first column and the one after the last.
+    pub columns: [usize; 2],
+    /// The first row and the one after the last.
+    pub rows: [usize; 2],
 }
 
 impl Component {
     /// The share that it fills of the disc of its larger side: 1 for a ball, 0.5 for half of one, less for
     /// long, hollow or irregular components.
-    pub(crate) fn roundness(&self) -> f64 {
+    #[must_use]
+    pub fn roundness(&self) -> f64 {
         let side = (self.columns[1] - self.columns[0]).max(self.rows[1] - self.rows[0]) as f64;
         self.count as f64 / (core::f64::consts::FRAC_PI_4 * side * side)
     }
@@ -59,14 +62,9 @@ impl Component {
 }
 
 impl Blobs {
-    /// Returns the largest component for which `accept` returns true, with its runs. `selected` chooses the
-    /// pixels by row and column.
-    pub(crate) fn largest(
-        &mut self,
-        [width, height]: [usize; 2],
-        selected: impl Fn(usize, usize) -> bool,
-        accept: impl Fn(&Component) -> bool,
-    ) -> Option<(Component, impl Iterator<Item = &Run>)> {
+    /// Finds the components of a picture of some columns and rows. `selected` chooses the pixels by row and
+    /// column.
+    pub fn find(&mut self, [width, height]: [usize; 2], selected: impl Fn(usize, usize) -> bool) {
         self.runs.clear();
         // Index of the first run of the row above.
         let mut begin = 0;
@@ -94,11 +92,30 @@ impl Blobs {
             self.runs[index].parent = root;
             self.components[root].add(&self.runs[index]);
         }
+    }
+
+    /// Returns the components that were found, each with its number.
+    pub fn components(&self) -> impl Iterator<Item = (usize, &Component)> {
         let components = self.components.iter().enumerate();
-        let (best, component) = components
-            .filter(|(_, component)| component.count > 0 && accept(component))
-            .max_by_key(|(_, component)| component.count)?;
-        Some((*component, self.runs.iter().filter(move |run| run.parent == best)))
+        components.filter(|(_, component)| component.count > 0)
+    }
+
+    /// Returns the runs of a component, by its number.
+    pub fn runs(&self, number: usize) -> impl Iterator<Item = &Run> {
+        self.runs.iter().filter(move |run| run.parent == number)
+    }
+
+    /// Finds the largest component for which `accept` returns true, and returns it with its runs.
+    pub fn largest(
+        &mut self,
+        size: [usize; 2],
+        selected: impl Fn(usize, usize) -> bool,
+        accept: impl Fn(&Component) -> bool,
+    ) -> Option<(Component, impl Iterator<Item = &Run>)> {
+        self.find(size, selected);
+        let accepted = self.components().filter(|(_, component)| accept(component));
+        let (number, component) = accepted.max_by_key(|(_, component)| component.count)?;
+        Some((*component, self.runs(number)))
     }
 
     /// Adds a run to the right of the others in its row, and joins it with the runs of the row above that

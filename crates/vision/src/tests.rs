@@ -1,14 +1,23 @@
-//! Unit tests of colours, components and directions.
+//! Tests of colours, components, directions and places.
 
 use core::f32::consts::TAU;
+use std::thread;
 
-use crate::blob::Blobs;
-use crate::camera_model::Observation;
-use crate::color::Limits;
-use crate::tests::assert_near;
+use jde_types::{Image, Text};
+use proptest::prelude::*;
 
-fn limits(from_deg: f32, to_deg: f32) -> Limits {
-    Limits {
+use crate::{Blobs, CameraModel, CameraMount, ColorRange, Hsv, Observation, Pixels};
+
+#[track_caller]
+fn assert_near(value: f64, expected: f64, tolerance: f64) {
+    assert!(
+        (value - expected).abs() <= tolerance,
+        "{value} is not {expected} +- {tolerance}"
+    );
+}
+
+fn limits(from_deg: f32, to_deg: f32) -> ColorRange {
+    ColorRange {
         hue: [from_deg.to_radians(), to_deg.to_radians()],
         saturation: 0.5..=1.0,
         value: 0.25..=1.0,
@@ -18,15 +27,15 @@ fn limits(from_deg: f32, to_deg: f32) -> Limits {
 #[test]
 fn a_colour_is_within_limits_of_hue_saturation_and_value() {
     let orange = limits(14.0, 36.0);
-    assert!(orange.contain([240, 124, 24]));
+    assert!(orange.contains([240, 124, 24]));
     assert!(
-        orange.contain([120, 62, 12]),
+        orange.contains([120, 62, 12]),
         "half the brightness has the same hue"
     );
-    assert!(!orange.contain([60, 31, 6]), "too dark");
-    assert!(!orange.contain([240, 190, 150]), "too pale");
-    assert!(!orange.contain([242, 201, 32]), "yellow");
-    assert!(!orange.contain([204, 41, 36]), "red");
+    assert!(!orange.contains([60, 31, 6]), "too dark");
+    assert!(!orange.contains([240, 190, 150]), "too pale");
+    assert!(!orange.contains([242, 201, 32]), "yellow");
+    assert!(!orange.contains([204, 41, 36]), "red");
 }
 
 #[test]
@@ -42,7 +51,7 @@ fn each_pure_colour_has_its_hue() {
     for (color, hue) in colours {
         for (other, _) in colours {
             let range = limits(hue - 5.0, hue + 5.0);
-            assert_eq!(range.contain(other), other == color, "{other:?} at {hue}");
+            assert_eq!(range.contains(other), other == color, "{other:?} at {hue}");
         }
     }
 }
@@ -50,27 +59,27 @@ fn each_pure_colour_has_its_hue() {
 #[test]
 fn a_range_of_hues_can_contain_red() {
     let red = limits(350.0, 10.0);
-    assert!(red.contain([204, 10, 36]) && red.contain([204, 36, 10]));
-    assert!(!red.contain([10, 204, 36]) && !red.contain([204, 204, 10]));
+    assert!(red.contains([204, 10, 36]) && red.contains([204, 36, 10]));
+    assert!(!red.contains([10, 204, 36]) && !red.contains([204, 204, 10]));
 }
 
 #[test]
 fn without_limits_all_colours_are_selected_and_grey_needs_no_hue() {
-    let all = Limits {
+    let all = ColorRange {
         hue: [0.0, TAU],
         saturation: 0.0..=1.0,
         value: 0.0..=1.0,
     };
     for color in [[0, 0, 0], [255, 255, 255], [10, 200, 30], [200, 10, 12]] {
-        assert!(all.contain(color), "{color:?}");
+        assert!(all.contains(color), "{color:?}");
     }
-    let white = Limits {
+    let white = ColorRange {
         saturation: 0.0..=0.1,
         value: 0.8..=1.0,
         ..limits(0.0, 1.0)
     };
-    assert!(white.contain([250, 250, 250]));
-    assert!(!white.contain([250, 150, 150]));
+    assert!(white.contains([250, 250, 250]));
+    assert!(!white.contains([250, 150, 150]));
 }
 
 /// Number of pixels of the largest component in a drawing that is round enough.
@@ -197,4 +206,126 @@ fn left_and_up_are_positive_and_the_angles_of_the_head_are_added() {
     // When the camera looks down, an object to the side has a greater bearing than its column suggests.
     let [bearing, _] = angles([-1.0, 0.0, 1.0], 0.0, 60_f64.to_radians());
     assert_near(bearing, 2_f64.atan(), 1e-9);
+}
+
+#[test]
+fn a_pixel_has_hue_saturation_and_value() {
+    let color = Hsv::of([0, 128, 0]);
+    assert!((color.hue.unwrap() - TAU / 3.0).abs() < 1e-6);
+    assert_eq!((color.saturation, color.value), (1.0, 128.0 / 255.0));
+    assert_eq!(Hsv::of([9, 9, 9]).hue, None);
+    assert_eq!(ColorRange::around(&[[9, 9, 9]]), None);
+    assert_eq!(ColorRange::around(&[]), None);
+}
+
+/// A small image in an encoding, with this many bytes.
+fn image(encoding: &str, [width, height, step]: [u32; 3], bytes: usize) -> Box<Image> {
+    let mut image = Box::new(Image::default());
+    (image.width, image.height, image.step) = (width, height, step);
+    image.encoding = Text::new(encoding);
+    image.data.resize(bytes);
+    image
+}
+
+/// Runs a test on a thread with a stack large enough for images of nearly a megabyte each.
+fn with_large_stack(test: fn()) {
+    let thread = thread::Builder::new().stack_size(64 << 20).spawn(test);
+    thread
+        .expect("the thread starts")
+        .join()
+        .expect("the test passes");
+}
+
+#[test]
+fn pixels_are_read_in_both_orders_and_past_padded_rows() {
+    with_large_stack(|| {
+        for (encoding, expected) in [("rgb8", [1, 2, 3]), ("bgr8", [3, 2, 1])] {
+            let mut image = image(encoding, [2, 2, 8], 16);
+            image.data.as_mut_slice()[11..14].copy_from_slice(&[1, 2, 3]);
+            let pixels = Pixels::of(&image).unwrap();
+            assert_eq!(pixels.size(), [2, 2]);
+            assert_eq!(pixels.at(1, 1), expected);
+        }
+    });
+}
+
+#[test]
+fn an_image_that_is_shorter_than_it_states_or_has_another_encoding_is_refused() {
+    with_large_stack(|| {
+        for (encoding, size, bytes, part) in [
+            ("mono8", [2, 2, 2], 4, "\"mono8\""),
+            ("rgb8", [2, 2, 6], 11, "11 bytes"),
+            ("rgb8", [2, 2, 5], 12, "rows of 5 bytes"),
+            ("rgb8", [1, u32::MAX, u32::MAX], 12, "4294967295 pixels"),
+        ] {
+            let error = Pixels::of(&image(encoding, size, bytes)).expect_err("it is refused");
+            assert!(error.to_string().contains(part), "{error}");
+        }
+        assert_eq!(Pixels::of(&image("rgb8", [0, 0, 0], 0)).unwrap().size(), [0, 0]);
+    });
+}
+
+#[test]
+fn a_camera_that_looks_down_sees_the_floor_where_the_ray_meets_it() {
+    let camera = CameraModel::new([200, 100], 90_f64.to_radians());
+    let mount = |pan: f64, tilt: f64| CameraMount {
+        position: [0.1, 0.0, 0.5],
+        pan: pan.to_radians(),
+        tilt: tilt.to_radians(),
+    };
+    let middle = camera.ray([100.0, 50.0]);
+    let check = |found: Option<[f64; 2]>, [x, y]: [f64; 2]| {
+        let found = found.expect("the ray meets the floor");
+        assert_near(found[0], x, 1e-9);
+        assert_near(found[1], y, 1e-9);
+    };
+    check(mount(0.0, 45.0).floor(middle), [0.6, 0.0]);
+    check(mount(90.0, 45.0).floor(middle), [0.1, 0.5]);
+    // One step to the right of the picture is to the right of the robot.
+    check(mount(0.0, 90.0).floor(camera.ray([200.0, 50.0])), [0.1, -0.5]);
+    assert_eq!(mount(0.0, 0.0).floor(middle), None, "the horizon");
+    assert_eq!(mount(0.0, -10.0).floor(middle), None, "the sky");
+    let sunk = CameraMount {
+        position: [0.0, 0.0, -0.1],
+        ..mount(0.0, 45.0)
+    };
+    assert_eq!(sunk.floor(middle), None);
+    assert_eq!(camera.pixel([0.0, 0.0, -1.0]), None, "behind the camera");
+    assert_eq!(camera.pixel([0.0; 3]), None, "no direction");
+}
+
+proptest! {
+    #[test]
+    fn a_range_around_samples_contains_them(
+        pixels in prop::collection::vec((0u8..40, 200u8.., 0u8..90), 1..9).prop_map(|pixels| {
+            pixels.into_iter().map(|(a, b, c)| [b, a, c]).collect::<Vec<_>>()
+        }),
+    ) {
+        let range = ColorRange::around(&pixels).unwrap();
+        for pixel in pixels {
+            prop_assert!(range.contains(pixel), "{pixel:?} is not in {range:?}");
+        }
+        prop_assert!(!range.contains([0, 255, 0]), "green is far from red");
+    }
+
+    #[test]
+    fn every_pixel_below_the_horizon_is_found_again_from_its_point_on_the_floor(
+        place in [0.0..320.0, 0.0..240.0],
+        view in 0.3..2.5,
+        position in [-1.0..1.0, -1.0..1.0, 0.05..2.0],
+        (pan, tilt) in (-3.0..3.0, -1.5..1.5),
+    ) {
+        let camera = CameraModel::new([320, 240], view);
+        let mount = CameraMount { position, pan, tilt };
+        let ray = camera.ray(place);
+        let (back, length) = (mount.to_camera(mount.to_base(ray)), |v: [f64; 3]| v[0].hypot(v[1]).hypot(v[2]));
+        for (axis, expected) in back.into_iter().zip(ray) {
+            prop_assert!((axis - expected).abs() < 1e-9);
+        }
+        prop_assert!((length(mount.to_base(ray)) - length(ray)).abs() < 1e-9);
+        if let Some([x, y]) = mount.floor(ray).filter(|point| point.iter().all(|axis| axis.abs() < 1e3)) {
+            let found = camera.pixel(mount.direction_of([x, y, 0.0])).expect("it is in front");
+            prop_assert!((found[0] - place[0]).hypot(found[1] - place[1]) < 1e-3, "{found:?}");
+        }
+    }
 }

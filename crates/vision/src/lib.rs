@@ -1,0 +1,19 @@
+//! What schemas that see share: the pixels of an image, ranges of colour, connected components of pixels, and
+//! the way from a pixel to a direction and to a point on the floor.
+//!
+//! Pure functions of their arguments. The crate opens no camera and steers nothing.
+
+mod blob;
+mod camera;
+mod color;
+mod mount;
+mod pixels;
+
+pub use blob::{Blobs, Component, Run};
+pub use camera::{CameraModel, Observation};
+pub use color::{ColorRange, Hsv};
+pub use mount::CameraMount;
+pub use pixels::{Pixels, UnknownPixels};
+
+#[cfg(test)]
+mod tests;
