@@ -705,6 +705,101 @@ static const jde_type jde_pan_tilt_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pan_tilt_fields), "jde_msgs/msg/PanTilt", "Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none.",
     sizeof(jde_pan_tilt), 8u, jde_pan_tilt_fields};
 
+/** jde_msgs/msg/ColorBlob: Connected pixels of one colour. */
+typedef struct jde_color_blob {
+    /** The number of its colour, from 0 in the order of the schema's ranges. */
+    uint32_t color;
+    /** Number of pixels. [px] */
+    uint32_t count;
+    /** First column of the rectangle around it. [px] */
+    uint16_t left;
+    /** First row of the rectangle around it. [px] */
+    uint16_t top;
+    /** Columns of the rectangle around it. [px] */
+    uint16_t width;
+    /** Rows of the rectangle around it. [px] */
+    uint16_t height;
+    /** Column of its middle, from the left edge of the picture. [px] */
+    float column;
+    /** Row of its middle, from the upper edge of the picture. [px] */
+    float row;
+    /** Angle to its middle, positive to the left. [rad] */
+    double bearing;
+    /** Angle to its middle above the horizon. [rad] */
+    double elevation;
+    /** Where its lowest row meets the floor, ahead of the base; 0 if that is unknown. [m] */
+    double x;
+    /** Where its lowest row meets the floor, to the left of the base; 0 if that is unknown. [m] */
+    double y;
+    /**
+     * Whether x and y are known: the camera's height is, and its lowest row is below the horizon and in the
+     * picture.
+     */
+    uint8_t on_floor;
+    uint8_t padding_57[7];
+} jde_color_blob;
+
+typedef char jde_color_blob_has_its_size[sizeof(jde_color_blob) == 64 ? 1 : -1];
+
+static const jde_field jde_color_blob_fields[] = {
+    JDE_FIELD("color", offsetof(jde_color_blob, color), 0u, JDE_U32, JDE_ONE, 1u,
+              "The number of its colour, from 0 in the order of the schema's ranges.", "", NULL),
+    JDE_FIELD("count", offsetof(jde_color_blob, count), 0u, JDE_U32, JDE_ONE, 1u,
+              "Number of pixels.", "px", NULL),
+    JDE_FIELD("left", offsetof(jde_color_blob, left), 0u, JDE_U16, JDE_ONE, 1u,
+              "First column of the rectangle around it.", "px", NULL),
+    JDE_FIELD("top", offsetof(jde_color_blob, top), 0u, JDE_U16, JDE_ONE, 1u,
+              "First row of the rectangle around it.", "px", NULL),
+    JDE_FIELD("width", offsetof(jde_color_blob, width), 0u, JDE_U16, JDE_ONE, 1u,
+              "Columns of the rectangle around it.", "px", NULL),
+    JDE_FIELD("height", offsetof(jde_color_blob, height), 0u, JDE_U16, JDE_ONE, 1u,
+              "Rows of the rectangle around it.", "px", NULL),
+    JDE_FIELD("column", offsetof(jde_color_blob, column), 0u, JDE_F32, JDE_ONE, 1u,
+              "Column of its middle, from the left edge of the picture.", "px", NULL),
+    JDE_FIELD("row", offsetof(jde_color_blob, row), 0u, JDE_F32, JDE_ONE, 1u,
+              "Row of its middle, from the upper edge of the picture.", "px", NULL),
+    JDE_FIELD("bearing", offsetof(jde_color_blob, bearing), 0u, JDE_F64, JDE_ONE, 1u,
+              "Angle to its middle, positive to the left.", "rad", NULL),
+    JDE_FIELD("elevation", offsetof(jde_color_blob, elevation), 0u, JDE_F64, JDE_ONE, 1u,
+              "Angle to its middle above the horizon.", "rad", NULL),
+    JDE_FIELD("x", offsetof(jde_color_blob, x), 0u, JDE_F64, JDE_ONE, 1u,
+              "Where its lowest row meets the floor, ahead of the base; 0 if that is unknown.", "m", NULL),
+    JDE_FIELD("y", offsetof(jde_color_blob, y), 0u, JDE_F64, JDE_ONE, 1u,
+              "Where its lowest row meets the floor, to the left of the base; 0 if that is unknown.", "m", NULL),
+    JDE_FIELD("on_floor", offsetof(jde_color_blob, on_floor), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether x and y are known: the camera's height is, and its lowest row is below the horizon and in the\npicture.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_color_blob, padding_57), 0u, JDE_U8, JDE_PADDING, 7u, "", "", NULL),
+};
+static const jde_type jde_color_blob_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_color_blob_fields), "jde_msgs/msg/ColorBlob", "Connected pixels of one colour.",
+    sizeof(jde_color_blob), 8u, jde_color_blob_fields};
+
+/** jde_msgs/msg/ColorBlobs: The connected areas of some colours in a picture, the largest first. */
+typedef struct jde_color_blobs {
+    /** Time at which the picture was taken, and the frame of the angles. */
+    jde_header header;
+    /** Number of areas that did not fit below. */
+    uint32_t left_out;
+    uint8_t padding_68[4];
+    /** The areas. */
+    struct { uint32_t length; uint32_t spare; jde_color_blob items[32]; } blobs;
+} jde_color_blobs;
+
+typedef char jde_color_blobs_has_its_size[sizeof(jde_color_blobs) == 2128 ? 1 : -1];
+
+static const jde_field jde_color_blobs_fields[] = {
+    JDE_FIELD("header", offsetof(jde_color_blobs, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time at which the picture was taken, and the frame of the angles.", "", &jde_header_type),
+    JDE_FIELD("left_out", offsetof(jde_color_blobs, left_out), 0u, JDE_U32, JDE_ONE, 1u,
+              "Number of areas that did not fit below.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_color_blobs, padding_68), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("blobs", offsetof(jde_color_blobs, blobs.items), offsetof(jde_color_blobs, blobs.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "The areas.", "", &jde_color_blob_type),
+};
+static const jde_type jde_color_blobs_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_color_blobs_fields), "jde_msgs/msg/ColorBlobs", "The connected areas of some colours in a picture, the largest first.",
+    sizeof(jde_color_blobs), 8u, jde_color_blobs_fields};
+
 /** sensor_msgs/msg/BatteryState: State of the battery. NaN marks what is not measured. */
 typedef struct jde_battery_state {
     /** Time. */

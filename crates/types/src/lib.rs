@@ -7,6 +7,7 @@
 
 extern crate self as jde_types;
 
+mod blobs;
 mod geometry;
 mod mission;
 mod modulated;
@@ -22,6 +23,7 @@ mod stamp;
 mod text;
 mod value;
 
+pub use blobs::{ColorBlob, ColorBlobs};
 pub use geometry::{
     Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3,
     normalize_angle,
@@ -75,6 +77,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         RangeRing::describe(),
         Image::describe(),
         PanTilt::describe(),
+        ColorBlob::describe(),
+        ColorBlobs::describe(),
         BatteryState::describe(),
         Bumpers::describe(),
         WheelEncoders::describe(),
