@@ -108,6 +108,16 @@ impl Costmap {
         Ok(costmap)
     }
 
+    /// Returns a costmap with these costs and no inflation.
+    #[cfg(test)]
+    pub(crate) fn with_costs(geometry: Geometry, costs: &[u8]) -> Self {
+        Self {
+            geometry,
+            costs: costs.to_vec(),
+            table: vec![LETHAL],
+        }
+    }
+
     /// Follows changes of `changed` cells of the grid, and returns the cells whose costs have changed. Equals
     /// a new costmap; takes time by the box around the changes and the reach of the inflation.
     ///

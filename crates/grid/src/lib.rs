@@ -20,10 +20,18 @@ mod distance;
 mod geometry;
 mod keep_out;
 mod line;
+#[cfg(test)]
+mod maps;
 mod occupancy;
+mod price;
+mod route;
+mod search;
 
 pub use costmap::{Costmap, Inflation, InflationError};
 pub use distance::{NO_SOURCE, squared_distances};
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
 pub use line::walk;
 pub use occupancy::{Occupancy, OccupancyGrid};
+pub use price::{MAX_WEIGHT, Prices, UNIT, Unknown};
+pub use route::{PlanError, Point, Route};
+pub use search::{Angles, plan};

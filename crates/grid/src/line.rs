@@ -11,16 +11,17 @@ pub fn walk(from: Cell, to: Cell, mut visit: impl FnMut(Cell, f64) -> bool) -> b
     let (dx, dy) = (u64::from(from.x.abs_diff(to.x)), u64::from(from.y.abs_diff(to.y)));
     let right = |x: u32| if to.x >= from.x { x + 1 } else { x - 1 };
     let up = |y: u32| if to.y >= from.y { y + 1 } else { y - 1 };
-    // The line crosses the edge after column `across` at this share of its length, and rows likewise.
-    let crossing = |done: u64, all: u64| (2 * done + 1) as f64 / (2 * all) as f64;
+    // Half a column, and half a row, as a share of the line.
+    let halves = |size: u64| 0.5 / size as f64;
+    let (half_column, half_row) = (halves(dx), halves(dy));
     let (mut cell, mut across, mut along, mut share) = (from, 0, 0, 0.0);
     while across < dx || along < dy {
         let (next_column, next_row) = ((2 * across + 1) * dy, (2 * along + 1) * dx);
         let mut next = cell;
         let until = if next_column <= next_row {
-            crossing(across, dx)
+            (2 * across + 1) as f64 * half_column
         } else {
-            crossing(along, dy)
+            (2 * along + 1) as f64 * half_row
         };
         if next_column <= next_row {
             next.x = right(cell.x);
