@@ -17,6 +17,7 @@
 
 pub mod costmap;
 mod distance;
+mod field;
 mod geometry;
 mod keep_out;
 mod line;
@@ -29,6 +30,7 @@ mod search;
 
 pub use costmap::{Costmap, Inflation, InflationError};
 pub use distance::{NO_SOURCE, squared_distances};
+pub use field::Field;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
 pub use line::walk;
 pub use occupancy::{Occupancy, OccupancyGrid};

@@ -31,7 +31,11 @@ impl Prices {
     /// times its length. A weight outside 0 to [`MAX_WEIGHT`] counts as the nearest limit, and NaN as 0.
     #[must_use]
     pub fn new(weight: f64, unknown: Unknown) -> Self {
-        let weight = weight.max(0.0).min(MAX_WEIGHT);
+        let weight = if weight.is_nan() {
+            0.0
+        } else {
+            weight.clamp(0.0, MAX_WEIGHT)
+        };
         let unit = f64::from(UNIT);
         Self(core::array::from_fn(|cost| match cost as u8 {
             LETHAL | INSCRIBED => 0,
