@@ -40,8 +40,8 @@ pub struct MapMetaData {
     pub origin: Pose,
 }
 
-/// A map of up to 1024 × 1024 cells: 51 m at 5 cm. It is then as large as an image; every reader and recording
-/// of a map costs as much memory, and a robot needs a larger area only at a coarser resolution.
+/// A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every
+/// recording of a map costs as much memory; a larger area needs a coarser resolution.
 #[derive(Clone, Copy, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "nav_msgs/msg/OccupancyGrid")]
@@ -52,7 +52,7 @@ pub struct OccupancyGrid {
     pub info: MapMetaData,
     /// The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1
     /// unknown.
-    pub data: Seq<i8, { 1024 * 1024 }>,
+    pub data: Seq<i8, { 960 * 960 }>,
 }
 
 /// A path to follow, of up to 256 poses: ways through a building turn more often than 64 times.
