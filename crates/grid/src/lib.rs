@@ -25,6 +25,7 @@ mod line;
 mod maps;
 mod occupancy;
 mod price;
+mod rolling;
 mod route;
 mod search;
 
@@ -35,5 +36,6 @@ pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
 pub use line::walk;
 pub use occupancy::{Occupancy, OccupancyGrid};
 pub use price::{MAX_WEIGHT, Prices, UNIT, Unknown};
+pub use rolling::{Ray, RollingGrid};
 pub use route::{PlanError, Point, Route};
 pub use search::{Angles, plan};
