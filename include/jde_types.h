@@ -459,24 +459,88 @@ static const jde_type jde_odometry_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_odometry_fields), "nav_msgs/msg/Odometry", "Pose and velocity, as measured by the wheels.",
     sizeof(jde_odometry), 8u, jde_odometry_fields};
 
-/** nav_msgs/msg/Path: A path to follow, of up to 64 poses. */
+/** nav_msgs/msg/MapMetaData: Size, resolution and origin of a map. */
+typedef struct jde_map_meta_data {
+    /** Time at which the map was loaded. */
+    jde_time map_load_time;
+    /** Side of a cell. [m] */
+    float resolution;
+    /** Columns. */
+    uint32_t width;
+    /** Rows. */
+    uint32_t height;
+    uint8_t padding_20[4];
+    /** Pose of the lower left corner of the first cell. */
+    jde_pose origin;
+} jde_map_meta_data;
+
+typedef char jde_map_meta_data_has_its_size[sizeof(jde_map_meta_data) == 80 ? 1 : -1];
+
+static const jde_field jde_map_meta_data_fields[] = {
+    JDE_FIELD("map_load_time", offsetof(jde_map_meta_data, map_load_time), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time at which the map was loaded.", "", &jde_time_type),
+    JDE_FIELD("resolution", offsetof(jde_map_meta_data, resolution), 0u, JDE_F32, JDE_ONE, 1u,
+              "Side of a cell.", "m", NULL),
+    JDE_FIELD("width", offsetof(jde_map_meta_data, width), 0u, JDE_U32, JDE_ONE, 1u,
+              "Columns.", "", NULL),
+    JDE_FIELD("height", offsetof(jde_map_meta_data, height), 0u, JDE_U32, JDE_ONE, 1u,
+              "Rows.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_map_meta_data, padding_20), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("origin", offsetof(jde_map_meta_data, origin), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Pose of the lower left corner of the first cell.", "", &jde_pose_type),
+};
+static const jde_type jde_map_meta_data_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_map_meta_data_fields), "nav_msgs/msg/MapMetaData", "Size, resolution and origin of a map.",
+    sizeof(jde_map_meta_data), 8u, jde_map_meta_data_fields};
+
+/**
+ * nav_msgs/msg/OccupancyGrid: A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every
+ * recording of a map costs as much memory; a larger area needs a coarser resolution.
+ */
+typedef struct jde_occupancy_grid {
+    /** Time, and the frame of the origin. */
+    jde_header header;
+    /** Size, resolution and origin. */
+    jde_map_meta_data info;
+    /**
+     * The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1
+     * unknown.
+     */
+    struct { uint32_t length; uint32_t spare; int8_t items[921600]; } data;
+} jde_occupancy_grid;
+
+typedef char jde_occupancy_grid_has_its_size[sizeof(jde_occupancy_grid) == 921752 ? 1 : -1];
+
+static const jde_field jde_occupancy_grid_fields[] = {
+    JDE_FIELD("header", offsetof(jde_occupancy_grid, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the origin.", "", &jde_header_type),
+    JDE_FIELD("info", offsetof(jde_occupancy_grid, info), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Size, resolution and origin.", "", &jde_map_meta_data_type),
+    JDE_FIELD("data", offsetof(jde_occupancy_grid, data.items), offsetof(jde_occupancy_grid, data.length), JDE_I8, JDE_SEQUENCE, 921600u,
+              "The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1\nunknown.", "", NULL),
+};
+static const jde_type jde_occupancy_grid_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_occupancy_grid_fields), "nav_msgs/msg/OccupancyGrid", "A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every\nrecording of a map costs as much memory; a larger area needs a coarser resolution.",
+    sizeof(jde_occupancy_grid), 8u, jde_occupancy_grid_fields};
+
+/** nav_msgs/msg/Path: A path to follow, of up to 256 poses: ways through a building turn more often than 64 times. */
 typedef struct jde_path {
     /** Time and frame. */
     jde_header header;
     /** The poses, from first to last. */
-    struct { uint32_t length; uint32_t spare; jde_pose_stamped items[64]; } poses;
+    struct { uint32_t length; uint32_t spare; jde_pose_stamped items[256]; } poses;
 } jde_path;
 
-typedef char jde_path_has_its_size[sizeof(jde_path) == 7752 ? 1 : -1];
+typedef char jde_path_has_its_size[sizeof(jde_path) == 30792 ? 1 : -1];
 
 static const jde_field jde_path_fields[] = {
     JDE_FIELD("header", offsetof(jde_path, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "Time and frame.", "", &jde_header_type),
-    JDE_FIELD("poses", offsetof(jde_path, poses.items), offsetof(jde_path, poses.length), JDE_STRUCT, JDE_SEQUENCE, 64u,
+    JDE_FIELD("poses", offsetof(jde_path, poses.items), offsetof(jde_path, poses.length), JDE_STRUCT, JDE_SEQUENCE, 256u,
               "The poses, from first to last.", "", &jde_pose_stamped_type),
 };
 static const jde_type jde_path_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_path_fields), "nav_msgs/msg/Path", "A path to follow, of up to 64 poses.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_path_fields), "nav_msgs/msg/Path", "A path to follow, of up to 256 poses: ways through a building turn more often than 64 times.",
     sizeof(jde_path), 8u, jde_path_fields};
 
 /** jde_msgs/msg/Route: Targets in the plane, in a form for files; ROS tools draw a `Path`. */

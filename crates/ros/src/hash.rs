@@ -194,6 +194,14 @@ mod tests {
             "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
         ),
         (
+            "nav_msgs/msg/MapMetaData",
+            "2772d4b2000ef2b35dbaeb80fd3946c1369f817fb4f75677d916d27c17d763c8",
+        ),
+        (
+            "nav_msgs/msg/OccupancyGrid",
+            "8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7",
+        ),
+        (
             "nav_msgs/msg/Path",
             "1957a5bb3cee5da65c4e52e52b65a93df227efce4c20f8458b36e73066ca334b",
         ),

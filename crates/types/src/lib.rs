@@ -31,7 +31,7 @@ pub use geometry::{
 pub use jde_macros::{Choice, Value};
 pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
-pub use nav::{Odometry, Path, Route, Target};
+pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
@@ -70,6 +70,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Twist::describe(),
         TwistWithCovariance::describe(),
         Odometry::describe(),
+        MapMetaData::describe(),
+        OccupancyGrid::describe(),
         Path::describe(),
         Route::describe(),
         LaserScan::describe(),

@@ -1,7 +1,7 @@
-//! The estimated position of the robot, and its targets.
+//! The estimated position of the robot, maps, and its targets.
 
 use crate::{
-    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Twist,
+    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Time, Twist,
     TwistWithCovariance, Value,
 };
 
@@ -20,7 +20,42 @@ pub struct Odometry {
     pub twist: TwistWithCovariance,
 }
 
-/// A path to follow, of up to 64 poses.
+/// Size, resolution and origin of a map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "nav_msgs/msg/MapMetaData")]
+pub struct MapMetaData {
+    /// Time at which the map was loaded.
+    pub map_load_time: Time,
+    /// Side of a cell.
+    #[value(unit = "m")]
+    pub resolution: f32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Unused bytes.
+    pub padding: Padding<4>,
+    /// Pose of the lower left corner of the first cell.
+    pub origin: Pose,
+}
+
+/// A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every
+/// recording of a map costs as much memory; a larger area needs a coarser resolution.
+#[derive(Clone, Copy, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "nav_msgs/msg/OccupancyGrid")]
+pub struct OccupancyGrid {
+    /// Time, and the frame of the origin.
+    pub header: Header,
+    /// Size, resolution and origin.
+    pub info: MapMetaData,
+    /// The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1
+    /// unknown.
+    pub data: Seq<i8, { 960 * 960 }>,
+}
+
+/// A path to follow, of up to 256 poses: ways through a building turn more often than 64 times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "nav_msgs/msg/Path")]
@@ -28,7 +63,7 @@ pub struct Path {
     /// Time and frame.
     pub header: Header,
     /// The poses, from first to last.
-    pub poses: Seq<PoseStamped, 64>,
+    pub poses: Seq<PoseStamped, 256>,
 }
 
 /// Targets in the plane, in a form for files; ROS tools draw a [`Path`].
@@ -51,6 +86,18 @@ pub struct Target {
     pub set: Flag,
     /// Unused bytes.
     pub padding: Padding<7>,
+}
+
+impl Default for OccupancyGrid {
+    fn default() -> Self {
+        Self::zeroed()
+    }
+}
+
+impl core::fmt::Debug for OccupancyGrid {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "OccupancyGrid({:?}, {} cells)", self.info, self.data.len())
+    }
 }
 
 impl Target {

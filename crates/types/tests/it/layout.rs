@@ -98,7 +98,7 @@ fn lengths_are_at_the_described_offsets() {
             length_offset: frame.offset - 4
         }
     );
-    assert_eq!(field(&Path::describe(), "poses").form.capacity(), 64);
+    assert_eq!(field(&Path::describe(), "poses").form.capacity(), 256);
 }
 
 #[test]

@@ -1,0 +1,139 @@
+//! The exact Euclidean distance field, in linear time (Felzenszwalb and Huttenlocher, "Distance transforms of
+//! sampled functions", 2012). It counts in cells, and does not know where they are.
+
+/// The square of the distance where there is no source.
+pub const NO_SOURCE: u32 = u32::MAX;
+
+/// Returns, for each cell of a grid with `width` columns, the square of the distance from its centre to that
+/// of the nearest source, in cells. All are [`NO_SOURCE`] without any source.
+///
+/// The result is exact up to 2¹⁵ columns and rows: squares are integers, and the comparisons of two parabolas
+/// divide numbers below 2³² by numbers below 2¹⁶, whose rounding passes no integer.
+///
+/// # Panics
+/// If the number of cells is not a multiple of `width`.
+#[must_use]
+pub fn squared_distances(width: usize, sources: &[bool]) -> Vec<u32> {
+    let height = sources.len().checked_div(width).unwrap_or(0);
+    assert_eq!(height * width, sources.len(), "whole rows");
+    let mut squares: Vec<u32> = sources
+        .iter()
+        .map(|&source| if source { 0 } else { NO_SOURCE })
+        .collect();
+    along_columns(width, &mut squares);
+    let mut envelope = Envelope::default();
+    let mut line = vec![0; width];
+    for row in squares.chunks_exact_mut(width.max(1)) {
+        envelope.transform(row, &mut line);
+        row.copy_from_slice(&line);
+    }
+    squares
+}
+
+/// Replaces each cell by the square of the distance to the nearest source in its column. Sources are 0 and
+/// all others [`NO_SOURCE`], so that two passes of counting suffice, and both run along rows of the memory.
+fn along_columns(width: usize, squares: &mut [u32]) {
+    let height = squares.len() / width.max(1);
+    let mut away = vec![NO_SOURCE; width];
+    let mut pass = |squares: &mut [u32], y: usize| {
+        for (away, square) in away.iter_mut().zip(&mut squares[y * width..(y + 1) * width]) {
+            *away = if *square == 0 { 0 } else { away.saturating_add(1) };
+            *square = (*square).min(away.checked_mul(*away).unwrap_or(NO_SOURCE));
+        }
+    };
+    for y in 0..height {
+        pass(squares, y);
+    }
+    // The distances of the last row hold for the way back as well: the nearest source so far lies above it.
+    for y in (0..height).rev() {
+        pass(squares, y);
+    }
+}
+
+/// The lower envelope of parabolas, one for each cell of a line.
+#[derive(Default)]
+struct Envelope {
+    /// The cells whose parabolas belong to it, from left to right, and where each begins to be the lowest.
+    parts: Vec<(usize, f64)>,
+}
+
+impl Envelope {
+    /// Writes for each cell the least of all parabolas `squares[q] + (x - q)²`.
+    fn transform(&mut self, squares: &[u32], line: &mut [u32]) {
+        self.parts.clear();
+        for (q, &square) in squares.iter().enumerate() {
+            if square == NO_SOURCE {
+                continue;
+            }
+            let height = |q: usize| f64::from(squares[q]) + (q * q) as f64;
+            let mut start = f64::NEG_INFINITY;
+            while let Some(&(v, begin)) = self.parts.last() {
+                start = (height(q) - height(v)) / (2.0 * (q - v) as f64);
+                if start > begin {
+                    break;
+                }
+                self.parts.pop();
+                start = f64::NEG_INFINITY;
+            }
+            self.parts.push((q, start));
+        }
+        if self.parts.is_empty() {
+            line.fill(NO_SOURCE);
+            return;
+        }
+        let mut part = 0;
+        for (x, value) in line.iter_mut().enumerate() {
+            while self
+                .parts
+                .get(part + 1)
+                .is_some_and(|&(_, begin)| begin < x as f64)
+            {
+                part += 1;
+            }
+            let (q, _) = self.parts[part];
+            let away = x.abs_diff(q) as u32;
+            *value = squares[q] + away * away;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The definition: the least over all sources.
+    fn by_search(width: usize, sources: &[bool]) -> Vec<u32> {
+        let place = |index: usize| ((index % width) as i64, (index / width) as i64);
+        let square = |a: usize, b: usize| {
+            let ((ax, ay), (bx, by)) = (place(a), place(b));
+            ((ax - bx).pow(2) + (ay - by).pow(2)) as u32
+        };
+        (0..sources.len())
+            .map(|cell| {
+                let to = (0..sources.len()).filter(|&source| sources[source]);
+                to.map(|source| square(cell, source)).min().unwrap_or(NO_SOURCE)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_grid_of_one_cell_and_an_empty_one_have_a_field() {
+        assert_eq!(squared_distances(1, &[true]), [0]);
+        assert_eq!(squared_distances(1, &[false]), [NO_SOURCE]);
+        assert!(squared_distances(0, &[]).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_the_least_distance_to_any_source(
+            width in 1usize..24,
+            sources in prop::collection::vec(prop::bool::weighted(0.05), 1..500),
+        ) {
+            let rows = sources.len() / width;
+            let sources = &sources[..rows * width];
+            prop_assert_eq!(squared_distances(width, sources), by_search(width, sources));
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Occupancy grids, distance fields and costmaps, and planners over them.
+//!
+//! Everything is a function of its arguments: the crate has no clock, no thread and no I/O, and knows no
+//! robot. Units are metres and radians; axes follow ROS REP-103. Rows begin at the origin, as in ROS.
+//!
+//! ```
+//! use jde_grid::{Cell, Costmap, Geometry, Inflation, Occupancy, OccupancyGrid};
+//!
+//! let geometry = Geometry::new(200, 100, 0.05, (0.0, 0.0, 0.0))?;
+//! let mut grid = OccupancyGrid::filled(geometry, Occupancy::Free);
+//! grid.set(Cell::new(100, 50), Occupancy::Occupied);
+//! let inflation = Inflation { inscribed: 0.2, circumscribed: 0.3, reach: 0.8, decay: 4.0 };
+//! let costmap = Costmap::new(&grid, &inflation)?;
+//! assert!(costmap.get(Cell::new(106, 50)) > costmap.get(Cell::new(110, 50)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod costmap;
+mod distance;
+mod field;
+mod geometry;
+mod keep_out;
+mod line;
+#[cfg(test)]
+mod maps;
+mod occupancy;
+mod price;
+mod rolling;
+mod route;
+mod search;
+
+pub use costmap::{Costmap, Inflation, InflationError};
+pub use distance::{NO_SOURCE, squared_distances};
+pub use field::Field;
+pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
+pub use line::walk;
+pub use occupancy::{Occupancy, OccupancyGrid};
+pub use price::{MAX_WEIGHT, Prices, UNIT, Unknown};
+pub use rolling::{Ray, RollingGrid};
+pub use route::{PlanError, Point, Route};
+pub use search::{Angles, plan};

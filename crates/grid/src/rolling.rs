@@ -1,0 +1,319 @@
+//! A grid that moves with the robot and remembers what its laser saw: rays make cells free, and their ends
+//! make cells occupied (Moravec and Elfes, "High resolution maps from wide angle sonar", 1985; the numbers are
+//! those of Hornung et al., "OctoMap", 2013).
+//!
+//! It corrects no pose: where the odometry drifts, old cells drift with it, and so they must age.
+
+use core::time::Duration;
+
+use crate::geometry::{Cell, Geometry, GeometryError};
+use crate::line::walk;
+use crate::occupancy::Occupancy;
+
+/// What the end of a ray adds to the logarithm of the odds: a probability of 0.7.
+const HIT: f32 = 0.85;
+/// What a ray adds that passes through: a probability of 0.4.
+const PASS: f32 = -0.4;
+/// The limits of the sum, so that a cell that changes is believed after a few scans.
+const LIMITS: (f32, f32) = (-2.0, 3.5);
+
+/// A ray from the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it ends, in metres in the frame of the robot's pose.
+    pub end: (f64, f64),
+    /// Whether it ends at an obstacle; otherwise it was free as far as that.
+    pub hit: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Evidence {
+    /// Logarithm of the odds of an obstacle; 0 if nothing was seen.
+    odds: f32,
+    /// The last scan that a ray of touched it.
+    scan: u64,
+    /// When that was.
+    seen: Duration,
+}
+
+/// A square grid around the robot.
+#[derive(Clone, Debug)]
+pub struct RollingGrid {
+    geometry: Geometry,
+    /// The column and row of the first cell, counted from the zero of the frame. So a cell keeps its place in
+    /// the world when the grid moves.
+    corner: (i64, i64),
+    cells: Vec<Evidence>,
+    scans: u64,
+}
+
+impl RollingGrid {
+    /// Returns an unknown grid of `side` × `side` cells around the zero of the frame.
+    ///
+    /// # Errors
+    /// If there are no or too many cells, or the resolution in metres is out of range.
+    pub fn new(side: u32, resolution: f64) -> Result<Self, GeometryError> {
+        let corner = (-i64::from(side / 2), -i64::from(side / 2));
+        Ok(Self {
+            geometry: geometry_at(corner, side, resolution)?,
+            corner,
+            cells: vec![Evidence::default(); side as usize * side as usize],
+            scans: 0,
+        })
+    }
+
+    /// Returns size, resolution and present origin; the axes are those of the frame.
+    #[must_use]
+    pub const fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Moves the grid so that the robot is in its middle, if it is more than a quarter of a side away from
+    /// there. What leaves the grid is forgotten.
+    ///
+    /// # Errors
+    /// If the place is not finite or too far from zero; the grid stays.
+    pub fn follow(&mut self, robot: (f64, f64)) -> Result<(), GeometryError> {
+        let (side, resolution) = (self.geometry.width(), self.geometry.resolution());
+        let (column, row) = self.geometry.to_grid(robot);
+        let is_near = |at: f64| (at - f64::from(side) / 2.0).abs() <= f64::from(side) / 4.0;
+        if is_near(column) && is_near(row) {
+            return Ok(());
+        }
+        // A place that is not finite, or too far, has no corner that a geometry accepts.
+        let corner = |at: f64| libm::floor(at / resolution) - f64::from(side / 2);
+        let place = (corner(robot.0), corner(robot.1));
+        let origin = (place.0 * resolution, place.1 * resolution, 0.0);
+        self.geometry = Geometry::new(side, side, resolution, origin)?;
+        let moved_to = (place.0 as i64, place.1 as i64);
+        let shift = (moved_to.0 - self.corner.0, moved_to.1 - self.corner.1);
+        let before = core::mem::replace(&mut self.cells, vec![Evidence::default(); self.geometry.cells()]);
+        for (index, evidence) in before.into_iter().enumerate() {
+            let cell = self.geometry.cell(index);
+            let at = |from: u32, by: i64| u32::try_from(i64::from(from) - by).unwrap_or(u32::MAX);
+            let moved = Cell::new(at(cell.x, shift.0), at(cell.y, shift.1));
+            if self.geometry.contains(moved) {
+                self.cells[self.geometry.index(moved)] = evidence;
+            }
+        }
+        self.corner = moved_to;
+        Ok(())
+    }
+
+    /// Adds the rays of one scan from this place. A cell counts once in a scan, and as occupied if any ray
+    /// ends in it. Rays are cut at the edge of the grid; rays with an end that is not finite are left out, and
+    /// all are if the sensor is outside the grid.
+    pub fn observe(&mut self, sensor: (f64, f64), rays: &[Ray], now: Duration) {
+        let Some(from) = self.geometry.cell_at(sensor) else {
+            return;
+        };
+        self.scans += 1;
+        let ends = |ray: &Ray| self.end(sensor, ray).map(|(cell, hit)| (cell, hit && ray.hit));
+        let ends: Vec<(Cell, bool)> = rays.iter().filter_map(ends).collect();
+        for &(end, _) in ends.iter().filter(|(_, hit)| *hit) {
+            self.add(end, HIT, now);
+        }
+        for &(end, _) in &ends {
+            walk(from, end, |cell, _| {
+                self.add(cell, PASS, now);
+                true
+            });
+        }
+    }
+
+    /// Writes the numbers of `nav_msgs/OccupancyGrid`, row by row from the origin. Cells that no ray has
+    /// touched for longer than `age` are unknown.
+    ///
+    /// # Panics
+    /// If `data` has not as many numbers as the grid cells.
+    pub fn write_ros(&self, now: Duration, age: Duration, data: &mut [i8]) {
+        assert_eq!(data.len(), self.cells.len(), "a number for each cell");
+        for (number, evidence) in data.iter_mut().zip(&self.cells) {
+            let state = if now.saturating_sub(evidence.seen) > age || evidence.odds == 0.0 {
+                Occupancy::Unknown
+            } else if evidence.odds > 0.0 {
+                Occupancy::Occupied
+            } else {
+                Occupancy::Free
+            };
+            *number = state.to_ros();
+        }
+    }
+
+    /// The cell where a ray ends, and whether that is the end of the whole ray.
+    fn end(&self, sensor: (f64, f64), ray: &Ray) -> Option<(Cell, bool)> {
+        if !(ray.end.0.is_finite() && ray.end.1.is_finite()) {
+            return None;
+        }
+        if let Some(cell) = self.geometry.cell_at(ray.end) {
+            return Some((cell, true));
+        }
+        let ((x, y), (to_x, to_y)) = (self.geometry.to_grid(sensor), self.geometry.to_grid(ray.end));
+        let last = f64::from(self.geometry.width()) - 0.5;
+        // The share of the ray up to the middle of the outermost cells.
+        let share = |at: f64, to: f64| {
+            let edge = if to > last { last } else { 0.5 };
+            let leaves = to > last || to < 0.5;
+            if leaves {
+                ((edge - at) / (to - at)).clamp(0.0, 1.0)
+            } else {
+                1.0
+            }
+        };
+        let cut = share(x, to_x).min(share(y, to_y));
+        let edge = |at: f64, to: f64| (at + cut * (to - at)).clamp(0.5, last) as u32;
+        Some((Cell::new(edge(x, to_x), edge(y, to_y)), false))
+    }
+
+    fn add(&mut self, cell: Cell, odds: f32, now: Duration) {
+        let evidence = &mut self.cells[self.geometry.index(cell)];
+        if evidence.scan != self.scans {
+            *evidence = Evidence {
+                odds: (evidence.odds + odds).clamp(LIMITS.0, LIMITS.1),
+                scan: self.scans,
+                seen: now,
+            };
+        }
+    }
+}
+
+fn geometry_at(corner: (i64, i64), side: u32, resolution: f64) -> Result<Geometry, GeometryError> {
+    let at = |place: i64| place as f64 * resolution;
+    Geometry::new(side, side, resolution, (at(corner.0), at(corner.1), 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const AGE: Duration = Duration::from_secs(10);
+
+    fn at(grid: &RollingGrid, point: (f64, f64), now: Duration) -> Occupancy {
+        let mut data = vec![0; grid.geometry().cells()];
+        grid.write_ros(now, AGE, &mut data);
+        let cell = grid.geometry().cell_at(point);
+        cell.map_or(Occupancy::Unknown, |cell| {
+            Occupancy::from_ros(data[grid.geometry().index(cell)])
+        })
+    }
+
+    fn grid() -> RollingGrid {
+        RollingGrid::new(40, 0.1).expect("valid")
+    }
+
+    #[test]
+    fn a_ray_makes_its_cells_free_and_its_end_occupied() {
+        let mut grid = grid();
+        let ray = Ray {
+            end: (1.05, 0.05),
+            hit: true,
+        };
+        grid.observe((0.05, 0.05), &[ray], Duration::ZERO);
+        for (point, state) in [
+            ((0.05, 0.05), Occupancy::Free),
+            ((0.95, 0.05), Occupancy::Free),
+            ((1.05, 0.05), Occupancy::Occupied),
+            ((1.15, 0.05), Occupancy::Unknown),
+        ] {
+            assert_eq!(at(&grid, point, Duration::ZERO), state, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn an_obstacle_that_goes_is_cleared_and_what_is_not_seen_ages() {
+        let mut grid = grid();
+        let scan = |grid: &mut RollingGrid, hit, second| {
+            let end = if hit { (1.05, 0.05) } else { (1.55, 0.05) };
+            grid.observe((0.05, 0.05), &[Ray { end, hit }], Duration::from_secs(second));
+        };
+        (0..5).for_each(|second| scan(&mut grid, true, second));
+        (5..15).for_each(|second| scan(&mut grid, false, second));
+        assert_eq!(at(&grid, (1.05, 0.05), Duration::from_secs(14)), Occupancy::Free);
+        assert_eq!(at(&grid, (1.05, 0.05), Duration::from_secs(24)), Occupancy::Free);
+        assert_eq!(
+            at(&grid, (1.05, 0.05), Duration::from_secs(25)),
+            Occupancy::Unknown
+        );
+    }
+
+    #[test]
+    fn a_wall_along_a_ray_stays() {
+        let mut grid = grid();
+        let rays = [
+            Ray {
+                end: (1.05, 0.05),
+                hit: true,
+            },
+            Ray {
+                end: (1.55, 0.08),
+                hit: true,
+            },
+        ];
+        grid.observe((0.05, 0.05), &rays, Duration::ZERO);
+        assert_eq!(at(&grid, (1.05, 0.05), Duration::ZERO), Occupancy::Occupied);
+    }
+
+    #[test]
+    fn cells_keep_their_place_when_the_grid_moves_and_are_forgotten_outside() {
+        let mut grid = grid();
+        let now = Duration::ZERO;
+        grid.observe(
+            (0.05, 0.05),
+            &[Ray {
+                end: (1.05, 0.05),
+                hit: true,
+            }],
+            now,
+        );
+        grid.follow((1.53, 0.2)).expect("a place");
+        assert_eq!(at(&grid, (1.05, 0.05), now), Occupancy::Occupied);
+        assert_eq!(at(&grid, (0.55, 0.05), now), Occupancy::Free);
+        grid.follow((100.0, -50.0)).expect("a place");
+        grid.follow((0.0, 0.0)).expect("a place");
+        assert_eq!(at(&grid, (1.05, 0.05), now), Occupancy::Unknown);
+    }
+
+    #[test]
+    fn places_and_rays_that_are_not_finite_change_nothing() {
+        let mut grid = grid();
+        let before = *grid.geometry();
+        for place in [(f64::NAN, 0.0), (0.0, f64::INFINITY), (1e300, 0.0)] {
+            assert!(grid.follow(place).is_err(), "{place:?}");
+            grid.observe(
+                place,
+                &[Ray {
+                    end: (0.0, 0.0),
+                    hit: true,
+                }],
+                Duration::ZERO,
+            );
+        }
+        grid.observe(
+            (0.0, 0.0),
+            &[Ray {
+                end: (f64::NAN, 0.0),
+                hit: true,
+            }],
+            Duration::ZERO,
+        );
+        assert_eq!(*grid.geometry(), before);
+        assert_eq!(at(&grid, (0.0, 0.0), Duration::ZERO), Occupancy::Unknown);
+        assert!(RollingGrid::new(0, 0.1).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn rays_that_leave_the_grid_are_cut_and_mark_nothing(angle in -3.2..3.2f64, length in 3.0..1e6f64) {
+            let mut grid = grid();
+            let end = (length * angle.cos(), length * angle.sin());
+            grid.observe((0.05, 0.05), &[Ray { end, hit: true }], Duration::ZERO);
+            let mut data = vec![0; grid.geometry().cells()];
+            grid.write_ros(Duration::ZERO, AGE, &mut data);
+            prop_assert!(!data.contains(&Occupancy::Occupied.to_ros()));
+            // From the middle to an edge.
+            prop_assert!(data.iter().filter(|&&number| number == Occupancy::Free.to_ros()).count() >= 19);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The schema of the map around the robot. It reads scans as of the newest pose, and so requires a pose that
+//! is as new as the scan.
+
+use core::f64::consts::PI;
+
+use jde_grid::{Ray, RollingGrid};
+use jde_schema::prelude::*;
+
+/// Exports a square map around the robot, from the scans of its laser.
+///
+/// Rays make cells free and their ends make cells occupied; what no ray touches becomes unknown again. The
+/// axes are those of the pose's frame. The map moves with the robot in steps of a quarter of its side.
+#[derive(Describe)]
+#[schema(perceptive, period = "200ms", budget = "50ms")]
+pub struct Local {
+    /// The scan of the laser.
+    #[import]
+    laser: Import<LaserScan>,
+    /// The estimated pose of the robot.
+    #[import]
+    pose: Import<Odometry>,
+    /// The laser's place ahead of the robot's centre.
+    #[modulation(default = 0.0, unit = "m", min = -5.0, max = 5.0)]
+    laser_x: Modulation<f64>,
+    /// The laser's place to the left of the robot's centre.
+    #[modulation(default = 0.0, unit = "m", min = -5.0, max = 5.0)]
+    laser_y: Modulation<f64>,
+    /// The laser's direction, to the left.
+    #[modulation(default = 0.0, unit = "rad", min = -PI, max = PI)]
+    laser_yaw: Modulation<f64>,
+    /// Side of the map.
+    #[modulation(default = 12.0, unit = "m", min = 1.0, max = 500.0, fixed)]
+    side: Modulation<f64>,
+    /// Side of a cell. The map has at most 960 × 960 of them.
+    #[modulation(default = 0.05, unit = "m", min = 0.01, max = 1.0, fixed)]
+    resolution: Modulation<f64>,
+    /// How long a cell is known after the last ray through it.
+    #[modulation(default = 30.0, unit = "s", min = 0.0, max = 86400.0)]
+    age: Modulation<f64>,
+    /// The map.
+    #[export]
+    map: Export<OccupancyGrid>,
+    grid: Option<RollingGrid>,
+    /// The number of the last scan that was added.
+    scan: Option<u64>,
+}
+
+impl Schema for Local {
+    fn awake(&mut self, cx: &Context) -> Result {
+        let side = self.side.get(cx) / self.resolution.get(cx);
+        let capacity = f64::from(MAX_SIDE);
+        if side > capacity {
+            return Err(format!(
+                "a map of {} m has {side:.0} cells of {} m a side: expected at most {capacity}",
+                self.side.get(cx),
+                self.resolution.get(cx)
+            )
+            .into());
+        }
+        self.grid = Some(RollingGrid::new(side.ceil() as u32, self.resolution.get(cx))?);
+        self.scan = None;
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let (Some(laser), Some(pose), Some(grid)) = (self.laser.get(cx), self.pose.get(cx), &mut self.grid)
+        else {
+            self.map.retract(cx);
+            return Ok(());
+        };
+        let robot = pose.pose2d();
+        if let Err(error) = grid.follow((robot.x, robot.y)) {
+            warn!(cx, "the pose is not a place on a map: {error}");
+            self.map.retract(cx);
+            return Ok(());
+        }
+        if self.scan.replace(laser.sequence()) != Some(laser.sequence()) {
+            let mount = Pose2D::new(self.laser_x.get(cx), self.laser_y.get(cx), self.laser_yaw.get(cx));
+            let sensor = robot.transform(&mount);
+            grid.observe((sensor.x, sensor.y), &rays(&laser, &sensor), cx.now());
+        }
+        let mut map = self.map.loan(cx);
+        map.header = Header {
+            stamp: cx.now().into(),
+            frame_id: pose.header.frame_id,
+        };
+        map.info = info(grid);
+        let age = Duration::from_secs_f64(self.age.get(cx));
+        grid.write_ros(cx.now(), age, map.data.resize(grid.geometry().cells()));
+        map.publish();
+        Ok(())
+    }
+}
+
+/// The most cells along a side, as many as the exported type has room for.
+const MAX_SIDE: u32 = 960;
+
+/// The rays of a scan in the frame of the pose, by REP-117: a beam without a return is free up to the range of
+/// the laser, and one without a measurement says nothing.
+fn rays(laser: &LaserScan, sensor: &Pose2D) -> Vec<Ray> {
+    let ray = |(beam, &range): (usize, &f32)| {
+        let hit = range.is_finite();
+        let length = if range == f32::INFINITY {
+            laser.range_max
+        } else {
+            range
+        };
+        let is_measured = length.is_finite() && length >= laser.range_min && length <= laser.range_max;
+        let direction = sensor.theta + laser.angle(beam);
+        let length = f64::from(length);
+        is_measured.then(|| Ray {
+            end: (
+                sensor.x + length * direction.cos(),
+                sensor.y + length * direction.sin(),
+            ),
+            hit,
+        })
+    };
+    laser.ranges.iter().enumerate().filter_map(ray).collect()
+}
+
+fn info(grid: &RollingGrid) -> MapMetaData {
+    let geometry = grid.geometry();
+    let (x, y, yaw) = geometry.origin();
+    MapMetaData {
+        resolution: geometry.resolution() as f32,
+        width: geometry.width(),
+        height: geometry.height(),
+        origin: Pose2D::new(x, y, yaw).into(),
+        ..MapMetaData::default()
+    }
+}

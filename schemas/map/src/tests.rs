@@ -1,0 +1,119 @@
+//! What scans make of the map, and what makes none of it.
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+
+use super::Local;
+
+/// Four beams, each a quarter of a turn from the last: ahead, left, back, right.
+fn scan(ranges: [f32; 4]) -> LaserScan {
+    let mut scan = LaserScan {
+        angle_increment: core::f32::consts::FRAC_PI_2,
+        range_min: 0.1,
+        range_max: 3.0,
+        ..LaserScan::default()
+    };
+    scan.ranges.extend_from_slice(&ranges).expect("it fits");
+    scan
+}
+
+fn bench(ranges: [f32; 4], pose: Pose2D) -> Bench<Local> {
+    let mut bench = Bench::new();
+    bench.set("side", 4.0);
+    bench.set("resolution", 0.1);
+    see(&mut bench, ranges, pose);
+    bench.awake().expect("it awakes");
+    bench
+}
+
+fn see(bench: &mut Bench<Local>, ranges: [f32; 4], pose: Pose2D) {
+    bench.import("laser", &scan(ranges));
+    bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
+}
+
+/// The number of the map at a place, after an iteration.
+fn at(bench: &Bench<Local>, x: f64, y: f64) -> Option<i8> {
+    let map = bench.exported_in_place::<OccupancyGrid>("map")?;
+    let (info, origin) = (&map.info, &map.info.origin.position);
+    let resolution = f64::from(info.resolution);
+    let (column, row) = ((x - origin.x) / resolution, (y - origin.y) / resolution);
+    map.data
+        .get(row as usize * info.width as usize + column as usize)
+        .copied()
+}
+
+const NAN: f32 = f32::NAN;
+
+#[test]
+fn returns_are_occupied_and_what_lies_before_them_is_free() {
+    let mut bench = bench(
+        [1.0, f32::INFINITY, NAN, f32::NEG_INFINITY],
+        Pose2D::new(0.05, 0.05, 0.0),
+    );
+    bench.iterate().expect("the iteration succeeds");
+    for (x, y, number) in [
+        (1.05, 0.05, 100),
+        (0.55, 0.05, 0),
+        (1.25, 0.05, -1),
+        (0.05, 1.55, 0),
+        (-0.55, 0.05, -1),
+        (0.05, -0.55, -1),
+    ] {
+        assert_eq!(at(&bench, x, y), Some(number), "{x}, {y}");
+    }
+}
+
+#[test]
+fn the_pose_and_the_mount_place_the_rays() {
+    let pose = Pose2D::new(0.05, 0.05, core::f64::consts::FRAC_PI_2);
+    let mut bench = bench([1.0, NAN, NAN, NAN], pose);
+    bench.set("laser_x", 0.2);
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(at(&bench, 0.05, 1.25), Some(100));
+    assert_eq!(at(&bench, 0.05, 0.05), Some(-1), "behind the laser");
+}
+
+#[test]
+fn the_map_moves_with_the_robot_and_keeps_what_it_saw() {
+    let mut bench = bench([1.0, NAN, NAN, NAN], Pose2D::new(0.05, 0.05, 0.0));
+    bench.iterate().expect("the iteration succeeds");
+    see(&mut bench, [NAN; 4], Pose2D::new(1.55, 0.05, 0.0));
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(at(&bench, 1.05, 0.05), Some(100));
+    assert_eq!(at(&bench, 3.05, 0.05), Some(-1));
+}
+
+#[test]
+fn without_a_scan_or_a_pose_there_is_no_map() {
+    let mut bench = bench([1.0; 4], Pose2D::ORIGIN);
+    bench.iterate().expect("the iteration succeeds");
+    assert!(at(&bench, 0.0, 0.0).is_some());
+    for (name, spoil) in [
+        (
+            "the scan is retracted",
+            (|bench| bench.retract("laser")) as fn(&mut Bench<Local>),
+        ),
+        ("the pose is no place", |bench| {
+            see(bench, [1.0; 4], Pose2D::new(f64::NAN, 0.0, 0.0))
+        }),
+        ("the pose is too far", |bench| {
+            see(bench, [1.0; 4], Pose2D::new(1e12, 0.0, 0.0))
+        }),
+    ] {
+        see(&mut bench, [1.0; 4], Pose2D::ORIGIN);
+        spoil(&mut bench);
+        bench.iterate().expect("the iteration succeeds");
+        assert_eq!(at(&bench, 0.0, 0.0), None, "{name}");
+    }
+}
+
+#[test]
+fn a_map_of_too_many_cells_is_refused() {
+    let mut bench = Bench::<Local>::new();
+    bench.set("side", 200.0);
+    let error = bench.awake().expect_err("refused").to_string();
+    assert!(
+        error.contains("4000 cells of 0.05 m a side: expected at most 960"),
+        "{error}"
+    );
+}

@@ -1,0 +1,214 @@
+//! Plans a path over a map to a target. It commands nothing, and it knows only the obstacles of the map.
+
+mod followed;
+mod panel;
+mod situation;
+
+use jde_grid::{Angles, Field, Inflation, PlanError, Prices, Route as Way, Unknown};
+use jde_schema::prelude::*;
+
+use followed::{Change, Followed};
+use situation::Situation;
+
+/// By how much a path may leave the planned way, in cells: far below what a cell itself leaves open.
+const TOLERANCE: f64 = 0.25;
+
+/// How it plans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+#[repr(u8)]
+enum Planner {
+    /// Down a field of prices to the target, which it repairs when the map changes (Konolige 2000). Smooth,
+    /// and the quickest while the target stays.
+    Gradient,
+    /// A*, along eight directions.
+    Grid,
+    /// Theta*, in straight lines at any angle.
+    AnyAngle,
+}
+
+/// Exports the path from the robot to the target, or says why there is none.
+///
+/// The map, the pose and the target are in one frame. A path is never older than the last iteration: without
+/// a way it is retracted.
+#[derive(Describe)]
+// A map of a thousand by a thousand cells takes up to 0.3 s with A*, most others a tenth of it.
+#[schema(perceptive, period = "500ms", budget = "400ms")]
+pub struct Plan {
+    /// The map.
+    #[import]
+    map: Import<OccupancyGrid>,
+    /// The estimated pose of the robot.
+    #[import]
+    pose: Import<Odometry>,
+    /// The target.
+    #[modulation(default = Target::NONE)]
+    target: Modulation<Target>,
+    /// How it plans: `gradient`, `grid` (A*) or `any-angle` (Theta*).
+    #[modulation(default = Planner::Gradient)]
+    planner: Modulation<Planner>,
+    /// Radius of the largest circle within the footprint. Closer to an obstacle there is no way.
+    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0)]
+    inscribed: Modulation<f64>,
+    /// Radius of the smallest circle around the footprint; at least `inscribed`.
+    #[modulation(default = 0.27, unit = "m", min = 0.0, max = 5.0)]
+    circumscribed: Modulation<f64>,
+    /// Distance to an obstacle from which on it costs nothing.
+    #[modulation(default = 1.0, unit = "m", min = 0.0, max = 10.0)]
+    reach: Modulation<f64>,
+    /// Rate at which costs decay with the distance to an obstacle.
+    #[modulation(default = 3.0, unit = "1/m", min = 0.0, max = 100.0)]
+    decay: Modulation<f64>,
+    /// How many times its length a way along an obstacle costs more. 0 is the shortest way.
+    #[modulation(default = 4.0, min = 0.0, max = 20.0)]
+    clearance: Modulation<f64>,
+    /// Whether the way may lead through unknown cells.
+    #[modulation(default = false)]
+    unknown: Modulation<bool>,
+    /// The path, from the robot to the target.
+    #[export]
+    path: Export<Path>,
+    /// What came of the last iteration, in words.
+    #[export]
+    state: Export<Text<160>>,
+    followed: Option<Followed>,
+    /// The field of prices to the last target, with the prices that it was made from.
+    field: Option<(Prices, Field)>,
+    situation: Option<Situation>,
+    /// The points of the last path, in metres; none without a path.
+    drawn: Vec<(f64, f64)>,
+}
+
+impl Schema for Plan {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let situation = self.plan(cx).unwrap_or_else(|situation| {
+            self.path.retract(cx);
+            self.drawn.clear();
+            situation
+        });
+        self.state.write(cx, Text::truncated(&situation.to_string()));
+        self.situation = Some(situation);
+        Ok(())
+    }
+}
+
+impl Plan {
+    /// Exports the path; the error is why there is none.
+    fn plan(&mut self, cx: &Context) -> Result<Situation, Situation> {
+        let target = self.target.get(cx).get().ok_or(Situation::NoTarget)?;
+        let map = self.map.get(cx).ok_or(Situation::NoMap)?;
+        let pose = self.pose.get(cx).ok_or(Situation::NoPose)?;
+        let inflation = self.inflation(cx);
+        let change = Followed::follow(&mut self.followed, (map.value(), map.sequence()), inflation);
+        match &change {
+            Ok(Change::Cells(cells)) => {
+                if let (Some((_, field)), Some(followed)) = (&mut self.field, &self.followed) {
+                    field.update(followed.costs(), cells);
+                }
+            }
+            Ok(Change::All) | Err(_) => self.field = None,
+        }
+        change?;
+        let robot = pose.pose2d();
+        let way = self.way(cx, (robot.x, robot.y), (target.x, target.y))?;
+        let points = self.points(&way, (robot.x, robot.y), (target.x, target.y));
+        let path = path(&pose.header.frame_id, cx, &points);
+        let situation = Situation::Path {
+            length: length(&points),
+            cut: path.poses.len() < points.len(),
+        };
+        self.path.write(cx, path);
+        self.drawn = points;
+        Ok(situation)
+    }
+
+    fn way(&mut self, cx: &Context, robot: (f64, f64), target: (f64, f64)) -> Result<Way, Situation> {
+        let prices = self.prices(cx);
+        let costs = self.followed.as_ref().ok_or(Situation::NoMap)?.costs();
+        let goal = costs.geometry().cell_at(target).ok_or(PlanError::GoalOutside)?;
+        let start = costs.geometry().cell_at(robot).ok_or(PlanError::StartOutside)?;
+        let search = |angles| jde_grid::plan(costs, &prices, angles, start, goal);
+        Ok(match self.planner.get(cx) {
+            Planner::Grid => search(Angles::Eight)?,
+            Planner::AnyAngle => search(Angles::Any)?,
+            Planner::Gradient => {
+                let is_same = |(made, field): &(Prices, Field)| *made == prices && field.goal() == goal;
+                let mut field = match self.field.take().filter(is_same) {
+                    Some((_, field)) => field,
+                    None => Field::new(costs, &prices, goal)?,
+                };
+                let way = field.route(start);
+                self.field = Some((prices, field));
+                way?
+            }
+        })
+    }
+
+    /// The points of the path in metres. Its ends are robot and target themselves, not the centres of their
+    /// cells.
+    fn points(&self, way: &Way, robot: (f64, f64), target: (f64, f64)) -> Vec<(f64, f64)> {
+        let way = way.simplified(TOLERANCE);
+        let inner = way
+            .points
+            .get(1..way.points.len().saturating_sub(1))
+            .unwrap_or_default();
+        let geometry = self
+            .followed
+            .as_ref()
+            .map(|followed| *followed.costs().geometry());
+        let inner = geometry
+            .into_iter()
+            .flat_map(|geometry| inner.iter().map(move |&point| geometry.to_world(point)));
+        core::iter::once(robot).chain(inner).chain([target]).collect()
+    }
+
+    fn inflation(&self, cx: &Context) -> Inflation {
+        Inflation {
+            inscribed: self.inscribed.get(cx),
+            circumscribed: self.circumscribed.get(cx),
+            reach: self.reach.get(cx),
+            decay: self.decay.get(cx),
+        }
+    }
+
+    fn prices(&self, cx: &Context) -> Prices {
+        let unknown = if self.unknown.get(cx) {
+            Unknown::Open
+        } else {
+            Unknown::Closed
+        };
+        Prices::new(self.clearance.get(cx), unknown)
+    }
+}
+
+/// The path through these points. Each pose faces the next one, and the last faces as the one before it.
+fn path(frame: &Frame, cx: &Context, points: &[(f64, f64)]) -> Path {
+    let header = Header {
+        stamp: cx.now().into(),
+        frame_id: *frame,
+    };
+    let mut path = Path {
+        header,
+        ..Path::default()
+    };
+    let mut heading = 0.0;
+    for (at, &(x, y)) in points.iter().enumerate() {
+        if let Some(&(next_x, next_y)) = points.get(at + 1) {
+            heading = (next_y - y).atan2(next_x - x);
+        }
+        let pose = Pose::from(Pose2D::new(x, y, heading));
+        if path.poses.push(PoseStamped { header, pose }).is_err() {
+            break;
+        }
+    }
+    path
+}
+
+fn length(points: &[(f64, f64)]) -> f64 {
+    let step = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1);
+    points.windows(2).map(step).sum()
+}
+
+jde_schema::export!("plan", "Plans a path over a map to a target.", [Plan]);
+
+#[cfg(test)]
+mod tests;

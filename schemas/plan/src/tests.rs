@@ -1,0 +1,216 @@
+//! Paths over small maps, and the words for all that has none.
+
+use jde_schema::bench::Bench;
+
+use super::*;
+
+/// A map with sides of 0.1 m from rows of text, the first at the top: `#` occupied, `?` unknown.
+fn map(rows: &[&str]) -> Box<OccupancyGrid> {
+    // Without optimisation a new map passes over the stack several times, which is more than a test has.
+    std::thread::scope(|scope| {
+        let builder = std::thread::Builder::new().stack_size(1 << 24);
+        let thread = builder.spawn_scoped(scope, || read_map(rows)).expect("a thread");
+        thread.join().expect("a map")
+    })
+}
+
+fn read_map(rows: &[&str]) -> Box<OccupancyGrid> {
+    let mut map = Box::<OccupancyGrid>::default();
+    map.info.resolution = 0.1;
+    (map.info.width, map.info.height) = (rows[0].len() as u32, rows.len() as u32);
+    map.info.origin.orientation = Quaternion::IDENTITY;
+    for symbol in rows.iter().rev().flat_map(|row| row.bytes()) {
+        let number = match symbol {
+            b'#' => 100,
+            b'?' => -1,
+            _ => 0,
+        };
+        map.data.push(number).expect("it fits");
+    }
+    map
+}
+
+/// A room of 2 × 1 m with a wall that leaves a gap at the top.
+const ROOM: [&str; 10] = [
+    "....................",
+    "....................",
+    "....................",
+    "..........#.........",
+    "..........#.........",
+    "..........#.........",
+    "..........#.........",
+    "..........#.........",
+    "..........#.........",
+    "..........#.........",
+];
+
+/// A robot of 0.1 m radius on a map.
+fn bench(map: &OccupancyGrid, robot: (f64, f64), target: (f64, f64)) -> Bench<Plan> {
+    let mut bench = Bench::new();
+    bench.import("map", map);
+    stand(&mut bench, robot);
+    bench.set("target", Target::at(Pose2D::new(target.0, target.1, 0.0)));
+    bench.set("inscribed", 0.1);
+    bench.set("circumscribed", 0.1);
+    bench.set("reach", 0.3);
+    bench
+}
+
+fn stand(bench: &mut Bench<Plan>, (x, y): (f64, f64)) {
+    let pose = Pose2D::new(x, y, 0.0);
+    bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
+}
+
+fn state(bench: &mut Bench<Plan>) -> String {
+    bench.iterate().expect("the iteration succeeds");
+    bench
+        .exported::<Text<160>>("state")
+        .expect("a state")
+        .as_str()
+        .to_owned()
+}
+
+fn poses(bench: &Bench<Plan>) -> Option<Vec<Pose2D>> {
+    let path = bench.exported_in_place::<Path>("path")?;
+    Some(path.poses.iter().map(|stamped| stamped.pose.into()).collect())
+}
+
+const LEFT: (f64, f64) = (0.53, 0.21);
+const RIGHT: (f64, f64) = (1.57, 0.22);
+
+#[test]
+fn every_planner_leads_around_the_wall_from_the_robot_to_the_target() {
+    for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
+        let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+        bench.set("planner", planner);
+        assert!(state(&mut bench).starts_with("a path of "), "{planner:?}");
+        let poses = poses(&bench).expect("a path");
+        let (first, last) = (poses[0], poses[poses.len() - 1]);
+        assert_eq!(((first.x, first.y), (last.x, last.y)), (LEFT, RIGHT));
+        let over = poses.iter().filter(|pose| pose.y > 0.75).count();
+        assert!(over >= 1, "{planner:?} passes above the wall: {poses:?}");
+        for pair in poses.windows(2) {
+            let error = normalize_angle(pair[0].theta - (pair[1].y - pair[0].y).atan2(pair[1].x - pair[0].x));
+            assert!(error.abs() < 1e-9, "each pose faces the next one");
+        }
+    }
+}
+
+#[test]
+fn a_wall_that_appears_changes_the_path_and_one_that_goes_restores_it() {
+    let mut open = ROOM;
+    open[3..].fill("....................");
+    let mut bench = bench(&map(&open), LEFT, RIGHT);
+    let straight = state(&mut bench);
+    bench.import("map", &*map(&ROOM));
+    let around = state(&mut bench);
+    assert_ne!(straight, around);
+    let mut closed = ROOM;
+    closed[..3].fill("..........#.........");
+    bench.import("map", &*map(&closed));
+    assert_eq!(state(&mut bench), "no way leads to the goal");
+    assert_eq!(poses(&bench), None, "the path is retracted");
+    bench.import("map", &*map(&open));
+    assert_eq!(state(&mut bench), straight);
+}
+
+#[test]
+fn a_moved_target_and_another_clearance_are_followed() {
+    let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+    state(&mut bench);
+    let target = Pose2D::new(1.85, 0.85, 0.0);
+    bench.set("target", Target::at(target));
+    state(&mut bench);
+    let last = *poses(&bench).expect("a path").last().expect("poses");
+    assert_eq!((last.x, last.y), (target.x, target.y));
+    bench.set("inscribed", 0.4);
+    bench.set("circumscribed", 0.4);
+    assert_eq!(state(&mut bench), "no way leads to the goal");
+}
+
+#[test]
+fn what_is_missing_is_said() {
+    let mut bench = Bench::<Plan>::new();
+    assert_eq!(state(&mut bench), "there is no target");
+    bench.set("target", Target::at(Pose2D::ORIGIN));
+    assert_eq!(state(&mut bench), "there is no map");
+    bench.import("map", &*map(&ROOM));
+    assert_eq!(state(&mut bench), "the place of the robot is not known");
+    assert_eq!(poses(&bench), None);
+}
+
+#[test]
+fn ends_in_walls_and_off_the_map_are_said() {
+    let wall = (1.05, 0.35);
+    for (robot, target, words) in [
+        (LEFT, wall, "the goal is in an obstacle of the map"),
+        (LEFT, (5.0, 0.0), "the goal is outside the map"),
+        (wall, RIGHT, "the robot is in an obstacle of the map"),
+        ((-0.1, 0.5), RIGHT, "the robot is outside the map"),
+        ((f64::NAN, 0.5), RIGHT, "the robot is outside the map"),
+    ] {
+        let mut bench = bench(&map(&ROOM), robot, target);
+        for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
+            bench.set("planner", planner);
+            assert_eq!(state(&mut bench), words);
+            assert_eq!(poses(&bench), None);
+        }
+    }
+}
+
+#[test]
+fn unknown_cells_are_walls_unless_permitted() {
+    let mut bench = bench(&map(&[".....?....."]), (0.05, 0.05), (1.05, 0.05));
+    assert_eq!(state(&mut bench), "no way leads to the goal");
+    bench.set("unknown", true);
+    assert_eq!(state(&mut bench), "a path of 1.00 m");
+}
+
+#[test]
+fn a_map_of_one_cell_has_a_path_within_it() {
+    let mut bench = bench(&map(&["."]), (0.02, 0.05), (0.08, 0.05));
+    assert_eq!(state(&mut bench), "a path of 0.06 m");
+    assert_eq!(poses(&bench).expect("a path").len(), 2);
+}
+
+#[test]
+fn maps_and_footprints_that_cannot_be_are_said() {
+    type Spoil = fn(&mut OccupancyGrid);
+    let spoils: [(Spoil, &str); 5] = [
+        (|map| map.info.width = 0, "the grid has 0 x 10 cells"),
+        (
+            |map| map.info.width = u32::MAX,
+            "the grid has 4294967295 x 10 cells",
+        ),
+        (|map| map.info.resolution = f32::NAN, "the resolution is NaN m"),
+        (
+            |map| map.info.origin.position.x = f64::INFINITY,
+            "the origin is (inf, 0) m",
+        ),
+        (|map| map.info.height = 4000, "the map has 200 of 80000 cells"),
+    ];
+    for (spoil, words) in spoils {
+        let mut spoilt = map(&ROOM);
+        let mut bench = bench(&spoilt, LEFT, RIGHT);
+        assert!(state(&mut bench).starts_with("a path of "));
+        spoil(&mut spoilt);
+        bench.import("map", &*spoilt);
+        let said = state(&mut bench);
+        assert!(said.starts_with(words), "{said}");
+        assert_eq!(poses(&bench), None);
+        bench.import("map", &*map(&ROOM));
+        assert!(state(&mut bench).starts_with("a path of "), "it recovers");
+    }
+    let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+    bench.set("inscribed", 0.3);
+    assert!(state(&mut bench).contains("expected 0 <= inscribed <= circumscribed"));
+}
+
+#[test]
+fn the_panel_shows_the_situation_and_the_path() {
+    let mut bench = bench(&map(&ROOM), LEFT, RIGHT);
+    state(&mut bench);
+    let panel = bench.draw().expect("the panel is drawn");
+    assert_eq!(panel.value("columns"), 20.0);
+    assert!(panel.shapes("map").len() >= 4, "outline, path, target and robot");
+}
