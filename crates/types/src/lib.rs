@@ -23,13 +23,13 @@ mod text;
 mod value;
 
 pub use geometry::{
-    Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3,
-    normalize_angle,
+    Point, Point2D, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance,
+    Vector3, normalize_angle,
 };
 pub use jde_macros::{Choice, Value};
 pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
-pub use nav::{Odometry, Path, Route, Target};
+pub use nav::{Footprint, Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
@@ -64,12 +64,14 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Pose::describe(),
         PoseStamped::describe(),
         PoseWithCovariance::describe(),
+        Point2D::describe(),
         Pose2D::describe(),
         Twist::describe(),
         TwistWithCovariance::describe(),
         Odometry::describe(),
         Path::describe(),
         Route::describe(),
+        Footprint::describe(),
         LaserScan::describe(),
         Range::describe(),
         RangeRing::describe(),
