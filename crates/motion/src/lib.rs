@@ -5,11 +5,11 @@
 //! the base (REP-103), in metres.
 
 mod outline;
-mod sight;
+mod scan_points;
 mod stopping;
 mod travel;
 
 pub use outline::{FootprintError, Outline};
-pub use sight::{Blind, Sight};
+pub use scan_points::{Blind, ScanPoints};
 pub use stopping::{Maneuver, Stopping};
 pub use travel::{Limits, Travel, arc};

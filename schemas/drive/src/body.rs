@@ -2,7 +2,7 @@
 //! command. A command that the body cannot stop from in time is slowed or refused, never replaced by another
 //! way.
 
-use jde_motion::{Blind, FootprintError, Limits, Maneuver, Outline, Sight, Stopping};
+use jde_motion::{Blind, FootprintError, Limits, Maneuver, Outline, ScanPoints, Stopping};
 use jde_schema::types::{Footprint, LaserScan, Point2D, Pose2D, Twist};
 
 /// How long a command counts as in force before the next one takes effect, s: twice the period of the
@@ -15,7 +15,7 @@ const SLOWER: [f64; 3] = [1.0, 0.5, 0.25];
 pub(crate) struct Body {
     outline: Outline,
     mount: Pose2D,
-    sight: Sight,
+    scan_points: ScanPoints,
 }
 
 /// What the base can do, from the modulations.
@@ -74,18 +74,18 @@ impl Body {
         Ok(Self {
             outline: Outline::try_from(footprint)?,
             mount,
-            sight: Sight::default(),
+            scan_points: ScanPoints::default(),
         })
     }
 
     /// Takes in a scan.
     pub(crate) fn see(&mut self, scan: &LaserScan) -> Result<(), Blind> {
-        self.sight.see(scan, &self.mount)
+        self.scan_points.update(scan, &self.mount)
     }
 
     /// The points of the last scan, in the frame of the base.
     pub(crate) fn points(&self) -> &[Point2D] {
-        self.sight.points()
+        self.scan_points.as_slice()
     }
 
     /// The radius of a circle around the origin that contains the body, m.
@@ -96,6 +96,32 @@ impl Body {
     /// The distance from the body to the nearest point, m; +∞ without points.
     pub(crate) fn clearance(&self) -> f64 {
         self.outline.clearance(&Pose2D::ORIGIN, self.points())
+    }
+
+    /// How far a circle around the body can go straight ahead with `margin` m to either side, m; below 0 if a
+    /// point ahead is within the circle, +∞ if nothing is ahead.
+    pub(crate) fn free_ahead(&self, margin: f64) -> f64 {
+        let radius = self.reach() + margin;
+        let ahead = self
+            .points()
+            .iter()
+            .filter(|point| point.x > 0.0 && point.y.abs() < radius);
+        ahead
+            .map(|point| point.x - (radius * radius - point.y * point.y).sqrt())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The side with fewer and farther points: 1 for the left, −1 for the right.
+    pub(crate) fn freer_side(&self) -> f64 {
+        // The area that a point hides behind it grows as its distance falls; the constant keeps one very close
+        // point from outweighing all others.
+        let crowd = |point: &Point2D| 1.0 / (0.1 + point.x * point.x + point.y * point.y);
+        let left: f64 = self
+            .points()
+            .iter()
+            .map(|point| crowd(point).copysign(point.y))
+            .sum();
+        if left > 0.0 { -1.0 } else { 1.0 }
     }
 
     /// Checks `wanted` for a base that moves at `velocity`.

@@ -6,10 +6,16 @@
 
 mod body;
 mod vfh;
+mod wander;
 
 pub use vfh::Vfh;
+pub use wander::Wander;
 
-jde_schema::export!("drive", "Drives to a target among what a laser sees.", [Vfh]);
+jde_schema::export!(
+    "drive",
+    "Drives to a target, or wanders, among what a laser sees.",
+    [Vfh, Wander]
+);
 
 #[cfg(test)]
 mod bench;

@@ -5,7 +5,7 @@ use jde_types::{LaserScan, Point2D, Pose2D};
 
 /// The points of one scan; it keeps its memory from one scan to the next.
 #[derive(Clone, Debug, Default)]
-pub struct Sight {
+pub struct ScanPoints {
     points: Vec<Point2D>,
 }
 
@@ -14,7 +14,7 @@ pub struct Sight {
 #[error("the laser measures nothing")]
 pub struct Blind;
 
-impl Sight {
+impl ScanPoints {
     /// Replaces the points by those of `scan`, for a scanner mounted at `mount` on the base.
     ///
     /// By REP-117, +∞ is free space, −∞ an object too close to measure, which counts as at the least range,
@@ -22,7 +22,7 @@ impl Sight {
     ///
     /// # Errors
     /// If no beam measures, or the angles or the mount are not finite.
-    pub fn see(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
+    pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
         self.points.clear();
         let numbers = [
             f64::from(scan.angle_min),
@@ -45,7 +45,7 @@ impl Sight {
 
     /// Returns the points, in the order of the beams.
     #[must_use]
-    pub fn points(&self) -> &[Point2D] {
+    pub fn as_slice(&self) -> &[Point2D] {
         &self.points
     }
 }
@@ -69,11 +69,11 @@ mod tests {
 
     #[test]
     fn points_are_in_the_frame_of_the_base() {
-        let mut sight = Sight::default();
-        sight
-            .see(&scan(&[1.0, 2.0]), &Pose2D::new(0.2, 0.1, FRAC_PI_2))
+        let mut scan_points = ScanPoints::default();
+        scan_points
+            .update(&scan(&[1.0, 2.0]), &Pose2D::new(0.2, 0.1, FRAC_PI_2))
             .expect("it measures");
-        let [ahead, left] = sight.points() else {
+        let [ahead, left] = scan_points.as_slice() else {
             panic!("two points")
         };
         assert!((ahead.x - 0.2).abs() < 1e-6 && (ahead.y - 1.1).abs() < 1e-6);
@@ -82,24 +82,34 @@ mod tests {
 
     #[test]
     fn by_rep_117_infinity_is_free_and_minus_infinity_is_as_close_as_the_least_range() {
-        let mut sight = Sight::default();
+        let mut scan_points = ScanPoints::default();
         let ranges = [f32::NEG_INFINITY, f32::INFINITY, f32::NAN, 9.0];
-        sight.see(&scan(&ranges), &Pose2D::ORIGIN).expect("it measures");
-        assert_eq!(sight.points().len(), 1);
-        assert!((sight.points()[0].x - 0.1).abs() < 1e-6);
+        scan_points
+            .update(&scan(&ranges), &Pose2D::ORIGIN)
+            .expect("it measures");
+        assert_eq!(scan_points.as_slice().len(), 1);
+        assert!((scan_points.as_slice()[0].x - 0.1).abs() < 1e-6);
     }
 
     #[test]
     fn a_scan_without_a_measurement_is_blind_and_keeps_no_old_points() {
-        let mut sight = Sight::default();
-        sight.see(&scan(&[1.0]), &Pose2D::ORIGIN).expect("it measures");
-        assert_eq!(sight.see(&scan(&[]), &Pose2D::ORIGIN), Err(Blind));
-        assert!(sight.points().is_empty());
-        assert_eq!(sight.see(&scan(&[f32::NAN; 3]), &Pose2D::ORIGIN), Err(Blind));
+        let mut scan_points = ScanPoints::default();
+        scan_points
+            .update(&scan(&[1.0]), &Pose2D::ORIGIN)
+            .expect("it measures");
+        assert_eq!(scan_points.update(&scan(&[]), &Pose2D::ORIGIN), Err(Blind));
+        assert!(scan_points.as_slice().is_empty());
         assert_eq!(
-            sight.see(&scan(&[1.0]), &Pose2D::new(f64::NAN, 0.0, 0.0)),
+            scan_points.update(&scan(&[f32::NAN; 3]), &Pose2D::ORIGIN),
             Err(Blind)
         );
-        assert_eq!(sight.see(&scan(&[f32::INFINITY]), &Pose2D::ORIGIN), Ok(()));
+        assert_eq!(
+            scan_points.update(&scan(&[1.0]), &Pose2D::new(f64::NAN, 0.0, 0.0)),
+            Err(Blind)
+        );
+        assert_eq!(
+            scan_points.update(&scan(&[f32::INFINITY]), &Pose2D::ORIGIN),
+            Ok(())
+        );
     }
 }
