@@ -5,9 +5,9 @@
 use jde_motion::{Blind, FootprintError, Limits, Maneuver, Outline, ScanPoints, Stopping};
 use jde_schema::types::{Footprint, LaserScan, Point2D, Pose2D, Twist};
 
-/// How long a command counts as in force before the next one takes effect, s: twice the period of the
-/// slowest schema of this plugin, and the period of a driver.
-const HOLD: f64 = 0.3;
+/// How long a command is in force at least before the next one takes effect, s: twice the period of the
+/// schemas of this plugin, and the period of a driver.
+pub(crate) const HOLD: f64 = 0.3;
 /// The factors that a refused command is tried with, as the speed along the same arc.
 const SLOWER: [f64; 3] = [1.0, 0.5, 0.25];
 
@@ -27,6 +27,8 @@ pub(crate) struct Ability {
     pub(crate) turn_acceleration: f64,
     /// Distance to keep from everything, m.
     pub(crate) margin: f64,
+    /// How long a command must be free before the stop, s; at least [`HOLD`].
+    pub(crate) hold: f64,
 }
 
 /// The answer to a wanted command.
@@ -51,21 +53,16 @@ impl Permit {
         }
     }
 
-    /// Why the command is not what was wanted; `None` if it is.
-    pub(crate) fn reason(&self) -> Option<String> {
+    /// What is in the way of the command that was wanted; `None` if nothing is.
+    pub(crate) fn obstacle(&self) -> Option<String> {
         match self {
             Self::Go(_) => None,
-            Self::Turn(_, point) => Some(format!("turns on the spot, {} is in the way", place(point))),
-            Self::Stay(point) => Some(format!("stands still, {} is in the way", place(point))),
-            Self::Unknown => {
-                Some("stands still, its velocity is not a number or its stop takes too long".into())
-            }
+            Self::Turn(_, Point2D { x, y }) | Self::Stay(Point2D { x, y }) => Some(format!(
+                "something is in the way, {x:.2} m ahead and {y:.2} m left"
+            )),
+            Self::Unknown => Some("the velocity is no number, or a stop takes too long".into()),
         }
     }
-}
-
-fn place(point: &Point2D) -> String {
-    format!("a point {:.2} m ahead and {:.2} m to the left", point.x, point.y)
 }
 
 impl Body {
@@ -134,7 +131,7 @@ impl Body {
             let maneuver = Maneuver {
                 velocity: *velocity,
                 command,
-                hold: HOLD,
+                hold: ability.hold,
                 limits: Limits {
                     acceleration: ability.acceleration,
                     deceleration: ability.acceleration,

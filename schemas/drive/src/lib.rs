@@ -5,16 +5,18 @@
 //! stands still. They see nothing behind a laser that looks ahead, so none of them drives backward.
 
 mod body;
+mod path;
 mod vfh;
 mod wander;
 
+pub use path::Path;
 pub use vfh::Vfh;
 pub use wander::Wander;
 
 jde_schema::export!(
     "drive",
-    "Drives to a target, or wanders, among what a laser sees.",
-    [Vfh, Wander]
+    "Drives to a target, along a path, or nowhere in particular.",
+    [Path, Vfh, Wander]
 );
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ mod panel;
 use jde_schema::prelude::*;
 use jde_schema::types::Footprint;
 
-use crate::body::{Ability, Body, Permit};
+use crate::body::{Ability, Body, HOLD, Permit};
 use histogram::{Costs, Free, Histogram, Surroundings};
 
 /// Turn rate for a heading error of 1 rad, 1/s: the error falls to a third in half a second, a few periods.
@@ -209,6 +209,7 @@ impl Vfh {
             acceleration: self.acceleration.get(cx),
             turn_acceleration: self.turn_acceleration.get(cx),
             margin: self.margin.get(cx) / 2.0,
+            hold: HOLD,
         }
     }
 }

@@ -6,7 +6,7 @@ use super::{Steering, Vfh};
 
 impl Panel for Vfh {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
-        let reason = self.permit.as_ref().and_then(|permit| permit.reason());
+        let reason = self.permit.as_ref().and_then(|permit| permit.obstacle());
         match (self.choice, reason) {
             (Steering::Missing, _) => pen.text("No target, no pose or no usable scan"),
             (Steering::Arrived, _) => pen.text("At the target"),

@@ -4,7 +4,7 @@
 use jde_schema::prelude::*;
 use jde_schema::types::{Footprint, normalize_angle};
 
-use crate::body::{Ability, Body, Permit};
+use crate::body::{Ability, Body, HOLD, Permit};
 
 /// The least turn before an obstacle, rad. It leaves the direction that was blocked.
 const LEAST_TURN: f64 = 30_f64.to_radians();
@@ -123,10 +123,11 @@ impl Schema for Wander {
             acceleration: self.acceleration.get(cx),
             turn_acceleration: self.turn_acceleration.get(cx),
             margin: margin / 2.0,
+            hold: HOLD,
         };
         let Some(body) = &self.body else { return Ok(()) };
         let permit = body.permit(&velocity, wanted, &ability);
-        if self.gait == Gait::Straight && permit.reason().is_some() {
+        if self.gait == Gait::Straight && permit.obstacle().is_some() {
             self.gait = self.begin_turn(heading);
         }
         self.base.command(cx, permit.twist());
@@ -147,7 +148,7 @@ impl Inspect for Wander {
 
 impl Panel for Wander {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
-        match (self.gait, self.permit.and_then(|permit| permit.reason())) {
+        match (self.gait, self.permit.and_then(|permit| permit.obstacle())) {
             (_, Some(reason)) => pen.text(reason),
             (Gait::Straight, None) => pen.text("goes straight"),
             (Gait::Turning(turn), None) if turn.side > 0.0 => pen.text("turns to the left"),
