@@ -367,6 +367,26 @@ static const jde_type jde_pose_with_covariance_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose_with_covariance_fields), "geometry_msgs/msg/PoseWithCovariance", "A pose with its covariance.",
     sizeof(jde_pose_with_covariance), 8u, jde_pose_with_covariance_fields};
 
+/** jde_msgs/msg/Point2D: A position in the plane. */
+typedef struct jde_point2d {
+    /** Ahead of the frame's origin. [m] */
+    double x;
+    /** Left of the frame's origin. [m] */
+    double y;
+} jde_point2d;
+
+typedef char jde_point2d_has_its_size[sizeof(jde_point2d) == 16 ? 1 : -1];
+
+static const jde_field jde_point2d_fields[] = {
+    JDE_FIELD("x", offsetof(jde_point2d, x), 0u, JDE_F64, JDE_ONE, 1u,
+              "Ahead of the frame's origin.", "m", NULL),
+    JDE_FIELD("y", offsetof(jde_point2d, y), 0u, JDE_F64, JDE_ONE, 1u,
+              "Left of the frame's origin.", "m", NULL),
+};
+static const jde_type jde_point2d_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_point2d_fields), "jde_msgs/msg/Point2D", "A position in the plane.",
+    sizeof(jde_point2d), 8u, jde_point2d_fields};
+
 /** geometry_msgs/msg/Pose2D: A position and a heading in the plane. */
 typedef struct jde_pose2d {
     /** Ahead of the frame's origin. [m] */
@@ -558,6 +578,26 @@ static const jde_field jde_route_fields[] = {
 static const jde_type jde_route_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_route_fields), "jde_msgs/msg/Route", "Targets in the plane, in a form for files; ROS tools draw a `Path`.",
     sizeof(jde_route), 8u, jde_route_fields};
+
+/** jde_msgs/msg/Footprint: The outline of a robot on the floor, in a form for files: `{ radius = 0.25 }` is a circle. */
+typedef struct jde_footprint {
+    /** Radius of the circle around the origin of the base; with points, the width of a margin around them. [m] */
+    double radius;
+    /** The corners of a convex polygon in the frame of the base, in order; none for a circle. */
+    struct { uint32_t length; uint32_t spare; jde_point2d items[32]; } points;
+} jde_footprint;
+
+typedef char jde_footprint_has_its_size[sizeof(jde_footprint) == 528 ? 1 : -1];
+
+static const jde_field jde_footprint_fields[] = {
+    JDE_FIELD("radius", offsetof(jde_footprint, radius), 0u, JDE_F64, JDE_ONE, 1u,
+              "Radius of the circle around the origin of the base; with points, the width of a margin around them.", "m", NULL),
+    JDE_FIELD("points", offsetof(jde_footprint, points.items), offsetof(jde_footprint, points.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "The corners of a convex polygon in the frame of the base, in order; none for a circle.", "", &jde_point2d_type),
+};
+static const jde_type jde_footprint_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_footprint_fields), "jde_msgs/msg/Footprint", "The outline of a robot on the floor, in a form for files: `{ radius = 0.25 }` is a circle.",
+    sizeof(jde_footprint), 8u, jde_footprint_fields};
 
 /** sensor_msgs/msg/LaserScan: One scan of a laser scanner with up to 1088 beams. */
 typedef struct jde_laser_scan {

@@ -80,6 +80,19 @@ pub struct PoseWithCovariance {
     pub covariance: [f64; 36],
 }
 
+/// A position in the plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Point2D")]
+pub struct Point2D {
+    /// Ahead of the frame's origin.
+    #[value(unit = "m")]
+    pub x: f64,
+    /// Left of the frame's origin.
+    #[value(unit = "m")]
+    pub y: f64,
+}
+
 /// A position and a heading in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]

@@ -25,13 +25,13 @@ mod value;
 
 pub use blobs::{ColorBlob, ColorBlobs};
 pub use geometry::{
-    Point, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3,
-    normalize_angle,
+    Point, Point2D, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance,
+    Vector3, normalize_angle,
 };
 pub use jde_macros::{Choice, Value};
 pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
-pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Target};
+pub use nav::{Footprint, MapMetaData, OccupancyGrid, Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
@@ -66,6 +66,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Pose::describe(),
         PoseStamped::describe(),
         PoseWithCovariance::describe(),
+        Point2D::describe(),
         Pose2D::describe(),
         Twist::describe(),
         TwistWithCovariance::describe(),
@@ -74,6 +75,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         OccupancyGrid::describe(),
         Path::describe(),
         Route::describe(),
+        Footprint::describe(),
         LaserScan::describe(),
         Range::describe(),
         RangeRing::describe(),

@@ -1,0 +1,15 @@
+//! Motion in the plane among what a laser sees: the outline of a robot, the points of a scan around it, its
+//! motion under limits of acceleration, and whether it can stop before it touches a point.
+//!
+//! The crate has no clock, reads no port and decides no behaviour. Points and outlines are in the frame of
+//! the base (REP-103), in metres.
+
+mod outline;
+mod scan_points;
+mod stopping;
+mod travel;
+
+pub use outline::{FootprintError, Outline};
+pub use scan_points::{Blind, ScanPoints};
+pub use stopping::{Maneuver, Stopping};
+pub use travel::{Limits, Travel, arc};

@@ -1,0 +1,211 @@
+//! The outline of a robot on the floor. A footprint that does not enclose an area, or that is not convex, is
+//! refused.
+
+use jde_types::{Footprint, Point2D, Pose2D};
+
+/// Points of a footprint: as many as the value holds.
+const CAPACITY: usize = 32;
+
+/// The outline of a robot: a point or a convex polygon, with everything within a radius of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outline {
+    /// Counter-clockwise; empty for a circle around the origin of the base.
+    corners: [Corner; CAPACITY],
+    count: usize,
+    radius: f64,
+    /// Distance from the origin to the farthest corner, m.
+    swing: f64,
+}
+
+/// A corner of the polygon, and the edge to the next one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Corner {
+    x: f64,
+    y: f64,
+    /// Direction of the edge, of length 1.
+    along: (f64, f64),
+    /// Length of the edge, m.
+    length: f64,
+}
+
+/// Why a footprint is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FootprintError {
+    /// A number is not finite, or the radius is negative.
+    #[error("the footprint's radius and points must be finite numbers, and the radius not negative")]
+    NotFinite,
+    /// It encloses no area.
+    #[error("the footprint needs a radius above 0, or at least three points")]
+    Empty,
+    /// Its points do not go once around a convex polygon.
+    #[error("the footprint's points must go once around a convex polygon, without repeating a point")]
+    NotConvex,
+}
+
+impl TryFrom<&Footprint> for Outline {
+    type Error = FootprintError;
+
+    fn try_from(footprint: &Footprint) -> Result<Self, FootprintError> {
+        let points = footprint.points.as_slice();
+        let finite = points
+            .iter()
+            .all(|point| point.x.is_finite() && point.y.is_finite());
+        if !finite || !footprint.radius.is_finite() || footprint.radius < 0.0 {
+            return Err(FootprintError::NotFinite);
+        }
+        match points.len() {
+            0 if footprint.radius > 0.0 => Ok(Self::circle(footprint.radius)),
+            0..3 => Err(FootprintError::Empty),
+            3.. => Self::polygon(points, footprint.radius),
+        }
+    }
+}
+
+impl Outline {
+    fn circle(radius: f64) -> Self {
+        Self {
+            corners: [Corner::default(); CAPACITY],
+            count: 0,
+            radius,
+            swing: 0.0,
+        }
+    }
+
+    fn polygon(points: &[Point2D], radius: f64) -> Result<Self, FootprintError> {
+        let count = points.len();
+        let twice_the_area: f64 = (0..count)
+            .map(|i| (points[i], points[(i + 1) % count]))
+            .map(|(a, b)| a.x * b.y - b.x * a.y)
+            .sum();
+        let mut outline = Self {
+            count,
+            ..Self::circle(radius)
+        };
+        for i in 0..count {
+            let order = |i: usize| if twice_the_area < 0.0 { count - 1 - i } else { i };
+            let (a, b) = (points[order(i)], points[order((i + 1) % count)]);
+            let length = (b.x - a.x).hypot(b.y - a.y);
+            if length == 0.0 {
+                return Err(FootprintError::NotConvex);
+            }
+            outline.corners[i] = Corner {
+                x: a.x,
+                y: a.y,
+                along: ((b.x - a.x) / length, (b.y - a.y) / length),
+                length,
+            };
+            outline.swing = outline.swing.max(a.x.hypot(a.y));
+        }
+        // A star also turns left at each corner, so each edge is compared with every corner. The tolerance is
+        // far above rounding and far below what a person can measure.
+        let tolerance = 1e-9 * outline.swing;
+        let convex = outline.corners().iter().all(|edge| {
+            outline
+                .corners()
+                .iter()
+                .all(|corner| edge.outside(corner.x, corner.y) <= tolerance)
+        });
+        if convex && twice_the_area.abs() > tolerance * outline.swing {
+            Ok(outline)
+        } else {
+            Err(FootprintError::NotConvex)
+        }
+    }
+
+    fn corners(&self) -> &[Corner] {
+        &self.corners[..self.count]
+    }
+
+    /// Returns the radius of the smallest circle around the base's origin that contains the outline, m.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.swing + self.radius
+    }
+
+    /// Returns the distance that the outline's fastest point moves for a turn of 1 rad about the base's
+    /// origin, m: 0 for a circle.
+    #[must_use]
+    pub fn swing(&self) -> f64 {
+        self.swing
+    }
+
+    /// Returns the distance from the outline to a point in the frame of the base, m; negative if the point
+    /// is inside. Inside, the amount is at most the true depth.
+    #[must_use]
+    pub fn distance(&self, x: f64, y: f64) -> f64 {
+        if self.count == 0 {
+            return x.hypot(y) - self.radius;
+        }
+        let mut outside = f64::NEG_INFINITY;
+        let mut nearest = f64::INFINITY;
+        for edge in self.corners() {
+            outside = outside.max(edge.outside(x, y));
+            nearest = nearest.min(edge.squared_distance(x, y));
+        }
+        let distance = if outside <= 0.0 { outside } else { nearest.sqrt() };
+        distance - self.radius
+    }
+
+    /// Returns the distance from the outline at `pose` to the nearest of `points`, m; +∞ without points. Pose
+    /// and points are in one frame.
+    #[must_use]
+    pub fn clearance(&self, pose: &Pose2D, points: &[Point2D]) -> f64 {
+        let middle = least_squared_distance(pose, points).sqrt();
+        if self.count == 0 || middle == f64::INFINITY {
+            return middle - self.radius;
+        }
+        let (sin, cos) = pose.theta.sin_cos();
+        let mut least = f64::INFINITY;
+        // Squared distance from the pose beyond which a point cannot be the nearest.
+        let mut bound = (middle + self.reach()).powi(2);
+        for point in points {
+            let (dx, dy) = (point.x - pose.x, point.y - pose.y);
+            if dx * dx + dy * dy > bound {
+                continue;
+            }
+            let distance = self.distance(cos * dx + sin * dy, cos * dy - sin * dx);
+            if distance < least {
+                least = distance;
+                bound = bound.min((distance + self.reach()).max(0.0).powi(2));
+            }
+        }
+        least
+    }
+}
+
+/// Returns the least squared distance from the pose to a point, m². Four independent minima let the compiler
+/// use the vector unit.
+fn least_squared_distance(pose: &Pose2D, points: &[Point2D]) -> f64 {
+    let squared = |point: &Point2D| {
+        let (dx, dy) = (point.x - pose.x, point.y - pose.y);
+        dx * dx + dy * dy
+    };
+    let mut least = [f64::INFINITY; 4];
+    let (fours, rest) = points.as_chunks::<4>();
+    for four in fours {
+        for (least, point) in least.iter_mut().zip(four) {
+            *least = least.min(squared(point));
+        }
+    }
+    rest.iter()
+        .map(squared)
+        .chain(least)
+        .fold(f64::INFINITY, f64::min)
+}
+
+impl Corner {
+    /// How far a point is to the right of the edge's line, which is outside, m.
+    fn outside(&self, x: f64, y: f64) -> f64 {
+        self.along.1 * (x - self.x) - self.along.0 * (y - self.y)
+    }
+
+    fn squared_distance(&self, x: f64, y: f64) -> f64 {
+        let (dx, dy) = (x - self.x, y - self.y);
+        let along = (dx * self.along.0 + dy * self.along.1).clamp(0.0, self.length);
+        let (dx, dy) = (dx - along * self.along.0, dy - along * self.along.1);
+        dx * dx + dy * dy
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,115 @@
+//! The points that a laser sees, in the frame of the base. A scan that measures nothing is refused, because
+//! nothing tells it from a free space.
+
+use jde_types::{LaserScan, Point2D, Pose2D};
+
+/// The points of one scan; it keeps its memory from one scan to the next.
+#[derive(Clone, Debug, Default)]
+pub struct ScanPoints {
+    points: Vec<Point2D>,
+}
+
+/// A scan without a single measurement: no beams, or NaN in each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the laser measures nothing")]
+pub struct Blind;
+
+impl ScanPoints {
+    /// Replaces the points by those of `scan`, for a scanner mounted at `mount` on the base.
+    ///
+    /// By REP-117, +∞ is free space, −∞ an object too close to measure, which counts as at the least range,
+    /// and NaN no measurement. A range outside the scanner's limits is no point.
+    ///
+    /// # Errors
+    /// If no beam measures, or the angles or the mount are not finite.
+    pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
+        self.points.clear();
+        let numbers = [
+            f64::from(scan.angle_min),
+            f64::from(scan.angle_increment),
+            mount.x,
+            mount.y,
+            mount.theta,
+        ];
+        if scan.ranges.iter().all(|range| range.is_nan()) || !numbers.iter().all(|number| number.is_finite())
+        {
+            return Err(Blind);
+        }
+        let (sin, cos) = mount.theta.sin_cos();
+        self.points.extend(scan.points().map(|point| Point2D {
+            x: mount.x + cos * point.x - sin * point.y,
+            y: mount.y + sin * point.x + cos * point.y,
+        }));
+        Ok(())
+    }
+
+    /// Returns the points, in the order of the beams.
+    #[must_use]
+    pub fn as_slice(&self) -> &[Point2D] {
+        &self.points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    fn scan(ranges: &[f32]) -> LaserScan {
+        let mut scan = LaserScan {
+            angle_increment: FRAC_PI_2 as f32,
+            range_min: 0.1,
+            range_max: 8.0,
+            ..LaserScan::default()
+        };
+        scan.ranges.extend_from_slice(ranges).expect("few beams");
+        scan
+    }
+
+    #[test]
+    fn points_are_in_the_frame_of_the_base() {
+        let mut scan_points = ScanPoints::default();
+        scan_points
+            .update(&scan(&[1.0, 2.0]), &Pose2D::new(0.2, 0.1, FRAC_PI_2))
+            .expect("it measures");
+        let [ahead, left] = scan_points.as_slice() else {
+            panic!("two points")
+        };
+        assert!((ahead.x - 0.2).abs() < 1e-6 && (ahead.y - 1.1).abs() < 1e-6);
+        assert!((left.x + 1.8).abs() < 1e-6 && (left.y - 0.1).abs() < 1e-6);
+    }
+
+    #[test]
+    fn by_rep_117_infinity_is_free_and_minus_infinity_is_as_close_as_the_least_range() {
+        let mut scan_points = ScanPoints::default();
+        let ranges = [f32::NEG_INFINITY, f32::INFINITY, f32::NAN, 9.0];
+        scan_points
+            .update(&scan(&ranges), &Pose2D::ORIGIN)
+            .expect("it measures");
+        assert_eq!(scan_points.as_slice().len(), 1);
+        assert!((scan_points.as_slice()[0].x - 0.1).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_scan_without_a_measurement_is_blind_and_keeps_no_old_points() {
+        let mut scan_points = ScanPoints::default();
+        scan_points
+            .update(&scan(&[1.0]), &Pose2D::ORIGIN)
+            .expect("it measures");
+        assert_eq!(scan_points.update(&scan(&[]), &Pose2D::ORIGIN), Err(Blind));
+        assert!(scan_points.as_slice().is_empty());
+        assert_eq!(
+            scan_points.update(&scan(&[f32::NAN; 3]), &Pose2D::ORIGIN),
+            Err(Blind)
+        );
+        assert_eq!(
+            scan_points.update(&scan(&[1.0]), &Pose2D::new(f64::NAN, 0.0, 0.0)),
+            Err(Blind)
+        );
+        assert_eq!(
+            scan_points.update(&scan(&[f32::INFINITY]), &Pose2D::ORIGIN),
+            Ok(())
+        );
+    }
+}

@@ -1,0 +1,145 @@
+//! The motion of a base in the plane: exact arcs, and velocities that follow a command within limits.
+//!
+//! Only the velocity ahead, the velocity to the left and the turn rate of a twist count.
+
+use jde_types::{Pose2D, Twist};
+
+/// How fast a base can change its velocity. Each number must be above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Greatest growth of a speed, m/s².
+    pub acceleration: f64,
+    /// Greatest decline of a speed, m/s².
+    pub deceleration: f64,
+    /// Greatest growth of the turn rate, rad/s².
+    pub turn_acceleration: f64,
+    /// Greatest decline of the turn rate, rad/s².
+    pub turn_deceleration: f64,
+}
+
+/// Where a base is and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Travel {
+    /// The pose.
+    pub pose: Pose2D,
+    /// The velocity, in the frame of the base.
+    pub velocity: Twist,
+}
+
+impl Travel {
+    /// Returns the travel after `step` s, while the velocity approaches `command` as fast as the limits
+    /// permit.
+    ///
+    /// The pose follows the arc of the mean velocity. Its heading is exact; its position is exact for a
+    /// constant velocity, and has an error of third order in `step` otherwise.
+    #[must_use]
+    pub fn after(&self, step: f64, command: &Twist, limits: &Limits) -> Self {
+        let (linear, angular) = (self.velocity.linear, self.velocity.angular);
+        let (up, down) = (limits.acceleration * step, limits.deceleration * step);
+        let (turn_up, turn_down) = (limits.turn_acceleration * step, limits.turn_deceleration * step);
+        let mut next = Twist::planar(
+            approach(linear.x, command.linear.x, up, down),
+            approach(angular.z, command.angular.z, turn_up, turn_down),
+        );
+        next.linear.y = approach(linear.y, command.linear.y, up, down);
+        let mut mean = Twist::planar(
+            f64::midpoint(linear.x, next.linear.x),
+            f64::midpoint(angular.z, next.angular.z),
+        );
+        mean.linear.y = f64::midpoint(linear.y, next.linear.y);
+        Self {
+            pose: self.pose.transform(&arc(&mean, step)),
+            velocity: next,
+        }
+    }
+}
+
+/// Returns the pose after `time` s at the constant velocity `twist`, from the origin: the exponential map of
+/// SE(2).
+#[must_use]
+pub fn arc(twist: &Twist, time: f64) -> Pose2D {
+    let (x, y, turn) = (
+        twist.linear.x * time,
+        twist.linear.y * time,
+        twist.angular.z * time,
+    );
+    // Below this angle the series to the second order is exact to the last bit.
+    let (s, c) = if turn.abs() < 1e-4 {
+        (1.0 - turn * turn / 6.0, turn / 2.0)
+    } else {
+        (turn.sin() / turn, (1.0 - turn.cos()) / turn)
+    };
+    Pose2D::new(s * x - c * y, c * x + s * y, jde_types::normalize_angle(turn))
+}
+
+/// Returns `value` moved toward `goal` by at most `up` away from zero or `down` toward it. A change of sign
+/// stops at zero.
+fn approach(value: f64, goal: f64, up: f64, down: f64) -> f64 {
+    if value * goal < 0.0 {
+        return approach(value, 0.0, up, down);
+    }
+    let step = if goal.abs() < value.abs() { down } else { up };
+    let change = goal - value;
+    if change.abs() <= step {
+        goal
+    } else {
+        value + step.copysign(change)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::PI;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        acceleration: 0.5,
+        deceleration: 1.0,
+        turn_acceleration: 2.0,
+        turn_deceleration: 4.0,
+    };
+
+    #[test]
+    fn a_half_turn_of_1_m_radius_ends_2_m_to_the_left() {
+        let end = arc(&Twist::planar(1.0, 1.0), PI);
+        assert!(end.x.abs() < 1e-12 && (end.y - 2.0).abs() < 1e-12);
+        assert!((end.theta.abs() - PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_reversal_brakes_to_zero_first() {
+        let travel = Travel {
+            velocity: Twist::planar(0.3, 0.0),
+            ..Travel::default()
+        };
+        let back = Twist::planar(-0.5, 0.0);
+        assert_eq!(travel.after(0.5, &back, &LIMITS).velocity.linear.x, 0.0);
+        assert!((travel.after(0.1, &back, &LIMITS).velocity.linear.x - 0.2).abs() < 1e-12);
+    }
+
+    proptest! {
+        #[test]
+        fn two_arcs_of_half_the_time_make_one(x in -1.0..1.0, y in -1.0..1.0, turn in -2.0..2.0, time in 0.0..3.0) {
+            let mut twist = Twist::planar(x, turn);
+            twist.linear.y = y;
+            let half = arc(&twist, time / 2.0);
+            let (twice, whole) = (half.transform(&half), arc(&twist, time));
+            prop_assert!(twice.distance_to(&whole) < 1e-9);
+        }
+
+        #[test]
+        fn the_velocity_reaches_its_command_and_never_passes_it(now in -1.0..1.0, goal in -1.0..1.0) {
+            let mut travel = Travel { velocity: Twist::planar(now, 0.0), ..Travel::default() };
+            let command = Twist::planar(goal, 0.0);
+            let (low, high) = (f64::min(now, goal), f64::max(now, goal));
+            for _ in 0..300 {
+                travel = travel.after(0.02, &command, &LIMITS);
+                prop_assert!((low..=high).contains(&travel.velocity.linear.x));
+            }
+            prop_assert_eq!(travel.velocity.linear.x, goal);
+        }
+    }
+}

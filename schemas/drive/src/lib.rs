@@ -1,0 +1,23 @@
+//! Local control of a base among what a laser sees: to a target, along a path, along a wall, or nowhere in
+//! particular. The schemas know no robot, no map and no other schema: the base is a footprint with limits.
+//!
+//! Each checks its command before it acts: the footprint stays clear of every laser point until the base
+//! stands still. They see nothing behind a laser that looks ahead, so none of them drives backward.
+
+mod body;
+mod path;
+mod vfh;
+mod wander;
+
+pub use path::Path;
+pub use vfh::Vfh;
+pub use wander::Wander;
+
+jde_schema::export!(
+    "drive",
+    "Drives to a target, along a path, or nowhere in particular.",
+    [Path, Vfh, Wander]
+);
+
+#[cfg(test)]
+mod bench;
