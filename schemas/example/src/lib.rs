@@ -4,13 +4,9 @@
 
 mod memory;
 mod panel;
-mod progress;
 
-use core::time::Duration;
-
+use jde_route::{Targets, Terms};
 use jde_schema::prelude::*;
-
-use progress::Progress;
 
 /// Leads the robot through its targets by waking and modulating three children.
 ///
@@ -77,18 +73,7 @@ pub struct Example {
     /// Target of `cruise`.
     #[modulates(child = "cruise", name = "target")]
     cruise_target: Modulates<Target>,
-    reached: u32,
-    /// Targets of the route that counted as out of reach.
-    skipped: u32,
-    progress: Progress,
-    /// A target set on the panel, which takes precedence over the route.
-    request: Option<TargetRequest>,
-}
-
-/// A target set on the panel, and the operator that set it.
-struct TargetRequest {
-    position: Pose2D,
-    operator: String,
+    targets: Targets,
 }
 
 impl Schema for Example {
@@ -99,122 +84,24 @@ impl Schema for Example {
         let Some(pose) = self.pose.get(cx).map(|odometry| odometry.pose2d()) else {
             return Ok(());
         };
-        let target = self.target(cx);
-        if let Some(target) = target
-            && pose.distance_to(&target) < self.tolerance.get(cx)
-        {
-            self.arrive(cx, target);
-        } else if let Some(target) = target {
-            let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or_default();
-            let distance = pose.distance_to(&target);
-            if let Some(stuck) = self.progress.stuck(cx.now(), &target, distance, patience) {
-                self.skip_target(cx, target, stuck);
-            }
-        }
-        let target = self.target(cx);
-        let child_target = target.map_or(Target::NONE, Target::at);
-        self.avoid_target.set(cx, child_target);
-        self.cruise_target.set(cx, child_target);
-        let total = self.total(cx);
-        let state = if self.has_failed(cx) {
-            Mission::FAILED
-        } else if target.is_none() && !self.route.sample(cx).poses.is_empty() {
-            Mission::DONE
-        } else {
-            Mission::RUNNING
-        };
-        self.mission.write(
-            cx,
-            Mission {
-                state,
-                reached: self.reached,
-                total,
-                target: child_target.pose,
-                distance: target.map_or(0.0, |target| pose.distance_to(&target)),
-                note: self.note(),
-                ..Mission::default()
-            },
-        );
+        let terms = self.terms(cx);
+        let (target, mission) = self.targets.advance(cx, &terms, pose);
+        self.avoid_target.set(cx, target);
+        self.cruise_target.set(cx, target);
+        self.mission.write(cx, mission);
         Ok(())
     }
 }
 
 impl Example {
-    /// The current target: the one set on the panel, or else the next of the route.
-    fn target(&self, cx: &Context) -> Option<Pose2D> {
-        self.request
-            .as_ref()
-            .map(|request| request.position)
-            .or_else(|| self.next(cx))
-    }
-
-    /// The next target of the route; `None` after the last one, or after the mission failed.
-    fn next(&self, cx: &Context) -> Option<Pose2D> {
-        let route = self.route.sample(cx);
-        let passed = self.reached.saturating_add(self.skipped);
-        let continues = self.rounds.get(cx) == 0 || passed < self.total(cx);
-        let index = passed as usize % route.poses.len().max(1);
-        let next = route.poses.get(index).copied();
-        next.filter(|_| continues && !self.has_failed(cx))
-    }
-
-    /// Whether more targets were out of reach than `skips` permits.
-    fn has_failed(&self, cx: &Context) -> bool {
-        self.skipped > self.skips.get(cx)
-    }
-
-    /// The note of the mission: how many targets were out of reach.
-    fn note(&self) -> Text<64> {
-        match self.skipped {
-            0 => Text::EMPTY,
-            1 => Text::new("1 target was out of reach"),
-            several => Text::truncated(&format!("{several} targets were out of reach")),
+    fn terms<'call>(&self, cx: &'call Context<'_>) -> Terms<'call> {
+        Terms {
+            route: self.route.sample(cx),
+            rounds: self.rounds.get(cx),
+            tolerance: self.tolerance.get(cx),
+            patience: self.patience.get(cx),
+            skips: self.skips.get(cx),
         }
-    }
-
-    /// Number of targets in all rounds; 0 if the rounds have no limit.
-    fn total(&self, cx: &Context) -> u32 {
-        let targets = self.route.sample(cx).poses.len() as u32;
-        targets.saturating_mul(self.rounds.get(cx))
-    }
-
-    fn arrive(&mut self, cx: &Context, target: Pose2D) {
-        let Pose2D { x, y, .. } = target;
-        if let Some(TargetRequest { operator, .. }) = self.request.take() {
-            info!(cx, "reached the target of {operator} at {x:.2}, {y:.2}");
-        } else {
-            self.reached += 1;
-            info!(cx, "reached target {} at {x:.2}, {y:.2}", self.reached);
-        }
-    }
-}
-
-impl Example {
-    /// Gives up a target that counts as out of reach, and continues without it.
-    fn skip_target(&mut self, cx: &Context, target: Pose2D, stuck: progress::Stuck) {
-        let Pose2D { x, y, .. } = target;
-        let progress::Stuck { waited, nearest } = stuck;
-        let reason = format!(
-            "it came no nearer than {nearest:.2} m for {:.0} s",
-            waited.as_secs_f64()
-        );
-        if let Some(TargetRequest { operator, .. }) = self.request.take() {
-            warn!(
-                cx,
-                "gives up the target of {operator} at {x:.2}, {y:.2}: {reason}"
-            );
-            return;
-        }
-        self.skipped += 1;
-        let consequence = if self.has_failed(cx) {
-            "the mission fails"
-        } else {
-            "on to the next"
-        };
-        warn!(
-            cx,
-            "gives up the target at {x:.2}, {y:.2}: {reason}; {consequence}"
-        );
     }
 }
 

@@ -4,37 +4,22 @@
 
 use jde_schema::prelude::*;
 
-use super::{Example, TargetRequest};
+use super::Example;
 
 impl Panel for Example {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
         pen.heading("Safe navigation");
-        pen.text(self.status_text(cx));
         let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        let terms = self.terms(cx);
+        pen.text(self.targets.status_text(&terms, pose));
         pen.canvas("field").wants_clicks().show(|field| {
-            let route = self.route.sample(cx);
-            field.line(route.poses.as_slice()).ink(Ink::Faint);
-            field.points(route.poses.as_slice()).ink(Ink::Faint).width(5.0);
+            self.targets.draw_route(&terms, field);
             if let Some(pose) = pose {
                 self.draw_around(cx, field, &pose);
             }
-            if let Some(target) = self.target(cx) {
-                // The circle within which the target counts as reached, and a cross.
-                field.circle(target, self.tolerance.get(cx)).ink(Ink::Goal);
-                let Pose2D { x, y, .. } = target;
-                for (dx, dy) in [(0.2, 0.2), (0.2, -0.2)] {
-                    field
-                        .line([(x - dx, y - dy), (x + dx, y + dy)])
-                        .ink(Ink::Goal)
-                        .width(3.0);
-                }
-            }
+            self.targets.draw_target(&terms, field);
         });
-        pen.row(|pen| {
-            pen.button("clear", "Clear target")
-                .enabled(self.request.is_some());
-            pen.text("Click on the field to send the robot there first.");
-        });
+        self.targets.draw_clear(pen);
         let children = [
             ("brake", &self.brake),
             ("avoid", &self.avoid),
@@ -45,42 +30,12 @@ impl Panel for Example {
     }
 
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
-        if let Some([x, y, _]) = gesture.clicked("field") {
-            info!(cx, "{} sends the robot to {x:.2}, {y:.2} first", gesture.by());
-            self.request = Some(TargetRequest {
-                position: Pose2D::new(x, y, 0.0),
-                operator: gesture.by().to_owned(),
-            });
-        } else if gesture.pressed("clear") && self.request.take().is_some() {
-            info!(cx, "{} cleared the target; on along the route", gesture.by());
-        }
+        self.targets.touched(cx, gesture);
         Ok(())
     }
 }
 
 impl Example {
-    /// Describes the progress of the mission.
-    fn status_text(&self, cx: &Context) -> String {
-        let distance = |target: Pose2D| match self.pose.get(cx) {
-            Some(pose) => format!("{:.2} m away", pose.pose2d().distance_to(&target)),
-            None => "at an unknown distance".to_owned(),
-        };
-        let of = match self.total(cx) {
-            0 => String::new(),
-            total => format!(" of {total}"),
-        };
-        match (&self.request, self.next(cx)) {
-            (Some(request), _) => format!(
-                "To the target of {}, {}",
-                request.operator,
-                distance(request.position)
-            ),
-            (None, Some(next)) => format!("To target {}{of}, {}", self.reached + 1, distance(next)),
-            (None, None) if self.reached > 0 => "All targets are reached".to_owned(),
-            (None, None) => "No target".to_owned(),
-        }
-    }
-
     /// Draws the robot, the laser's points and those of the two areas that are known. The scanner is assumed
     /// to be in the middle of the robot, as in the schemas that use it.
     fn draw_around(&self, cx: &Context, field: &mut jde_schema::panel::Plane, pose: &Pose2D) {

@@ -13,7 +13,7 @@ const NEARER: f64 = 0.05;
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// The smallest distance to the target so far, and the time without getting nearer.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Progress {
     target: Option<Pose2D>,
     nearest: f64,

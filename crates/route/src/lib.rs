@@ -1,0 +1,168 @@
+//! What fathers share that lead a robot through targets: which target is next, which are out of reach, what an
+//! operator wants first, and the state of the mission.
+//!
+//! It drives nothing and knows no map.
+
+mod memory;
+mod panel;
+mod progress;
+
+use core::time::Duration;
+
+use jde_schema::Sample;
+use jde_schema::prelude::*;
+
+use progress::{Progress, Stuck};
+
+/// The modulations of a father that leads through targets.
+pub struct Terms<'call> {
+    /// The targets, one after another, in the frame of the odometry.
+    pub route: Sample<'call, Route>,
+    /// How many times to go through the targets; 0 for no limit.
+    pub rounds: u32,
+    /// Distance to a target below which it counts as reached, m.
+    pub tolerance: f64,
+    /// Time for which the robot may not get nearer to a target, which then counts as out of reach, s; 0 for
+    /// no limit.
+    pub patience: f64,
+    /// How many targets may be out of reach before the mission fails.
+    pub skips: u32,
+}
+
+/// The progress through the targets.
+#[derive(Debug, Default)]
+pub struct Targets {
+    reached: u32,
+    /// Targets of the route that counted as out of reach.
+    skipped: u32,
+    progress: Progress,
+    request: Option<TargetRequest>,
+}
+
+/// A target set on the panel, and the operator that set it.
+#[derive(Debug)]
+struct TargetRequest {
+    position: Pose2D,
+    operator: String,
+}
+
+impl Targets {
+    /// Sets a target of an operator, which takes precedence over the route.
+    pub fn request(&mut self, position: Pose2D, operator: &str) {
+        self.request = Some(TargetRequest {
+            position,
+            operator: operator.to_owned(),
+        });
+    }
+
+    /// Returns the current target: that of an operator, or else the next of the route.
+    #[must_use]
+    pub fn current(&self, terms: &Terms<'_>) -> Option<Pose2D> {
+        let request = self.request.as_ref().map(|request| request.position);
+        request.or_else(|| self.next(terms))
+    }
+
+    /// Takes the robot's present pose: targets are reached, or given up. Logs both. Returns the target to
+    /// drive to and the mission.
+    pub fn advance(&mut self, cx: &Context, terms: &Terms<'_>, pose: Pose2D) -> (Target, Mission) {
+        if let Some(target) = self.current(terms) {
+            let distance = pose.distance_to(&target);
+            if distance < terms.tolerance {
+                self.arrive(cx, target);
+            } else {
+                let patience = Duration::try_from_secs_f64(terms.patience).unwrap_or_default();
+                if let Some(stuck) = self.progress.stuck(cx.now(), &target, distance, patience) {
+                    let Stuck { waited, nearest } = stuck;
+                    let waited = waited.as_secs_f64();
+                    self.give_up(
+                        cx,
+                        terms,
+                        &format!("it came no nearer than {nearest:.2} m for {waited:.0} s"),
+                    );
+                }
+            }
+        }
+        let target = self.current(terms);
+        let state = if self.has_failed(terms) {
+            Mission::FAILED
+        } else if target.is_none() && !terms.route.poses.is_empty() {
+            Mission::DONE
+        } else {
+            Mission::RUNNING
+        };
+        let child_target = target.map_or(Target::NONE, Target::at);
+        let mission = Mission {
+            state,
+            reached: self.reached,
+            total: Self::total(terms),
+            target: child_target.pose,
+            distance: target.map_or(0.0, |target| pose.distance_to(&target)),
+            note: self.note(),
+            ..Mission::default()
+        };
+        (child_target, mission)
+    }
+
+    /// Gives up the current target, for a reason in words, and continues without it.
+    pub fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str) {
+        let Some(Pose2D { x, y, .. }) = self.current(terms) else {
+            return;
+        };
+        if let Some(TargetRequest { operator, .. }) = self.request.take() {
+            warn!(
+                cx,
+                "gives up the target of {operator} at {x:.2}, {y:.2}: {reason}"
+            );
+            return;
+        }
+        self.skipped += 1;
+        let consequence = if self.has_failed(terms) {
+            "the mission fails"
+        } else {
+            "on to the next"
+        };
+        warn!(
+            cx,
+            "gives up the target at {x:.2}, {y:.2}: {reason}; {consequence}"
+        );
+    }
+
+    /// The next target of the route; `None` after the last one, or after the mission failed.
+    fn next(&self, terms: &Terms<'_>) -> Option<Pose2D> {
+        let passed = self.reached.saturating_add(self.skipped);
+        let continues = terms.rounds == 0 || passed < Self::total(terms);
+        let index = passed as usize % terms.route.poses.len().max(1);
+        let next = terms.route.poses.get(index).copied();
+        next.filter(|_| continues && !self.has_failed(terms))
+    }
+
+    /// Whether more targets were out of reach than permitted.
+    fn has_failed(&self, terms: &Terms<'_>) -> bool {
+        self.skipped > terms.skips
+    }
+
+    /// The note of the mission: how many targets were out of reach.
+    fn note(&self) -> Text<64> {
+        match self.skipped {
+            0 => Text::EMPTY,
+            1 => Text::new("1 target was out of reach"),
+            several => Text::truncated(&format!("{several} targets were out of reach")),
+        }
+    }
+
+    /// Number of targets in all rounds; 0 if the rounds have no limit.
+    fn total(terms: &Terms<'_>) -> u32 {
+        let targets = terms.route.poses.len() as u32;
+        targets.saturating_mul(terms.rounds)
+    }
+
+    fn arrive(&mut self, cx: &Context, target: Pose2D) {
+        let Pose2D { x, y, .. } = target;
+        if let Some(TargetRequest { operator, .. }) = self.request.take() {
+            info!(cx, "reached the target of {operator} at {x:.2}, {y:.2}");
+        } else {
+            self.reached += 1;
+            info!(cx, "reached target {} at {x:.2}, {y:.2}", self.reached);
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The father that leads a robot along planned paths: one target after another, or the one clicked on its
+//! panel. It plans nothing and commands no actuator itself.
+
+mod memory;
+mod panel;
+
+use jde_route::{Targets, Terms};
+use jde_schema::prelude::*;
+use jde_schema::types::OccupancyGrid;
+
+/// Leads the robot through its targets: it gives each to a planner, and wakes the schemas that drive along the
+/// planner's path.
+///
+/// The children that drive compete; the order in the application is their priority. A target to which the
+/// robot comes no nearer for `patience` is given up, with the words of the planner.
+#[derive(Describe)]
+#[schema(motor, period = "100ms", budget = "20ms")]
+pub struct Navigate {
+    /// The estimated pose of the robot, in the frame of the map.
+    #[import]
+    pose: Import<Odometry>,
+    /// What the planner says.
+    #[import(optional)]
+    state: Import<Text<160>>,
+    /// The map, used only by the panel.
+    #[import(optional)]
+    map: Import<OccupancyGrid>,
+    /// The planned path, used only by the panel.
+    #[import(optional)]
+    path: Import<Path>,
+    /// The scan of the laser, used only by the panel.
+    #[import(optional)]
+    laser: Import<LaserScan>,
+    /// The targets, one after another, in the frame of the map.
+    #[modulation(default = Route::EMPTY)]
+    route: Modulation<Route>,
+    /// How many times to go through the targets; 0 for no limit.
+    #[modulation(default = 1)]
+    rounds: Modulation<u32>,
+    /// Distance to a target below which it counts as reached.
+    #[modulation(default = 0.3, unit = "m", min = 0.01)]
+    tolerance: Modulation<f64>,
+    /// Time for which it may lead without getting nearer to a target, which then counts as out of reach; 0
+    /// for no limit.
+    #[modulation(default = 60.0, unit = "s", min = 0.0)]
+    patience: Modulation<f64>,
+    /// How many targets may be out of reach before the mission fails. Up to that number it continues with the
+    /// next target.
+    #[modulation(default = 0)]
+    skips: Modulation<u32>,
+    /// Progress of the mission: targets reached in all rounds, and their total, which is 0 if the rounds have
+    /// no limit.
+    #[export]
+    mission: Export<Mission>,
+    /// Plans the path to the target.
+    #[child(perceptive)]
+    plan: Child,
+    /// The target of the planner.
+    #[modulates(child = "plan", name = "target")]
+    target: Modulates<Target>,
+    /// Drive along the path.
+    #[child(group = "base")]
+    drive: Children,
+    targets: Targets,
+}
+
+impl Schema for Navigate {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.plan.wake(cx);
+        self.drive.wake(cx);
+        let Some(pose) = self.pose.get(cx).map(|odometry| odometry.pose2d()) else {
+            return Ok(());
+        };
+        let (target, mission) = self.targets.advance(cx, &self.terms(cx), pose);
+        self.target.set(cx, target);
+        self.mission.write(cx, mission);
+        Ok(())
+    }
+}
+
+impl Navigate {
+    fn terms<'call>(&self, cx: &'call Context<'_>) -> Terms<'call> {
+        Terms {
+            route: self.route.sample(cx),
+            rounds: self.rounds.get(cx),
+            tolerance: self.tolerance.get(cx),
+            patience: self.patience.get(cx),
+            skips: self.skips.get(cx),
+        }
+    }
+}
+
+jde_schema::export!(
+    "navigate",
+    "Leads a robot along planned paths to its targets.",
+    [Navigate]
+);
+
+#[cfg(test)]
+mod tests;

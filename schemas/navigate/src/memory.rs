@@ -1,0 +1,15 @@
+//! The state kept across a reload: the progress through the targets.
+
+use jde_schema::prelude::*;
+
+use super::Navigate;
+
+impl Memory for Navigate {
+    fn save(&self, _: &Context, saving: &mut Saving) {
+        self.targets.save(saving);
+    }
+
+    fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
+        self.targets.restore(saved)
+    }
+}

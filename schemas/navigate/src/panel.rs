@@ -1,0 +1,75 @@
+//! The panel: the occupied cells of the map, the robot, the path and the targets. A click on the field sets
+//! the target.
+
+use jde_schema::prelude::*;
+use jde_schema::types::OccupancyGrid;
+
+use super::Navigate;
+
+/// Most points for the occupied cells. Of a map with more, only every so many columns and rows are drawn.
+const MOST_CELLS: usize = 20_000;
+/// From this number on a cell is drawn as occupied: the threshold of ROS's map server.
+const OCCUPIED: i8 = 65;
+
+impl Panel for Navigate {
+    fn draw(&self, cx: &Context, pen: &mut Pen) {
+        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        let terms = self.terms(cx);
+        pen.heading("Navigation");
+        pen.text(self.targets.status_text(&terms, pose));
+        if let Some(state) = self.state.get(cx) {
+            pen.text(format!("Planner: {}", state.as_str()));
+        }
+        pen.canvas("field").wants_clicks().show(|field| {
+            if let Some(map) = self.map.get(cx) {
+                field.points(occupied(&map)).ink(Ink::Plain).width(2.0);
+            }
+            self.targets.draw_route(&terms, field);
+            if let Some(path) = self.path.get(cx) {
+                let points = path.poses.iter().map(|stamped| stamped.pose.position);
+                field
+                    .line(points.map(|point| (point.x, point.y)))
+                    .ink(Ink::Good)
+                    .width(2.0);
+            }
+            if let Some(pose) = pose {
+                if let Some(laser) = self.laser.get(cx) {
+                    let points = laser
+                        .points()
+                        .map(|point| pose.transform(&Pose2D::new(point.x, point.y, 0.0)));
+                    field.points(points).ink(Ink::Seen).width(2.5);
+                }
+                field.robot(&pose);
+            }
+            self.targets.draw_target(&terms, field);
+        });
+        self.targets.draw_clear(pen);
+    }
+
+    fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
+        self.targets.touched(cx, gesture);
+        Ok(())
+    }
+}
+
+/// Returns the middles of occupied cells, in the frame of the map.
+fn occupied(map: &OccupancyGrid) -> Vec<(f64, f64)> {
+    let (width, resolution) = (map.info.width as usize, f64::from(map.info.resolution));
+    let origin = Pose2D::from(map.info.origin);
+    let cells = map.data.iter().enumerate();
+    let cells = cells
+        .filter(|(_, cell)| **cell >= OCCUPIED)
+        .map(|(index, _)| index);
+    let count = cells.clone().count();
+    let step = (count as f64 / MOST_CELLS as f64).sqrt().ceil().max(1.0) as usize;
+    let place = |number: usize| (number as f64 + 0.5) * resolution;
+    cells
+        .map(|index| (index % width.max(1), index / width.max(1)))
+        .filter(|(column, row)| column % step == 0 && row % step == 0)
+        .take(MOST_CELLS)
+        .map(|(column, row)| {
+            let point = origin.transform(&Pose2D::new(place(column), place(row), 0.0));
+            (point.x, point.y)
+        })
+        .collect()
+}

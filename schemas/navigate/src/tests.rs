@@ -1,0 +1,57 @@
+//! The father on the bench: its children, their targets, and its panel.
+
+use jde_schema::bench::Bench;
+use jde_schema::panel::{Button, Touch};
+
+use super::*;
+
+fn father(targets: &[Pose2D]) -> Bench<Navigate> {
+    let mut bench = Bench::new();
+    let poses = Seq::from_slice(targets).expect("they fit");
+    bench.set("route", Route { poses });
+    bench
+}
+
+fn iterate_at(bench: &mut Bench<Navigate>, x: f64, y: f64) -> Mission {
+    let odometry = Odometry::planar(Time::default(), Pose2D::new(x, y, 0.0), Twist::ZERO);
+    bench.import("pose", &odometry);
+    bench.iterate().expect("the iteration succeeds");
+    bench.exported("mission").expect("the mission is exported")
+}
+
+fn planned(bench: &Bench<Navigate>) -> Option<Pose2D> {
+    let target: Target = bench
+        .modulated("plan", "target")
+        .expect("the planner has a target");
+    target.get()
+}
+
+#[test]
+fn the_planner_receives_one_target_after_another() {
+    let (first, second) = (Pose2D::new(2.0, 0.0, 0.0), Pose2D::new(2.0, 2.0, 0.0));
+    let mut bench = father(&[first, second]);
+    assert_eq!(iterate_at(&mut bench, 0.0, 0.0).state, Mission::RUNNING);
+    assert_eq!(planned(&bench), Some(first));
+    assert_eq!(iterate_at(&mut bench, 1.9, 0.0).reached, 1);
+    assert_eq!(planned(&bench), Some(second));
+    assert_eq!(iterate_at(&mut bench, 2.0, 1.9).state, Mission::DONE);
+    assert_eq!(planned(&bench), None);
+}
+
+#[test]
+fn a_click_on_the_field_sends_the_robot_there_first() {
+    let target = Pose2D::new(2.0, 0.0, 0.0);
+    let mut bench = father(&[target]);
+    let touch = Touch::Clicked {
+        at: [1.0, 3.0, 0.0],
+        button: Button::Primary,
+    };
+    bench.touch("field", touch).expect("the gesture is handled");
+    iterate_at(&mut bench, 0.0, 0.0);
+    assert_eq!(planned(&bench), Some(Pose2D::new(1.0, 3.0, 0.0)));
+    bench
+        .touch("clear", Touch::Pressed)
+        .expect("the gesture is handled");
+    iterate_at(&mut bench, 0.0, 0.0);
+    assert_eq!(planned(&bench), Some(target));
+}
