@@ -105,7 +105,7 @@ impl Schema for Wall {
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok(self.situation(cx).is_some().into())
+        Ok(self.observe(cx).is_some().into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -144,20 +144,17 @@ impl Panel for Wall {
 }
 
 impl Wall {
-    /// Takes in the scan, and returns heading and velocity; `None` without a usable scan or pose.
-    fn situation(&mut self, cx: &Context) -> Option<(f64, Twist)> {
-        let (laser, pose) = (self.laser.get(cx)?, self.pose.get(cx)?);
-        self.body.as_mut()?.see(&laser).ok()?;
-        let heading = pose.pose2d().theta;
-        heading.is_finite().then_some((heading, pose.twist.twist))
+    fn observe(&mut self, cx: &Context) -> Option<(Pose2D, Twist)> {
+        let (laser, pose) = (self.laser.get(cx), self.pose.get(cx));
+        self.body.as_mut()?.observe(laser.as_deref(), pose.as_deref())
     }
 
     fn drive(&mut self, cx: &Context) -> Option<Permit> {
-        let (heading, velocity) = self.situation(cx)?;
+        let (pose, velocity) = self.observe(cx)?;
         let margin = self.margin.get(cx);
         let ahead = self.body.as_ref()?.free_ahead(margin);
         let wall = self.wall(cx);
-        self.gait = self.next(cx, ahead, wall, heading);
+        self.gait = self.next(cx, ahead, wall, pose.theta);
         let (fast, most) = (self.fast.get(cx), self.turn.get(cx));
         // A positive turn leads away from the wall.
         let (speed, away) = match self.gait {
@@ -197,12 +194,15 @@ impl Wall {
             } else {
                 near
             };
-        let lost = Gait::Rounding { turned: 0.0, heading };
+        if blocked {
+            return Gait::Turning;
+        }
+        if beside {
+            return Gait::Following;
+        }
         match self.gait {
-            _ if blocked => Gait::Turning,
-            _ if beside => Gait::Following,
             Gait::Searching => Gait::Searching,
-            Gait::Following | Gait::Turning => lost,
+            Gait::Following | Gait::Turning => Gait::Rounding { turned: 0.0, heading },
             Gait::Rounding {
                 turned,
                 heading: last,
