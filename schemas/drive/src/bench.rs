@@ -100,16 +100,16 @@ impl<S: Schema> Loop<S> {
     }
 }
 
-/// What a laser of 361 beams over half a turn sees.
+/// What a laser of 181 beams over half a turn sees.
 pub(crate) fn scan(walls: &[Wall], pose: &Pose2D) -> LaserScan {
     let mut scan = LaserScan {
         angle_min: -core::f32::consts::FRAC_PI_2,
-        angle_increment: 0.5_f32.to_radians(),
+        angle_increment: 1_f32.to_radians(),
         range_max: 8.0,
         ..LaserScan::default()
     };
-    scan.ranges.resize(361);
-    for beam in 0..361 {
+    scan.ranges.resize(181);
+    for beam in 0..181 {
         let (sin, cos) = (pose.theta + scan.angle(beam)).sin_cos();
         let hit = |[a, b]: &Wall| {
             let (dx, dy) = (b.0 - a.0, b.1 - a.1);

@@ -2,8 +2,8 @@
 //! command. A command that the body cannot stop from in time is slowed or refused, never replaced by another
 //! way.
 
-use jde_motion::{Blind, FootprintError, Limits, Maneuver, Outline, ScanPoints, Stopping};
-use jde_schema::types::{Footprint, LaserScan, Point2D, Pose2D, Twist};
+use jde_motion::{FootprintError, Limits, Maneuver, Outline, ScanPoints, Stopping};
+use jde_schema::types::{Footprint, LaserScan, Odometry, Point2D, Pose2D, Twist};
 
 /// How long a command is in force at least before the next one takes effect, s: twice the period of the
 /// schemas of this plugin, and the period of a driver.
@@ -75,9 +75,27 @@ impl Body {
         })
     }
 
-    /// Takes in a scan.
-    pub(crate) fn see(&mut self, scan: &LaserScan) -> Result<(), Blind> {
-        self.scan_points.update(scan, &self.mount)
+    /// Takes in a scan, and returns pose and velocity of the base; `None` if there is no scan or odometry, the
+    /// scan measures nothing, or a number of the odometry is not finite.
+    pub(crate) fn observe(
+        &mut self,
+        scan: Option<&LaserScan>,
+        odometry: Option<&Odometry>,
+    ) -> Option<(Pose2D, Twist)> {
+        let (pose, velocity) = (odometry?.pose2d(), odometry?.twist.twist);
+        let numbers = [
+            pose.x,
+            pose.y,
+            pose.theta,
+            velocity.linear.x,
+            velocity.linear.y,
+            velocity.angular.z,
+        ];
+        self.scan_points.update(scan?, &self.mount).ok()?;
+        numbers
+            .iter()
+            .all(|number| number.is_finite())
+            .then_some((pose, velocity))
     }
 
     /// The points of the last scan, in the frame of the base.

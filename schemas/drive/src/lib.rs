@@ -7,16 +7,18 @@
 mod body;
 mod path;
 mod vfh;
+mod wall;
 mod wander;
 
 pub use path::Path;
 pub use vfh::Vfh;
+pub use wall::Wall;
 pub use wander::Wander;
 
 jde_schema::export!(
     "drive",
-    "Drives to a target, along a path, or nowhere in particular.",
-    [Path, Vfh, Wander]
+    "Drives to a target, along a path or a wall, or nowhere in particular.",
+    [Path, Vfh, Wall, Wander]
 );
 
 #[cfg(test)]

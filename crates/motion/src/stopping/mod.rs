@@ -56,7 +56,7 @@ impl Stopping {
 impl Maneuver {
     /// Returns whether `outline` stays clear of `points` by `margin` m until it stands still.
     ///
-    /// It advances conservatively (Mirtich, "Timewarp rigid body simulation", 2000): after a clearance of
+    /// It advances conservatively (Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996): after a clearance of
     /// `c` m nothing is computed until a point of the outline can have moved by `c` m. Time: the points once
     /// in open space, and more often the closer they are.
     #[must_use]

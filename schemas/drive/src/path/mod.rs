@@ -149,19 +149,14 @@ impl Inspect for Path {
 
 impl Path {
     fn chase(&mut self, cx: &Context) -> Chase {
-        let (Some(laser), Some(odometry), Some(track), Some(body)) = (
-            self.laser.get(cx),
-            self.pose.get(cx),
-            self.current_track(cx),
-            self.body.as_mut(),
-        ) else {
+        let (laser, odometry) = (self.laser.get(cx), self.pose.get(cx));
+        let observed = self
+            .body
+            .as_mut()
+            .and_then(|body| body.observe(laser.as_deref(), odometry.as_deref()));
+        let (Some((pose, velocity)), Some(track)) = (observed, self.current_track(cx)) else {
             return Chase::Missing;
         };
-        let pose = odometry.pose2d();
-        let numbers = [pose.x, pose.y, pose.theta, odometry.twist.twist.linear.x];
-        if body.see(&laser).is_err() || !numbers.iter().all(|number| number.is_finite()) {
-            return Chase::Missing;
-        }
         if self.track.as_ref() != Some(&track) {
             self.progress = None;
         }
@@ -169,7 +164,7 @@ impl Path {
         self.progress = Some(progress);
         let goal = track.goal();
         let (low, high) = (self.lookahead_min.get(cx), self.lookahead_max.get(cx));
-        let speed = odometry.twist.twist.linear.x.abs();
+        let speed = velocity.linear.x.abs();
         let lookahead = (speed * self.lookahead_time.get(cx)).min(high).max(low);
         let point = pose.localize(&track.at(progress + lookahead));
         let near_the_end = track.length() - progress <= lookahead;

@@ -139,8 +139,8 @@ fn before_an_obstacle_it_stops_states_why_and_goes_on_when_it_is_gone() {
 
 #[test]
 fn it_never_touches_a_wall_that_its_path_crosses() {
-    for step in 0..12 {
-        let (sin, cos) = (f64::from(step) * PI / 6.0).sin_cos();
+    for step in 0..6 {
+        let (sin, cos) = (f64::from(step) * PI / 3.0).sin_cos();
         let walls = crate::bench::room((-1.5, -1.0), (1.5, 1.0));
         let mut world = world(walls, &[(0.0, 0.0), (0.6, 0.3), (3.0 * cos, 3.0 * sin)]);
         world.drive_while(40, |_| true);

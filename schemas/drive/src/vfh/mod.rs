@@ -159,19 +159,14 @@ impl Inspect for Vfh {
 
 impl Vfh {
     fn steer(&mut self, cx: &Context) -> Steering {
-        let (Some(laser), Some(pose), Some(target), Some(body)) = (
-            self.laser.get(cx),
-            self.pose.get(cx),
-            self.target.get(cx).get(),
-            self.body.as_mut(),
-        ) else {
+        let (laser, odometry) = (self.laser.get(cx), self.pose.get(cx));
+        let Some(body) = self.body.as_mut() else {
             return Steering::Missing;
         };
-        let (pose, velocity) = (pose.pose2d(), pose.twist.twist);
-        let numbers = [pose.x, pose.y, pose.theta, target.x, target.y, velocity.linear.x];
-        if body.see(&laser).is_err() || !numbers.iter().all(|number| number.is_finite()) {
+        let observed = body.observe(laser.as_deref(), odometry.as_deref());
+        let (Some((pose, velocity)), Some(target)) = (observed, self.target.get(cx).get()) else {
             return Steering::Missing;
-        }
+        };
         let distance = pose.distance_to(&target);
         if distance <= self.tolerance.get(cx) {
             return Steering::Arrived;

@@ -93,45 +93,13 @@ impl Schema for Wander {
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok(self.situation(cx).is_some().into())
+        Ok(self.observe(cx).is_some().into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some((heading, velocity)) = self.situation(cx) else {
-            self.permit = None;
-            self.base.command(cx, Twist::ZERO);
-            return Ok(());
-        };
-        let Some(body) = &self.body else { return Ok(()) };
-        let margin = self.margin.get(cx);
-        let (near, far) = (self.near.get(cx), self.far.get(cx));
-        let ahead = body.free_ahead(margin);
-        // To go straight again takes more room than to turn, or noise at `near` would make it stutter.
-        self.gait = match self.gait {
-            Gait::Straight if ahead < near => self.begin_turn(heading),
-            Gait::Straight => Gait::Straight,
-            Gait::Turning(turn) => turn.on(heading, ahead > f64::midpoint(near, far)),
-        };
-        let wanted = match self.gait {
-            Gait::Straight => {
-                let room = (ahead - near) / (far - near).max(f64::EPSILON);
-                Twist::planar(self.fast.get(cx) * room.clamp(CREEP, 1.0), 0.0)
-            }
-            Gait::Turning(turn) => Twist::planar(0.0, turn.side * self.turn.get(cx)),
-        };
-        let ability = Ability {
-            acceleration: self.acceleration.get(cx),
-            turn_acceleration: self.turn_acceleration.get(cx),
-            margin: margin / 2.0,
-            hold: HOLD,
-        };
-        let Some(body) = &self.body else { return Ok(()) };
-        let permit = body.permit(&velocity, wanted, &ability);
-        if self.gait == Gait::Straight && permit.obstacle().is_some() {
-            self.gait = self.begin_turn(heading);
-        }
-        self.base.command(cx, permit.twist());
-        self.permit = Some(permit);
+        self.permit = self.drive(cx);
+        self.base
+            .command(cx, self.permit.map_or(Twist::ZERO, |permit| permit.twist()));
         Ok(())
     }
 }
@@ -161,12 +129,39 @@ impl Panel for Wander {
 }
 
 impl Wander {
-    /// Takes in the scan, and returns heading and velocity; `None` without a usable scan or pose.
-    fn situation(&mut self, cx: &Context) -> Option<(f64, Twist)> {
-        let (laser, pose) = (self.laser.get(cx)?, self.pose.get(cx)?);
-        self.body.as_mut()?.see(&laser).ok()?;
-        let heading = pose.pose2d().theta;
-        heading.is_finite().then_some((heading, pose.twist.twist))
+    fn observe(&mut self, cx: &Context) -> Option<(Pose2D, Twist)> {
+        let (laser, pose) = (self.laser.get(cx), self.pose.get(cx));
+        self.body.as_mut()?.observe(laser.as_deref(), pose.as_deref())
+    }
+
+    fn drive(&mut self, cx: &Context) -> Option<Permit> {
+        let (Pose2D { theta: heading, .. }, velocity) = self.observe(cx)?;
+        let (margin, near, far) = (self.margin.get(cx), self.near.get(cx), self.far.get(cx));
+        let ahead = self.body.as_ref()?.free_ahead(margin);
+        // To go straight again takes more room than to turn, or noise at `near` would make it stutter.
+        self.gait = match self.gait {
+            Gait::Straight if ahead < near => self.begin_turn(heading),
+            Gait::Straight => Gait::Straight,
+            Gait::Turning(turn) => turn.on(heading, ahead > f64::midpoint(near, far)),
+        };
+        let wanted = match self.gait {
+            Gait::Straight => {
+                let room = (ahead - near) / (far - near).max(f64::EPSILON);
+                Twist::planar(self.fast.get(cx) * room.clamp(CREEP, 1.0), 0.0)
+            }
+            Gait::Turning(turn) => Twist::planar(0.0, turn.side * self.turn.get(cx)),
+        };
+        let ability = Ability {
+            acceleration: self.acceleration.get(cx),
+            turn_acceleration: self.turn_acceleration.get(cx),
+            margin: margin / 2.0,
+            hold: HOLD,
+        };
+        let permit = self.body.as_ref()?.permit(&velocity, wanted, &ability);
+        if self.gait == Gait::Straight && permit.obstacle().is_some() {
+            self.gait = self.begin_turn(heading);
+        }
+        Some(permit)
     }
 
     fn begin_turn(&mut self, heading: f64) -> Gait {
