@@ -3,6 +3,7 @@
 //! The defaults are those of a Pioneer P3-DX; each has its source beside it.
 
 use crate::error::{WorldError, check};
+use crate::footprint::Footprint;
 use crate::head::HeadConfig;
 
 /// Where a robot's odometry starts.
@@ -15,11 +16,11 @@ pub enum OdometryOrigin {
     StartPose,
 }
 
-/// A differential robot with a round body.
+/// A differential robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotConfig {
-    /// Radius of the body in metres.
-    pub radius: f64,
+    /// The outline of the body.
+    pub footprint: Footprint,
     /// Greatest speed in m/s, ahead and backwards.
     pub max_linear: f64,
     /// Greatest turn rate in rad/s, either way.
@@ -53,7 +54,7 @@ impl Default for RobotConfig {
     fn default() -> Self {
         Self {
             // RobotRadius of ARIA's p3dx.p.
-            radius: 0.25,
+            footprint: Footprint::Circle { radius: 0.25 },
             // The data sheet of the P3-DX: 1.2 m/s and 300 degrees a second.
             max_linear: 1.2,
             max_angular: 300f64.to_radians(),
@@ -85,10 +86,7 @@ impl RobotConfig {
     pub fn check(&self) -> Result<(), WorldError> {
         let positive = |value: f64| value > 0.0;
         let not_negative = |value: f64| value >= 0.0;
-        // A body much smaller than one step could pass through a wall.
-        check("radius", self.radius, "0.01 to 10 m", |value| {
-            (0.01..=10.0).contains(&value)
-        })?;
+        self.footprint.check()?;
         check(
             "max_linear",
             self.max_linear,

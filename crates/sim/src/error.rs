@@ -155,6 +155,12 @@ pub enum WorldError {
         /// The bytes that fit.
         most: usize,
     },
+    /// A polygon that cannot be the footprint of a robot.
+    #[error("the footprint {reason}")]
+    BadFootprint {
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
     /// A buffer whose length is not the sensor's number of values.
     #[error("the buffer for the {sensor} holds {given} values: expected {expected}")]
     BadBuffer {

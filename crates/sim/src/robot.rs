@@ -4,6 +4,7 @@
 
 use crate::battery::Battery;
 use crate::config::{OdometryOrigin, RobotConfig};
+use crate::footprint::Body;
 use crate::geometry::{Pose2, Twist2};
 use crate::head::{Head, HeadCommand};
 use crate::odometer::Odometer;
@@ -131,17 +132,32 @@ impl SimulatedRobot {
         // Under a constant acceleration the mean of the two speeds gives the exact distance.
         let distance = (before.linear + linear) / 2.0 * dt;
         let turn = (before.angular + angular) / 2.0 * dt;
-        let free = self.free_part(distance, turn, &clearance_at);
+        let free = self.free_part((distance, turn), &clearance_at);
         let part = self.push(free, (distance, turn), dt, make_room);
+        self.truth.pose = self.truth.pose.along_arc(part * distance, part * turn);
+        // The rest of the turn takes place on the spot. A round body can always turn.
+        let rest = (1.0 - part) * turn;
+        let turned = self.free_part((0.0, rest), &clearance_at);
+        self.truth.pose = self.truth.pose.along_arc(0.0, turned * rest);
         self.truth.stalled = part < 1.0;
-        self.truth.twist = Twist2::new(if self.truth.stalled { 0.0 } else { linear }, angular);
-        // A round body can always turn: the rest of the turn takes place on the spot.
-        let moved = self.truth.pose.along_arc(part * distance, part * turn);
-        self.truth.pose = moved.along_arc(0.0, (1.0 - part) * turn);
+        self.truth.twist = Twist2::new(
+            if self.truth.stalled { 0.0 } else { linear },
+            if turned < 1.0 { 0.0 } else { angular },
+        );
         self.truth.travelled += (part * distance).abs();
+        let turn = if turned < 1.0 {
+            part * turn + turned * rest
+        } else {
+            turn
+        };
         self.odometer.roll(&self.config, part * distance, turn, dt, slip);
         self.head.step(&self.config.head, self.head_command, dt);
         self.battery.step(self.truth.twist, self.truth.stalled, dt);
+    }
+
+    /// Returns its body where it is.
+    pub(crate) fn body(&self) -> Body {
+        self.config.footprint.at(self.truth.pose)
     }
 
     /// Updates the clearance and the contact, after all robots have moved.
@@ -168,7 +184,10 @@ impl SimulatedRobot {
         if part * distance == 0.0 {
             return part;
         }
-        let (start, pieces) = (self.truth.pose, self.pieces(part * distance));
+        let (start, pieces) = (
+            self.truth.pose,
+            self.config.footprint.pieces((part * distance).abs()),
+        );
         let mut free = 0.0;
         for piece in 1..=pieces as u32 {
             let next = part * (f64::from(piece) / pieces);
@@ -181,21 +200,17 @@ impl SimulatedRobot {
         part
     }
 
-    /// Returns the number of pieces into which a distance is cut. A piece is so short compared with the body
-    /// that the body cannot pass through the thinnest wall between two pieces.
-    fn pieces(&self, distance: f64) -> f64 {
-        (distance.abs() / (self.config.radius / 50.0)).ceil()
-    }
-
     /// Returns the part of an arc, from 0 to 1, that the body can drive without entering anything.
-    fn free_part(&self, distance: f64, turn: f64, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
+    fn free_part(&self, (distance, turn): (f64, f64), clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
         let start = self.truth.pose;
-        // The gap shrinks by no more than the distance: far from everything one check is enough.
-        if distance == 0.0 || clearance_at(start) > distance.abs() {
+        let footprint = &self.config.footprint;
+        let travel = footprint.travel(distance.abs(), turn);
+        // The gap shrinks by no more than the travel: far from everything one check is enough.
+        if travel == 0.0 || clearance_at(start) > travel {
             return 1.0;
         }
         let at = |part: f64| clearance_at(start.along_arc(part * distance, part * turn));
-        let pieces = self.pieces(distance);
+        let pieces = footprint.pieces(travel);
         let mut free = 0.0;
         for piece in 1..=pieces as u32 {
             let next = f64::from(piece) / pieces;

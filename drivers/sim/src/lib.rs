@@ -12,8 +12,8 @@ use core::time::Duration;
 use jde_schema::prelude::*;
 use jde_schema::types::{Movers, Scenery};
 use jde_sim::{
-    HeadCommand, LaserConfig, OdometryOrigin, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World,
-    WorldError,
+    Footprint, HeadCommand, LaserConfig, OdometryOrigin, Pose2, RobotConfig, RobotId, SonarConfig, Twist2,
+    World, WorldError,
 };
 
 pub use camera::Camera;
@@ -253,7 +253,9 @@ impl Pioneer {
     fn config(&self, cx: &Context) -> RobotConfig {
         let acceleration = self.acceleration.get(cx);
         RobotConfig {
-            radius: self.radius.get(cx),
+            footprint: Footprint::Circle {
+                radius: self.radius.get(cx),
+            },
             linear_acceleration: acceleration,
             linear_deceleration: acceleration,
             wheel_scale_sigma: self.wheel_error.get(cx),

@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use jde_schema::prelude::*;
 use jde_schema::types::Thing;
-use jde_sim::{Color, Figure, Outline, RobotId, Shape, World};
+use jde_sim::{Color, Figure, Outline, Pose2, RobotId, Shape, World};
 
 use crate::Pioneer;
 
@@ -48,12 +48,14 @@ impl Pioneer {
         let moving = world.shapes().filter(|shape| shape.moving);
         let others = world.robots().filter(|(robot, _)| *robot != itself);
         let robots = others.map(|(robot, name)| {
-            let (pose, radius) = (world.truth(robot).pose, world.config(robot).radius);
+            let [low, high] = world.config(robot).footprint.extent();
+            let middle = Pose2::new((low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0, 0.0);
+            let pose = world.truth(robot).pose.compose(middle);
             Thing {
                 name: Text::truncated(name),
                 pose: Pose2D::new(pose.x, pose.y, pose.heading),
-                length: 2.0 * radius as f32,
-                width: 2.0 * radius as f32,
+                length: (high[0] - low[0]) as f32,
+                width: (high[1] - low[1]) as f32,
                 height: ROBOT_HEIGHT,
                 form: Thing::ROBOT,
                 red: SHELL.r,

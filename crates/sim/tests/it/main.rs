@@ -4,6 +4,7 @@ mod bumpers;
 mod cameras;
 mod edits;
 mod faults;
+mod footprints;
 mod loose;
 mod maps;
 mod motion;
