@@ -116,12 +116,8 @@ impl World {
     /// A number that is not finite. The robot then keeps its earlier command.
     pub fn command(&mut self, robot: RobotId, twist: Twist2) -> Result<(), WorldError> {
         if !twist.is_finite() {
-            let (robot, Twist2 { linear, angular }) = (self.robot_name(robot).to_owned(), twist);
-            return Err(WorldError::BadCommand {
-                robot,
-                linear,
-                angular,
-            });
+            let robot = self.robot_name(robot).to_owned();
+            return Err(WorldError::BadCommand { robot, twist });
         }
         self.robot_mut(robot).command(twist);
         Ok(())

@@ -5,6 +5,7 @@ mod cameras;
 mod edits;
 mod faults;
 mod footprints;
+mod kinematics;
 mod loose;
 mod maps;
 mod motion;
