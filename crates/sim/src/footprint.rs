@@ -144,7 +144,7 @@ impl PartialEq for Polygon {
 }
 
 impl Polygon {
-    fn new(corners: &[[f64; 2]]) -> Result<Self, String> {
+    pub(crate) fn new(corners: &[[f64; 2]]) -> Result<Self, String> {
         if !(3..=MAX_CORNERS).contains(&corners.len()) {
             return Err(format!(
                 "has {} corners: expected 3 to {MAX_CORNERS}",

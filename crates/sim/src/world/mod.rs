@@ -62,14 +62,7 @@ impl World {
     /// All faults of the files, each with its file and line.
     pub fn load(path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
         let path = path.as_ref();
-        let text = file::text_of(path).map_err(|error| {
-            WorldError::Faults(vec![Fault {
-                file: path.to_owned(),
-                line: None,
-                message: format!("cannot read the world: {error}"),
-            }])
-        })?;
-        Self::parse(&text, path, seed)
+        Self::parse(&file::load(path, "world")?, path, seed)
     }
 
     /// Creates a world from the text of a world file. `path` names it in errors; a map's path is relative to

@@ -8,6 +8,7 @@ mod footprints;
 mod kinematics;
 mod loose;
 mod maps;
+mod models;
 mod motion;
 mod movers;
 mod mutants;
