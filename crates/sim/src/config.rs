@@ -38,8 +38,8 @@ pub struct RobotConfig {
     pub angular_deceleration: f64,
     /// The time constant in seconds by which speeds lag behind what the accelerations allow; 0 for none.
     pub lag: f64,
-    /// Distance between the wheels in metres. The odometry of a car uses the wheels of its rear axle, that of an
-    /// omnidirectional robot two imaginary wheels ahead and one to the side.
+    /// Distance between the wheels in metres. The odometry of a car uses the wheels of its rear axle, that of
+    /// an omnidirectional robot two imaginary wheels ahead and one to the side.
     pub track: f64,
     /// Encoder ticks for each metre that a wheel rolls.
     pub ticks_per_meter: f64,

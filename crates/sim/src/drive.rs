@@ -112,8 +112,8 @@ impl Motors {
         };
     }
 
-    /// Returns the twist after `dt` seconds, from the present one. A load of as many kilograms as the robot can
-    /// push halves the speeds.
+    /// Returns the twist after `dt` seconds, from the present one. A load of as many kilograms as the robot
+    /// can push halves the speeds.
     pub(crate) fn step(&mut self, config: &RobotConfig, now: Twist2, load: f64, dt: f64) -> Twist2 {
         let (command, target) = (self.command, &mut self.target);
         let slowed = 1.0 + load / config.max_push;

@@ -232,8 +232,8 @@ impl Body {
         }
     }
 
-    /// Returns the gap to another body in metres. It is negative on overlap. Both bodies get the same value, to
-    /// the bit, so that one cannot find itself inside the other.
+    /// Returns the gap to another body in metres. It is negative on overlap. Both bodies get the same value,
+    /// to the bit, so that one cannot find itself inside the other.
     pub(crate) fn gap_to_body(&self, other: &Self) -> f64 {
         match (&self.polygon, &other.polygon) {
             (None, None) => self.center.distance(other.center) - other.radius - self.radius,

@@ -1,9 +1,9 @@
 //! A world of robots and sensors, which its caller steps.
 //!
-//! A [`World`] is read from a file. Time passes only in [`World::advance_to`]: the crate never sleeps, starts
-//! no thread, opens no window and prints nothing. One seed gives one history, identical to the bit. The
-//! history does not depend on how the caller divides the time, or on which sensors it reads in between. Units
-//! are metres, radians and seconds; axes follow ROS REP-103.
+//! A [`World`] is read from a file, and its robots may be. Time passes only in [`World::advance_to`]: the
+//! crate never sleeps, starts no thread, opens no window and prints nothing. One seed gives one history,
+//! identical to the bit. The history does not depend on how the caller divides the time, or on which sensors
+//! it reads in between. Units are metres, radians and seconds; axes follow ROS REP-103.
 //!
 //! ```
 //! use jde_sim::{LaserConfig, RobotConfig, Twist2, World};
@@ -76,6 +76,11 @@
 //! [robots.pioneer]
 //! start = { x = 1, y = 1, heading_deg = 90 }
 //! ```
+//!
+//! # Robot files
+//!
+//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have six, and `docs/robots.md` all
+//! keys.
 
 mod battery;
 mod camera;

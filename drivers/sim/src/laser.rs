@@ -1,5 +1,5 @@
-//! A further laser of a simulated robot. It scans the world of a robot's driver in the same application. It moves
-//! nothing and opens no world itself.
+//! A further laser of a simulated robot. It scans the world of a robot's driver in the same application. It
+//! moves nothing and opens no world itself.
 
 use core::time::Duration;
 

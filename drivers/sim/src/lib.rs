@@ -1,5 +1,6 @@
-//! Simulated robots with their cameras and lasers as drivers: the library `jde-sim` behind the ports of a robot.
-//! A robot steps the world to the application's time. The drivers depend on no schedule and on no other schema.
+//! Simulated robots with their cameras and lasers as drivers: the library `jde-sim` behind the ports of a
+//! robot. A robot steps the world to the application's time. The drivers depend on no schedule and on no
+//! other schema.
 
 mod camera;
 mod edits;
@@ -41,14 +42,15 @@ pub struct Start {
     pub pose: Seq<Pose2D, 1>,
 }
 
-/// Declares a driver of a robot: the ports that all have, and its own modulations. Its function `model` returns
-/// the robot; `$blamed` is the modulation whose value is wrong if it cannot.
+/// Declares a driver of a robot: the ports that all have, and its own modulations, among them those of
+/// [`Overrides`]. Its function `model` returns the robot. `$blamed` is the modulation whose value is wrong if it
+/// cannot.
 macro_rules! robot_driver {
     ($(#[$doc:meta])* $name:ident, $blamed:ident, { $($own:tt)* }) => {
         $(#[$doc])*
         ///
-        /// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom` equals the
-        /// world's frame except for the drift of the wheels.
+        /// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom`
+        /// equals the world's frame except for the drift of the wheels.
         #[derive(Describe)]
         #[schema(driver, period = "50ms", budget = "50ms")]
         pub struct $name {
@@ -58,27 +60,28 @@ macro_rules! robot_driver {
             /// The robot's name in the world file; empty for the name of this schema.
             #[modulation(default = "", fixed)]
             robot: Modulation<Text<60>>,
-            /// Where it starts instead of at its start in the world file: `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
+            /// Where it starts instead of at its start in the world file:
+            /// `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
             #[modulation(default = Start { pose: Seq::new() }, fixed)]
             start: Modulation<Start>,
             /// Changes of the world while it runs. Each write takes effect once, at the next iteration.
             #[modulation(default = "")]
             edit: Modulation<Text<4096>>,
             $($own)*
-            /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car drives the
-            /// curvature of the command.
+            /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car
+            /// drives the curvature of the command.
             #[command(neutral = Twist::ZERO, validity = "500ms")]
             velocity: Command<Twist>,
-            /// Position of the pan-tilt head, and its speeds, whose signs are ignored; a speed of 0 holds its axis.
-            /// Without a new command the head continues to the last position and stays there, so a command is valid
-            /// for an hour.
+            /// Position of the pan-tilt head, and its speeds, whose signs are ignored; a speed of 0 holds its
+            /// axis. Without a new command the head continues to the last position and stays there, so a
+            /// command is valid for an hour.
             #[command(neutral = HOLD, validity = "3600s")]
             head: Command<PanTilt>,
             /// The scan of the first laser, in the laser's own frame.
             #[export]
             laser: Export<LaserScan>,
-            /// The sonars, in the order of the robot's file. A Pioneer has eight ahead from left to right, then eight
-            /// behind from right to left.
+            /// The sonars, in the order of the robot's file. A Pioneer has eight ahead from left to right,
+            /// then eight behind from right to left.
             #[export]
             sonars: Export<RangeRing>,
             /// Pose and velocity from the wheels.
@@ -96,22 +99,24 @@ macro_rules! robot_driver {
             /// The counts of the wheels.
             #[export]
             encoders: Export<WheelEncoders>,
-            /// Always connected. Its stamp is the time at which the robot entered its world, and its note names the
-            /// world.
+            /// Always connected. Its stamp is the time at which the robot entered its world, and its note
+            /// names the world.
             #[export]
             connection: Export<Connection>,
-            /// The true state of the robot, for measurements. A schema that steers by it would work only in the
-            /// simulator.
+            /// The true state of the robot, for measurements. A schema that steers by it would work only in
+            /// the simulator.
             #[export]
             truth: Export<Truth>,
-            /// The static objects of the world, published when the robot enters it and when they change; for windows.
-            /// No robot has such a sensor.
+            /// The static objects of the world, published when the robot enters it and when they change; for
+            /// windows. No robot has such a sensor.
             #[export]
             scenery: Export<Scenery>,
-            /// The objects that move or can be moved, ten times per second; for windows. No robot has such a sensor.
+            /// The objects that move or can be moved, ten times per second; for windows. No robot has such a
+            /// sensor.
             #[export]
             movers: Export<Movers>,
-            /// The changes of the world that this robot's driver has made or refused; published when they change.
+            /// The changes of the world that this robot's driver has made or refused; published when they
+            /// change.
             #[export]
             edits: Export<EditCount>,
             active: Option<ActiveRobot>,
@@ -121,6 +126,16 @@ macro_rules! robot_driver {
             /// Returns what the modulations say about the entry into the world.
             fn entry(&self, cx: &Context) -> Entry {
                 Entry::new(cx, &self.world, &self.robot, &self.start)
+            }
+
+            fn overrides(&self, cx: &Context) -> Overrides {
+                Overrides {
+                    laser_range: self.laser_range.get(cx),
+                    laser_noise: self.laser_noise.get(cx),
+                    sonar_noise: self.sonar_noise.get(cx),
+                    wheel_error: self.wheel_error.get(cx),
+                    acceleration: self.acceleration.get(cx),
+                }
             }
         }
 
@@ -133,7 +148,8 @@ macro_rules! robot_driver {
             }
 
             fn iterate(&mut self, cx: &Context) -> Result {
-                // Taken out during the iteration: after an error the driver drops its robot, which then stops.
+                // Taken out during the iteration: after an error the driver drops its robot, which then
+                // stops.
                 let Some(mut active) = self.active.take() else {
                     return Err("it is in no world".into());
                 };
@@ -191,8 +207,8 @@ macro_rules! robot_driver {
 robot_driver! {
     /// A robot of a robot file in a simulated world. Several in one application share the world.
     ///
-    /// It publishes the sensors that the robot has, each at its own rate where that is lower than that of the driver.
-    /// A `sim/laser` publishes a further laser.
+    /// It publishes the sensors that the robot has, each at its own rate where that is lower than that of the
+    /// driver. A `sim/laser` publishes a further laser.
     Robot, model, {
         /// The robot: a shipped one, such as `turtlebot4`, or a robot file, `my-robot.toml`.
         #[modulation(default = "pioneer-3dx", unit = "path", fixed)]
@@ -206,8 +222,8 @@ robot_driver! {
         /// Standard deviation of the sonars' ranges; negative for that of the file.
         #[modulation(default = -1.0, unit = "m", fixed)]
         sonar_noise: Modulation<f64>,
-        /// Standard deviation of each wheel's scale error, as a fraction; negative for that of the file. It determines
-        /// the drift of the odometry.
+        /// Standard deviation of each wheel's scale error, as a fraction; negative for that of the file. It
+        /// determines the drift of the odometry.
         #[modulation(default = -1.0, max = 0.5, fixed)]
         wheel_error: Modulation<f64>,
         /// Greatest change of speed per second; negative for that of the file.
@@ -217,8 +233,8 @@ robot_driver! {
 }
 
 robot_driver! {
-    /// A Pioneer P3-DX with a laser in a simulated world: a `sim/robot` of the model `pioneer-3dx`, with its numbers as
-    /// modulations. Several in one application share the world.
+    /// A Pioneer P3-DX with a laser in a simulated world: a `sim/robot` of the model `pioneer-3dx`, with its
+    /// numbers as modulations. Several in one application share the world.
     Pioneer, laser_range, {
         /// Beams of the laser.
         #[modulation(default = 180, min = 1, max = 1088, fixed)]
@@ -250,14 +266,8 @@ robot_driver! {
 
 impl Robot {
     fn model(&self, cx: &Context) -> Result<RobotModel> {
-        let overrides = Overrides {
-            laser_range: self.laser_range.get(cx),
-            laser_noise: self.laser_noise.get(cx),
-            sonar_noise: self.sonar_noise.get(cx),
-            wheel_error: self.wheel_error.get(cx),
-            acceleration: self.acceleration.get(cx),
-        };
-        overrides.over(models::find(self.model.get(cx).as_str())?)
+        self.overrides(cx)
+            .over(models::find(self.model.get(cx).as_str())?)
     }
 }
 
@@ -271,14 +281,7 @@ impl Pioneer {
             laser.config.beams = self.laser_beams.get(cx) as usize;
             laser.config.field_of_view = self.laser_view.get(cx);
         }
-        let overrides = Overrides {
-            laser_range: self.laser_range.get(cx),
-            laser_noise: self.laser_noise.get(cx),
-            sonar_noise: self.sonar_noise.get(cx),
-            wheel_error: self.wheel_error.get(cx),
-            acceleration: self.acceleration.get(cx),
-        };
-        overrides.over(model)
+        self.overrides(cx).over(model)
     }
 }
 

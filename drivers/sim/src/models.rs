@@ -36,8 +36,8 @@ pub(crate) struct Overrides {
     pub(crate) acceleration: f64,
 }
 
-/// Returns the robot of a file, if the text ends with `.toml`, or else the shipped one of that name. An application
-/// resolves paths, so only the last part of the text is the name.
+/// Returns the robot of a file, if the text ends with `.toml`, or else the shipped one of that name. An
+/// application resolves paths, so only the last part of the text is the name.
 pub(crate) fn find(model: &str) -> Result<RobotModel> {
     let path = Path::new(model);
     if path.extension().is_some_and(|extension| extension == "toml") {

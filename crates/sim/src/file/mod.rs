@@ -1,4 +1,5 @@
-//! World files and robot files. A world file is TOML with walls, boxes, circles, movers, people, balls, a map and the starts of robots.
+//! World files and robot files. A world file is TOML with walls, boxes, circles, movers, people, balls, a map
+//! and the starts of robots.
 //!
 //! The faults of a world and its map are reported together. The reader ignores nothing.
 

@@ -1,5 +1,5 @@
-//! Robot files: TOML with the footprint, the drive, the odometry and the sensors of a robot, in metres, degrees
-//! and seconds.
+//! Robot files: TOML with the footprint, the drive, the odometry and the sensors of a robot, in metres,
+//! degrees and seconds.
 //!
 //! The faults of a file are reported together. The reader ignores nothing.
 

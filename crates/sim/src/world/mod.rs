@@ -183,7 +183,8 @@ impl World {
         }
     }
 
-    /// Returns the nearest thing to a body, loose things included, and the gap. The gap is negative on overlap.
+    /// Returns the nearest thing to a body, loose things included, and the gap. The gap is negative on
+    /// overlap.
     fn placement_clearance(&self, robot: usize, body: &Body) -> (&str, f64) {
         let loose = self.loose.bodies().iter().map(|thing| {
             let gap = thing.solid().distance_to_point(body.center()) - body.radius();

@@ -49,7 +49,8 @@ fn faults(text: &str) -> Vec<String> {
     }
 }
 
-/// Replaces a line of the small robot. Returns the only fault, without file and line, after it has checked them.
+/// Replaces a line of the small robot. Returns the only fault, without file and line, after it has checked
+/// them.
 #[track_caller]
 fn fault(line: &str, by: &str) -> String {
     let text = SMALL.replace(line, by);
@@ -122,6 +123,25 @@ fn every_shipped_robot_drives_a_metre_within_its_limits_and_senses() {
             assert!(ranges.iter().all(|range| *range > 0.0), "{}", model.name);
         }
     }
+}
+
+#[test]
+fn the_robot_of_the_documentation_is_valid() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/robots.md");
+    let page = fs::read_to_string(page).expect("the page can be read");
+    let text = page
+        .split("```")
+        .find_map(|block| {
+            block
+                .strip_prefix("toml\n")
+                .filter(|text| text.contains("[footprint]"))
+        })
+        .expect("the page has a robot");
+    let model = RobotModel::parse(text, "trolley.toml").unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        (model.name.as_str(), model.config.footprint.extent()),
+        ("trolley", [[-0.3, -0.2], [0.5, 0.2]])
+    );
 }
 
 #[test]

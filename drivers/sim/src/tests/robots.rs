@@ -1,4 +1,5 @@
-//! Robots of files: what they publish, how they drive, what an application changes, and mistakes of configuration.
+//! Robots of files: what they publish, how they drive, what an application changes, and mistakes of
+//! configuration.
 
 use std::collections::BTreeSet;
 
