@@ -134,15 +134,19 @@ impl SimulatedRobot {
         let moved = motion.part(part);
         self.truth.pose = moved.end(self.truth.pose);
         self.truth.stalled = part < 1.0;
-        // The rest of the turn takes place on the spot, which a car cannot do and a round body always can.
-        let on_the_spot = match self.config.kinematics {
-            Kinematics::Differential | Kinematics::Omnidirectional { .. } => 1.0 - part,
-            Kinematics::Car { .. } => 0.0,
+        let turns_on_the_spot = match self.config.kinematics {
+            Kinematics::Differential | Kinematics::Omnidirectional { .. } => true,
+            Kinematics::Car { .. } => false,
         };
-        let rest = Motion::turn(on_the_spot * motion.turn);
+        // The rest of the turn takes place on the spot. A round body always has room for it.
+        let rest = Motion::turn(if turns_on_the_spot {
+            (1.0 - part) * motion.turn
+        } else {
+            0.0
+        });
         let turned = self.free_part(rest, &clearance_at);
         self.truth.pose = rest.part(turned).end(self.truth.pose);
-        let turns = turned == 1.0 && part + on_the_spot == 1.0;
+        let turns = turned == 1.0 && (turns_on_the_spot || part == 1.0);
         let turn = if turns {
             motion.turn
         } else {
