@@ -47,7 +47,8 @@ impl Battery {
 
     /// Discharges the battery by `dt` seconds of a motion.
     pub(crate) fn step(&mut self, twist: Twist2, stalled: bool, dt: f64) {
-        let motion = PER_METRE_A_SECOND * twist.linear.abs() + PER_RADIAN_A_SECOND * twist.angular.abs();
+        let motion = PER_METRE_A_SECOND * (twist.linear.abs() + twist.lateral.abs())
+            + PER_RADIAN_A_SECOND * twist.angular.abs();
         let draw = IDLE + motion + if stalled { STALLED } else { 0.0 };
         self.charge = (self.charge - draw * dt / 3600.0 / BATTERY_CAPACITY).max(0.0);
         self.current = -draw;

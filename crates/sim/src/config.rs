@@ -2,7 +2,9 @@
 //!
 //! The defaults are those of a Pioneer P3-DX; each has its source beside it.
 
+use crate::drive::Kinematics;
 use crate::error::{WorldError, check};
+use crate::footprint::Footprint;
 use crate::head::HeadConfig;
 
 /// Where a robot's odometry starts.
@@ -15,11 +17,13 @@ pub enum OdometryOrigin {
     StartPose,
 }
 
-/// A differential robot with a round body.
+/// A robot's body, motors and wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotConfig {
-    /// Radius of the body in metres.
-    pub radius: f64,
+    /// The outline of the body.
+    pub footprint: Footprint,
+    /// The motions that its wheels allow.
+    pub kinematics: Kinematics,
     /// Greatest speed in m/s, ahead and backwards.
     pub max_linear: f64,
     /// Greatest turn rate in rad/s, either way.
@@ -32,7 +36,10 @@ pub struct RobotConfig {
     pub angular_acceleration: f64,
     /// Greatest loss of turn rate in rad/s².
     pub angular_deceleration: f64,
-    /// Distance between the wheels in metres.
+    /// The time constant in seconds by which speeds lag behind what the accelerations allow; 0 for none.
+    pub lag: f64,
+    /// Distance between the wheels in metres. The odometry of a car uses the wheels of its rear axle, that of
+    /// an omnidirectional robot two imaginary wheels ahead and one to the side.
     pub track: f64,
     /// Encoder ticks for each metre that a wheel rolls.
     pub ticks_per_meter: f64,
@@ -53,7 +60,8 @@ impl Default for RobotConfig {
     fn default() -> Self {
         Self {
             // RobotRadius of ARIA's p3dx.p.
-            radius: 0.25,
+            footprint: Footprint::Circle { radius: 0.25 },
+            kinematics: Kinematics::Differential,
             // The data sheet of the P3-DX: 1.2 m/s and 300 degrees a second.
             max_linear: 1.2,
             max_angular: 300f64.to_radians(),
@@ -62,6 +70,7 @@ impl Default for RobotConfig {
             linear_deceleration: 0.3,
             angular_acceleration: 100f64.to_radians(),
             angular_deceleration: 100f64.to_radians(),
+            lag: 0.0,
             // DiffConvFactor of p3dx.p is 0.0056 rad per mm: the track is twice its inverse.
             track: 2.0 / 5.6,
             // The firmware's ticksmm of a P3-DX.
@@ -85,9 +94,10 @@ impl RobotConfig {
     pub fn check(&self) -> Result<(), WorldError> {
         let positive = |value: f64| value > 0.0;
         let not_negative = |value: f64| value >= 0.0;
-        // A body much smaller than one step could pass through a wall.
-        check("radius", self.radius, "0.01 to 10 m", |value| {
-            (0.01..=10.0).contains(&value)
+        self.footprint.check()?;
+        self.kinematics.check()?;
+        check("lag", self.lag, "0 to 10 s", |value| {
+            (0.0..=10.0).contains(&value)
         })?;
         check(
             "max_linear",

@@ -5,7 +5,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::geometry::{Bounds, Pose2};
+use crate::geometry::{Bounds, Pose2, Twist2};
 use crate::head::HeadCommand;
 
 /// One error or doubtful statement in a file of a world.
@@ -70,14 +70,15 @@ pub enum WorldError {
         expected: &'static str,
     },
     /// A command with a number that is not finite. The robot keeps its earlier command.
-    #[error("command of robot `{robot}` is {linear} m/s, {angular} rad/s: expected finite numbers")]
+    #[error(
+        "command of robot `{robot}` is {} m/s ahead, {} m/s to the left, {} rad/s: expected finite numbers",
+        .twist.linear, .twist.lateral, .twist.angular
+    )]
     BadCommand {
         /// The robot.
         robot: String,
-        /// The requested speed ahead.
-        linear: f64,
-        /// The requested turn rate.
-        angular: f64,
+        /// The requested speeds.
+        twist: Twist2,
     },
     /// A command of the head with a number that is not finite. The head keeps its earlier command.
     #[error("command of the head of robot `{robot}` is {command:?}: expected finite numbers")]
@@ -154,6 +155,12 @@ pub enum WorldError {
         bytes: usize,
         /// The bytes that fit.
         most: usize,
+    },
+    /// A polygon that cannot be the footprint of a robot.
+    #[error("the footprint {reason}")]
+    BadFootprint {
+        /// What is wrong, and what was expected.
+        reason: String,
     },
     /// A buffer whose length is not the sensor's number of values.
     #[error("the buffer for the {sensor} holds {given} values: expected {expected}")]

@@ -15,11 +15,13 @@ pub struct Pose2 {
     pub heading: f64,
 }
 
-/// The motion of a differential robot, or a command for it: ahead, and about its centre.
+/// The motion of a robot, or a command for it: ahead, to the left, and about its centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist2 {
     /// Metres a second ahead; negative is backwards.
     pub linear: f64,
+    /// Metres a second to the left. Only omnidirectional robots move so; others ignore it in a command.
+    pub lateral: f64,
     /// Radians a second, counter-clockwise.
     pub angular: f64,
 }
@@ -73,6 +75,21 @@ impl Pose2 {
         Self::new(self.x + chord * cos, self.y + chord * sin, self.heading + turn)
     }
 
+    /// Returns the pose at the end of a motion at a constant twist: metres ahead and to the left in its own
+    /// frame, while it turns by `turn` radians. Exact for any turn.
+    pub fn along(self, [ahead, left]: [f64; 2], turn: f64) -> Self {
+        if left == 0.0 {
+            return self.along_arc(ahead, turn);
+        }
+        // The arc of a robot that faces its direction of motion.
+        let facing = Self {
+            heading: self.heading + libm::atan2(left, ahead),
+            ..self
+        };
+        let end = facing.along_arc(libm::hypot(ahead, left), turn);
+        Self::new(end.x, end.y, self.heading + turn)
+    }
+
     /// Returns the distance in metres between two places, whatever their headings.
     pub fn distance(self, other: Self) -> f64 {
         libm::hypot(self.x - other.x, self.y - other.y)
@@ -80,13 +97,17 @@ impl Pose2 {
 }
 
 impl Twist2 {
-    /// Creates a twist from metres and radians a second.
+    /// Creates a twist ahead and about the centre, from metres and radians a second.
     pub const fn new(linear: f64, angular: f64) -> Self {
-        Self { linear, angular }
+        Self {
+            linear,
+            lateral: 0.0,
+            angular,
+        }
     }
 
     pub(crate) fn is_finite(self) -> bool {
-        self.linear.is_finite() && self.angular.is_finite()
+        self.linear.is_finite() && self.lateral.is_finite() && self.angular.is_finite()
     }
 }
 

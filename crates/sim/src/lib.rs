@@ -1,9 +1,9 @@
 //! A world of robots and sensors, which its caller steps.
 //!
-//! A [`World`] is read from a file. Time passes only in [`World::advance_to`]: the crate never sleeps, starts
-//! no thread, opens no window and prints nothing. One seed gives one history, identical to the bit. The
-//! history does not depend on how the caller divides the time, or on which sensors it reads in between. Units
-//! are metres, radians and seconds; axes follow ROS REP-103.
+//! A [`World`] is read from a file, and its robots may be. Time passes only in [`World::advance_to`]: the
+//! crate never sleeps, starts no thread, opens no window and prints nothing. One seed gives one history,
+//! identical to the bit. The history does not depend on how the caller divides the time, or on which sensors
+//! it reads in between. Units are metres, radians and seconds; axes follow ROS REP-103.
 //!
 //! ```
 //! use jde_sim::{LaserConfig, RobotConfig, Twist2, World};
@@ -76,19 +76,27 @@
 //! [robots.pioneer]
 //! start = { x = 1, y = 1, heading_deg = 90 }
 //! ```
+//!
+//! # Robot files
+//!
+//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have six, and `docs/robots.md` all
+//! keys.
 
 mod battery;
 mod camera;
 mod color;
 mod cone;
 mod config;
+mod drive;
 mod edit;
 mod error;
 mod file;
+mod footprint;
 mod geometry;
 mod head;
 mod import;
 mod loose;
+mod model;
 mod mover;
 mod odometer;
 mod person;
@@ -106,11 +114,14 @@ pub use battery::{BATTERY_CAPACITY, Battery};
 pub use camera::{CameraConfig, CameraMount};
 pub use color::Color;
 pub use config::{OdometryOrigin, RobotConfig};
+pub use drive::Kinematics;
 pub use edit::{Edit, EditQueue, Edits};
 pub use error::{Fault, WorldError};
+pub use footprint::{Footprint, Polygon};
 pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};
 pub use head::{Head, HeadCommand, HeadConfig};
 pub use import::{ImportedWorld, import};
+pub use model::{LaserModel, RobotModel, SonarModel};
 pub use odometer::{Encoders, Odometry};
 pub use robot::Truth;
 pub use sensor::{BUMPER_HEADINGS, Bumpers, LaserConfig, SonarConfig};

@@ -79,13 +79,6 @@ pub(crate) struct Mover {
     legs: Option<[Solid; 2]>,
 }
 
-/// A robot as an obstacle of movers.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Disc {
-    pub(crate) center: [f64; 2],
-    pub(crate) radius: f64,
-}
-
 impl Mover {
     pub(crate) fn new(plan: MoverConfig) -> Self {
         let mut marks = vec![0.0];
@@ -112,7 +105,7 @@ impl Mover {
     }
 
     /// Moves by `dt` seconds, or waits for the robots and loose things in its way.
-    pub(crate) fn step(&mut self, dt: f64, robots: &[Disc], loose: &LooseBodies) {
+    pub(crate) fn step(&mut self, dt: f64, robots: &[Solid], loose: &LooseBodies) {
         if self.halted {
             return;
         }
@@ -206,13 +199,9 @@ impl Mover {
     /// Returns whether a step comes too near to a robot and nearer than now. A step away is always allowed,
     /// so that no mover waits forever. A step that leaves no gap is never a step away, even from where there
     /// was none.
-    fn comes_too_near(&self, next: &Solid, robot: &Disc) -> bool {
-        let disc = Solid::new(&Outline::Circle {
-            center: robot.center,
-            radius: robot.radius,
-        });
-        let gap = next.distance_to_solid(&disc);
-        gap < self.config.clearance && (gap == 0.0 || gap < self.solid.distance_to_solid(&disc))
+    fn comes_too_near(&self, next: &Solid, robot: &Solid) -> bool {
+        let gap = next.distance_to_solid(robot);
+        gap < self.config.clearance && (gap == 0.0 || gap < self.solid.distance_to_solid(robot))
     }
 
     /// Returns its next position, direction and rest in seconds, if this stride reaches a way-point where it

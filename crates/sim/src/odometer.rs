@@ -25,6 +25,13 @@ pub struct Encoders {
 }
 
 #[derive(Debug)]
+struct LateralWheel {
+    rolled: f64,
+    ticks: i64,
+    scale: f64,
+}
+
+#[derive(Debug)]
 pub(crate) struct Odometer {
     pub(crate) odometry: Odometry,
     pub(crate) encoders: Encoders,
@@ -32,6 +39,8 @@ pub(crate) struct Odometer {
     rolled: [f64; 2],
     /// The measured length of one metre, for each wheel.
     scale: [f64; 2],
+    /// The wheel of an omnidirectional robot that rolls to the left.
+    lateral: LateralWheel,
 }
 
 impl Odometer {
@@ -47,6 +56,11 @@ impl Odometer {
             encoders: Encoders::default(),
             rolled: [0.0; 2],
             scale,
+            lateral: LateralWheel {
+                rolled: 0.0,
+                ticks: 0,
+                scale: 1.0 + config.wheel_scale_sigma * noise.normals(1)[0],
+            },
         }
     }
 
@@ -55,8 +69,16 @@ impl Odometer {
         self.odometry.pose = Pose2::default();
     }
 
-    /// Measures a true motion of `distance` metres and `turn` radians that took `dt` seconds.
-    pub(crate) fn roll(&mut self, config: &RobotConfig, distance: f64, turn: f64, dt: f64, noise: &Noise) {
+    /// Measures a true motion of metres ahead and to the left, and of `turn` radians, that took `dt` seconds.
+    pub(crate) fn roll(
+        &mut self,
+        config: &RobotConfig,
+        [distance, left]: [f64; 2],
+        turn: f64,
+        dt: f64,
+        noise: &Noise,
+    ) {
+        let aside = self.lateral.roll(config, left, noise);
         let side = turn * config.track / 2.0;
         let slip = noise.normals(0);
         let before = self.encoders;
@@ -74,7 +96,24 @@ impl Odometer {
         let left = (self.encoders.left - before.left) as f64 / config.ticks_per_meter;
         let right = (self.encoders.right - before.right) as f64 / config.ticks_per_meter;
         let (ahead, turned) = ((left + right) / 2.0, (right - left) / config.track);
-        self.odometry.pose = self.odometry.pose.along_arc(ahead, turned);
-        self.odometry.twist = Twist2::new(ahead / dt, turned / dt);
+        self.odometry.pose = self.odometry.pose.along([ahead, aside], turned);
+        self.odometry.twist = Twist2 {
+            linear: ahead / dt,
+            lateral: aside / dt,
+            angular: turned / dt,
+        };
+    }
+}
+
+impl LateralWheel {
+    /// Returns the metres that it measured of a true motion to the left.
+    fn roll(&mut self, config: &RobotConfig, way: f64, noise: &Noise) -> f64 {
+        if way == 0.0 {
+            return 0.0;
+        }
+        self.rolled += self.scale * way + config.slip_sigma * way.abs().sqrt() * noise.normals(1)[0];
+        let before = self.ticks;
+        self.ticks = libm::floor(self.rolled * config.ticks_per_meter) as i64;
+        (self.ticks - before) as f64 / config.ticks_per_meter
     }
 }

@@ -1,9 +1,11 @@
-//! One robot: its acceleration, its contacts and its ground truth.
+//! One robot: its motion, its contacts and its ground truth.
 //!
 //! The world provides the clearance to its surroundings.
 
 use crate::battery::Battery;
 use crate::config::{OdometryOrigin, RobotConfig};
+use crate::drive::{Kinematics, Motors};
+use crate::footprint::Body;
 use crate::geometry::{Pose2, Twist2};
 use crate::head::{Head, HeadCommand};
 use crate::odometer::Odometer;
@@ -38,6 +40,14 @@ pub struct Truth {
     pub stalled: bool,
 }
 
+/// A motion at a constant twist, in the robot's frame: metres ahead and to the left, and radians.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    ahead: f64,
+    left: f64,
+    turn: f64,
+}
+
 #[derive(Debug)]
 pub(crate) struct SimulatedRobot {
     pub(crate) config: RobotConfig,
@@ -45,7 +55,7 @@ pub(crate) struct SimulatedRobot {
     pub(crate) odometer: Odometer,
     pub(crate) head: Head,
     pub(crate) battery: Battery,
-    command: Twist2,
+    motors: Motors,
     /// Kilograms that it pushed over the last step.
     load: f64,
     head_command: HeadCommand,
@@ -74,7 +84,7 @@ impl SimulatedRobot {
             odometer,
             head: Head::default(),
             battery: Battery::full(),
-            command: Twist2::default(),
+            motors: Motors::default(),
             load: 0.0,
             head_command: HeadCommand::default(),
         };
@@ -83,11 +93,7 @@ impl SimulatedRobot {
     }
 
     pub(crate) fn command(&mut self, twist: Twist2) {
-        let (linear, angular) = (self.config.max_linear, self.config.max_angular);
-        self.command = Twist2::new(
-            twist.linear.clamp(-linear, linear),
-            twist.angular.clamp(-angular, angular),
-        );
+        self.motors.command(&self.config, twist);
     }
 
     pub(crate) fn command_head(&mut self, command: HeadCommand) {
@@ -96,7 +102,7 @@ impl SimulatedRobot {
 
     /// Moves it to another pose, at rest, until the next command. Its wheels measure nothing of it.
     pub(crate) fn place(&mut self, pose: Pose2, clearance: f64) {
-        self.command = Twist2::default();
+        self.motors.stop();
         self.odometer.odometry.twist = Twist2::default();
         let truth = &mut self.truth;
         (truth.pose, truth.twist, truth.stalled) = (pose, Twist2::default(), false);
@@ -115,33 +121,55 @@ impl SimulatedRobot {
         make_room: impl FnMut(Pose2, f64) -> Option<f64>,
     ) {
         let before = self.truth.twist;
-        let config = &self.config;
-        let linear = approach(
-            before.linear,
-            self.command.linear / (1.0 + self.load / config.max_push),
-            config.linear_acceleration * dt,
-            config.linear_deceleration * dt,
-        );
-        let angular = approach(
-            before.angular,
-            self.command.angular,
-            config.angular_acceleration * dt,
-            config.angular_deceleration * dt,
-        );
+        let after = self.motors.step(&self.config, before, self.load, dt);
         // Under a constant acceleration the mean of the two speeds gives the exact distance.
-        let distance = (before.linear + linear) / 2.0 * dt;
-        let turn = (before.angular + angular) / 2.0 * dt;
-        let free = self.free_part(distance, turn, &clearance_at);
-        let part = self.push(free, (distance, turn), dt, make_room);
+        let mean = |before: f64, after: f64| (before + after) / 2.0 * dt;
+        let motion = Motion {
+            ahead: mean(before.linear, after.linear),
+            left: mean(before.lateral, after.lateral),
+            turn: mean(before.angular, after.angular),
+        };
+        let free = self.free_part(motion, &clearance_at);
+        let part = self.push(free, motion, dt, make_room);
+        let moved = motion.part(part);
+        self.truth.pose = moved.end(self.truth.pose);
         self.truth.stalled = part < 1.0;
-        self.truth.twist = Twist2::new(if self.truth.stalled { 0.0 } else { linear }, angular);
-        // A round body can always turn: the rest of the turn takes place on the spot.
-        let moved = self.truth.pose.along_arc(part * distance, part * turn);
-        self.truth.pose = moved.along_arc(0.0, (1.0 - part) * turn);
-        self.truth.travelled += (part * distance).abs();
-        self.odometer.roll(&self.config, part * distance, turn, dt, slip);
+        let turns_on_the_spot = match self.config.kinematics {
+            Kinematics::Differential | Kinematics::Omnidirectional { .. } => true,
+            Kinematics::Car { .. } => false,
+        };
+        // The rest of the turn takes place on the spot. A round body always has room for it.
+        let rest = Motion::turn(if turns_on_the_spot {
+            (1.0 - part) * motion.turn
+        } else {
+            0.0
+        });
+        let turned = self.free_part(rest, &clearance_at);
+        self.truth.pose = rest.part(turned).end(self.truth.pose);
+        let turns = turned == 1.0 && (turns_on_the_spot || part == 1.0);
+        let turn = if turns {
+            motion.turn
+        } else {
+            moved.turn + turned * rest.turn
+        };
+        self.truth.twist = Twist2 {
+            linear: if self.truth.stalled { 0.0 } else { after.linear },
+            lateral: if self.truth.stalled { 0.0 } else { after.lateral },
+            angular: if turns { after.angular } else { 0.0 },
+        };
+        if self.truth.stalled {
+            self.motors.resume(self.truth.twist);
+        }
+        self.truth.travelled += moved.distance();
+        self.odometer
+            .roll(&self.config, [moved.ahead, moved.left], turn, dt, slip);
         self.head.step(&self.config.head, self.head_command, dt);
         self.battery.step(self.truth.twist, self.truth.stalled, dt);
+    }
+
+    /// Returns its body where it is.
+    pub(crate) fn body(&self) -> Body {
+        self.config.footprint.at(self.truth.pose)
     }
 
     /// Updates the clearance and the contact, after all robots have moved.
@@ -156,23 +184,24 @@ impl SimulatedRobot {
         truth.contact = contact;
     }
 
-    /// Pushes loose things out of the first `part` of an arc. Returns how much of the arc the body can drive.
+    /// Pushes loose things out of the first `part` of a motion. Returns how much of it the body can make.
     fn push(
         &mut self,
         part: f64,
-        (distance, turn): (f64, f64),
+        motion: Motion,
         dt: f64,
         mut make_room: impl FnMut(Pose2, f64) -> Option<f64>,
     ) -> f64 {
         self.load = 0.0;
-        if part * distance == 0.0 {
+        let distance = part * motion.distance();
+        if distance == 0.0 {
             return part;
         }
-        let (start, pieces) = (self.truth.pose, self.pieces(part * distance));
+        let (start, pieces) = (self.truth.pose, self.config.footprint.pieces(distance));
         let mut free = 0.0;
         for piece in 1..=pieces as u32 {
             let next = part * (f64::from(piece) / pieces);
-            match make_room(start.along_arc(next * distance, next * turn), dt / pieces) {
+            match make_room(motion.part(next).end(start), dt / pieces) {
                 Some(load) => self.load = self.load.max(load),
                 None => return free,
             }
@@ -181,21 +210,17 @@ impl SimulatedRobot {
         part
     }
 
-    /// Returns the number of pieces into which a distance is cut. A piece is so short compared with the body
-    /// that the body cannot pass through the thinnest wall between two pieces.
-    fn pieces(&self, distance: f64) -> f64 {
-        (distance.abs() / (self.config.radius / 50.0)).ceil()
-    }
-
-    /// Returns the part of an arc, from 0 to 1, that the body can drive without entering anything.
-    fn free_part(&self, distance: f64, turn: f64, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
+    /// Returns the part of a motion, from 0 to 1, that the body can make without entering anything.
+    fn free_part(&self, motion: Motion, clearance_at: &impl Fn(Pose2) -> f64) -> f64 {
         let start = self.truth.pose;
-        // The gap shrinks by no more than the distance: far from everything one check is enough.
-        if distance == 0.0 || clearance_at(start) > distance.abs() {
+        let footprint = &self.config.footprint;
+        let travel = footprint.travel(motion.distance(), motion.turn);
+        // The gap shrinks by no more than the travel: far from everything one check is enough.
+        if travel == 0.0 || clearance_at(start) > travel {
             return 1.0;
         }
-        let at = |part: f64| clearance_at(start.along_arc(part * distance, part * turn));
-        let pieces = self.pieces(distance);
+        let at = |part: f64| clearance_at(motion.part(part).end(start));
+        let pieces = footprint.pieces(travel);
         let mut free = 0.0;
         for piece in 1..=pieces as u32 {
             let next = f64::from(piece) / pieces;
@@ -205,6 +230,36 @@ impl SimulatedRobot {
             free = next;
         }
         1.0
+    }
+}
+
+impl Motion {
+    /// Creates a turn on the spot.
+    fn turn(turn: f64) -> Self {
+        Self {
+            ahead: 0.0,
+            left: 0.0,
+            turn,
+        }
+    }
+
+    /// Returns its first part, from 0 to 1.
+    fn part(self, part: f64) -> Self {
+        Self {
+            ahead: part * self.ahead,
+            left: part * self.left,
+            turn: part * self.turn,
+        }
+    }
+
+    /// Returns the distance in metres, whatever the direction.
+    fn distance(self) -> f64 {
+        libm::hypot(self.ahead, self.left)
+    }
+
+    /// Returns the pose after it.
+    fn end(self, start: Pose2) -> Pose2 {
+        start.along([self.ahead, self.left], self.turn)
     }
 }
 
@@ -219,21 +274,4 @@ fn halve(mut free: f64, mut blocked: f64, at: impl Fn(f64) -> f64) -> f64 {
         }
     }
     free
-}
-
-/// Returns the next speed on the way to `desired`. It changes by at most `loss` toward zero and by at most
-/// `gain` away from zero, and stops at zero before it changes sign.
-fn approach(speed: f64, desired: f64, gain: f64, loss: f64) -> f64 {
-    if speed != 0.0 && desired * speed < speed * speed {
-        let target = if desired * speed > 0.0 { desired } else { 0.0 };
-        if speed > target {
-            (speed - loss).max(target)
-        } else {
-            (speed + loss).min(target)
-        }
-    } else if desired > speed {
-        (speed + gain).min(desired)
-    } else {
-        (speed - gain).max(desired)
-    }
 }

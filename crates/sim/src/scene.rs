@@ -13,6 +13,7 @@ use parry2d_f64::query::{PointQuery, Ray};
 
 use crate::color::Color;
 use crate::cone::Cone;
+use crate::footprint::Body;
 use crate::probe::Probe;
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
@@ -121,6 +122,17 @@ impl Scene {
                 |index, best| cone.range_to(&self.solids[index as usize], best),
             )
             .map(|(_, distance)| distance)
+    }
+
+    /// Returns the thing nearest to a body, and the gap: negative on overlap.
+    pub(crate) fn nearest_to(&self, body: &Body) -> Option<(&str, f64)> {
+        self.tree
+            .find_best(
+                f64::MAX,
+                |node, _| node.aabb().distance_to_local_point(body.center(), true) - body.radius(),
+                |index, _| Some(body.gap_to(&self.solids[index as usize])),
+            )
+            .map(|(index, gap)| (self.fixtures[index as usize].name.as_str(), gap))
     }
 
     /// Returns the thing nearest to a point, and its distance: 0 for a point inside it.

@@ -1,29 +1,35 @@
-//! Outlines as solids: rays, distances and nearest points, all by parry's formulas.
+//! Outlines and bodies of robots as solids: rays, distances and nearest points, all by parry's formulas.
 //!
 //! This module does not depend on names, time or robots.
 
+use std::sync::Arc;
+
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::math::{Pose, Rotation, Vector};
-use parry2d_f64::query::{self, Ray, RayCast};
-use parry2d_f64::shape::{Ball, Cuboid, Segment, Shape};
+use parry2d_f64::query::{self, ClosestPoints, Ray, RayCast};
+use parry2d_f64::shape::{Ball, ConvexPolygon, Cuboid, Segment, Shape};
 
+use crate::geometry::Pose2;
 use crate::shape::Outline;
 
 /// How much longer a wall is at each end, in metres, so that a ray cannot pass through a rounding error
 /// between two walls that share a corner.
 const OVERLAP: f64 = 1e-9;
+/// The least depth of an overlap, in metres: touching counts as one.
+const TOUCH: f64 = 1e-9;
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Solid {
     pose: Pose,
     geometry: Geometry,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Geometry {
     Segment(Segment),
     Box(Cuboid),
     Circle(Ball),
+    Polygon(Arc<ConvexPolygon>),
 }
 
 impl Solid {
@@ -48,12 +54,20 @@ impl Solid {
         }
     }
 
+    pub(crate) fn polygon(pose: Pose2, polygon: Arc<ConvexPolygon>) -> Self {
+        Self {
+            pose: Pose::from_parts(Vector::new(pose.x, pose.y), rotation(pose.heading)),
+            geometry: Geometry::Polygon(polygon),
+        }
+    }
+
     /// Returns the distance along a unit ray to the solid: 0 from inside, `None` beyond `max` metres.
     pub(crate) fn cast_ray(&self, ray: &Ray, max: f64) -> Option<f64> {
         match &self.geometry {
             Geometry::Segment(segment) => segment.cast_local_ray(ray, max, true),
             Geometry::Box(cuboid) => cuboid.cast_ray(&self.pose, ray, max, true),
             Geometry::Circle(ball) => ball.cast_ray(&self.pose, ray, max, true),
+            Geometry::Polygon(polygon) => polygon.cast_ray(&self.pose, ray, max, true),
         }
     }
 
@@ -77,6 +91,30 @@ impl Solid {
         .map_or(f64::INFINITY, |found| found.distance)
     }
 
+    /// Returns the gap between two solids: on overlap the depth, as a negative number.
+    pub(crate) fn gap_to_solid(&self, other: &Self) -> f64 {
+        let distance = self.distance_to_solid(other);
+        if distance > 0.0 {
+            return distance;
+        }
+        let (one, two) = (self.geometry.shape(), other.geometry.shape());
+        let contact = query::contact(&self.pose, one, &other.pose, two, 0.0);
+        contact
+            .ok()
+            .flatten()
+            .map_or(-TOUCH, |contact| contact.dist.min(-TOUCH))
+    }
+
+    /// Returns the point of another solid nearest to this one, if the gap is smaller than `reach` metres. For
+    /// two solids that overlap there is none.
+    pub(crate) fn contact(&self, other: &Self, reach: f64) -> Option<Vector> {
+        let (one, two) = (self.geometry.shape(), other.geometry.shape());
+        match query::closest_points(&self.pose, one, &other.pose, two, reach) {
+            Ok(ClosestPoints::WithinMargin(_, point)) => Some(point),
+            Ok(ClosestPoints::Intersecting | ClosestPoints::Disjoint) | Err(_) => None,
+        }
+    }
+
     pub(crate) fn aabb(&self) -> Aabb {
         self.geometry.shape().compute_aabb(&self.pose)
     }
@@ -88,6 +126,7 @@ impl Geometry {
             Self::Segment(segment) => segment,
             Self::Box(cuboid) => cuboid,
             Self::Circle(ball) => ball,
+            Self::Polygon(polygon) => &**polygon,
         }
     }
 }

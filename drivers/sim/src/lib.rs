@@ -1,24 +1,25 @@
-//! A simulated Pioneer and its cameras as drivers: the library `jde-sim` behind the ports of a robot. The
-//! robot steps the world to the application's time. The drivers depend on no schedule and on no other schema.
+//! Simulated robots with their cameras and lasers as drivers: the library `jde-sim` behind the ports of a
+//! robot. A robot steps the world to the application's time. The drivers depend on no schedule and on no
+//! other schema.
 
 mod camera;
 mod edits;
+mod laser;
+mod models;
+mod ports;
 mod scenery;
 mod sense;
 mod worlds;
 
-use core::time::Duration;
-
 use jde_schema::prelude::*;
 use jde_schema::types::{Movers, Scenery};
-use jde_sim::{
-    HeadCommand, LaserConfig, OdometryOrigin, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World,
-    WorldError,
-};
+use jde_sim::{Footprint, RobotModel, World, WorldError};
 
 pub use camera::Camera;
 pub use edits::EditCount;
-use worlds::RobotClaim;
+pub use laser::Laser;
+use models::Overrides;
+use ports::{ActiveRobot, Entry, Ports};
 
 /// A head command that holds both axes.
 const HOLD: PanTilt = PanTilt {
@@ -41,273 +42,254 @@ pub struct Start {
     pub pose: Seq<Pose2D, 1>,
 }
 
-/// A Pioneer P3-DX with a laser in a simulated world. Several in one application share the world.
-///
-/// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom` equals the
-/// world's frame except for the drift of the wheels.
-#[derive(Describe)]
-#[schema(driver, period = "50ms", budget = "50ms")]
-pub struct Pioneer {
-    /// The world file.
-    #[modulation(default = "", unit = "file", fixed)]
-    world: Modulation<Text<1024>>,
-    /// The robot's name in the world file; empty for the name of this schema.
-    #[modulation(default = "", fixed)]
-    robot: Modulation<Text<60>>,
-    /// Where it starts instead of at its start in the world file: `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
-    #[modulation(default = Start { pose: Seq::new() }, fixed)]
-    start: Modulation<Start>,
-    /// Changes of the world while it runs. Each write takes effect once, at the next iteration.
-    #[modulation(default = "")]
-    edit: Modulation<Text<4096>>,
-    /// Beams of the laser.
-    #[modulation(default = 180, min = 1, max = 1088, fixed)]
-    laser_beams: Modulation<u32>,
-    /// The angle that the laser covers, centred ahead.
-    #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01, max = core::f64::consts::TAU, fixed)]
-    laser_view: Modulation<f64>,
-    /// Greatest range of the laser.
-    #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
-    laser_range: Modulation<f64>,
-    /// Standard deviation of the laser's ranges.
-    #[modulation(default = 0.005, unit = "m", min = 0.0, fixed)]
-    laser_noise: Modulation<f64>,
-    /// Standard deviation of the sonars' ranges.
-    #[modulation(default = 0.01, unit = "m", min = 0.0, fixed)]
-    sonar_noise: Modulation<f64>,
-    /// Standard deviation of each wheel's scale error, as a fraction. It determines the drift of the
-    /// odometry.
-    #[modulation(default = 0.0002, min = 0.0, max = 0.5, fixed)]
-    wheel_error: Modulation<f64>,
-    /// Greatest change of speed per second.
-    #[modulation(default = 0.3, unit = "m/s2", min = 0.01, fixed)]
-    acceleration: Modulation<f64>,
-    /// Radius of the body.
-    #[modulation(default = 0.25, unit = "m", min = 0.01, max = 10.0, fixed)]
-    radius: Modulation<f64>,
-    /// Speeds of the base.
-    #[command(neutral = Twist::ZERO, validity = "500ms")]
-    velocity: Command<Twist>,
-    /// Position of the pan-tilt head, and its speeds, whose signs are ignored; a speed of 0 holds its axis.
-    /// Without a new command the head continues to the last position and stays there, so a command is valid
-    /// for an hour.
-    #[command(neutral = HOLD, validity = "3600s")]
-    head: Command<PanTilt>,
-    /// The scan of the laser, in its own frame, 18 mm ahead of the base.
-    #[export]
-    laser: Export<LaserScan>,
-    /// The sixteen sonars: eight ahead from left to right, then eight behind from right to left.
-    #[export]
-    sonars: Export<RangeRing>,
-    /// Pose and velocity from the wheels.
-    #[export]
-    odometry: Export<Odometry>,
-    /// Five bumpers ahead, five behind, and whether the wheels are blocked.
-    #[export]
-    bumpers: Export<Bumpers>,
-    /// Position and speed of the head.
-    #[export]
-    pan_tilt: Export<PanTilt>,
-    /// Voltage, current and charge of the three lead-acid blocks.
-    #[export]
-    battery: Export<BatteryState>,
-    /// The counts of the wheels.
-    #[export]
-    encoders: Export<WheelEncoders>,
-    /// Always connected. Its stamp is the time at which the robot entered its world, and its note names the
-    /// world.
-    #[export]
-    connection: Export<Connection>,
-    /// The true state of the robot, for measurements. A schema that steers by it would work only in the
-    /// simulator.
-    #[export]
-    truth: Export<Truth>,
-    /// The static objects of the world, published when the robot enters it and when they change; for windows.
-    /// No robot has such a sensor.
-    #[export]
-    scenery: Export<Scenery>,
-    /// The objects that move or can be moved, ten times per second; for windows. No robot has such a sensor.
-    #[export]
-    movers: Export<Movers>,
-    /// The changes of the world that this robot's driver has made or refused; published when they change.
-    #[export]
-    edits: Export<EditCount>,
-    active: Option<ActiveRobot>,
+/// Declares a driver of a robot: the ports that all have, and its own modulations, among them those of
+/// [`Overrides`]. Its function `model` returns the robot. `$blamed` is the modulation whose value is wrong if it
+/// cannot.
+macro_rules! robot_driver {
+    ($(#[$doc:meta])* $name:ident, $blamed:ident, { $($own:tt)* }) => {
+        $(#[$doc])*
+        ///
+        /// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom`
+        /// equals the world's frame except for the drift of the wheels.
+        #[derive(Describe)]
+        #[schema(driver, period = "50ms", budget = "50ms")]
+        pub struct $name {
+            /// The world file.
+            #[modulation(default = "", unit = "file", fixed)]
+            world: Modulation<Text<1024>>,
+            /// The robot's name in the world file; empty for the name of this schema.
+            #[modulation(default = "", fixed)]
+            robot: Modulation<Text<60>>,
+            /// Where it starts instead of at its start in the world file:
+            /// `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
+            #[modulation(default = Start { pose: Seq::new() }, fixed)]
+            start: Modulation<Start>,
+            /// Changes of the world while it runs. Each write takes effect once, at the next iteration.
+            #[modulation(default = "")]
+            edit: Modulation<Text<4096>>,
+            $($own)*
+            /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car
+            /// drives the curvature of the command.
+            #[command(neutral = Twist::ZERO, validity = "500ms")]
+            velocity: Command<Twist>,
+            /// Position of the pan-tilt head, and its speeds, whose signs are ignored; a speed of 0 holds its
+            /// axis. Without a new command the head continues to the last position and stays there, so a
+            /// command is valid for an hour.
+            #[command(neutral = HOLD, validity = "3600s")]
+            head: Command<PanTilt>,
+            /// The scan of the first laser, in the laser's own frame.
+            #[export]
+            laser: Export<LaserScan>,
+            /// The sonars, in the order of the robot's file. A Pioneer has eight ahead from left to right,
+            /// then eight behind from right to left.
+            #[export]
+            sonars: Export<RangeRing>,
+            /// Pose and velocity from the wheels.
+            #[export]
+            odometry: Export<Odometry>,
+            /// Five bumpers ahead, five behind, and whether the wheels are blocked.
+            #[export]
+            bumpers: Export<Bumpers>,
+            /// Position and speed of the head.
+            #[export]
+            pan_tilt: Export<PanTilt>,
+            /// Voltage, current and charge of three lead-acid blocks.
+            #[export]
+            battery: Export<BatteryState>,
+            /// The counts of the wheels.
+            #[export]
+            encoders: Export<WheelEncoders>,
+            /// Always connected. Its stamp is the time at which the robot entered its world, and its note
+            /// names the world.
+            #[export]
+            connection: Export<Connection>,
+            /// The true state of the robot, for measurements. A schema that steers by it would work only in
+            /// the simulator.
+            #[export]
+            truth: Export<Truth>,
+            /// The static objects of the world, published when the robot enters it and when they change; for
+            /// windows. No robot has such a sensor.
+            #[export]
+            scenery: Export<Scenery>,
+            /// The objects that move or can be moved, ten times per second; for windows. No robot has such a
+            /// sensor.
+            #[export]
+            movers: Export<Movers>,
+            /// The changes of the world that this robot's driver has made or refused; published when they
+            /// change.
+            #[export]
+            edits: Export<EditCount>,
+            active: Option<ActiveRobot>,
+        }
+
+        impl $name {
+            /// Returns what the modulations say about the entry into the world.
+            fn entry(&self, cx: &Context) -> Entry {
+                Entry::new(cx, &self.world, &self.robot, &self.start)
+            }
+
+            fn overrides(&self, cx: &Context) -> Overrides {
+                Overrides {
+                    laser_range: self.laser_range.get(cx),
+                    laser_noise: self.laser_noise.get(cx),
+                    sonar_noise: self.sonar_noise.get(cx),
+                    wheel_error: self.wheel_error.get(cx),
+                    acceleration: self.acceleration.get(cx),
+                }
+            }
+        }
+
+        impl Schema for $name {
+            fn awake(&mut self, cx: &Context) -> Result {
+                if self.active.is_none() {
+                    self.active = Some(ActiveRobot::enter(cx, self.entry(cx), self.model(cx)?)?);
+                }
+                Ok(())
+            }
+
+            fn iterate(&mut self, cx: &Context) -> Result {
+                // Taken out during the iteration: after an error the driver drops its robot, which then
+                // stops.
+                let Some(mut active) = self.active.take() else {
+                    return Err("it is in no world".into());
+                };
+                let mut ports = Ports {
+                    edit: &self.edit,
+                    velocity: &self.velocity,
+                    head: &self.head,
+                    laser: &mut self.laser,
+                    sonars: &mut self.sonars,
+                    odometry: &mut self.odometry,
+                    bumpers: &mut self.bumpers,
+                    pan_tilt: &mut self.pan_tilt,
+                    battery: &mut self.battery,
+                    encoders: &mut self.encoders,
+                    connection: &mut self.connection,
+                    truth: &mut self.truth,
+                    scenery: &mut self.scenery,
+                    movers: &mut self.movers,
+                    edits: &mut self.edits,
+                };
+                ports.iterate(cx, &mut active)?;
+                self.active = Some(active);
+                Ok(())
+            }
+
+            fn sleep(&mut self, _: &Context) {
+                if let Some(active) = &self.active {
+                    active.stop();
+                }
+            }
+        }
+
+        impl Inspect for $name {
+            fn inspect(&self, cx: &Context, problems: &mut Problems) {
+                let model = problems.expect(&self.$blamed, self.model(cx));
+                let entry = self.entry(cx);
+                let world = entry
+                    .path()
+                    .and_then(|path| Ok(World::load(path, cx.seed())?));
+                let (Some(mut world), Some(model)) = (problems.expect(&self.world, world), model) else {
+                    return;
+                };
+                match entry.find_or_add(&mut world, model.config) {
+                    Ok(_) => {}
+                    Err(error @ (WorldError::PlaceBlocked { .. } | WorldError::BadPlace { .. })) => {
+                        problems.wrong(&self.start, error);
+                    }
+                    Err(error) => problems.wrong(&self.robot, error),
+                }
+            }
+        }
+    };
 }
 
-/// A robot in a world.
-struct ActiveRobot {
-    claim: RobotClaim,
-    lasers: LaserConfig,
-    ring: SonarConfig,
-    /// Time at which it entered its world.
-    since: Duration,
-    /// The count of changes of the world when its static objects were published; `None` before that.
-    scenery: Option<u64>,
-    /// The edits that were published last.
-    edits: Option<EditCount>,
-    /// Time at which `movers` is due next; `None` before the first time.
-    due: Option<Duration>,
+robot_driver! {
+    /// A robot of a robot file in a simulated world. Several in one application share the world.
+    ///
+    /// It publishes the sensors that the robot has, each at its own rate where that is lower than that of the
+    /// driver. A `sim/laser` publishes a further laser.
+    Robot, model, {
+        /// The robot: a shipped one, such as `turtlebot4`, or a robot file, `my-robot.toml`.
+        #[modulation(default = "pioneer-3dx", unit = "path", fixed)]
+        model: Modulation<Text<1024>>,
+        /// Greatest range of the first laser; negative for that of the file.
+        #[modulation(default = -1.0, unit = "m", fixed)]
+        laser_range: Modulation<f64>,
+        /// Standard deviation of the lasers' ranges; negative for that of the file.
+        #[modulation(default = -1.0, unit = "m", fixed)]
+        laser_noise: Modulation<f64>,
+        /// Standard deviation of the sonars' ranges; negative for that of the file.
+        #[modulation(default = -1.0, unit = "m", fixed)]
+        sonar_noise: Modulation<f64>,
+        /// Standard deviation of each wheel's scale error, as a fraction; negative for that of the file. It
+        /// determines the drift of the odometry.
+        #[modulation(default = -1.0, max = 0.5, fixed)]
+        wheel_error: Modulation<f64>,
+        /// Greatest change of speed per second; negative for that of the file.
+        #[modulation(default = -1.0, unit = "m/s2", fixed)]
+        acceleration: Modulation<f64>,
+    }
 }
 
-impl Schema for Pioneer {
-    fn awake(&mut self, cx: &Context) -> Result {
-        if self.active.is_none() {
-            self.active = Some(self.add_robot(cx)?);
-        }
-        Ok(())
+robot_driver! {
+    /// A Pioneer P3-DX with a laser in a simulated world: a `sim/robot` of the model `pioneer-3dx`, with its
+    /// numbers as modulations. Several in one application share the world.
+    Pioneer, laser_range, {
+        /// Beams of the laser.
+        #[modulation(default = 180, min = 1, max = 1088, fixed)]
+        laser_beams: Modulation<u32>,
+        /// The angle that the laser covers, centred ahead.
+        #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01, max = core::f64::consts::TAU, fixed)]
+        laser_view: Modulation<f64>,
+        /// Greatest range of the laser.
+        #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
+        laser_range: Modulation<f64>,
+        /// Standard deviation of the laser's ranges.
+        #[modulation(default = 0.005, unit = "m", min = 0.0, fixed)]
+        laser_noise: Modulation<f64>,
+        /// Standard deviation of the sonars' ranges.
+        #[modulation(default = 0.01, unit = "m", min = 0.0, fixed)]
+        sonar_noise: Modulation<f64>,
+        /// Standard deviation of each wheel's scale error, as a fraction. It determines the drift of the
+        /// odometry.
+        #[modulation(default = 0.0002, min = 0.0, max = 0.5, fixed)]
+        wheel_error: Modulation<f64>,
+        /// Greatest change of speed per second.
+        #[modulation(default = 0.3, unit = "m/s2", min = 0.01, fixed)]
+        acceleration: Modulation<f64>,
+        /// Radius of the body.
+        #[modulation(default = 0.25, unit = "m", min = 0.01, max = 10.0, fixed)]
+        radius: Modulation<f64>,
     }
+}
 
-    fn iterate(&mut self, cx: &Context) -> Result {
-        // Taken out during the iteration: after an error the driver drops its robot, which then stops.
-        let Some(mut active) = self.active.take() else {
-            return Err("it is in no world".into());
-        };
-        let twist = *self.velocity.get(cx).value();
-        let head = *self.head.get(cx).value();
-        let mut world = active.claim.world();
-        // Up to now the last command applies; the new one applies from now on.
-        world.advance_to(cx.now().as_nanos() as u64);
-        world.command(active.claim.robot(), Twist2::new(twist.linear.x, twist.angular.z))?;
-        let head = HeadCommand {
-            pan: head.pan,
-            tilt: head.tilt,
-            pan_speed: head.pan_velocity,
-            tilt_speed: head.tilt_velocity,
-        };
-        world.command_head(active.claim.robot(), head)?;
-        let edits = self.edit(cx, &mut world, &active.claim);
-        if active.edits.replace(edits) != Some(edits) {
-            self.edits.write(cx, edits);
-        }
-        self.sense(cx, &world, &active)?;
-        if active.scenery.replace(world.changes()) != Some(world.changes()) {
-            self.publish_scenery(cx, &world);
-        }
-        if scenery::is_time(&mut active.due, cx.now()) {
-            self.publish_movers(cx, &world, active.claim.robot());
-        }
-        drop(world);
-        self.active = Some(active);
-        Ok(())
-    }
-
-    fn sleep(&mut self, _: &Context) {
-        if let Some(active) = &self.active {
-            active.claim.stop();
-        }
+impl Robot {
+    fn model(&self, cx: &Context) -> Result<RobotModel> {
+        self.overrides(cx)
+            .over(models::find(self.model.get(cx).as_str())?)
     }
 }
 
 impl Pioneer {
-    /// Places the robot at its start.
-    fn add_robot(&self, cx: &Context) -> Result<ActiveRobot> {
-        let path = self.path(cx)?;
-        let (name, config) = (self.robot_name(cx), self.config(cx));
-        let lasers = self.lasers(cx);
-        let ring = SonarConfig {
-            sigma: self.sonar_noise.get(cx),
-            ..SonarConfig::default()
-        };
-        let claim = RobotClaim::acquire((cx.application(), path.as_str(), cx.seed()), |world| {
-            find_or_add(world, name.as_str(), self.start(cx), config)
-        })?;
-        let since = cx.now();
-        Ok(ActiveRobot {
-            claim,
-            lasers,
-            ring,
-            since,
-            scenery: None,
-            edits: None,
-            due: None,
-        })
-    }
-
-    fn path(&self, cx: &Context) -> Result<Text<1024>> {
-        let path = self.world.get(cx);
-        if path.is_empty() {
-            return Err(
-                "it has no world; give it one in the application: world = \"worlds/office.toml\"".into(),
-            );
-        }
-        Ok(path)
-    }
-
-    fn robot_name(&self, cx: &Context) -> String {
-        let named = self.robot.get(cx);
-        if named.is_empty() {
-            cx.name()
-        } else {
-            named.as_str()
-        }
-        .to_owned()
-    }
-
-    fn start(&self, cx: &Context) -> Option<Pose2> {
-        let start = self.start.get(cx);
-        let pose = start.pose.first();
-        pose.map(|pose| Pose2::new(pose.x, pose.y, pose.theta))
-    }
-
-    fn config(&self, cx: &Context) -> RobotConfig {
-        let acceleration = self.acceleration.get(cx);
-        RobotConfig {
+    fn model(&self, cx: &Context) -> Result<RobotModel> {
+        let mut model = models::find("pioneer-3dx")?;
+        model.config.footprint = Footprint::Circle {
             radius: self.radius.get(cx),
-            linear_acceleration: acceleration,
-            linear_deceleration: acceleration,
-            wheel_scale_sigma: self.wheel_error.get(cx),
-            odometry_origin: OdometryOrigin::StartPose,
-            ..RobotConfig::default()
+        };
+        for laser in &mut model.lasers {
+            laser.config.beams = self.laser_beams.get(cx) as usize;
+            laser.config.field_of_view = self.laser_view.get(cx);
         }
-    }
-
-    fn lasers(&self, cx: &Context) -> LaserConfig {
-        LaserConfig {
-            beams: self.laser_beams.get(cx) as usize,
-            field_of_view: self.laser_view.get(cx),
-            range_max: self.laser_range.get(cx),
-            sigma: self.laser_noise.get(cx),
-            ..LaserConfig::default()
-        }
+        self.overrides(cx).over(model)
     }
 }
 
-impl Inspect for Pioneer {
-    fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(&self.laser_range, self.lasers(cx).check());
-        let world = self
-            .path(cx)
-            .and_then(|path| Ok(World::load(path.as_str(), cx.seed())?));
-        if let Some(mut world) = problems.expect(&self.world, world) {
-            let start = self.start(cx);
-            match find_or_add(&mut world, &self.robot_name(cx), start, self.config(cx)) {
-                Ok(_) => {}
-                Err(error @ (WorldError::PlaceBlocked { .. } | WorldError::BadPlace { .. })) => {
-                    problems.wrong(&self.start, error);
-                }
-                Err(error) => problems.wrong(&self.robot, error),
-            }
-        }
-    }
-}
-
-/// Returns the robot of that name. One that is not in the world is added: at `start`, or at that of the file.
-fn find_or_add(
-    world: &mut World,
-    name: &str,
-    start: Option<Pose2>,
-    config: RobotConfig,
-) -> Result<RobotId, WorldError> {
-    let present = world.robots().find(|(_, known)| *known == name);
-    match (present.map(|(robot, _)| robot), start) {
-        (Some(robot), _) => Ok(robot),
-        (None, Some(start)) => world.add_robot_at(name, start, config),
-        (None, None) => world.add_robot(name, config),
-    }
-}
-
-jde_schema::export!("sim", "A simulated Pioneer and its cameras.", [Pioneer, Camera]);
+jde_schema::export!(
+    "sim",
+    "Simulated robots, their cameras and lasers.",
+    [Robot, Pioneer, Camera, Laser]
+);
 
 #[cfg(test)]
 mod tests;

@@ -5,12 +5,12 @@ use core::time::Duration;
 
 use jde_schema::prelude::*;
 use jde_schema::types::Thing;
-use jde_sim::{Color, Figure, Outline, RobotId, Shape, World};
+use jde_sim::{Color, Figure, Outline, Pose2, RobotId, Shape, World};
 
-use crate::Pioneer;
+use crate::ports::Ports;
 
 /// Period of the moving objects: smooth for viewers, and small in a recording.
-const PUBLISH_PERIOD: Duration = Duration::from_millis(100);
+pub(crate) const PUBLISH_PERIOD: Duration = Duration::from_millis(100);
 
 /// Half the robot's usual period. In real time iterations start slightly early or late; within this tolerance
 /// an iteration counts as the one that is due.
@@ -18,11 +18,11 @@ const SLACK: Duration = Duration::from_millis(25);
 
 /// The world's frame by REP-105. The frame of the odometry starts in it.
 const FRAME: &str = "map";
-/// Colour and height of a Pioneer: a red shell, and m.
+/// Colour and height of a robot: the red shell of a Pioneer, and m.
 const SHELL: Color = Color::new(200, 34, 30);
 const ROBOT_HEIGHT: f32 = 0.4;
 
-impl Pioneer {
+impl Ports<'_> {
     /// Publishes the static objects.
     pub(crate) fn publish_scenery(&mut self, cx: &Context, world: &World) {
         let mut scenery = self.scenery.loan(cx);
@@ -48,12 +48,14 @@ impl Pioneer {
         let moving = world.shapes().filter(|shape| shape.moving);
         let others = world.robots().filter(|(robot, _)| *robot != itself);
         let robots = others.map(|(robot, name)| {
-            let (pose, radius) = (world.truth(robot).pose, world.config(robot).radius);
+            let [low, high] = world.config(robot).footprint.extent();
+            let middle = Pose2::new((low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0, 0.0);
+            let pose = world.truth(robot).pose.compose(middle);
             Thing {
                 name: Text::truncated(name),
                 pose: Pose2D::new(pose.x, pose.y, pose.heading),
-                length: 2.0 * radius as f32,
-                width: 2.0 * radius as f32,
+                length: (high[0] - low[0]) as f32,
+                width: (high[1] - low[1]) as f32,
                 height: ROBOT_HEIGHT,
                 form: Thing::ROBOT,
                 red: SHELL.r,
@@ -70,14 +72,14 @@ impl Pioneer {
     }
 }
 
-/// Returns whether the moving objects are due now, and if so updates `due`.
-pub(crate) fn is_time(due: &mut Option<Duration>, now: Duration) -> bool {
+/// Returns whether what is published at a period is due now, and if so updates `due`.
+pub(crate) fn is_time(due: &mut Option<Duration>, now: Duration, period: Duration) -> bool {
     let expected = due.unwrap_or(now);
     if now + SLACK < expected {
         return false;
     }
     let start = if now <= expected + SLACK { expected } else { now };
-    *due = Some(start + PUBLISH_PERIOD);
+    *due = Some(start + period);
     true
 }
 

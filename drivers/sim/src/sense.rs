@@ -1,30 +1,99 @@
 //! Exports the simulated sensors in the standard interfaces.
 
-use jde_schema::prelude::*;
-use jde_sim::{BATTERY_CAPACITY, Pose2, World};
+use core::time::Duration;
 
-use crate::{ActiveRobot, Pioneer};
+use jde_schema::prelude::*;
+use jde_sim::{BATTERY_CAPACITY, Pose2, RobotId, RobotModel, SonarConfig, Twist2, World};
+
+use crate::ports::{Due, Ports};
+use crate::{laser, scenery};
 
 /// Values of `BatteryState` for a discharging battery in good health.
 const DISCHARGING: u8 = 2;
 const GOOD: u8 = 1;
 
-impl Pioneer {
-    /// Publishes every sensor at the world's time.
-    pub(crate) fn sense(&mut self, cx: &Context, world: &World, active: &ActiveRobot) -> Result {
-        self.publish_laser(cx, world, active)?;
-        self.publish_sonars(cx, world, active)?;
-        let (now, robot) = (cx.now(), active.claim.robot());
+impl Ports<'_> {
+    /// Publishes the sensors that the robot has, those that are due.
+    pub(crate) fn sense(
+        &mut self,
+        cx: &Context,
+        world: &World,
+        robot: RobotId,
+        model: &RobotModel,
+        due: &mut Due,
+    ) -> Result {
+        let now = cx.now();
+        if let Some(first) = model.lasers.first()
+            && first
+                .period
+                .is_none_or(|period| scenery::is_time(&mut due.laser, now, period))
+        {
+            laser::publish(self.laser, cx, (world, robot), ("laser", &first.config))?;
+        }
+        if let Some(sonars) = &model.sonars
+            && sonars
+                .period
+                .is_none_or(|period| scenery::is_time(&mut due.sonars, now, period))
+        {
+            self.publish_sonars(cx, world, robot, &sonars.config)?;
+        }
         let odometry = world.odometry(robot);
-        let twist = Twist::planar(odometry.twist.linear, odometry.twist.angular);
-        self.odometry
-            .write(cx, Odometry::planar(now, pose(odometry.pose), twist));
-
-        let pressed = world.bumpers(robot);
+        self.odometry.write(
+            cx,
+            Odometry::planar(now, pose(odometry.pose), twist(odometry.twist)),
+        );
         let truth = world.truth(robot);
+        if model.bumpers {
+            self.publish_bumpers(cx, world, robot)?;
+        }
+        if model.head {
+            self.publish_head(cx, world, robot);
+        }
+        if model.battery {
+            self.publish_battery(cx, world, robot);
+        }
+        let encoders = world.encoders(robot);
+        self.encoders.write(
+            cx,
+            WheelEncoders {
+                header: Header::new(now, "base_link"),
+                left: encoders.left,
+                right: encoders.right,
+                ticks_per_meter: world.config(robot).ticks_per_meter,
+            },
+        );
+        self.truth.write(
+            cx,
+            Truth {
+                pose: pose(truth.pose),
+                twist: twist(truth.twist),
+                clearance: truth.clearance,
+                min_clearance: truth.min_clearance,
+                collisions: truth.collisions,
+            },
+        );
+        Ok(())
+    }
+
+    /// Publishes that the robot has been in its world since a time.
+    pub(crate) fn publish_connection(&mut self, cx: &Context, world: &World, since: Duration) {
+        self.connection.write(
+            cx,
+            Connection {
+                header: Header::new(since, ""),
+                state: Connection::CONNECTED,
+                note: Text::truncated(world.name()),
+                ..Connection::default()
+            },
+        );
+    }
+
+    fn publish_bumpers(&mut self, cx: &Context, world: &World, robot: RobotId) -> Result {
+        let now = cx.now();
+        let pressed = world.bumpers(robot);
         let mut bumpers = Bumpers {
             header: Header::new(now, "base_link"),
-            stalled: truth.stalled.into(),
+            stalled: world.truth(robot).stalled.into(),
             ..Bumpers::default()
         };
         bumpers.front.extend_from_slice(&pressed.front.map(Flag::from))?;
@@ -34,23 +103,11 @@ impl Pioneer {
         bumpers.rear.extend_from_slice(&rear)?;
         self.bumpers.write(cx, bumpers);
 
-        self.publish_state(cx, world, active);
-        self.truth.write(
-            cx,
-            Truth {
-                pose: pose(truth.pose),
-                twist: Twist::planar(truth.twist.linear, truth.twist.angular),
-                clearance: truth.clearance,
-                min_clearance: truth.min_clearance,
-                collisions: truth.collisions,
-            },
-        );
         Ok(())
     }
 
-    /// Publishes the state of the head, the battery, the encoders and the connection.
-    fn publish_state(&mut self, cx: &Context, world: &World, active: &ActiveRobot) {
-        let (now, robot) = (cx.now(), active.claim.robot());
+    fn publish_head(&mut self, cx: &Context, world: &World, robot: RobotId) {
+        let now = cx.now();
         let head = world.head(robot);
         self.pan_tilt.write(
             cx,
@@ -62,6 +119,10 @@ impl Pioneer {
                 tilt_velocity: head.tilt_velocity,
             },
         );
+    }
+
+    fn publish_battery(&mut self, cx: &Context, world: &World, robot: RobotId) {
+        let now = cx.now();
         let battery = world.battery(robot);
         self.battery.write(
             cx,
@@ -79,46 +140,9 @@ impl Pioneer {
                 ..BatteryState::default()
             },
         );
-        let encoders = world.encoders(robot);
-        self.encoders.write(
-            cx,
-            WheelEncoders {
-                header: Header::new(now, "base_link"),
-                left: encoders.left,
-                right: encoders.right,
-                ticks_per_meter: world.config(robot).ticks_per_meter,
-            },
-        );
-        self.connection.write(
-            cx,
-            Connection {
-                header: Header::new(active.since, ""),
-                state: Connection::CONNECTED,
-                note: Text::truncated(world.name()),
-                ..Connection::default()
-            },
-        );
     }
 
-    fn publish_laser(&mut self, cx: &Context, world: &World, active: &ActiveRobot) -> Result {
-        let lasers = &active.lasers;
-        let mut scan = self.laser.loan(cx);
-        scan.header = Header::new(cx.now(), "laser");
-        scan.angle_min = lasers.angle_min() as f32;
-        scan.angle_max = lasers.angle_max() as f32;
-        scan.angle_increment = lasers.angle_increment() as f32;
-        scan.time_increment = 0.0;
-        scan.scan_time = 0.0;
-        scan.range_min = lasers.range_min as f32;
-        scan.range_max = lasers.range_max as f32;
-        scan.intensities.clear();
-        world.laser(active.claim.robot(), lasers, scan.ranges.resize(lasers.beams))?;
-        scan.publish();
-        Ok(())
-    }
-
-    fn publish_sonars(&mut self, cx: &Context, world: &World, active: &ActiveRobot) -> Result {
-        let ring = &active.ring;
+    fn publish_sonars(&mut self, cx: &Context, world: &World, robot: RobotId, ring: &SonarConfig) -> Result {
         let mut sonars = self.sonars.loan(cx);
         sonars.header = Header::new(cx.now(), "base_link");
         sonars.radiation_type = 0;
@@ -134,11 +158,7 @@ impl Pioneer {
         {
             *pose = self::pose(*mount);
         }
-        world.sonars(
-            active.claim.robot(),
-            ring,
-            sonars.ranges.resize(ring.mounts.len()),
-        )?;
+        world.sonars(robot, ring, sonars.ranges.resize(ring.mounts.len()))?;
         sonars.publish();
         Ok(())
     }
@@ -146,4 +166,10 @@ impl Pioneer {
 
 fn pose(pose: Pose2) -> Pose2D {
     Pose2D::new(pose.x, pose.y, pose.heading)
+}
+
+fn twist(twist: Twist2) -> Twist {
+    let mut planar = Twist::planar(twist.linear, twist.angular);
+    planar.linear.y = twist.lateral;
+    planar
 }

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use jde_sim::{HeadCommand, RobotId, Twist2, World, WorldError};
+use jde_sim::{HeadCommand, LaserModel, RobotId, Twist2, World, WorldError};
 
 use crate::edits::EditProgress;
 
@@ -26,6 +26,8 @@ pub(crate) struct SharedWorld {
     driven: Mutex<Vec<RobotId>>,
     /// The edits that each robot's driver has made. They outlive a driver that restarts, as the world does.
     edits: Mutex<BTreeMap<RobotId, EditProgress>>,
+    /// The lasers of each robot that has had a driver.
+    lasers: Mutex<BTreeMap<RobotId, Vec<LaserModel>>>,
 }
 
 /// The exclusive access of one driver to a robot. When it is dropped, the robot stops where it is until another
@@ -54,6 +56,7 @@ impl RobotClaim {
     /// it.
     pub(crate) fn acquire(
         (application, path, seed): (u64, &str, u64),
+        lasers: Vec<LaserModel>,
         enter: impl FnOnce(&mut World) -> Result<RobotId, WorldError>,
     ) -> Result<Self, ClaimError> {
         let shared = open(Key::new(application, path), path, seed)?;
@@ -65,6 +68,7 @@ impl RobotClaim {
             return Err(ClaimError::Driven(world.robot_name(robot).to_owned()));
         }
         drop(world);
+        lock(&shared.lasers).insert(robot, lasers);
         driven.push(robot);
         drop(driven);
         Ok(Self { shared, robot })
@@ -121,6 +125,11 @@ impl SharedWorld {
     pub(crate) fn lock(self: &Arc<Self>) -> MutexGuard<'_, World> {
         lock(&self.world)
     }
+
+    /// Returns the lasers of a robot, as its driver has them. The world may be locked already.
+    pub(crate) fn lasers(&self, robot: RobotId) -> Vec<LaserModel> {
+        lock(&self.lasers).get(&robot).cloned().unwrap_or_default()
+    }
 }
 
 fn open(key: Key, path: &str, seed: u64) -> Result<Arc<SharedWorld>, WorldError> {
@@ -134,6 +143,7 @@ fn open(key: Key, path: &str, seed: u64) -> Result<Arc<SharedWorld>, WorldError>
         world: Mutex::new(World::load(path, seed)?),
         driven: Mutex::default(),
         edits: Mutex::default(),
+        lasers: Mutex::default(),
     });
     open.push((key, Arc::downgrade(&shared)));
     Ok(shared)

@@ -126,7 +126,7 @@ fn radius(application: &Application) -> f64 {
             _ => None,
         }
     });
-    configured.unwrap_or_else(|| RobotConfig::default().radius)
+    configured.unwrap_or_else(|| RobotConfig::default().footprint.radius())
 }
 
 /// Returns the initial value of a modulation. A type of one field yields the value of that field.

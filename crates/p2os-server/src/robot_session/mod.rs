@@ -10,7 +10,7 @@ mod motion;
 use core::time::Duration;
 
 use jde_p2os::{Command, Model, Names, Packet, Receiver, SyncStep};
-use jde_sim::{Pose2, RobotConfig, RobotId, STEP_NS, World};
+use jde_sim::{Footprint, Pose2, RobotConfig, RobotId, STEP_NS, World};
 
 use crate::event::EventKind;
 use head::Camera;
@@ -82,7 +82,9 @@ pub(crate) fn robot_config(model: &Model) -> RobotConfig {
         ticks => ticks * 1000.0,
     };
     RobotConfig {
-        radius: model.body.radius_mm / 1000.0,
+        footprint: Footprint::Circle {
+            radius: model.body.radius_mm / 1000.0,
+        },
         max_linear: model.limits.velocity_mm_s / 1000.0,
         max_angular: model.limits.rotation_deg_s.to_radians(),
         // Wheel speeds that differ by 2 mm/s turn the robot at `wheel_difference`.

@@ -203,7 +203,7 @@ impl DriveCollector {
                 drive.robot_radius = self
                     .radius
                     .filter(|radius| *radius > 0.0)
-                    .unwrap_or_else(|| RobotConfig::default().radius);
+                    .unwrap_or_else(|| RobotConfig::default().footprint.radius());
             }
             Some((_, Ok(_))) => remarks.push(
                 "walls are not drawn, because the recording has no ground truth of the robot's pose"

@@ -6,6 +6,7 @@
 use super::renderer::Renderer;
 use crate::color::Color;
 use crate::config::RobotConfig;
+use crate::footprint::Footprint;
 use crate::geometry::Pose2;
 use crate::person::Person;
 use crate::shape::Outline;
@@ -59,10 +60,21 @@ impl Renderer<'_> {
 
     /// Adds a robot: a red shell on dark wheels under a dark plate, with its laser ahead and its head on top.
     pub(crate) fn add_robot(&mut self, pose: Pose2, config: &RobotConfig) {
-        let radius = config.radius;
-        self.add_outline(disc(pose, [0.0, 0.0], 0.8 * radius), [0.0, 0.06], DARK_PARTS);
-        self.add_outline(disc(pose, [0.0, 0.0], radius), [0.06, 0.22], SHELL);
-        self.add_outline(disc(pose, [0.0, 0.0], 0.97 * radius), [0.22, 0.24], DARK_PARTS);
+        let radius = config.footprint.radius();
+        match config.footprint {
+            Footprint::Circle { .. } => {
+                self.add_outline(disc(pose, [0.0, 0.0], 0.8 * radius), [0.0, 0.06], DARK_PARTS);
+                self.add_outline(disc(pose, [0.0, 0.0], radius), [0.06, 0.22], SHELL);
+                self.add_outline(disc(pose, [0.0, 0.0], 0.97 * radius), [0.22, 0.24], DARK_PARTS);
+            }
+            Footprint::Polygon(_) => {
+                let corners = config.footprint.corners().map(|[x, y]| {
+                    let corner = pose.compose(Pose2::new(x, y, 0.0));
+                    [corner.x, corner.y]
+                });
+                self.add_prism(&Vec::from_iter(corners), [0.0, 0.24], SHELL);
+            }
+        }
         let laser = pose.compose(Pose2::new(0.5 * radius, 0.0, 0.0));
         let block = Outline::Box {
             center: [laser.x, laser.y],

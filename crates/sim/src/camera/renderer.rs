@@ -51,6 +51,17 @@ impl<'a> Renderer<'a> {
         self.add_round(Round::Ball { center, radius }, color);
     }
 
+    /// Adds an upright convex body from `bottom` to `top`, open at the bottom.
+    pub(crate) fn add_prism(&mut self, corners: &[[f64; 2]], [bottom, top]: [f64; 2], color: Color) {
+        for (index, from) in corners.iter().enumerate() {
+            let to = corners[(index + 1) % corners.len()];
+            self.add_wall(*from, to, [bottom, top], color);
+            // The top is a fan of triangles around the first corner.
+            let lid = [corners[0], *from, to, to].map(|[x, y]| [x, y, top]);
+            self.add_outer_face(lid, [0.0, 0.0, 1.0], color);
+        }
+    }
+
     /// Draws the picture: three bytes a pixel, rows from the top.
     pub(crate) fn draw(mut self, picture: &mut [u8]) {
         let rays = self.view.rays();

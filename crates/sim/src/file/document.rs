@@ -122,6 +122,25 @@ impl<'a> Table<'a> {
         Some(Self::new(document, keys, item.span(), what, known))
     }
 
+    /// Reads an item as a table that faults call `what`.
+    pub(crate) fn nested(
+        document: &'a Document<'a>,
+        item: &'a Item<'a>,
+        what: &str,
+        known: &[&str],
+    ) -> Option<Self> {
+        let Some(keys) = item.get_ref().as_table() else {
+            let message = format!(
+                "`{what}` is {}: expected a table of `{}`",
+                describe(item),
+                known.join("`, `")
+            );
+            document.fault(&item.span(), message);
+            return None;
+        };
+        Some(Self::new(document, keys, item.span(), what.to_owned(), known))
+    }
+
     pub(crate) fn span(&self) -> &Range<usize> {
         &self.span
     }

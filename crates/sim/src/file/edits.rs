@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::de::DeValue;
 
 use super::document::{Document, Item, Table};
-use super::values::{self, Read, describe};
+use super::values::{self, Read};
 use super::{fixtures, starts};
 use crate::edit::{Action, Edit, Edits};
 use crate::error::Fault;
@@ -69,35 +69,17 @@ fn edit<'a>(document: &'a Document<'a>, text: &str, item: &'a Item<'a>, number: 
 }
 
 fn place<'a>(document: &'a Document<'a>, item: &'a Item<'a>) -> Option<Action> {
-    let table = nested(document, item, "place", &["robot", "x", "y", "heading_deg"])?;
+    let table = Table::nested(document, item, "place", &["robot", "x", "y", "heading_deg"])?;
     let robot = table.optional("robot", None, |item| values::text(item).map(Some));
     let pose = starts::pose(&table);
     Some(Action::Place(robot?, pose?))
 }
 
 fn add<'a>(document: &'a Document<'a>, item: &'a Item<'a>) -> Option<Action> {
-    let table = nested(document, item, "add", &fixtures::BOX_KEYS)?;
+    let table = Table::nested(document, item, "add", &fixtures::BOX_KEYS)?;
     let name = table.required("name", values::text);
     let plan = fixtures::rectangular(&table, name.clone().unwrap_or_default());
     name.and(plan).map(Action::Add)
-}
-
-fn nested<'a>(
-    document: &'a Document<'a>,
-    item: &'a Item<'a>,
-    what: &str,
-    known: &[&str],
-) -> Option<Table<'a>> {
-    let Some(keys) = item.get_ref().as_table() else {
-        let message = format!(
-            "`{what}` is {}: expected a table of `{}`",
-            describe(item),
-            known.join("`, `")
-        );
-        document.fault(&item.span(), message);
-        return None;
-    };
-    Some(Table::new(document, keys, item.span(), what.to_owned(), known))
 }
 
 fn whole(item: &Item<'_>) -> Read<u64> {

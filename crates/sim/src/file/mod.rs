@@ -1,4 +1,5 @@
-//! World files: TOML with walls, boxes, circles, movers, people, balls, a map and the starts of robots.
+//! World files and robot files. A world file is TOML with walls, boxes, circles, movers, people, balls, a map
+//! and the starts of robots.
 //!
 //! The faults of a world and its map are reported together. The reader ignores nothing.
 
@@ -13,6 +14,7 @@ mod map_yaml;
 mod movers;
 mod pgm;
 mod picture;
+mod robot;
 mod room;
 mod scenery;
 mod starts;
@@ -24,16 +26,16 @@ use toml::de::DeTable;
 
 use self::document::{Document, Table};
 use crate::camera::Light;
-use crate::error::Fault;
+use crate::error::{Fault, WorldError};
 use crate::geometry::{Bounds, Pose2};
 use crate::loose::LooseBody;
 use crate::mover;
 use crate::random::MAX_ROBOTS;
 use crate::scene::Scene;
 
-pub(crate) use self::bytes::read_text as text_of;
 pub(crate) use self::edits::read as read_edits;
 pub(crate) use self::fixtures::BoxPlan;
+pub(crate) use self::robot::read as read_robot;
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
 /// [`MAX_SAMPLES`] checks.
@@ -63,6 +65,32 @@ pub(crate) struct Start {
 }
 
 pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
+    let keys = [
+        "name", "map", "bounds", "floor", "sky", "light", "walls", "boxes", "circles", "movers", "people",
+        "balls", "robots",
+    ];
+    parse(text, path, "world", &keys, parse_world)
+}
+
+/// Returns the text of a file; `what` names its content in errors.
+pub(crate) fn load(path: &Path, what: &str) -> Result<String, WorldError> {
+    bytes::read_text(path).map_err(|error| {
+        WorldError::Faults(vec![Fault {
+            file: path.to_owned(),
+            line: None,
+            message: format!("cannot read the {what}: {error}"),
+        }])
+    })
+}
+
+/// Parses a text whose root has the given keys.
+fn parse<T>(
+    text: &str,
+    path: &Path,
+    what: &str,
+    keys: &[&str],
+    read: impl FnOnce(&Document<'_>, &Table<'_>) -> Option<T>,
+) -> Result<T, Vec<Fault>> {
     let (root, errors) = DeTable::parse_recoverable(text);
     let document = Document::new(path, text);
     for error in &errors {
@@ -72,14 +100,10 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
     if !errors.is_empty() {
         return Err(document.into_faults());
     }
-    let keys = [
-        "name", "map", "bounds", "floor", "sky", "light", "walls", "boxes", "circles", "movers", "people",
-        "balls", "robots",
-    ];
-    let root = Table::new(&document, root.get_ref(), 0..0, "world".to_owned(), &keys);
-    let plan = parse_world(&document, &root);
+    let root = Table::new(&document, root.get_ref(), 0..0, what.to_owned(), keys);
+    let plan = read(&document, &root);
     let faults = document.into_faults();
-    // A fault that affects no value, such as an unknown key, also refuses the world.
+    // A fault that affects no value, such as an unknown key, also refuses the file.
     plan.filter(|_| faults.is_empty()).ok_or(faults)
 }
 

@@ -10,7 +10,7 @@ use super::values;
 use crate::geometry::{Bounds, Pose2};
 
 /// The keys of a pose.
-const POSE_KEYS: [&str; 3] = ["x", "y", "heading_deg"];
+pub(super) const POSE_KEYS: [&str; 3] = ["x", "y", "heading_deg"];
 
 pub(crate) fn bounds(document: &Document<'_>, root: &Table<'_>) -> Option<Option<Bounds>> {
     let Some(item) = root.get("bounds") else {

@@ -57,6 +57,30 @@ pub(crate) fn not_negative(item: &Item<'_>) -> Read<f64> {
     }
 }
 
+/// Returns a reader of numbers within limits.
+pub(crate) fn between(low: f64, high: f64, unit: &'static str) -> impl Fn(&Item<'_>) -> Read<f64> + Copy {
+    move |item| match number(item)? {
+        number if (low..=high).contains(&number) => Ok(number),
+        number => Err((
+            item.span(),
+            format!("is {number}: expected {low} to {high} {unit}")
+                .trim_end()
+                .to_owned(),
+        )),
+    }
+}
+
+/// Reads a place `[x, y, z]`.
+pub(crate) fn place(item: &Item<'_>) -> Read<[f64; 3]> {
+    match item.get_ref().as_array().map(|items| &items[..]) {
+        Some([x, y, z]) => Ok([number(x)?, number(y)?, number(z)?]),
+        Some(_) | None => Err((
+            item.span(),
+            format!("is {}: expected a place [x, y, z]", describe(item)),
+        )),
+    }
+}
+
 /// Reads a speed in m/s. At the greatest speed a thing moves 0.2 m in one step, and so cannot get past a
 /// robot that it must halt for.
 pub(crate) fn speed(item: &Item<'_>) -> Read<f64> {

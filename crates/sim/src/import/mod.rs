@@ -29,13 +29,7 @@ pub struct ImportedWorld {
 /// # Errors
 /// A file that cannot be read, is of neither kind or has faults, each with its line.
 pub fn import(path: &Path) -> Result<Vec<ImportedWorld>, WorldError> {
-    let fault = |line: Option<usize>, message: String| Fault {
-        file: path.to_owned(),
-        line,
-        message,
-    };
-    let text = file::text_of(path)
-        .map_err(|error| WorldError::Faults(vec![fault(None, format!("cannot read the file: {error}"))]))?;
+    let text = file::load(path, "file")?;
     let stem = path
         .file_stem()
         .unwrap_or_default()
@@ -47,8 +41,12 @@ pub fn import(path: &Path) -> Result<Vec<ImportedWorld>, WorldError> {
         cylinders::read(&text, &stem)
     };
     read.map_err(|faults| {
-        let faults = faults.into_iter();
-        WorldError::Faults(faults.map(|(line, message)| fault(Some(line), message)).collect())
+        let faults = faults.into_iter().map(|(line, message)| Fault {
+            file: path.to_owned(),
+            line: Some(line),
+            message,
+        });
+        WorldError::Faults(faults.collect())
     })
 }
 

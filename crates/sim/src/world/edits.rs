@@ -10,7 +10,7 @@ use crate::loose::CONTACT_GAP;
 use crate::mover::Mover;
 use crate::robot::CONTACT;
 use crate::scene::Fixture;
-use crate::shape::{Outline, Shape};
+use crate::shape::Shape;
 use crate::solid::Solid;
 
 impl World {
@@ -47,7 +47,7 @@ impl World {
     fn add_box(&mut self, plan: &BoxPlan) -> Result<(), WorldError> {
         let (name, solid) = match plan {
             BoxPlan::Fixed(Fixture { name, outline, .. }) => (name, Solid::new(outline)),
-            BoxPlan::Loose(body) => (&body.name, *body.solid()),
+            BoxPlan::Loose(body) => (&body.name, body.solid().clone()),
         };
         if self.shapes().any(|shape| shape.name == name) || self.robot_names().any(|robot| robot == name) {
             return Err(WorldError::NameTaken { name: name.clone() });
@@ -76,12 +76,11 @@ impl World {
         let movers = self
             .movers
             .iter()
-            .map(|mover| (mover.name(), *mover.solid(), CONTACT_GAP));
+            .map(|mover| (mover.name(), mover.solid().clone(), CONTACT_GAP));
         let bodies = self.loose.bodies().iter();
-        let bodies = bodies.map(|body| (body.name.as_str(), *body.solid(), CONTACT_GAP));
-        let robots = self.others(usize::MAX).map(|(index, disc)| {
-            let (center, radius) = (disc.center, disc.radius);
-            let solid = Solid::new(&Outline::Circle { center, radius });
+        let bodies = bodies.map(|body| (body.name.as_str(), body.solid().clone(), CONTACT_GAP));
+        let robots = self.others(usize::MAX).map(|(index, body)| {
+            let solid = if loose { body.circle() } else { body.solid() };
             (self.robot_slots[index].start.robot.as_str(), solid, CONTACT)
         });
         let mut near = movers

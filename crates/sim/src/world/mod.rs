@@ -19,13 +19,15 @@ pub use self::robots::RobotId;
 use crate::camera::Light;
 use crate::error::{Fault, WorldError};
 use crate::file::{self, Start, WorldFile};
-use crate::geometry::{Bounds, Pose2};
+use crate::footprint::Body;
+use crate::geometry::Bounds;
 use crate::loose::{self, LooseBodies, Pusher};
-use crate::mover::{Disc, Mover};
+use crate::mover::Mover;
 use crate::random::{Noise, Purpose};
 use crate::robot::SimulatedRobot;
 use crate::scene::Scene;
 use crate::shape::Shape;
+use crate::solid::Solid;
 
 /// The length of a step in nanoseconds: short compared with periods of schemas, long enough to run a day in
 /// seconds.
@@ -60,14 +62,7 @@ impl World {
     /// All faults of the files, each with its file and line.
     pub fn load(path: impl AsRef<Path>, seed: u64) -> Result<Self, WorldError> {
         let path = path.as_ref();
-        let text = file::text_of(path).map_err(|error| {
-            WorldError::Faults(vec![Fault {
-                file: path.to_owned(),
-                line: None,
-                message: format!("cannot read the world: {error}"),
-            }])
-        })?;
-        Self::parse(&text, path, seed)
+        Self::parse(&file::load(path, "world")?, path, seed)
     }
 
     /// Creates a world from the text of a world file. `path` names it in errors; a map's path is relative to
@@ -147,9 +142,9 @@ impl World {
 
     fn step(&mut self) {
         let dt = STEP_NS as f64 * 1e-9;
-        let discs: Vec<Disc> = self.others(usize::MAX).map(|(_, disc)| disc).collect();
+        let robots: Vec<Solid> = self.others(usize::MAX).map(|(_, body)| body.solid()).collect();
         for mover in &mut self.movers {
-            mover.step(dt, &discs, &self.loose);
+            mover.step(dt, &robots, &self.loose);
         }
         let mut loose = mem::take(&mut self.loose);
         loose.roll(dt, &self.obstacles());
@@ -160,12 +155,13 @@ impl World {
                 continue;
             };
             let slip = Noise::new(self.seed, index, Purpose::Slip, 0, self.steps);
-            let (radius, strength) = (robot.config.radius, robot.config.max_push);
+            let footprint = robot.config.footprint.clone();
+            let (radius, strength) = (footprint.radius(), robot.config.max_push);
             let (pusher, firm) = (Pusher { radius, strength }, self.obstacles());
             robot.step(
                 dt,
                 &slip,
-                |pose| self.clearance(index, pose, radius).1,
+                |pose| self.clearance(index, &footprint.at(pose)).1,
                 |pose, dt| loose.push_away(pusher, Vector::new(pose.x, pose.y), dt, &firm),
             );
             self.robot_slots[index].robot = Some(robot);
@@ -180,67 +176,48 @@ impl World {
             let Some(robot) = &self.robot_slots[index].robot else {
                 continue;
             };
-            let (_, clearance) = self.clearance(index, robot.truth.pose, robot.config.radius);
+            let (_, clearance) = self.clearance(index, &robot.body());
             if let Some(robot) = &mut self.robot_slots[index].robot {
                 robot.update_contact(clearance);
             }
         }
     }
 
-    /// Returns the nearest thing to a round body, loose things included, and the gap. The gap is negative on
+    /// Returns the nearest thing to a body, loose things included, and the gap. The gap is negative on
     /// overlap.
-    fn placement_clearance(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
-        let center = Vector::new(pose.x, pose.y);
-        let loose = self.loose.bodies().iter().map(|body| {
-            let gap = body.solid().distance_to_point(center) - radius;
-            (body.name.as_str(), gap)
+    fn placement_clearance(&self, robot: usize, body: &Body) -> (&str, f64) {
+        let loose = self.loose.bodies().iter().map(|thing| {
+            let gap = thing.solid().distance_to_point(body.center()) - body.radius();
+            (thing.name.as_str(), gap)
         });
-        loose.fold(
-            self.clearance(robot, pose, radius),
-            |a, b| {
-                if b.1 < a.1 { b } else { a }
-            },
-        )
+        loose.fold(self.clearance(robot, body), |a, b| if b.1 < a.1 { b } else { a })
     }
 
-    /// Returns the nearest thing to a round body, loose things excluded, and the gap. The gap is negative on
+    /// Returns the nearest thing to a body, loose things excluded, and the gap. The gap is negative on
     /// overlap.
-    fn clearance(&self, robot: usize, pose: Pose2, radius: f64) -> (&str, f64) {
-        let center = Vector::new(pose.x, pose.y);
-        let fixed = self.scene.nearest(center);
+    fn clearance(&self, robot: usize, body: &Body) -> (&str, f64) {
         let movers = self
             .movers
             .iter()
-            .map(|mover| (mover.name(), mover.solid().distance_to_point(center)));
-        let robots = self.others(robot).map(|(index, disc)| {
-            let gap = center.distance(Vector::from(disc.center)) - disc.radius;
-            (self.robot_slots[index].start.robot.as_str(), gap)
+            .map(|mover| (mover.name(), body.gap_to(mover.solid())));
+        let robots = self.others(robot).map(|(index, other)| {
+            (
+                self.robot_slots[index].start.robot.as_str(),
+                body.gap_to_body(&other),
+            )
         });
-        let nearest = fixed
-            .into_iter()
-            .chain(movers)
+        let things = self.scene.nearest_to(body).into_iter().chain(movers);
+        things
             .chain(robots)
-            .reduce(|a, b| if b.1 < a.1 { b } else { a });
-        nearest.map_or(("nothing", f64::INFINITY), |(name, distance)| {
-            (name, distance - radius)
-        })
+            .reduce(|a, b| if b.1 < a.1 { b } else { a })
+            .unwrap_or(("nothing", f64::INFINITY))
     }
 
-    fn others(&self, except: usize) -> impl Iterator<Item = (usize, Disc)> {
+    fn others(&self, except: usize) -> impl Iterator<Item = (usize, Body)> {
         self.robot_slots
             .iter()
             .enumerate()
             .filter(move |(index, _)| *index != except)
-            .filter_map(|(index, slot)| {
-                let robot = slot.robot.as_ref()?;
-                let center = [robot.truth.pose.x, robot.truth.pose.y];
-                Some((
-                    index,
-                    Disc {
-                        center,
-                        radius: robot.config.radius,
-                    },
-                ))
-            })
+            .filter_map(|(index, slot)| Some((index, slot.robot.as_ref()?.body())))
     }
 }

@@ -1,6 +1,6 @@
 //! The things that loose things cannot move: fixed things, movers and robots.
 //!
-//! A read-only view of the world.
+//! A read-only view of the world. A robot counts as the circle around its body.
 
 use parry2d_f64::math::Vector;
 
@@ -8,7 +8,6 @@ use super::World;
 use crate::loose::Obstacles;
 use crate::mover::Mover;
 use crate::scene::Scene;
-use crate::shape::Outline;
 use crate::solid::Solid;
 
 /// The immovable part of a world, with the robots at their present poses.
@@ -20,12 +19,7 @@ pub(super) struct FixedObstacles<'a> {
 
 impl World {
     pub(super) fn obstacles(&self) -> FixedObstacles<'_> {
-        let robots = self.others(usize::MAX).map(|(_, disc)| {
-            Solid::new(&Outline::Circle {
-                center: disc.center,
-                radius: disc.radius,
-            })
-        });
+        let robots = self.others(usize::MAX).map(|(_, body)| body.circle());
         FixedObstacles {
             scene: &self.scene,
             movers: &self.movers,

@@ -2,8 +2,6 @@
 //!
 //! Measuring does not change the world.
 
-use parry2d_f64::math::Vector;
-
 use super::{RobotId, World};
 use crate::battery::Battery;
 use crate::cone::Cone;
@@ -13,9 +11,8 @@ use crate::loose::LooseBody;
 use crate::mover::Mover;
 use crate::odometer::{Encoders, Odometry};
 use crate::random::{Noise, Purpose};
-use crate::robot::{CONTACT, SimulatedRobot, Truth};
+use crate::robot::{CONTACT, Truth};
 use crate::sensor::{self, Bumpers, LaserConfig, SonarConfig};
-use crate::shape::Outline;
 use crate::solid;
 
 impl World {
@@ -72,13 +69,7 @@ impl World {
 
     /// Returns the bumpers that touch something now.
     pub fn bumpers(&self, robot: RobotId) -> Bumpers {
-        let SimulatedRobot {
-            truth: Truth { pose, .. },
-            config,
-            ..
-        } = self.robot(robot);
-        let center = Vector::new(pose.x, pose.y);
-        let reach = config.radius + CONTACT;
+        let body = self.robot(robot).body();
         // A ball is too light to press a bumper.
         let boxes = self
             .loose
@@ -88,19 +79,14 @@ impl World {
             .map(LooseBody::solid);
         let solids = self
             .scene
-            .around(center, reach)
+            .around(body.center(), body.radius() + CONTACT)
             .chain(self.movers.iter().map(Mover::solid))
             .chain(boxes);
-        let things = solids
-            .map(|solid| solid.nearest(center))
-            .filter(|point| point.distance(center) < reach);
+        let things = solids.filter_map(|solid| body.contact(solid, CONTACT));
         let robots = self
             .others(robot.0)
-            .filter(|(_, disc)| center.distance(Vector::from(disc.center)) - disc.radius < reach);
-        sensor::from_contacts(
-            *pose,
-            things.map(Into::into).chain(robots.map(|(_, disc)| disc.center)),
-        )
+            .filter_map(|(_, other)| body.contact(&other.solid(), CONTACT));
+        sensor::from_contacts(self.truth(robot).pose, things.chain(robots).map(Into::into))
     }
 
     /// Returns the ground truth of a robot.
@@ -153,11 +139,8 @@ impl World {
             }
         }
         self.loose.bodies().iter().for_each(|body| action(body.solid()));
-        for (_, disc) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
-            action(&solid::Solid::new(&Outline::Circle {
-                center: disc.center,
-                radius: disc.radius,
-            }));
+        for (_, body) in self.others(except.map_or(usize::MAX, |robot| robot.0)) {
+            action(&body.solid());
         }
     }
 

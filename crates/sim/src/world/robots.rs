@@ -6,6 +6,7 @@ use super::World;
 use crate::config::RobotConfig;
 use crate::error::WorldError;
 use crate::file;
+use crate::footprint::Footprint;
 use crate::geometry::{Pose2, Twist2};
 use crate::head::HeadCommand;
 use crate::random::{Noise, Purpose};
@@ -46,12 +47,12 @@ impl World {
         config.check()?;
         let index = self.free_slot(name)?;
         let start = &self.robot_slots[index].start;
-        let (by, gap) = self.placement_clearance(index, start.pose, config.radius);
+        let (by, gap) = self.placement_clearance(index, &config.footprint.at(start.pose));
         if gap < 0.0 {
             return Err(WorldError::StartBlocked {
                 place: format!("{}:{}", start.file.display(), start.line),
                 robot: name.to_owned(),
-                radius: config.radius,
+                radius: config.footprint.radius(),
                 by: by.to_owned(),
                 need: -gap,
             });
@@ -73,7 +74,7 @@ impl World {
     ) -> Result<RobotId, WorldError> {
         config.check()?;
         let index = self.free_slot(name)?;
-        self.check_place(index, pose, config.radius)?;
+        self.check_place(index, pose, &config.footprint)?;
         Ok(self.enter(index, Pose2::new(pose.x, pose.y, pose.heading), config))
     }
 
@@ -102,7 +103,7 @@ impl World {
     }
 
     fn enter(&mut self, index: usize, pose: Pose2, config: RobotConfig) -> RobotId {
-        let (_, clearance) = self.clearance(index, pose, config.radius);
+        let (_, clearance) = self.clearance(index, &config.footprint.at(pose));
         let scale = Noise::new(self.seed, index, Purpose::WheelScale, 0, 0);
         self.robot_slots[index].robot = Some(SimulatedRobot::new(config, pose, clearance, &scale));
         self.update_contacts();
@@ -115,12 +116,8 @@ impl World {
     /// A number that is not finite. The robot then keeps its earlier command.
     pub fn command(&mut self, robot: RobotId, twist: Twist2) -> Result<(), WorldError> {
         if !twist.is_finite() {
-            let (robot, Twist2 { linear, angular }) = (self.robot_name(robot).to_owned(), twist);
-            return Err(WorldError::BadCommand {
-                robot,
-                linear,
-                angular,
-            });
+            let robot = self.robot_name(robot).to_owned();
+            return Err(WorldError::BadCommand { robot, twist });
         }
         self.robot_mut(robot).command(twist);
         Ok(())
@@ -156,10 +153,10 @@ impl World {
     /// # Errors
     /// A place that is not free, or outside the world's bounds. The robot then stays where it is.
     pub fn place(&mut self, robot: RobotId, pose: Pose2) -> Result<(), WorldError> {
-        let radius = self.config(robot).radius;
-        self.check_place(robot.0, pose, radius)?;
+        let footprint = &self.config(robot).footprint;
+        self.check_place(robot.0, pose, footprint)?;
         let pose = Pose2::new(pose.x, pose.y, pose.heading);
-        let (_, clearance) = self.clearance(robot.0, pose, radius);
+        let (_, clearance) = self.clearance(robot.0, &footprint.at(pose));
         self.robot_mut(robot).place(pose, clearance);
         self.update_contacts();
         Ok(())
@@ -177,17 +174,17 @@ impl World {
     }
 
     /// Checks that a robot can be put at a pose.
-    fn check_place(&self, index: usize, pose: Pose2, radius: f64) -> Result<(), WorldError> {
+    fn check_place(&self, index: usize, pose: Pose2, footprint: &Footprint) -> Result<(), WorldError> {
         let robot = self.robot_slots[index].start.robot.clone();
         if !pose.is_finite() || !self.bounds.contains([pose.x, pose.y]) {
             let bounds = self.bounds;
             return Err(WorldError::BadPlace { robot, pose, bounds });
         }
-        let (by, gap) = self.placement_clearance(index, pose, radius);
+        let (by, gap) = self.placement_clearance(index, &footprint.at(pose));
         if gap < 0.0 {
             return Err(WorldError::PlaceBlocked {
                 robot,
-                radius,
+                radius: footprint.radius(),
                 pose,
                 by: by.to_owned(),
                 need: -gap,

@@ -266,7 +266,7 @@ fn check_nothing_overlaps(world: &World) -> Result<(), TestCaseError> {
             true,
             hull(Outline::Circle {
                 center,
-                radius: world.config(robot).radius,
+                radius: world.config(robot).footprint.radius(),
             }),
         ));
     }

@@ -131,11 +131,9 @@ fn run(text: &str, path: &Path) -> Option<Vec<u64>> {
     let mut measurements = Vec::new();
     for step in 1..=30_u64 {
         for robot in &robots {
-            let twist = Twist2 {
-                linear: 0.3,
-                angular: 0.2,
-            };
-            world.command(*robot, twist).expect("the command is valid");
+            world
+                .command(*robot, Twist2::new(0.3, 0.2))
+                .expect("the command is valid");
         }
         world.advance_to(step * 20_000_000);
         for robot in &robots {

@@ -1,6 +1,6 @@
 //! The laser and the sonars: directions, errors, and reading without side effects.
 
-use jde_sim::{LaserConfig, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World, WorldError};
+use jde_sim::{Footprint, LaserConfig, Pose2, RobotConfig, RobotId, SonarConfig, Twist2, World, WorldError};
 
 const HALL: &str = "
     walls  = [{ name = 'wall', points = [[-4, -3], [6, -3], [6, 3], [-4, 3]], closed = true }]
@@ -89,7 +89,7 @@ fn a_laser_detects_other_robots_but_not_its_own() {
         .add_robot(
             "s",
             RobotConfig {
-                radius: 0.5,
+                footprint: Footprint::Circle { radius: 0.5 },
                 ..RobotConfig::default()
             },
         )

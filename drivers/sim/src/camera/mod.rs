@@ -1,4 +1,4 @@
-//! A simulated camera. It takes pictures of the world of a `sim/pioneer` in the same application. It moves
+//! A simulated camera. It takes pictures of the world of a robot's driver in the same application. It moves
 //! nothing and opens no world itself.
 
 use core::time::Duration;
@@ -163,7 +163,7 @@ impl Camera {
             CaptureState::Waiting(since) if cx.now().saturating_sub(since) >= WARNING_DELAY => {
                 warn!(
                     cx,
-                    "waits for robot `{}` in {}: a `sim/pioneer` with this `world` and `robot` puts it there, while \
+                    "waits for robot `{}` in {}: a `sim/robot` with this `world` and `robot` puts it there, while \
                      a schema imports or commands it",
                     self.robot.get(cx),
                     self.world.get(cx)
@@ -206,7 +206,7 @@ impl Camera {
 }
 
 /// Returns the robot that carries it; `None` while it is not in the world.
-fn find_robot(world: &World, name: &str) -> Result<Option<RobotId>> {
+pub(crate) fn find_robot(world: &World, name: &str) -> Result<Option<RobotId>> {
     if !world.robot_names().any(|known| known == name) {
         let known: Vec<&str> = world.robot_names().collect();
         return Err(format!(

@@ -152,7 +152,7 @@ fn a_long_wait_for_the_robot_causes_one_warning() {
     assert!(wait_until(1_990).is_empty(), "there is no warning before 2 s");
     let warnings = wait_until(2_000);
     assert_eq!(warnings.len(), 1, "{warnings:?}");
-    for expected in ["`carrier`", &path, "sim/pioneer"] {
+    for expected in ["`carrier`", &path, "sim/robot"] {
         assert!(
             warnings[0].contains(expected),
             "`{expected}` is not in: {}",

@@ -9,6 +9,8 @@ use tempfile::TempDir;
 
 use super::*;
 
+mod robots;
+
 /// A room of 6 x 5 m. `bench` is the name of schemas on a test bench.
 const ROOM: &str = r#"
 walls = [{ name = "room", points = [[0, 0], [6, 0], [6, 5], [0, 5]], closed = true }]

@@ -1,0 +1,71 @@
+//! Robots that a file describes: body, motors and sensors.
+//!
+//! `file/robot.rs` reads them. A model has no pose and no driver.
+
+use std::path::Path;
+use std::time::Duration;
+
+use crate::config::RobotConfig;
+use crate::error::WorldError;
+use crate::file;
+use crate::sensor::{LaserConfig, SonarConfig};
+
+/// A robot as its file describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotModel {
+    /// The name in the file, or the stem of the file's name.
+    pub name: String,
+    /// One sentence about it; may be empty.
+    pub doc: String,
+    /// Body, motors, wheels and head. Without a head, the head is that of the default.
+    pub config: RobotConfig,
+    /// Its lasers, in the order of the file. Each has its own noise.
+    pub lasers: Vec<LaserModel>,
+    /// Its ring of sonars, if it has one.
+    pub sonars: Option<SonarModel>,
+    /// Whether it has bumpers, those of a [`crate::Bumpers`].
+    pub bumpers: bool,
+    /// Whether it has a pan-tilt head.
+    pub head: bool,
+    /// Whether it has a battery, that of a [`crate::Battery`].
+    pub battery: bool,
+}
+
+/// A laser on a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaserModel {
+    /// Its name, unique on the robot.
+    pub name: String,
+    /// Place, beams, range and noise.
+    pub config: LaserConfig,
+    /// The time between two scans; `None` for that of whoever reads it.
+    pub period: Option<Duration>,
+}
+
+/// A ring of sonars on a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SonarModel {
+    /// Places, range and noise.
+    pub config: SonarConfig,
+    /// The time between two measurements; `None` for that of whoever reads it.
+    pub period: Option<Duration>,
+}
+
+impl RobotModel {
+    /// Reads a robot's file.
+    ///
+    /// # Errors
+    /// All faults of the file, each with its line.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, WorldError> {
+        let path = path.as_ref();
+        Self::parse(&file::load(path, "robot")?, path)
+    }
+
+    /// Creates a robot from the text of its file. `path` names it in errors.
+    ///
+    /// # Errors
+    /// All faults of the text, each with its line.
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, WorldError> {
+        file::read_robot(text, path.as_ref()).map_err(WorldError::Faults)
+    }
+}

@@ -1,0 +1,94 @@
+//! The robots that the plugin brings, and what an application changes in a robot. It reads no world.
+
+use std::path::Path;
+
+use jde_schema::prelude::*;
+use jde_sim::{OdometryOrigin, RobotModel};
+
+/// Beams that fit into a `LaserScan`, and sonars that fit into a `RangeRing`.
+pub(crate) const MAX_BEAMS: usize = 1088;
+const MAX_SONARS: usize = 32;
+
+/// The shipped robots and their files.
+const SHIPPED: [(&str, &str); 6] = [
+    ("jackal", include_str!("../../../robots/jackal.toml")),
+    ("omni", include_str!("../../../robots/omni.toml")),
+    ("pioneer-3dx", include_str!("../../../robots/pioneer-3dx.toml")),
+    ("racecar", include_str!("../../../robots/racecar.toml")),
+    (
+        "turtlebot3-burger",
+        include_str!("../../../robots/turtlebot3-burger.toml"),
+    ),
+    ("turtlebot4", include_str!("../../../robots/turtlebot4.toml")),
+];
+
+/// Numbers that replace those of a robot's file; a negative one keeps it.
+pub(crate) struct Overrides {
+    /// Of the first laser, in metres.
+    pub(crate) laser_range: f64,
+    /// Metres.
+    pub(crate) laser_noise: f64,
+    /// Metres.
+    pub(crate) sonar_noise: f64,
+    /// A fraction.
+    pub(crate) wheel_error: f64,
+    /// m/s², for driving and for braking.
+    pub(crate) acceleration: f64,
+}
+
+/// Returns the robot of a file, if the text ends with `.toml`, or else the shipped one of that name. An
+/// application resolves paths, so only the last part of the text is the name.
+pub(crate) fn find(model: &str) -> Result<RobotModel> {
+    let path = Path::new(model);
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        return Ok(RobotModel::load(path)?);
+    }
+    let name = path.file_name().unwrap_or_default();
+    match SHIPPED.iter().find(|(known, _)| name == *known) {
+        Some((name, text)) => Ok(RobotModel::parse(text, name)?),
+        None => {
+            let known = SHIPPED.map(|(known, _)| known).join("`, `");
+            let name = name.display();
+            Err(
+                format!("there is no robot `{name}`: expected a file, `{name}.toml`, or one of `{known}`")
+                    .into(),
+            )
+        }
+    }
+}
+
+impl Overrides {
+    /// Returns the robot with these numbers, if its sensors then fit into their exports.
+    pub(crate) fn over(self, mut model: RobotModel) -> Result<RobotModel> {
+        let replace = |own: &mut f64, number: f64| {
+            if number >= 0.0 {
+                *own = number;
+            }
+        };
+        if let Some(first) = model.lasers.first_mut() {
+            replace(&mut first.config.range_max, self.laser_range);
+        }
+        for laser in &mut model.lasers {
+            replace(&mut laser.config.sigma, self.laser_noise);
+            laser.config.check()?;
+            if laser.config.beams > MAX_BEAMS {
+                let (name, beams) = (&laser.name, laser.config.beams);
+                return Err(format!("laser `{name}` has {beams} beams: expected at most {MAX_BEAMS}").into());
+            }
+        }
+        if let Some(sonars) = &mut model.sonars {
+            replace(&mut sonars.config.sigma, self.sonar_noise);
+            let count = sonars.config.mounts.len();
+            if count > MAX_SONARS {
+                return Err(format!("it has {count} sonars: expected at most {MAX_SONARS}").into());
+            }
+        }
+        let config = &mut model.config;
+        replace(&mut config.wheel_scale_sigma, self.wheel_error);
+        replace(&mut config.linear_acceleration, self.acceleration);
+        replace(&mut config.linear_deceleration, self.acceleration);
+        config.odometry_origin = OdometryOrigin::StartPose;
+        config.check()?;
+        Ok(model)
+    }
+}

@@ -1,0 +1,234 @@
+//! Robots of files: what they publish, how they drive, what an application changes, and mistakes of
+//! configuration.
+
+use std::collections::BTreeSet;
+
+use jde_schema::bench::Bench;
+
+use super::*;
+
+fn robot(model: &str, world: &str) -> Bench<crate::Robot> {
+    let mut bench = Bench::new();
+    bench.set("world", Text::<1024>::new(world));
+    bench.set("model", Text::<1024>::new(model));
+    for noise in ["laser_noise", "sonar_noise", "wheel_error"] {
+        bench.set(noise, 0.0);
+    }
+    bench
+}
+
+fn awake(model: &str, world: &str) -> Bench<crate::Robot> {
+    let mut bench = robot(model, world);
+    bench.awake().expect("it enters the world");
+    bench
+}
+
+/// Renews a command for a number of periods of the driver. Returns the time at the end.
+fn drive(bench: &mut Bench<crate::Robot>, from: Duration, twist: Twist, periods: u32) -> Duration {
+    let mut now = from;
+    for _ in 0..periods {
+        bench.command("velocity", &twist);
+        now += PERIOD;
+        bench.set_now(now);
+        bench.iterate().expect("it drives and senses");
+    }
+    now
+}
+
+#[test]
+fn the_default_robot_is_the_pioneer() {
+    let (_folder, path) = file(ROOM);
+    let mut bench = Bench::<crate::Robot>::new();
+    bench.set("world", Text::<1024>::new(&path));
+    bench.awake().expect("it enters the world");
+    drive(&mut bench, Duration::ZERO, Twist::planar(0.3, 0.2), 40);
+    let (truth, laser): (Truth, LaserScan) = (
+        bench.exported("truth").expect("it has iterated"),
+        bench.exported("laser").expect("it has iterated"),
+    );
+    drop(bench);
+    let mut pioneer = Bench::<Pioneer>::new();
+    pioneer.set("world", Text::<1024>::new(&path));
+    pioneer.awake().expect("it enters the world");
+    for period in 1..=40 {
+        pioneer.command("velocity", &Twist::planar(0.3, 0.2));
+        pioneer.set_now(PERIOD * period);
+        pioneer.iterate().expect("it drives and senses");
+    }
+    assert_eq!(pioneer.exported::<Truth>("truth"), Some(truth));
+    let ranges = pioneer
+        .exported::<LaserScan>("laser")
+        .expect("it has iterated")
+        .ranges;
+    assert_eq!(ranges.as_slice(), laser.ranges.as_slice());
+    for sensor in ["sonars", "bumpers", "pan_tilt", "battery"] {
+        assert!(pioneer.exported_at(sensor).is_some(), "{sensor}");
+    }
+}
+
+#[test]
+fn a_robot_publishes_only_the_sensors_that_it_has_at_their_own_rates() {
+    let (_folder, path) = file(ROOM);
+    let mut bench = awake("turtlebot3-burger", &path);
+    let (mut now, mut scans) = (Duration::ZERO, BTreeSet::new());
+    for _ in 0..40 {
+        now = drive(&mut bench, now, Twist::ZERO, 1);
+        scans.insert(bench.exported_at("laser").expect("it has a laser"));
+    }
+    assert_eq!(scans.len(), 10, "five a second");
+    for sensor in ["sonars", "bumpers", "pan_tilt", "battery"] {
+        assert_eq!(bench.exported_at(sensor), None, "{sensor}");
+    }
+    assert!(bench.exported_at("odometry") == Some(now) && bench.exported_at("encoders") == Some(now));
+}
+
+#[test]
+fn an_omnidirectional_robot_obeys_the_speed_to_the_side() {
+    let (_folder, path) = file(ROOM);
+    let mut bench = awake("omni", &path);
+    let mut twist = Twist::planar(0.0, 0.0);
+    twist.linear.y = 0.3;
+    drive(&mut bench, Duration::ZERO, twist, 60);
+    let truth: Truth = bench.exported("truth").expect("it has iterated");
+    assert!(
+        truth.pose.y > 3.7 && (truth.pose.x - 2.0).abs() < 1e-6,
+        "{truth:?}"
+    );
+    assert!((truth.twist.linear.y - 0.3).abs() < 1e-3, "{truth:?}");
+    let odometry: Odometry = bench.exported("odometry").expect("it has iterated");
+    near(odometry.twist.twist.linear.y, 0.3, 0.02);
+    near(odometry.pose2d().y, truth.pose.y, 0.02);
+}
+
+#[test]
+fn a_car_does_not_turn_on_the_spot() {
+    let (_folder, path) = file(ROOM);
+    let mut bench = awake("racecar", &path);
+    let now = drive(&mut bench, Duration::ZERO, Twist::planar(0.0, 1.0), 20);
+    let truth: Truth = bench.exported("truth").expect("it has iterated");
+    assert_eq!(truth.pose, Pose2D::new(2.0, 3.0, 0.0));
+    drive(&mut bench, now, Twist::planar(0.5, 0.5), 40);
+    let truth: Truth = bench.exported("truth").expect("it has iterated");
+    assert!(truth.pose.theta > 0.5, "{truth:?}");
+}
+
+#[test]
+fn numbers_of_the_application_replace_those_of_the_file() {
+    let (_folder, path) = file(ROOM);
+    let mut bench = robot("pioneer-3dx", &path);
+    bench.set("laser_range", 3.5);
+    bench.set("acceleration", 2.0);
+    bench.set("laser_noise", -1.0);
+    bench.awake().expect("it enters the world");
+    drive(&mut bench, Duration::ZERO, Twist::planar(0.5, 0.0), 6);
+    let truth: Truth = bench.exported("truth").expect("it has iterated");
+    near(truth.twist.linear.x, 0.5, 1e-9);
+    let scan: LaserScan = bench.exported("laser").expect("it has iterated");
+    assert_eq!(scan.range_max, 3.5);
+    assert!(
+        scan.ranges
+            .iter()
+            .all(|range| *range <= 3.5 || *range == f32::INFINITY)
+    );
+}
+
+#[test]
+fn a_file_beside_the_application_is_a_robot_and_its_faults_are_reported() {
+    let (folder, path) = file(ROOM);
+    let model = folder.path().join("mine.toml");
+    let text = include_str!("../../../../robots/turtlebot4.toml");
+    fs::write(&model, text).expect("a file");
+    let model = model.to_str().expect("a path in UTF-8");
+    drop(awake(model, &path));
+    fs::write(model, text.replace("radius = 0.171", "radius = -1")).expect("a file");
+    let mut bench = robot(model, &path);
+    let problems = bench.inspect().expect("it inspects");
+    assert_eq!((problems.len(), problems[0].modulation.as_str()), (1, "model"));
+    assert!(
+        problems[0]
+            .words
+            .contains("mine.toml:9: footprint: `radius` is -1"),
+        "{}",
+        problems[0].words
+    );
+    assert!(bench.awake().is_err());
+}
+
+#[test]
+fn an_unknown_robot_is_refused_with_the_known_ones() {
+    let (_folder, path) = file(ROOM);
+    for name in ["turtlebot5", "/home/apps/turtlebot5", ""] {
+        let problems = robot(name, &path).inspect().expect("it inspects");
+        assert!(
+            problems.len() == 1 && problems[0].words.contains("`turtlebot4`"),
+            "{problems:?}"
+        );
+    }
+}
+
+#[test]
+fn a_robot_with_more_beams_than_fit_into_a_scan_is_refused() {
+    let (folder, path) = file(ROOM);
+    let model = folder.path().join("fine.toml");
+    let text = include_str!("../../../../robots/turtlebot4.toml").replace("beams     = 720", "beams = 2000");
+    fs::write(&model, text).expect("a file");
+    let problems = robot(model.to_str().expect("UTF-8"), &path)
+        .inspect()
+        .expect("it inspects");
+    assert!(
+        problems[0].words.contains("2000 beams: expected at most 1088"),
+        "{problems:?}"
+    );
+}
+
+fn rear(world: &str, sensor: &str) -> Bench<crate::Laser> {
+    let mut bench = Bench::new();
+    bench.set("world", Text::<1024>::new(world));
+    bench.set("robot", Text::<60>::new("bench"));
+    bench.set("sensor", Text::<60>::new(sensor));
+    bench
+}
+
+#[test]
+fn a_further_laser_measures_from_its_own_place_while_its_robot_is_there() {
+    let (_folder, path) = file(ROOM);
+    let mut laser = rear(&path, "rear");
+    laser.awake().expect("its configuration is valid");
+    laser.iterate().expect("it waits");
+    assert_eq!(laser.exported_at("laser"), None);
+    let mut base = awake("omni", &path);
+    let (mut now, mut scans) = (Duration::ZERO, BTreeSet::new());
+    for _ in 0..20 {
+        now = drive(&mut base, now, Twist::ZERO, 1);
+        laser.set_now(now);
+        laser.iterate().expect("it scans");
+        scans.insert(laser.exported_at("laser").expect("the robot is there"));
+    }
+    assert_eq!(scans.len(), 10, "ten a second");
+    let scan: LaserScan = laser.exported("laser").expect("the robot is there");
+    assert_eq!(scan.header.frame_id.as_str(), "rear");
+    // The robot is at x = 2, and the laser 0.3 m behind its centre.
+    near(f64::from(scan.ranges[scan.ranges.len() / 2]), 1.7, 1e-3);
+    drop(base);
+    laser.iterate().expect("it waits");
+    assert_eq!(laser.exported::<LaserScan>("laser"), None, "retracted");
+}
+
+#[test]
+fn a_laser_that_the_robot_does_not_have_is_an_error_with_the_known_ones() {
+    let (_folder, path) = file(ROOM);
+    let mut base = awake("omni", &path);
+    drive(&mut base, Duration::ZERO, Twist::ZERO, 1);
+    let mut laser = rear(&path, "left");
+    laser.awake().expect("its configuration is valid");
+    let reason = laser.iterate().expect_err("there is none").reason;
+    assert!(
+        reason.contains("no laser `left`") && reason.contains("`front`, `rear`"),
+        "{reason}"
+    );
+    let problems = rear(&path, "").inspect().expect("it inspects");
+    assert!(
+        problems[0].words.contains("no world, robot or sensor"),
+        "{problems:?}"
+    );
+}
