@@ -20,7 +20,7 @@ mod scenery;
 mod starts;
 mod values;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use toml::de::DeTable;
 
@@ -56,12 +56,12 @@ pub(crate) struct WorldFile {
     pub(crate) warnings: Vec<Fault>,
 }
 
-/// The start of a robot, and the place in the file that states it.
+/// The start of a robot.
 pub(crate) struct Start {
     pub(crate) robot: String,
     pub(crate) pose: Pose2,
-    pub(crate) file: PathBuf,
-    pub(crate) line: usize,
+    /// What states it: a file and a line, or words.
+    pub(crate) source: String,
 }
 
 pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {

@@ -104,8 +104,7 @@ fn start<'a>(
         Start {
             robot: name.to_owned(),
             pose,
-            file: document.path().to_owned(),
-            line,
+            source: format!("{}:{line}", document.path().display()),
         },
         item.span(),
     ))

@@ -2,14 +2,14 @@
 //!
 //! These functions take no simulated time.
 
-use super::World;
+use super::{RobotSlot, World};
 use crate::config::RobotConfig;
 use crate::error::WorldError;
-use crate::file;
+use crate::file::{self, Start};
 use crate::footprint::Footprint;
 use crate::geometry::{Pose2, Twist2};
 use crate::head::HeadCommand;
-use crate::random::{Noise, Purpose};
+use crate::random::{MAX_ROBOTS, Noise, Purpose};
 use crate::robot::SimulatedRobot;
 
 /// A robot of a world. It is valid in the world that returned it, while the robot is in that world.
@@ -50,7 +50,7 @@ impl World {
         let (by, gap) = self.placement_clearance(index, &config.footprint.at(start.pose));
         if gap < 0.0 {
             return Err(WorldError::StartBlocked {
-                place: format!("{}:{}", start.file.display(), start.line),
+                place: start.source.clone(),
                 robot: name.to_owned(),
                 radius: config.footprint.radius(),
                 by: by.to_owned(),
@@ -61,11 +61,12 @@ impl World {
         Ok(self.enter(index, pose, config))
     }
 
-    /// Adds a robot at a pose, at rest, instead of its start in the file.
+    /// Adds a robot at a pose, at rest, instead of its start in the file. A robot without a start in the file
+    /// has this one from now on; its noise depends on the order in which such robots are added.
     ///
     /// # Errors
-    /// A name without a start, a robot that is in the world already, an invalid number in `config`, a pose
-    /// that is not free, or outside the world's bounds.
+    /// A robot that is in the world already, an invalid number in `config`, a pose that is not free, or
+    /// outside the world's bounds, too many robots.
     pub fn add_robot_at(
         &mut self,
         name: &str,
@@ -73,8 +74,21 @@ impl World {
         config: RobotConfig,
     ) -> Result<RobotId, WorldError> {
         config.check()?;
-        let index = self.free_slot(name)?;
-        self.check_place(index, pose, &config.footprint)?;
+        let index = match self.free_slot(name) {
+            Err(WorldError::UnknownRobot { .. }) if self.robot_slots.len() < MAX_ROBOTS => {
+                self.robot_slots.len()
+            }
+            found => found?,
+        };
+        self.check_place(index, name, pose, &config.footprint)?;
+        if index == self.robot_slots.len() {
+            let start = Start {
+                robot: name.to_owned(),
+                pose,
+                source: "the pose at which it was added".to_owned(),
+            };
+            self.robot_slots.push(RobotSlot { start, robot: None });
+        }
         Ok(self.enter(index, Pose2::new(pose.x, pose.y, pose.heading), config))
     }
 
@@ -154,7 +168,7 @@ impl World {
     /// A place that is not free, or outside the world's bounds. The robot then stays where it is.
     pub fn place(&mut self, robot: RobotId, pose: Pose2) -> Result<(), WorldError> {
         let footprint = &self.config(robot).footprint;
-        self.check_place(robot.0, pose, footprint)?;
+        self.check_place(robot.0, self.robot_name(robot), pose, footprint)?;
         let pose = Pose2::new(pose.x, pose.y, pose.heading);
         let (_, clearance) = self.clearance(robot.0, &footprint.at(pose));
         self.robot_mut(robot).place(pose, clearance);
@@ -174,8 +188,14 @@ impl World {
     }
 
     /// Checks that a robot can be put at a pose.
-    fn check_place(&self, index: usize, pose: Pose2, footprint: &Footprint) -> Result<(), WorldError> {
-        let robot = self.robot_slots[index].start.robot.clone();
+    fn check_place(
+        &self,
+        index: usize,
+        robot: &str,
+        pose: Pose2,
+        footprint: &Footprint,
+    ) -> Result<(), WorldError> {
+        let robot = robot.to_owned();
         if !pose.is_finite() || !self.bounds.contains([pose.x, pose.y]) {
             let bounds = self.bounds;
             return Err(WorldError::BadPlace { robot, pose, bounds });

@@ -275,3 +275,35 @@ fn a_robot_starts_at_another_pose_than_that_of_the_file() {
         "it is in the world already"
     );
 }
+
+#[test]
+fn a_robot_that_the_file_does_not_name_starts_where_it_is_added() {
+    let mut world = World::parse(ROOM, "edits.toml", 3).unwrap();
+    let config = RobotConfig::default;
+    let known = world.robot_names().count();
+    let named = world.add_robot("stranger", config()).unwrap_err();
+    assert!(named.to_string().contains("no robot `stranger`"), "{named}");
+    let pose = Pose2::new(3.0, 2.0, 1.0);
+    assert!(
+        world
+            .add_robot_at("stranger", Pose2::new(50.0, 2.0, 0.0), config())
+            .is_err(),
+        "it is outside"
+    );
+    assert_eq!(
+        world.robot_names().count(),
+        1,
+        "a robot that was refused leaves nothing"
+    );
+    let robot = world.add_robot_at("stranger", pose, config()).unwrap();
+    assert_eq!(
+        (world.robot_name(robot), world.truth(robot).pose),
+        ("stranger", pose)
+    );
+    world.remove_robot(robot);
+    assert_eq!(
+        world.add_robot("stranger", config()),
+        Ok(robot),
+        "it has a start now"
+    );
+}
