@@ -10,7 +10,7 @@ use super::values;
 use crate::geometry::{Bounds, Pose2};
 
 /// The keys of a pose.
-pub(super) const POSE_KEYS: [&str; 3] = ["x", "y", "heading_deg"];
+pub(crate) const POSE_KEYS: [&str; 3] = ["x", "y", "heading_deg"];
 
 pub(crate) fn bounds(document: &Document<'_>, root: &Table<'_>) -> Option<Option<Bounds>> {
     let Some(item) = root.get("bounds") else {
@@ -56,7 +56,7 @@ pub(crate) fn starts(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<(S
 }
 
 /// Reads a place in metres and a heading in degrees.
-pub(super) fn pose(table: &Table<'_>) -> Option<Pose2> {
+pub(crate) fn pose(table: &Table<'_>) -> Option<Pose2> {
     let (x, y) = (
         table.required("x", values::number),
         table.required("y", values::number),

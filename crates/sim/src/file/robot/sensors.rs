@@ -1,0 +1,177 @@
+//! The lasers, the sonars and the head of a robot file.
+
+use std::time::Duration;
+
+use super::super::document::{Document, Item, Table};
+use super::super::fixtures::each;
+use super::super::starts;
+use super::super::values::{self, Read, between};
+use super::{degrees, section};
+use crate::geometry::Pose2;
+use crate::head::HeadConfig;
+use crate::model::{LaserModel, SonarModel};
+use crate::sensor::{LaserConfig, SonarConfig};
+
+const RANGE_KEYS: [&str; 4] = ["range_min", "range_max", "noise", "rate"];
+const HEAD_KEYS: [&str; 6] = [
+    "mount",
+    "max_pan_deg",
+    "max_tilt_down_deg",
+    "max_tilt_up_deg",
+    "pan_rate_deg",
+    "tilt_rate_deg",
+];
+
+/// Most beams of a laser: more than any has, few enough to fill a scan in milliseconds.
+const MAX_BEAMS: f64 = 1e5;
+
+pub(super) fn lasers(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<LaserModel>> {
+    let keys = [&["name", "mount", "beams", "view_deg"][..], &RANGE_KEYS].concat();
+    let mut lasers = each(document, root, "lasers", "laser", &keys, |table, name| {
+        let default = LaserConfig::default();
+        let mount = mount(document, table);
+        let beams = table.required("beams", beams);
+        let view = table.required("view_deg", degrees(0.1, 360.0, "degrees"));
+        let range = range(table, default.range_min, default.sigma);
+        let (range, period) = range?;
+        Some((
+            LaserModel {
+                name,
+                config: LaserConfig {
+                    mount: mount?,
+                    beams: beams?,
+                    field_of_view: view?,
+                    range_min: range.min,
+                    range_max: range.max,
+                    sigma: range.sigma,
+                    stream: 0,
+                },
+                period,
+            },
+            table.span().clone(),
+        ))
+    })?;
+    for index in 0..lasers.len() {
+        let (earlier, rest) = lasers.split_at_mut(index);
+        let (laser, span) = &mut rest[0];
+        if earlier.iter().any(|(other, _)| other.name == laser.name) {
+            let message = format!("laser `{}` is there twice: give each its own name", laser.name);
+            document.fault(span, message);
+        }
+        laser.config.stream = u16::try_from(index).unwrap_or(u16::MAX);
+    }
+    Some(lasers.into_iter().map(|(laser, _)| laser).collect())
+}
+
+fn beams(item: &Item<'_>) -> Read<usize> {
+    let number = between(1.0, MAX_BEAMS, "beams")(item)?;
+    if number.fract() == 0.0 {
+        Ok(number as usize)
+    } else {
+        Err((item.span(), format!("is {number}: expected a whole number")))
+    }
+}
+
+pub(super) fn sonars(document: &Document<'_>, root: &Table<'_>) -> Option<Option<SonarModel>> {
+    if root.get("sonars").is_none() {
+        return Some(None);
+    }
+    let table = section(
+        document,
+        root,
+        "sonars",
+        &[&["mounts", "cone_deg"][..], &RANGE_KEYS].concat(),
+    )?;
+    let default = SonarConfig::default();
+    let mounts = each(
+        document,
+        &table,
+        "mounts",
+        "mount",
+        &starts::POSE_KEYS,
+        |table, _| starts::pose(table),
+    );
+    let cone = table.required("cone_deg", degrees(0.0, 180.0, "degrees"));
+    let range = range(&table, default.range_min, default.sigma);
+    let mounts = mounts?;
+    if !(1..=1000).contains(&mounts.len()) {
+        let message = format!("`mounts` has {} poses: expected 1 to 1000", mounts.len());
+        table.fault(table.span(), message);
+        return None;
+    }
+    let (range, period) = range?;
+    Some(Some(SonarModel {
+        config: SonarConfig {
+            mounts,
+            cone: cone?,
+            range_min: range.min,
+            range_max: range.max,
+            sigma: range.sigma,
+            stream: 0,
+        },
+        period,
+    }))
+}
+
+pub(super) fn head(document: &Document<'_>, root: &Table<'_>) -> Option<Option<HeadConfig>> {
+    if root.get("head").is_none() {
+        return Some(None);
+    }
+    let table = section(document, root, "head", &HEAD_KEYS)?;
+    let angle = |key| table.required(key, degrees(0.0, 180.0, "degrees"));
+    let rate = |key| table.required(key, degrees(0.0, 5000.0, "degrees/s"));
+    let mount = table.required("mount", values::place);
+    let (pan, down, up) = (
+        angle("max_pan_deg"),
+        angle("max_tilt_down_deg"),
+        angle("max_tilt_up_deg"),
+    );
+    let (pan_rate, tilt_rate) = (rate("pan_rate_deg"), rate("tilt_rate_deg"));
+    Some(Some(HeadConfig {
+        mount: mount?,
+        max_pan: pan?,
+        max_tilt_down: down?,
+        max_tilt_up: up?,
+        max_pan_speed: pan_rate?,
+        max_tilt_speed: tilt_rate?,
+    }))
+}
+
+struct Range {
+    min: f64,
+    max: f64,
+    sigma: f64,
+}
+
+/// Reads what all range sensors have, with the time between two measurements.
+fn range(table: &Table<'_>, min: f64, sigma: f64) -> Option<(Range, Option<Duration>)> {
+    let min = table.optional("range_min", min, between(0.0, 1e3, "m"));
+    let max = table.required("range_max", between(0.01, 1e3, "m"));
+    let sigma = table.optional("noise", sigma, between(0.0, 10.0, "m"));
+    let rate = table.optional("rate", None, |item| between(0.01, 100.0, "Hz")(item).map(Some));
+    let (min, max) = (min?, max?);
+    if min >= max {
+        table.fault(
+            table.span(),
+            format!("`range_min` is {min}: expected less than `range_max`"),
+        );
+        return None;
+    }
+    let period = rate?.map(|rate| Duration::from_secs_f64(1.0 / rate));
+    Some((
+        Range {
+            min,
+            max,
+            sigma: sigma?,
+        },
+        period,
+    ))
+}
+
+/// Reads the pose of a sensor in the robot's frame: its centre without one.
+fn mount<'a>(document: &'a Document<'a>, table: &Table<'a>) -> Option<Pose2> {
+    match table.get("mount") {
+        None => Some(Pose2::default()),
+        Some(item) => starts::pose(&Table::nested(document, item, "mount", &starts::POSE_KEYS)?),
+    }
+}
