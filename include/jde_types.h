@@ -579,9 +579,9 @@ static const jde_type jde_route_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_route_fields), "jde_msgs/msg/Route", "Targets in the plane, in a form for files; ROS tools draw a `Path`.",
     sizeof(jde_route), 8u, jde_route_fields};
 
-/** jde_msgs/msg/Footprint: The outline of a robot on the floor, in a form for files: `{ radius = 0.25 }` is a circle. */
+/** jde_msgs/msg/Footprint: The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`. */
 typedef struct jde_footprint {
-    /** Radius of the circle around the origin of the base; with points, the width of a margin around them. [m] */
+    /** Radius of the circle around the origin of the base; not used if there are points. [m] */
     double radius;
     /** The corners of a convex polygon in the frame of the base, in order; none for a circle. */
     struct { uint32_t length; uint32_t spare; jde_point2d items[32]; } points;
@@ -591,12 +591,12 @@ typedef char jde_footprint_has_its_size[sizeof(jde_footprint) == 528 ? 1 : -1];
 
 static const jde_field jde_footprint_fields[] = {
     JDE_FIELD("radius", offsetof(jde_footprint, radius), 0u, JDE_F64, JDE_ONE, 1u,
-              "Radius of the circle around the origin of the base; with points, the width of a margin around them.", "m", NULL),
+              "Radius of the circle around the origin of the base; not used if there are points.", "m", NULL),
     JDE_FIELD("points", offsetof(jde_footprint, points.items), offsetof(jde_footprint, points.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
               "The corners of a convex polygon in the frame of the base, in order; none for a circle.", "", &jde_point2d_type),
 };
 static const jde_type jde_footprint_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_footprint_fields), "jde_msgs/msg/Footprint", "The outline of a robot on the floor, in a form for files: `{ radius = 0.25 }` is a circle.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_footprint_fields), "jde_msgs/msg/Footprint", "The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`.",
     sizeof(jde_footprint), 8u, jde_footprint_fields};
 
 /** sensor_msgs/msg/LaserScan: One scan of a laser scanner with up to 1088 beams. */

@@ -100,12 +100,12 @@ impl core::fmt::Debug for OccupancyGrid {
     }
 }
 
-/// The outline of a robot on the floor, in a form for files: `{ radius = 0.25 }` is a circle.
+/// The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/Footprint")]
 pub struct Footprint {
-    /// Radius of the circle around the origin of the base; with points, the width of a margin around them.
+    /// Radius of the circle around the origin of the base; not used if there are points.
     #[value(unit = "m")]
     pub radius: f64,
     /// The corners of a convex polygon in the frame of the base, in order; none for a circle.

@@ -6,12 +6,13 @@ use jde_types::{Footprint, Point2D, Pose2D};
 /// Points of a footprint: as many as the value holds.
 const CAPACITY: usize = 32;
 
-/// The outline of a robot: a point or a convex polygon, with everything within a radius of it.
+/// The outline of a robot: a circle around the origin of the base, or a convex polygon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
-    /// Counter-clockwise; empty for a circle around the origin of the base.
+    /// Counter-clockwise; none for a circle.
     corners: [Corner; CAPACITY],
     count: usize,
+    /// Of the circle, m; 0 for a polygon.
     radius: f64,
     /// Distance from the origin to the farthest corner, m.
     swing: f64,
@@ -56,7 +57,7 @@ impl TryFrom<&Footprint> for Outline {
         match points.len() {
             0 if footprint.radius > 0.0 => Ok(Self::circle(footprint.radius)),
             0..3 => Err(FootprintError::Empty),
-            3.. => Self::polygon(points, footprint.radius),
+            3.. => Self::polygon(points),
         }
     }
 }
@@ -71,7 +72,7 @@ impl Outline {
         }
     }
 
-    fn polygon(points: &[Point2D], radius: f64) -> Result<Self, FootprintError> {
+    fn polygon(points: &[Point2D]) -> Result<Self, FootprintError> {
         let count = points.len();
         let twice_the_area: f64 = (0..count)
             .map(|i| (points[i], points[(i + 1) % count]))
@@ -79,7 +80,7 @@ impl Outline {
             .sum();
         let mut outline = Self {
             count,
-            ..Self::circle(radius)
+            ..Self::circle(0.0)
         };
         for i in 0..count {
             let order = |i: usize| if twice_the_area < 0.0 { count - 1 - i } else { i };
@@ -142,8 +143,7 @@ impl Outline {
             outside = outside.max(edge.outside(x, y));
             nearest = nearest.min(edge.squared_distance(x, y));
         }
-        let distance = if outside <= 0.0 { outside } else { nearest.sqrt() };
-        distance - self.radius
+        if outside <= 0.0 { outside } else { nearest.sqrt() }
     }
 
     /// Returns the distance from the outline at `pose` to the nearest of `points`, m; +∞ without points. Pose
