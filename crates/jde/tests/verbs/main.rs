@@ -1,5 +1,6 @@
 //! The executable as a user sees it: real processes, real files, exit statuses.
 
+mod applications;
 mod attached;
 mod breaking;
 mod cable;

@@ -1,0 +1,46 @@
+//! Applications that come with jde, in lockstep: they do what their first lines say.
+
+use serde_json::Value;
+
+use crate::support::{jde_with_plugins, json, output_of, root};
+
+/// Runs an application with options, and returns its result.
+fn run(name: &str, options: &[&str]) -> Value {
+    let file = root().join("apps").join(name).with_extension("toml");
+    let mut command = jde_with_plugins(&["run"]);
+    command.arg(file).args(["--lockstep", "--json"]).args(options);
+    let result = json(&output_of(&mut command).out);
+    assert_eq!(result["collisions"], 0, "{result}");
+    result
+}
+
+#[test]
+fn navigate_reaches_targets_in_a_building_that_it_does_not_know() {
+    let route = "navigate.route={poses=[[9.55, 2.75, 0], [3.55, 2.6, 0]]}";
+    let result = run("navigate", &["--for", "300s", "--set", route]);
+    assert_eq!(
+        (&result["outcome"], &result["reached"]),
+        (&"done".into(), &2.into()),
+        "{result}"
+    );
+}
+
+#[test]
+fn navigate_gives_up_a_target_in_a_wall_and_touches_nothing() {
+    let set = ["navigate.route={poses=[[6.0, 3.0, 0]]}", "navigate.patience=10 s"];
+    let result = run("navigate", &["--for", "300s", "--set", set[0], "--set", set[1]]);
+    assert_eq!(result["outcome"], "failed", "{result}");
+}
+
+#[test]
+fn colors_drives_to_a_blue_thing_and_stands_before_it() {
+    let result = run("colors", &["--for", "40s"]);
+    let roots = &result["groups"][0];
+    let driven = roots["winners"].as_array().expect("a list");
+    let driven = driven.iter().find(|winner| winner["schema"] == "approach");
+    assert!(
+        driven.expect("it is a root")["seconds"].as_f64() > Some(10.0),
+        "{result}"
+    );
+    assert!(roots["nobody_seconds"].as_f64() > Some(10.0), "{result}");
+}
