@@ -2,17 +2,13 @@
 //!
 //! The faults of a world and its map are reported together. The reader ignores nothing.
 
-mod bytes;
 mod document;
 mod edits;
 mod fixtures;
 mod grid;
 mod loose;
 mod map;
-mod map_yaml;
 mod movers;
-mod pgm;
-mod picture;
 mod room;
 mod scenery;
 mod starts;
@@ -31,9 +27,9 @@ use crate::mover;
 use crate::random::MAX_ROBOTS;
 use crate::scene::Scene;
 
-pub(crate) use self::bytes::read_text as text_of;
 pub(crate) use self::edits::read as read_edits;
 pub(crate) use self::fixtures::BoxPlan;
+pub(crate) use jde_map_file::{nearest, read_text as text_of};
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
 /// [`MAX_SAMPLES`] checks.
@@ -81,17 +77,6 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
     let faults = document.into_faults();
     // A fault that affects no value, such as an unknown key, also refuses the world.
     plan.filter(|_| faults.is_empty()).ok_or(faults)
-}
-
-/// Returns the known name that is most similar to a wrong one, if any is similar enough.
-pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    // A suggestion below this similarity misleads more often than it helps.
-    const MIN_SIMILARITY: f64 = 0.75;
-    known
-        .map(|name| (strsim::jaro_winkler(wrong, name), name))
-        .filter(|(likeness, _)| *likeness >= MIN_SIMILARITY)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, name)| name)
 }
 
 /// Reads all parts before it returns, so that every fault is reported.
