@@ -2,22 +2,10 @@
 //!
 //! One type for the whole crate. This module prints nothing.
 
-use std::fmt;
-use std::path::PathBuf;
+pub use jde_map_file::Fault;
 
 use crate::geometry::{Bounds, Pose2, Twist2};
 use crate::head::HeadCommand;
-
-/// One error or doubtful statement in a file of a world.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
-    /// The file: the world, its map or the map's image.
-    pub file: PathBuf,
-    /// The line, from 1; none when no line applies: the file could not be read, or is a PNG image.
-    pub line: Option<usize>,
-    /// What is wrong, what was expected, and what to do.
-    pub message: String,
-}
 
 /// Why a world could not be created, or why it refused a request.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -172,15 +160,6 @@ pub enum WorldError {
         /// The length that fits.
         expected: usize,
     },
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            Some(line) => write!(f, "{}:{line}: {}", self.file.display(), self.message),
-            None => write!(f, "{}: {}", self.file.display(), self.message),
-        }
-    }
 }
 
 impl WorldError {

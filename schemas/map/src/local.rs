@@ -6,6 +6,8 @@ use core::f64::consts::PI;
 use jde_grid::{Ray, RollingGrid};
 use jde_schema::prelude::*;
 
+use crate::MAX_SIDE;
+
 /// Exports a square map around the robot, from the scans of its laser.
 ///
 /// Rays make cells free and their ends make cells occupied; what no ray touches becomes unknown again. The
@@ -91,9 +93,6 @@ impl Schema for Local {
         Ok(())
     }
 }
-
-/// The most cells along a side, as many as the exported type has room for.
-const MAX_SIDE: u32 = 960;
 
 /// The rays of a scan in the frame of the pose, by REP-117: a beam without a return is free up to the range of
 /// the laser, and one without a measurement says nothing.

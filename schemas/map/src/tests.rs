@@ -3,7 +3,7 @@
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
-use super::Local;
+use super::{File, Local};
 
 /// Four beams, each a quarter of a turn from the last: ahead, left, back, right.
 fn scan(ranges: [f32; 4]) -> LaserScan {
@@ -116,4 +116,53 @@ fn a_map_of_too_many_cells_is_refused() {
         error.contains("4000 cells of 0.05 m a side: expected at most 960"),
         "{error}"
     );
+}
+
+/// A folder with a map of these rows of shades, and its file.
+fn map_file(width: usize, shades: &[u8]) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut image = format!("P5 {width} {} 255\n", shades.len() / width).into_bytes();
+    image.extend_from_slice(shades);
+    std::fs::write(folder.path().join("map.pgm"), image).expect("it writes");
+    let text = "image: map.pgm\nresolution: 0.1\norigin: [-1.0, 2.0, 0.0]\n";
+    let file = folder.path().join("map.yaml");
+    std::fs::write(&file, text).expect("it writes");
+    let file = file.to_str().expect("UTF-8").to_owned();
+    (folder, file)
+}
+
+fn file_bench(file: &str) -> Bench<File> {
+    let mut bench = Bench::new();
+    bench.set("file", Text::<1024>::truncated(file));
+    bench
+}
+
+#[test]
+fn a_map_is_exported_as_its_files_state_it() {
+    let (_folder, file) = map_file(3, &[0, 205, 254, 254, 254, 0]);
+    let mut bench = file_bench(&file);
+    bench.awake().expect("it awakes");
+    bench.iterate().expect("the iteration succeeds");
+    bench.iterate().expect("the iteration succeeds");
+    let map = bench.exported_in_place::<OccupancyGrid>("map").expect("a map");
+    assert_eq!((map.info.width, map.info.height), (3, 2));
+    assert_eq!(
+        (map.info.origin.position.x, map.info.origin.position.y),
+        (-1.0, 2.0)
+    );
+    // The image begins at the top, the map at the bottom.
+    assert_eq!(map.data.as_slice(), [0, 0, 100, 100, -1, 0]);
+}
+
+#[test]
+fn files_that_are_no_map_are_refused() {
+    let (_folder, large) = map_file(4000, &vec![254; 4000 * 4000]);
+    for (file, words) in [
+        ("", "`file` names no map"),
+        ("/nowhere/map.yaml", "cannot read the map"),
+        (large.as_str(), "has 4000 x 4000 cells: expected at most 921600"),
+    ] {
+        let error = file_bench(file).awake().expect_err("refused").to_string();
+        assert!(error.contains(words), "{error}");
+    }
 }

@@ -2,13 +2,7 @@
 //!
 //! This module handles cells only; `map` handles metres, rotations and files.
 
-/// The content of a cell of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Cell {
-    Free,
-    Occupied,
-    Unknown,
-}
+use jde_map_file::Cell;
 
 /// Cells by rows, from the lowest row.
 #[derive(Debug)]

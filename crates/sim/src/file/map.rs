@@ -1,15 +1,14 @@
-//! ROS occupancy maps: the meaning of a map server's image, and its pose in the world.
+//! ROS occupancy maps: their walls and their place in the world.
 //!
-//! Trinary maps only. Occupied cells become solid. Unknown cells do not, but no robot starts on one.
+//! Occupied cells become solid. Unknown cells do not, but no robot starts on one.
 
 use std::path::Path;
 
-use super::bytes;
+use jde_map_file::{Cell, MapFile, read_text};
+
 use super::document::{Document, Table};
 use super::fixtures;
-use super::grid::{Block, Cell, Grid};
-use super::map_yaml::{self, MapInfo};
-use super::picture::Picture;
+use super::grid::{Block, Grid};
 use super::values;
 use crate::error::Fault;
 use crate::geometry::Pose2;
@@ -38,7 +37,7 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
     };
     let name = root.required("map", values::text)?;
     let path = document.path().parent().unwrap_or(Path::new("")).join(&name);
-    let text = match bytes::read_text(&path) {
+    let text = match read_text(&path) {
         Ok(text) => text,
         Err(error) => {
             root.fault(
@@ -120,46 +119,18 @@ impl Map {
 }
 
 fn load(name: &str, path: &Path, text: &str) -> Result<Map, Vec<Fault>> {
-    let MapInfo {
-        picture,
-        resolution,
-        origin,
-        negate,
-        occupied,
-        free,
-    } = map_yaml::read(path, text)?;
-    let grid = classify(&picture, negate, occupied, free);
+    let file = MapFile::parse(path, text)?;
+    let grid = Grid {
+        width: file.width,
+        height: file.height,
+        cells: file.cells,
+    };
+    let [x, y, heading] = file.origin;
     Ok(Map {
         blocks: grid.blocks(),
         name: name.to_owned(),
-        resolution,
-        origin,
+        resolution: file.resolution,
+        origin: Pose2::new(x, y, heading),
         grid,
     })
-}
-
-/// Classifies the shades: a darker cell is more likely occupied. `negate` inverts that.
-fn classify(picture: &Picture, negate: bool, occupied: f64, free: f64) -> Grid {
-    let cell = |&shade: &f32| {
-        let likely = f64::from(if negate { shade } else { 1.0 - shade });
-        if likely > occupied {
-            Cell::Occupied
-        } else if likely < free {
-            Cell::Free
-        } else {
-            Cell::Unknown
-        }
-    };
-    let cells = picture
-        .shades
-        .chunks_exact(picture.width)
-        .rev()
-        .flatten()
-        .map(cell)
-        .collect();
-    Grid {
-        width: picture.width,
-        height: picture.height,
-        cells,
-    }
 }

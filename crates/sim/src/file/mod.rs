@@ -3,17 +3,13 @@
 //!
 //! The faults of a world and its map are reported together. The reader ignores nothing.
 
-mod bytes;
 mod document;
 mod edits;
 mod fixtures;
 mod grid;
 mod loose;
 mod map;
-mod map_yaml;
 mod movers;
-mod pgm;
-mod picture;
 mod robot;
 mod room;
 mod scenery;
@@ -36,6 +32,7 @@ use crate::scene::Scene;
 pub(crate) use self::edits::read as read_edits;
 pub(crate) use self::fixtures::BoxPlan;
 pub(crate) use self::robot::read as read_robot;
+pub(crate) use jde_map_file::nearest;
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
 /// [`MAX_SAMPLES`] checks.
@@ -74,7 +71,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
 
 /// Returns the text of a file; `what` names its content in errors.
 pub(crate) fn load(path: &Path, what: &str) -> Result<String, WorldError> {
-    bytes::read_text(path).map_err(|error| {
+    jde_map_file::read_text(path).map_err(|error| {
         WorldError::Faults(vec![Fault {
             file: path.to_owned(),
             line: None,
@@ -105,17 +102,6 @@ fn parse<T>(
     let faults = document.into_faults();
     // A fault that affects no value, such as an unknown key, also refuses the file.
     plan.filter(|_| faults.is_empty()).ok_or(faults)
-}
-
-/// Returns the known name that is most similar to a wrong one, if any is similar enough.
-pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    // A suggestion below this similarity misleads more often than it helps.
-    const MIN_SIMILARITY: f64 = 0.75;
-    known
-        .map(|name| (strsim::jaro_winkler(wrong, name), name))
-        .filter(|(likeness, _)| *likeness >= MIN_SIMILARITY)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, name)| name)
 }
 
 /// Reads all parts before it returns, so that every fault is reported.

@@ -2,7 +2,7 @@
 //!
 //! One image a file. Comments may occur anywhere in the header, and in a plain raster.
 
-use super::picture::{MAX_PIXELS, Picture};
+use crate::picture::{MAX_PIXELS, Picture};
 
 /// The line of the file, and what is wrong there.
 pub(crate) type PgmError = (usize, String);

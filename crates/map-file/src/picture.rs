@@ -5,8 +5,8 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use super::{bytes, pgm};
-use crate::error::Fault;
+use crate::fault::Fault;
+use crate::{bytes, pgm};
 
 /// Ten thousand cells a side: 500 m at 5 cm.
 pub(crate) const MAX_PIXELS: usize = 100_000_000;

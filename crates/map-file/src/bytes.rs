@@ -1,4 +1,4 @@
-//! Reads the files of a world. Each kind of file has a size limit. Only regular files are read, no
+//! Reads the files of maps and worlds. Each kind of file has a size limit. Only regular files are read, no
 //! devices.
 
 use std::fs::File;
@@ -10,8 +10,11 @@ const MAX_TEXT: u64 = 4 << 20;
 /// Greatest image of a map, in bytes: the most pixels, in plain text.
 pub(crate) const MAX_IMAGE: u64 = 512 << 20;
 
-/// Returns the text of a file.
-pub(crate) fn read_text(path: &Path) -> Result<String> {
+/// Returns the text of a file of at most 4 MiB.
+///
+/// # Errors
+/// If it cannot be read, is no regular file, is larger, or is no UTF-8.
+pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read_limited(path, MAX_TEXT)?)
         .map_err(|_| Error::new(ErrorKind::InvalidData, "it is no UTF-8"))
 }

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 
 use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
 
-use super::picture::{self, Picture};
-use crate::error::Fault;
-use crate::geometry::Pose2;
+use crate::fault::Fault;
+use crate::picture::{self, Picture};
+use crate::similar::nearest;
 
 /// The contents of the file, image included.
 pub(crate) struct MapInfo {
     pub(crate) picture: Picture,
     /// The length of a cell's side in metres.
     pub(crate) resolution: f64,
-    /// The lower left corner of the image in the world.
-    pub(crate) origin: Pose2,
+    /// The lower left corner of the image in the world: x, y in metres and the heading in radians.
+    pub(crate) origin: [f64; 3],
     /// Whether white is occupied.
     pub(crate) negate: bool,
     /// The likelihood above which a cell is occupied.
@@ -106,16 +106,14 @@ impl MapYaml<'_> {
         Some(self.path.parent().unwrap_or(Path::new("")).join(name))
     }
 
-    fn origin(&mut self) -> Option<Pose2> {
+    fn origin(&mut self) -> Option<[f64; 3]> {
         let node = self.get("origin")?;
         let values: Option<Vec<f64>> = node
             .data
             .as_sequence()
             .and_then(|items| items.iter().map(float).collect());
         match values.as_deref() {
-            Some(&[x, y, yaw]) if [x, y, yaw].iter().all(|value| value.abs() <= 1e5) => {
-                Some(Pose2::new(x, y, yaw))
-            }
+            Some(&[x, y, yaw]) if [x, y, yaw].iter().all(|value| value.abs() <= 1e5) => Some([x, y, yaw]),
             _ => {
                 self.fault("origin", "is not [x, y, yaw] in metres and radians");
                 None
@@ -185,7 +183,7 @@ impl MapYaml<'_> {
     fn get(&mut self, key: &str) -> Option<&MarkedYaml<'_>> {
         if self.find(key).is_none() {
             let mapping = self.root.data.as_mapping()?;
-            let similar = super::nearest(key, mapping.keys().filter_map(|name| name.data.as_str()));
+            let similar = nearest(key, mapping.keys().filter_map(|name| name.data.as_str()));
             let hint = similar
                 .map(|similar| format!("; is `{similar}` meant for it?"))
                 .unwrap_or_default();
