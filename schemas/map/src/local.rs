@@ -1,8 +1,6 @@
 //! The schema of the map around the robot. It reads scans as of the newest pose, and so requires a pose that
 //! is as new as the scan.
 
-use core::f64::consts::PI;
-
 use jde_grid::{Ray, RollingGrid};
 use jde_schema::prelude::*;
 
@@ -21,15 +19,9 @@ pub struct Local {
     /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
-    /// The laser's place ahead of the robot's centre.
-    #[modulation(default = 0.0, unit = "m", min = -5.0, max = 5.0)]
-    laser_x: Modulation<f64>,
-    /// The laser's place to the left of the robot's centre.
-    #[modulation(default = 0.0, unit = "m", min = -5.0, max = 5.0)]
-    laser_y: Modulation<f64>,
-    /// The laser's direction, to the left.
-    #[modulation(default = 0.0, unit = "rad", min = -PI, max = PI)]
-    laser_yaw: Modulation<f64>,
+    /// Where the laser is on the base, and which way its x points.
+    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    mount: Modulation<Pose2D>,
     /// Side of the map.
     #[modulation(default = 12.0, unit = "m", min = 1.0, max = 500.0, fixed)]
     side: Modulation<f64>,
@@ -77,8 +69,7 @@ impl Schema for Local {
             return Ok(());
         }
         if self.scan.replace(laser.sequence()) != Some(laser.sequence()) {
-            let mount = Pose2D::new(self.laser_x.get(cx), self.laser_y.get(cx), self.laser_yaw.get(cx));
-            let sensor = robot.transform(&mount);
+            let sensor = robot.transform(&self.mount.get(cx));
             grid.observe((sensor.x, sensor.y), &rays(&laser, &sensor), cx.now());
         }
         let mut map = self.map.loan(cx);

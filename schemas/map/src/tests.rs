@@ -67,7 +67,7 @@ fn returns_are_occupied_and_what_lies_before_them_is_free() {
 fn the_pose_and_the_mount_place_the_rays() {
     let pose = Pose2D::new(0.05, 0.05, core::f64::consts::FRAC_PI_2);
     let mut bench = bench([1.0, NAN, NAN, NAN], pose);
-    bench.set("laser_x", 0.2);
+    bench.set("mount", Pose2D::new(0.2, 0.0, 0.0));
     bench.iterate().expect("the iteration succeeds");
     assert_eq!(at(&bench, 0.05, 1.25), Some(100));
     assert_eq!(at(&bench, 0.05, 0.05), Some(-1), "behind the laser");

@@ -33,6 +33,13 @@ fn navigate_gives_up_a_target_in_a_wall_and_touches_nothing() {
 }
 
 #[test]
+fn patrol_skips_the_place_under_a_table_that_its_map_does_not_know() {
+    let result = run("patrol", &["--for", "60s"]);
+    assert!(result["reached"].as_u64() >= Some(3), "{result}");
+    assert_eq!(result["outcome"], "time-up", "{result}");
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];
