@@ -48,7 +48,7 @@ struct TargetRequest {
 
 impl Targets {
     /// Sets a target of an operator, which takes precedence over the route.
-    pub fn request(&mut self, position: Pose2D, operator: &str) {
+    fn request(&mut self, position: Pose2D, operator: &str) {
         self.request = Some(TargetRequest {
             position,
             operator: operator.to_owned(),
@@ -62,9 +62,15 @@ impl Targets {
         request.or_else(|| self.next(terms))
     }
 
-    /// Takes the robot's present pose: targets are reached, or given up. Logs both. Returns the target to
-    /// drive to and the mission.
-    pub fn advance(&mut self, cx: &Context, terms: &Terms<'_>, pose: Pose2D) -> (Target, Mission) {
+    /// Takes the robot's present pose: targets are reached, or given up. Logs both, with `obstacle`, a reason
+    /// in words why the robot stands, if there is one. Returns the target to drive to and the mission.
+    pub fn advance(
+        &mut self,
+        cx: &Context,
+        terms: &Terms<'_>,
+        pose: Pose2D,
+        obstacle: Option<&str>,
+    ) -> (Target, Mission) {
         if let Some(target) = self.current(terms) {
             let distance = pose.distance_to(&target);
             if distance < terms.tolerance {
@@ -73,12 +79,10 @@ impl Targets {
                 let patience = Duration::try_from_secs_f64(terms.patience).unwrap_or_default();
                 if let Some(stuck) = self.progress.stuck(cx.now(), &target, distance, patience) {
                     let Stuck { waited, nearest } = stuck;
+                    let obstacle = obstacle.map(|words| format!(" ({words})")).unwrap_or_default();
                     let waited = waited.as_secs_f64();
-                    self.give_up(
-                        cx,
-                        terms,
-                        &format!("it came no nearer than {nearest:.2} m for {waited:.0} s"),
-                    );
+                    let reason = format!("it came no nearer than {nearest:.2} m for {waited:.0} s{obstacle}");
+                    self.give_up(cx, terms, &reason);
                 }
             }
         }
@@ -104,7 +108,7 @@ impl Targets {
     }
 
     /// Gives up the current target, for a reason in words, and continues without it.
-    pub fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str) {
+    fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str) {
         let Some(Pose2D { x, y, .. }) = self.current(terms) else {
             return;
         };

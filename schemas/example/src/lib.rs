@@ -85,7 +85,7 @@ impl Schema for Example {
             return Ok(());
         };
         let terms = self.terms(cx);
-        let (target, mission) = self.targets.advance(cx, &terms, pose);
+        let (target, mission) = self.targets.advance(cx, &terms, pose, None);
         self.avoid_target.set(cx, target);
         self.cruise_target.set(cx, target);
         self.mission.write(cx, mission);

@@ -71,7 +71,10 @@ impl Schema for Navigate {
         let Some(pose) = self.pose.get(cx).map(|odometry| odometry.pose2d()) else {
             return Ok(());
         };
-        let (target, mission) = self.targets.advance(cx, &self.terms(cx), pose);
+        let terms = self.terms(cx);
+        let planner = self.state.get(cx);
+        let words = planner.as_ref().map(|state| state.as_str());
+        let (target, mission) = self.targets.advance(cx, &terms, pose, words);
         self.target.set(cx, target);
         self.mission.write(cx, mission);
         Ok(())
