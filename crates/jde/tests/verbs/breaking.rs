@@ -108,7 +108,7 @@ fn real_time_stands_still_on_threads_and_in_a_pool_and_nothing_is_late() {
         }
         run.type_line("c");
         let (status, out) = run.end();
-        assert_eq!(status, Some(0), "{executor}");
+        assert_eq!(status, Some(0), "{executor}: {out}");
         let summary = json(&out);
         assert!(
             (1.0..1.2).contains(&summary["sim_seconds"].as_f64().unwrap()),

@@ -106,9 +106,10 @@ impl Sim {
         for warning in warnings {
             writeln!(output, "{WARN}warning{WARN:#}: {warning}")?;
         }
+        // Before the lines that others wait for: a signal after them must find a listener.
+        let (stop, _interrupts) = SignalListener::flag(|| {})?;
         self.announce(&server, &mut output)?;
 
-        let (stop, _interrupts) = SignalListener::flag(|| {})?;
         let limit = self.limit.map(Duration::from_nanos);
         // The world must not wait for a reader of the output.
         let no_waiting = terminal::never_block();
