@@ -214,9 +214,14 @@ fn default_layout(session: &Session) -> Tree<Kind> {
         tiles.insert_tab_tile(panes)
     };
     let scope = tab(vec![Kind::Oscilloscope, Kind::Values]);
-    let father = session.panels().find(|schema| {
+    let without_father = session.panels().filter(|schema| {
         let father = session.schema(schema).and_then(|schema| schema.father.as_ref());
         father.is_none()
+    });
+    // A root before the perceptive schemas and drivers, which compete in no group.
+    let father = without_father.min_by_key(|schema| {
+        let group = session.schema(schema).and_then(|schema| schema.group.as_ref());
+        group.is_none()
     });
     let mut senses = vec![Kind::Robot];
     senses.extend(father.map(|schema| Kind::Panel(schema.to_owned())));
