@@ -19,7 +19,6 @@ pub mod costmap;
 mod distance;
 mod field;
 mod geometry;
-mod keep_out;
 mod line;
 #[cfg(test)]
 mod maps;

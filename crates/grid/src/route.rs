@@ -1,7 +1,7 @@
 //! What a planner returns: a way in columns and rows, or why there is none.
 
 use crate::costmap::Costmap;
-use crate::geometry::{Cell, Geometry};
+use crate::geometry::Cell;
 use crate::price::Prices;
 
 /// A point in columns and rows, with fractions: (0.5, 0.5) is the centre of the first cell.
@@ -44,11 +44,6 @@ impl Route {
             .windows(2)
             .map(|pair| libm::hypot(pair[1].0 - pair[0].0, pair[1].1 - pair[0].1))
             .sum()
-    }
-
-    /// Returns the points in the world, in metres.
-    pub fn in_world(&self, geometry: &Geometry) -> impl Iterator<Item = (f64, f64)> {
-        self.points.iter().map(|&point| geometry.to_world(point))
     }
 
     /// Removes points while the way stays within `tolerance` cells of all removed ones (Douglas and Peucker,
