@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use jde_abi::raw;
 use jde_app::{Application, parse};
+use jde_host::reload::PendingReload;
 use jde_host::{Handle, Lockstep, OperatorHandle, Options, Running, StartError};
 use jde_loader::{Plugins, SearchPath};
 use jde_records::event::{Event, Observer, Outcome};
+use jde_records::reload::Replacement;
 use jde_records::snapshot::{GroupView, SchemaView};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
@@ -167,6 +169,16 @@ impl TestApp {
             );
             self.advance(now + MS);
         }
+    }
+
+    /// Runs until the outcome of a reload is known. The scenario has no entry for it.
+    pub(crate) fn until_reloaded(&mut self, reload: &PendingReload) -> Result<Replacement, String> {
+        if let Run::Lockstep(_) = self.run {
+            self.until(|_| reload.outcome().is_some());
+        }
+        // The watchdog ends the test before.
+        let outcome = reload.wait(2 * DEFAULT_LIMIT);
+        outcome.expect("the reload ends")
     }
 
     /// Runs until `done`, without a limit in virtual time. For conditions that depend on the machine's time

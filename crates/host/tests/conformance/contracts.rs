@@ -354,7 +354,7 @@ fn r17_the_contract_includes_the_panel_of_a_new_build(executor: Executor) {
             fresh: true,
         };
         let reload = app.operator().replace(low, &build, options).expect("it fits");
-        app.until(|_| reload.outcome().is_some());
+        app.until_reloaded(&reload).expect("it takes over");
         assert_eq!(allowed(&app), before + panels * 4 * MS);
     }
     app.stop();

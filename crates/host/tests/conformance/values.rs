@@ -465,7 +465,7 @@ fn r8_a_fixed_modulation_keeps_its_value_through_a_reload(executor: Executor) {
     let reload = operator
         .replace(low, &build, ReloadOptions::default())
         .expect("it fits");
-    app.until(|_| reload.outcome().is_some());
+    app.until_reloaded(&reload).expect("it takes over");
     assert_eq!(scenario.count("low awake"), 2);
     let iterated = scenario.count("low iterate");
     app.until(|app| app.scenario.count("low iterate") > iterated);

@@ -86,8 +86,7 @@ impl Fixture {
         };
         let reload = self.isolated.app.operator().replace(high, &build, options);
         let reload = reload.expect("the build is compatible");
-        self.isolated.app.until(|_| reload.outcome().is_some());
-        reload.outcome().expect("it was checked")
+        self.isolated.app.until_reloaded(&reload)
     }
 
     fn steps(&self) -> u32 {

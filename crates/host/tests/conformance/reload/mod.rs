@@ -12,7 +12,7 @@ use jde_app::parse;
 use jde_board::value::Value;
 use jde_core::{Health, State};
 use jde_host::Options;
-use jde_host::reload::{PendingReload, ReloadOptions};
+use jde_host::reload::ReloadOptions;
 use jde_records::event::{Event, OperatorAction};
 use jde_records::reload::{CarriedMemory, Replacement};
 
@@ -89,12 +89,7 @@ fn reload(app: &mut TestApp, number: u32, options: ReloadOptions) -> Result<Repl
         .operator()
         .replace(counter, &build(number), options)
         .unwrap_or_else(|reasons| panic!("{reasons:#?}"));
-    outcome(app, &reload)
-}
-
-fn outcome(app: &mut TestApp, reload: &PendingReload) -> Result<Replacement, String> {
-    app.until(|_| reload.outcome().is_some());
-    reload.outcome().expect("it was checked")
+    app.until_reloaded(&reload)
 }
 
 /// Returns the last step of one build and the first step of another.
@@ -395,7 +390,7 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
         .operator()
         .replace(father, &build, ReloadOptions::default())
         .expect("it is the same build");
-    outcome(&mut app, &reload).expect("it takes over");
+    app.until_reloaded(&reload).expect("it takes over");
     let iterated = app.scenario.count("child iterate");
     app.until(|app| app.scenario.count("child iterate") > iterated + 5);
     assert_eq!(app.scenario.count("father awake"), 2);
@@ -419,7 +414,7 @@ fn a_driver_releases_its_device_before_the_new_build_opens_it_and_the_command_st
         .operator()
         .replace(robot, &build, ReloadOptions::default())
         .expect("it is the same build");
-    outcome(&mut app, &reload).expect("it takes over");
+    app.until_reloaded(&reload).expect("it takes over");
     // The new instance does not know the earlier commands, so it records the command in force.
     app.until(|app| app.scenario.count(command) == 2);
     let order = [

@@ -6,7 +6,7 @@ use jde_host::reload::ReloadOptions;
 use jde_records::event::Event;
 
 use super::counter::build;
-use super::{level_events, outcome, reload, rollback_reasons, start};
+use super::{level_events, reload, rollback_reasons, start};
 use crate::common::{Executor, TestApp, in_real_time, on_every_executor};
 
 on_every_executor!(
@@ -232,7 +232,8 @@ fn a_pending_build_takes_over_after_a_call_that_hangs(executor: Executor) {
     let pending = operator.replace(counter, &build(2), options).expect("it fits");
     app.scenario.record(|| "go".to_owned());
     app.until_line("counter 17 hangs");
-    outcome(&mut app, &pending).expect("the next turn performs the reload");
+    app.until_reloaded(&pending)
+        .expect("the next turn performs the reload");
     operator.release(counter).expect("it was stopped");
     app.until_line("counter 2 step 1");
     // Another build may take over now.
