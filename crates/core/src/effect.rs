@@ -38,6 +38,11 @@ pub enum Effect {
     /// schema is bound to it and has not written it, or if no schema below that is bound to it could act
     /// (R7).
     Lapsed(SchemaId),
+    /// A guard refused a command of a schema, which is not READY for its group's retry (R18). What it took over
+    /// stays in force, at most for its driver's validity.
+    Refused(SchemaId),
+    /// The retry of a refused schema ended (R18).
+    Retries(SchemaId),
     /// A schema lost its authority; children before fathers.
     Withdrawn(SchemaId),
     /// A motor schema became WINNER and should iterate at once.

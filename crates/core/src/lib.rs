@@ -53,8 +53,8 @@ pub use policy::{NumberParameter, POLICIES, Policy, PolicyKind, TimeParameter};
 pub use record::{Candidate, Case, Cause, Decider, Record};
 pub use refused::Refused;
 pub use spec::{
-    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, GroupId, GroupSpec, Kind, Nanos, Restart, SchemaId,
-    SchemaSpec, Spec,
+    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, DEFAULT_RETRY, GroupId, GroupSpec, Kind, Nanos, Restart,
+    SchemaId, SchemaSpec, Spec,
 };
 pub use spec_error::SpecError;
 pub use state::{ActuationState, Health, Requester, State};

@@ -115,6 +115,8 @@ pub enum Cause {
     Faulted(SchemaId),
     /// This schema ended an iteration.
     Iterated(SchemaId),
+    /// A guard refused a command of this schema (R18).
+    Refused(SchemaId),
     /// The father changed the policy of the group.
     PolicyChanged,
     /// An operator played, stopped, forced or released this schema. If an operator stopped all schemas, it

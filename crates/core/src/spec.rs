@@ -26,6 +26,10 @@ pub const DEFAULT_PATIENCE: Nanos = 5_000_000;
 /// The arbitration budget of a group that states none: 5 ms, for the same reason.
 pub const DEFAULT_BUDGET: Nanos = 5_000_000;
 
+/// How long a refused schema of a group that states no time is not READY: 500 ms, five usual periods. The next
+/// candidate acts meanwhile, and a person waits no longer for the robot once the way is free.
+pub const DEFAULT_RETRY: Nanos = 500_000_000;
+
 /// Identifies a schema by its index in [`Spec::schemas`].
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct SchemaId(
@@ -131,6 +135,8 @@ pub struct GroupSpec {
     pub patience: Nanos,
     /// How long the father's own arbitration may take (R4).
     pub budget: Nanos,
+    /// How long a member is not READY after a guard has refused a command of it (R18).
+    pub retry: Nanos,
 }
 
 /// What happens when no member of a group wins (R9).
@@ -166,8 +172,8 @@ impl SchemaSpec {
 }
 
 impl GroupSpec {
-    /// Returns a group with the policy priority, which brakes on absence, with the default patience and
-    /// budget.
+    /// Returns a group with the policy priority, which brakes on absence, with the default patience,
+    /// budget and retry.
     #[must_use]
     pub fn new(name: impl Into<String>, father: Option<SchemaId>, members: Vec<SchemaId>) -> Self {
         Self {
@@ -178,6 +184,7 @@ impl GroupSpec {
             absence: Absence::Brake,
             patience: DEFAULT_PATIENCE,
             budget: DEFAULT_BUDGET,
+            retry: DEFAULT_RETRY,
         }
     }
 }

@@ -10,7 +10,7 @@ pub enum State {
     /// Uses no processor time and keeps its memory.
     #[default]
     Slept,
-    /// Awake. Its precondition is false, or not checked yet.
+    /// Awake. Its precondition is false, or not checked yet, or a guard has refused its command (R18).
     Checking,
     /// Awake. Its precondition is true, and it was not chosen.
     Ready,

@@ -4,7 +4,7 @@
 //! The tests of the rules and the campaign of faults share it. Its checks do not use the code under test: it
 //! rebuilds states and authority from the effects, and takes fathers and members from the specification.
 
-use jde_core::{Effect, GroupId, Health, Hierarchy, Kind, SchemaId, Spec, State};
+use jde_core::{Decider, Effect, GroupId, Health, Hierarchy, Kind, SchemaId, Spec, State};
 
 /// The state of the hierarchy according to the effects so far. Errors name the violated rule.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -23,6 +23,8 @@ pub struct Shadow {
     lapsing: Option<SchemaId>,
     /// Schemas that faulted as WINNER and have not restarted.
     faulted: Vec<bool>,
+    /// Schemas whose command a guard refused, until their retry (R18).
+    refused: Vec<bool>,
     /// The last choice of each group (R15).
     chosen: Vec<Option<SchemaId>>,
     /// Groups that slept since their last selection.
@@ -57,6 +59,7 @@ impl Shadow {
             takeover_phases: vec![TakeoverPhase::Settled; spec.schemas.len()],
             lapsing: None,
             faulted: vec![false; spec.schemas.len()],
+            refused: vec![false; spec.schemas.len()],
             chosen: vec![None; spec.groups.len()],
             slept: vec![true; spec.groups.len()],
             shut_down: false,
@@ -130,6 +133,9 @@ impl Shadow {
                 format!("the effects do not agree with the authority of {id:?}")
             })?;
             let chain = spec.schemas[id.index()].kind == Kind::Motor && paths[id.index()];
+            check(self.refused[id.index()] == h.is_refused(id), || {
+                format!("the effects do not agree with the refusal of {id:?}")
+            })?;
             check(h.has_authority(id) == chain, || {
                 format!("R7: authority of {id:?} and the chain of winners differ")
             })?;
@@ -175,6 +181,7 @@ impl Shadow {
                 if abandoned {
                     self.running[id.index()] = Some(Abandoned::Yes);
                 }
+                self.refused[id.index()] = false;
                 Ok(())
             }
             Effect::TakesOver { group, id } => {
@@ -223,6 +230,17 @@ impl Shadow {
                 self.lapsing = None;
                 Ok(())
             }
+            Effect::Refused(id) => {
+                check(self.authority[id.index()], || {
+                    "R18: a schema without authority is refused".into()
+                })?;
+                self.refused[id.index()] = true;
+                self.takeover_phases[id.index()] = TakeoverPhase::Settled;
+                Ok(())
+            }
+            Effect::Retries(id) => check(std::mem::take(&mut self.refused[id.index()]), || {
+                "R18: a schema retries that was not refused".into()
+            }),
             Effect::Withdrawn(id) => {
                 self.takeover_phases[id.index()] = TakeoverPhase::Settled;
                 check(self.authority[id.index()], || {
@@ -315,6 +333,21 @@ impl Shadow {
                 check(record.changed == (record.before != record.choice), || {
                     "R15: `changed` is wrong".into()
                 })?;
+                let ready = record
+                    .candidates
+                    .iter()
+                    .find(|c| c.ready && self.refused[c.id.index()]);
+                check(ready.is_none(), || {
+                    format!("R18: a refused schema is READY: {ready:?}")
+                })?;
+                let by_rule = !matches!(
+                    record.decider,
+                    Decider::Operator | Decider::Father | Decider::ArbitrationFailed
+                );
+                check(
+                    !by_rule || record.choice.is_none_or(|c| !self.refused[c.index()]),
+                    || "R18: a refused schema is chosen".into(),
+                )?;
                 check(record.cause_time <= record.time, || {
                     "R15: a cause after its effect".into()
                 })?;

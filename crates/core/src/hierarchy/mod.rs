@@ -26,6 +26,7 @@ mod nodes;
 mod operator;
 mod promotion;
 mod query;
+mod refusal;
 mod restart;
 mod restarts;
 mod selection;

@@ -23,6 +23,8 @@ pub(super) struct Node {
     stopped: bool,
     /// An operator stopped all schemas, including this one.
     stopped_with_all: bool,
+    /// A guard refused a command of it, and its retry has not ended (R18).
+    refused: bool,
 }
 
 /// Whether it and all its fathers are WINNER and its authority is not withdrawn (R7), and how far it has
@@ -67,6 +69,7 @@ impl Node {
         woken: Vec::new(),
         stopped: false,
         stopped_with_all: false,
+        refused: false,
     };
 
     pub(super) fn state(&self) -> State {
@@ -97,8 +100,13 @@ impl Node {
         self.stopped_with_all
     }
 
+    /// Whether its precondition holds and no guard has refused its command (R18).
     pub(super) fn is_ready(&self) -> bool {
-        self.check.is_ready()
+        self.check.is_ready() && !self.refused
+    }
+
+    pub(super) fn is_refused(&self) -> bool {
+        self.refused
     }
 
     pub(super) fn is_checked(&self) -> bool {
@@ -134,6 +142,11 @@ impl Node {
     /// Whether it can be chosen although it is not READY.
     pub(super) fn can_be_chosen(&self) -> bool {
         self.competes() && !self.is_abandoned()
+    }
+
+    /// Whether it can win as the fallback of its group.
+    pub(super) fn can_fall_back(&self) -> bool {
+        self.can_be_chosen() && !self.refused
     }
 
     /// Whether it may begin an iteration, as far as it depends on this schema alone.
@@ -210,6 +223,7 @@ impl Node {
     pub(super) fn prepare_sleep(&mut self) -> Vec<SchemaId> {
         self.abandon();
         self.check.forget();
+        self.refused = false;
         std::mem::take(&mut self.woken)
     }
 
@@ -219,6 +233,18 @@ impl Node {
 
     pub(super) fn withdraw(&mut self) {
         self.authority = Authority::Absent;
+    }
+
+    /// Records that a guard refused a command of it. It has decided about what it took over, so that does not
+    /// lapse.
+    pub(super) fn refuse(&mut self) {
+        self.refused = true;
+        self.authority = Authority::Settled;
+    }
+
+    /// Ends its refusal.
+    pub(super) fn retry(&mut self) {
+        self.refused = false;
     }
 
     pub(super) fn is_requested_by(&self, requester: Requester) -> bool {

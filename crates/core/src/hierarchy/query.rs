@@ -26,10 +26,17 @@ impl Hierarchy {
         self.node(id).is_awake()
     }
 
-    /// Returns whether the precondition of a schema was true at its last check.
+    /// Returns whether the precondition of a schema was true at its last check, and no guard has refused a
+    /// command of it since its last retry (R18).
     #[must_use]
     pub fn is_ready(&self, id: SchemaId) -> bool {
         self.node(id).is_ready()
+    }
+
+    /// Returns whether a guard refused a command of this schema and its retry has not ended (R18).
+    #[must_use]
+    pub fn is_refused(&self, id: SchemaId) -> bool {
+        self.node(id).is_refused()
     }
 
     /// Returns whether a schema has checked since it woke.

@@ -115,7 +115,7 @@ impl Snapshot<'_> {
     /// can win.
     pub(super) fn absent(&self, case: Case) -> Decision {
         let (choice, reason) = match self.spec.absence {
-            Absence::Fallback(fallback) if self.nodes.get(fallback).can_be_chosen() => {
+            Absence::Fallback(fallback) if self.nodes.get(fallback).can_fall_back() => {
                 (Some(fallback), "nobody is ready: the fallback wins")
             }
             Absence::Fallback(_) => (None, "nobody is ready, nor can the fallback win: brake"),

@@ -21,6 +21,8 @@ pub enum Timer {
     Hold(GroupId),
     /// The back-off of this faulted schema ends.
     Restart(SchemaId),
+    /// This schema, whose command a guard refused, may be READY again (R18).
+    Retry(SchemaId),
 }
 
 /// The armed timers and when they are due.
@@ -77,6 +79,7 @@ impl Hierarchy {
             Timer::Turn(group) => self.end_turn(now, group, out),
             Timer::Hold(group) => self.brake(group, out),
             Timer::Restart(id) => self.restart(now, id, out),
+            Timer::Retry(id) => self.retry(now, id, out),
         }
         self.settle(out);
     }

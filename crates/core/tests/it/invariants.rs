@@ -89,7 +89,8 @@ impl Run {
                 self.end(schema)
             }
             27 => self.operate(schema, b),
-            28 | 29 => self.transaction(|h, out| h.tick(now, out)),
+            28 => self.transaction(|h, out| h.refused(now, schema, out)),
+            29 => self.transaction(|h, out| h.tick(now, out)),
             30 => self.fire(a),
             _ => match b % 12 {
                 0 => self.transaction(|h, out| h.restored(now, other, out)),
@@ -425,6 +426,7 @@ impl Run {
             0..=7 => self.h.is_awake(*id) && self.h.group_of(*id).is_some(),
             8..=12 => self.h.state(*id) == State::Winner,
             13..=16 => self.shadow.is_running(*id),
+            28 => self.h.has_authority(*id),
             17..=22 => self.h.has_authority(*id) && !self.h.subtree(*id).is_empty(),
             _ => true,
         };

@@ -1,7 +1,7 @@
 //! Every order in which the threads of a small hierarchy can step, over the real state machine.
 //!
 //! Two roots, teleop before example; example wakes stop and goon, stop first. Each thread checks, begins,
-//! commands, wakes, ends, or faults, and each timer fires, at any moment. To test the model itself, executors with
+//! commands, wakes, ends, or faults, a guard refuses a command, and each timer fires, at any moment. To test the model itself, executors with
 //! a defect run through the same model, which must detect each of them.
 
 use std::hash::{Hash, Hasher};
@@ -20,7 +20,7 @@ const ROOTS: GroupId = GroupId(0);
 const MOTION: GroupId = GroupId(1);
 
 #[test]
-fn every_interleaving_keeps_r1_r5_and_r7_and_lets_stop_win() {
+fn every_interleaving_keeps_r1_r5_r7_and_r18_and_lets_stop_win() {
     let checker = Threads {
         executor: Executor::Correct,
     }
@@ -62,6 +62,11 @@ fn an_executor_that_keeps_a_losers_command_in_force_is_detected() {
 }
 
 #[test]
+fn an_executor_that_does_not_report_a_refusal_is_detected() {
+    assert_detected(Executor::HidesRefusals);
+}
+
+#[test]
 fn an_executor_that_keeps_a_command_taken_over_and_not_written_is_detected() {
     assert_detected(Executor::KeepsUnwrittenCommand);
 }
@@ -69,12 +74,13 @@ fn an_executor_that_keeps_a_command_taken_over_and_not_written_is_detected() {
 fn assert_detected(executor: Executor) {
     let checker = Threads { executor }.checker().spawn_bfs().join();
     assert!(
-        checker.discovery(RULES_KEPT).is_some(),
+        checker.discovery(RULES_KEPT).is_some() || checker.discovery(REFUSED_LOSES).is_some(),
         "{executor:?} violated no rule: the model detects nothing"
     );
 }
 
 const RULES_KEPT: &str = "the rules are kept";
+const REFUSED_LOSES: &str = "a refused schema loses within one patience";
 
 /// How the executor uses the state machine.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
@@ -92,6 +98,8 @@ enum Executor {
     KeepsLosersCommand,
     /// Keeps a command in force that was taken over and not written.
     KeepsUnwrittenCommand,
+    /// Does not report that a guard refused a command.
+    HidesRefusals,
 }
 
 struct Threads {
@@ -104,6 +112,9 @@ struct World {
     shadow: Shadow,
     threads: [Thread; 4],
     remaining_faults: u8,
+    /// The schemas whose command the guard refused, until they may try again.
+    refused: [bool; 4],
+    remaining_refusals: u8,
     violation: Option<String>,
 }
 
@@ -118,6 +129,8 @@ enum Step {
     Check(SchemaId, bool),
     Begin(SchemaId),
     Command(SchemaId),
+    /// It commands, and the guard refuses.
+    Refuse(SchemaId),
     Wake(SchemaId),
     End(SchemaId),
     Fault(SchemaId),
@@ -138,6 +151,8 @@ impl Model for Threads {
             shadow,
             threads,
             remaining_faults: 1,
+            refused: [false; 4],
+            remaining_refusals: 1,
             violation: None,
         };
         world.call(self.executor, |h, out| h.start(0, out));
@@ -158,6 +173,9 @@ impl Model for Threads {
                 Thread::Iterating { commanded } => {
                     if !commanded {
                         steps.push(Step::Command(id));
+                        if world.remaining_refusals > 0 {
+                            steps.push(Step::Refuse(id));
+                        }
                     }
                     steps.push(Step::End(id));
                 }
@@ -197,6 +215,22 @@ impl Model for Threads {
                 later.fire(0, Timer::Patience(MOTION), &mut Vec::new());
                 !due || later.has_authority(STOP)
             }),
+            Property::always(REFUSED_LOSES, |_, w: &World| {
+                ids(w.h.spec()).filter(|id| w.refused[id.index()]).all(|id| {
+                    let group = w.h.group_of(id).expect("a motor schema");
+                    let mut later = w.h.clone();
+                    for group in [ROOTS, MOTION] {
+                        later.fire(0, Timer::Patience(group), &mut Vec::new());
+                    }
+                    later.winner(group) != Some(id)
+                })
+            }),
+            Property::sometimes("goon wins because stop is refused", |_, w: &World| {
+                w.refused[STOP.index()] && w.h.is_checked(STOP) && w.h.has_authority(GOON)
+            }),
+            Property::sometimes("a refused schema wins again", |_, w: &World| {
+                w.remaining_refusals == 0 && !w.h.is_refused(STOP) && w.h.has_authority(STOP)
+            }),
             Property::sometimes("stop wins while goon hangs", |_, w: &World| {
                 w.h.has_authority(STOP) && w.threads[GOON.index()] == Thread::Iterating { commanded: false }
             }),
@@ -235,6 +269,14 @@ impl World {
                     self.violation = Some(format!("R7: a command of {id:?} was accepted"));
                 }
             }
+            Step::Refuse(id) => {
+                self.threads[id.index()] = Thread::Iterating { commanded: true };
+                self.remaining_refusals -= 1;
+                self.refused[id.index()] = self.h.has_authority(id);
+                if executor != Executor::HidesRefusals {
+                    self.call(executor, |h, out| h.refused(0, id, out));
+                }
+            }
             Step::Wake(child) => {
                 let has_authority = self.h.has_authority(EXAMPLE);
                 self.call(executor, |h, out| {
@@ -251,7 +293,15 @@ impl World {
                 self.remaining_faults -= 1;
                 self.call(executor, |h, out| h.faulted(0, id, "a fault".into(), out));
             }
-            Step::Fire(timer) => self.call(executor, |h, out| h.fire(0, timer, out)),
+            Step::Fire(timer) => {
+                if let Timer::Retry(id) = timer {
+                    self.refused[id.index()] = false;
+                }
+                self.call(executor, |h, out| h.fire(0, timer, out));
+            }
+        }
+        for id in ids(self.h.spec()) {
+            self.refused[id.index()] &= self.h.is_awake(id);
         }
         if executor == Executor::IgnoresPatience && within_patience {
             for group in [ROOTS, MOTION] {
@@ -333,6 +383,7 @@ impl World {
                     self.h.is_running(id),
                     self.h.is_abandoned(id),
                     self.h.has_authority(id),
+                    self.h.is_refused(id),
                 ];
                 (
                     self.h.state(id),
@@ -358,6 +409,7 @@ impl World {
             &self.shadow,
             self.threads,
             self.remaining_faults,
+            (self.refused, self.remaining_refusals),
             &self.violation,
         )
     }

@@ -83,6 +83,7 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
             1 => Absence::Fallback(group.members[usize::from(*shape) % group.members.len()]),
             _ => Absence::Brake,
         };
+        group.retry = if shape / 64 % 2 == 0 { 0 } else { 3 * MS };
         group.patience = if shape / 32 % 4 == 0 { 0 } else { 2 * MS };
     }
     spec

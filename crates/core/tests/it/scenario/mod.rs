@@ -39,6 +39,7 @@ struct GroupTable {
     absence: Option<String>,
     patience: Option<String>,
     budget: Option<String>,
+    retry: Option<String>,
 }
 
 #[derive(Deserialize, Default)]
@@ -194,6 +195,9 @@ impl Scenario {
             }
             if let Some(text) = &table.budget {
                 group.budget = time(text)?;
+            }
+            if let Some(text) = &table.retry {
+                group.retry = time(text)?;
             }
             spec.groups.push(group);
         }

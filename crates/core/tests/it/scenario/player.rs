@@ -105,6 +105,7 @@ impl Player {
                 .call_child(father, child, Hierarchy::sleep)
                 .and_then(accepted),
             [name, "faults"] => self.on(name, |h, id, out| h.faulted(now, id, reason.to_owned(), out)),
+            ["the", "guard", "refuses", name] => self.on(name, |h, id, out| h.refused(now, id, out)),
             [name, "is", "replaced"] => self.on(name, |h, id, out| h.restored(now, id, out)),
             [name, "overruns"] => self.on(name, |h, id, out| h.overrun(id, out)),
             [name, "is", "on", "time"] => self.on(name, |h, id, out| h.on_time(id, out)),
