@@ -4,12 +4,14 @@
 //! - [`describe`] contains the description of a plugin as owned Rust values.
 //! - [`read`] converts the tables to descriptions, and checks every table before it is used.
 //! - [`table`] reads and writes tables of different minor versions.
-//! - [`state`] and [`inspect`] are the host's sides of saving a memory and of inspecting modulations.
+//! - [`state`], [`inspect`] and [`guard`] are the host's sides of saving a memory, of inspecting modulations and
+//!   of judging commands.
 //! - [`mod@unit`] defines the known units.
 //!
 //! This crate loads nothing, starts nothing and depends on nothing.
 
 pub mod describe;
+pub mod guard;
 pub mod inspect;
 pub mod raw;
 pub mod read;

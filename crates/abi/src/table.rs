@@ -148,6 +148,7 @@ tables! {
     Panel 24, Pen 40, Widget 128, Shape 104, Gesture 104,
     State 24, Saver 24,
     Inspect 16, Problems 24,
+    Guard 24, Judgement 136,
 }
 
 const _: () = assert!(

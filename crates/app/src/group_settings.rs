@@ -1,17 +1,20 @@
-//! How a group competes: the policy for collisions, the absence policy, patience and budget. Refuses keys
-//! without effect.
+//! How a group competes: the policy for collisions, the absence policy, patience, budget, guard and retry.
+//! Refuses keys without effect.
 
 use jde_core::{
-    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, Nanos, NumberParameter, POLICIES, Policy, PolicyKind, SchemaId,
+    Absence, DEFAULT_BUDGET, DEFAULT_PATIENCE, DEFAULT_RETRY, Nanos, NumberParameter, POLICIES, Policy,
+    PolicyKind, SchemaId,
 };
 
 use super::GroupConfig;
+use super::drafts::Drafts;
+use super::guards;
 use jde_document::section::{Section, number, report_wrong_shape};
 use jde_document::{FaultReport, quote};
 
 /// The keys beside those of the policies.
 const KEYS: &[&str] = &[
-    "members", "policy", "absence", "hold", "fallback", "patience", "budget",
+    "members", "policy", "absence", "hold", "fallback", "patience", "budget", "guard", "retry",
 ];
 const ABSENCES: &[&str] = &["brake", "hold", "fallback"];
 
@@ -21,10 +24,13 @@ pub(super) struct GroupSettings {
     absence: Absence,
     patience_ns: Nanos,
     budget_ns: Nanos,
+    guard: Option<usize>,
+    retry_ns: Nanos,
 }
 
 /// The group whose settings are read.
 pub(super) struct GroupContext<'n> {
+    pub(super) drafts: &'n Drafts<'n>,
     /// Whether the father has an arbitration function.
     pub(super) arbitrates: bool,
     /// Whether the file lists the members, as `members`.
@@ -50,6 +56,8 @@ impl GroupSettings {
                 absence: Absence::Brake,
                 patience_ns: DEFAULT_PATIENCE,
                 budget_ns: DEFAULT_BUDGET,
+                guard: None,
+                retry_ns: DEFAULT_RETRY,
             };
         };
         let keys = &KEYS[usize::from(!context.lists)..];
@@ -59,6 +67,8 @@ impl GroupSettings {
             absence: absence(report, section, context),
             patience_ns: section.time(report, "patience").unwrap_or(DEFAULT_PATIENCE),
             budget_ns: section.time(report, "budget").unwrap_or(DEFAULT_BUDGET),
+            guard: guards::named(report, context.drafts, section),
+            retry_ns: section.time(report, "retry").unwrap_or(DEFAULT_RETRY),
         }
     }
 
@@ -71,6 +81,8 @@ impl GroupSettings {
             absence: self.absence,
             patience_ns: self.patience_ns,
             budget_ns: self.budget_ns,
+            guard: self.guard,
+            retry_ns: self.retry_ns,
         }
     }
 }

@@ -21,6 +21,7 @@ pub(super) fn of_roots(
     let names = members.iter().map(|root| (drafts.list[*root].name, *root));
     let lists = level.name != "roots";
     let context = GroupContext {
+        drafts,
         arbitrates: false,
         lists,
         members_noun: if lists { "members" } else { "schemas in `roots`" },
@@ -82,6 +83,7 @@ pub(super) fn of_father(
             .as_ref()
             .and_then(|sections| sections.section(report, group, what));
         let context = GroupContext {
+            drafts,
             arbitrates: schema.arbitrates,
             lists: many,
             members_noun: "roles of this group",

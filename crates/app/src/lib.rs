@@ -33,7 +33,8 @@
 //! speed     = "30 cm/s"               # any other key is a modulation; a bare number is in the port's unit
 //! # policy: "sticky" (dwell, hysteresis), and all others of `jde_core::POLICIES`;
 //! # absence (R9): "brake", "hold" (hold), "fallback" (fallback, a role)
-//! # also budget = "5ms", and members (roles) if the type leaves the children to the file
+//! # also budget = "5ms", guard = "footprint" (R18; a schema) with retry = "500ms", and members (roles) if the
+//! # type leaves the children to the file
 //! groups.base = { policy = "sticky", dwell = "500ms", absence = "hold", hold = "300ms", patience = "5ms" }
 //! ```
 
@@ -50,6 +51,7 @@ mod cycle;
 mod drafts;
 mod group_settings;
 mod groups;
+mod guards;
 mod hierarchy;
 mod inspect;
 mod isolation;
@@ -232,6 +234,10 @@ pub struct GroupConfig {
     pub patience_ns: u64,
     /// Longest arbitration by the father's own function, ns.
     pub budget_ns: u64,
+    /// The instance that judges the commands of the group and of everything below it (R18).
+    pub guard: Option<usize>,
+    /// How long a member is not READY after a guard has refused a command of it, ns (R18).
+    pub retry_ns: u64,
 }
 
 /// The available plugins: the plugin loader, or in tests a list.

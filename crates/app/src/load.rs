@@ -14,7 +14,7 @@ use super::remote::RemoteVariables;
 use super::settings::Settings;
 use super::values::Paths;
 use super::{
-    Application, Catalogue, Faults, Inspection, InstanceConfig, Override, conflict, groups, inspect,
+    Application, Catalogue, Faults, Inspection, InstanceConfig, Override, conflict, groups, guards, inspect,
     modulations, needs, types, variadic, wiring,
 };
 use jde_document::FaultReport;
@@ -144,6 +144,7 @@ fn check(
     needs::refuse_cycles(report, drafts, &instances);
     needs::refuse_self_triggers(report, drafts, &instances);
     conflict::refuse_conflicts(report, drafts, &instances, &groups);
+    guards::refuse_mismatches(report, drafts, &instances, &groups);
     let mission = outline
         .mission
         .as_ref()

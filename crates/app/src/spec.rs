@@ -38,7 +38,8 @@ impl Application {
         }
     }
 
-    /// Returns the perceptive schemas and drivers whose exports it imports or which it commands, each once.
+    /// Returns the perceptive schemas and drivers whose exports it imports or which it commands, and the guards
+    /// of its commands, each once.
     fn needs(&self, index: usize) -> Vec<SchemaId> {
         let mut needs = Vec::new();
         for binding in &self.instances[index].bindings {
@@ -53,9 +54,15 @@ impl Application {
                 continue;
             };
             let schema = &self.instances[provider].schema;
-            let need = id(provider);
-            if provider != index && keeps_awake(schema, port) && !needs.contains(&need) {
-                needs.push(need);
+            let guards = match binding {
+                Binding::Actuator { .. } => self.guards(index, (provider, port)),
+                _ => Vec::new(),
+            };
+            let provider = (provider != index && keeps_awake(schema, port)).then_some(provider);
+            for need in provider.into_iter().chain(guards).map(id) {
+                if !needs.contains(&need) {
+                    needs.push(need);
+                }
             }
         }
         needs
@@ -87,6 +94,7 @@ fn group_spec(group: &GroupConfig) -> GroupSpec {
         absence: group.absence,
         patience: group.patience_ns,
         budget: group.budget_ns,
+        retry: group.retry_ns,
     }
 }
 

@@ -10,6 +10,7 @@ mod copy;
 mod elf;
 mod inspector;
 pub mod instance;
+mod judge;
 mod load;
 pub mod location;
 mod search;
@@ -17,6 +18,7 @@ mod store;
 
 pub use aligned::AlignedBytes;
 pub use inspector::Inspect;
+pub use judge::Judge;
 pub use load::{LoadError, LoadedPlugin, SchemaFunctions};
 pub use location::PluginLocation;
 pub use search::{PluginFile, SearchPath};

@@ -223,12 +223,14 @@ fn cause_text(cause: Cause, name: impl Fn(SchemaId) -> String) -> String {
         Cause::Slept(id) => format!("{} was put to sleep", name(id)),
         Cause::Faulted(id) => format!("{} faulted", name(id)),
         Cause::Iterated(id) => format!("{} ended an iteration", name(id)),
+        Cause::Refused(id) => format!("the guard refused a command of {}", name(id)),
         Cause::PolicyChanged => String::from("the father changed the policy"),
         Cause::Operator(id) => format!("an operator acted on {}", name(id)),
         Cause::Timer(Timer::Patience(_)) => String::from("the patience with the loser is over"),
         Cause::Timer(Timer::Arbitration(_)) => String::from("the father's time to arbitrate is over"),
         Cause::Timer(Timer::Turn(_)) => String::from("a dwell time or turn is over"),
         Cause::Timer(Timer::Hold(_)) => String::from("the last command has stood long enough"),
+        Cause::Timer(Timer::Retry(id)) => format!("{} may be READY again after a refusal", name(id)),
         Cause::Timer(Timer::Restart(id)) => format!("the back-off of {} is over", name(id)),
     }
 }

@@ -50,6 +50,7 @@ mod boundary;
 mod child;
 mod context;
 mod error;
+mod guard;
 mod hysteresis;
 mod input;
 mod inspect;
@@ -64,6 +65,7 @@ mod slot;
 pub use child::{Child, Children, State, Status};
 pub use context::{Context, Severity};
 pub use error::{Error, Result};
+pub use guard::Guard;
 pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};
 pub use inspect::{Inspect, Problems};
@@ -90,9 +92,9 @@ pub mod prelude {
     };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Context, Describe, Error,
-        Export, Gesture, Hysteresis, Import, Inspect, Level, Loan, Memory, Modulates, Modulation, Outcome,
-        Panel, Pen, Policy, Precondition, Problems, Result, Sample, Saved, Saving, Schema, State, Status,
-        Value, Verdict,
+        Export, Gesture, Guard, Hysteresis, Import, Inspect, Level, Loan, Memory, Modulates, Modulation,
+        Outcome, Panel, Pen, Policy, Precondition, Problems, Result, Sample, Saved, Saving, Schema, State,
+        Status, Value, Verdict,
     };
     pub use crate::{debug, error, info, trace, warn};
 }

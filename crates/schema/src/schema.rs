@@ -137,6 +137,14 @@ pub unsafe trait Describe: Sized + Send + 'static {
     #[doc(hidden)]
     const INSPECT: Option<raw::Inspect>;
 
+    /// The table of the guard.
+    #[doc(hidden)]
+    const GUARD: Option<raw::Guard>;
+
+    /// Whether one of these tables exists.
+    #[doc(hidden)]
+    const HAS_ABILITY: bool;
+
     /// Creates an instance.
     ///
     /// # Safety

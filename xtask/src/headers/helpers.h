@@ -172,6 +172,33 @@ static inline int32_t jde_problem(const jde_problems *problems, uint32_t kind, u
 }
 
 /*
+ * Guards. A perceptive schema that judges commands before they take effect returns its jde_guard from
+ * jde_schema.ability:
+ *
+ *     static const jde_guard guard = {(uint32_t)sizeof(jde_guard), 0u, &jde_twist_type, judge};
+ *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_GUARD) == 0 ? &guard : NULL; }
+ */
+
+/** Accepts the command. */
+static inline int32_t jde_accept(jde_judgement *out)
+{
+    out->accepted = 1u;
+    return JDE_OK;
+}
+
+/** Refuses the command for this reason, which is cut after 127 bytes. */
+static inline int32_t jde_refuse(jde_judgement *out, const char *reason)
+{
+    size_t length = strlen(reason);
+    if (length >= sizeof out->reason)
+        length = sizeof out->reason - 1u;
+    memcpy(out->reason, reason, length);
+    out->reason[length] = '\0';
+    out->accepted = 0u;
+    return JDE_OK;
+}
+
+/*
  * Panels. A schema with a panel returns its jde_panel from jde_schema.ability:
  *
  *     static const jde_panel panel = {(uint32_t)sizeof(jde_panel), 0u, draw, touch};

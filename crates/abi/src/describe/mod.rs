@@ -51,6 +51,17 @@ pub struct Schema {
     pub panel: bool,
     /// Whether it inspects what its modulations name.
     pub inspects: bool,
+    /// What it judges, if it is a guard (R18).
+    pub guard: Option<Guard>,
+}
+
+/// What a guard judges, and by what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guard {
+    /// The index of the export by whose newest value it judges.
+    pub state: usize,
+    /// The type of the commands.
+    pub command: Arc<Type>,
 }
 
 /// Kinds of schema.

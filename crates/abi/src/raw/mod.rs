@@ -25,6 +25,7 @@
 // The boundary consists of raw pointers; `read` checks them.
 #![allow(unsafe_code)]
 
+mod guard;
 mod host;
 mod inspect;
 mod panel;
@@ -32,6 +33,7 @@ mod state;
 
 use core::ffi::{c_char, c_void};
 
+pub use guard::*;
 pub use host::*;
 pub use inspect::*;
 pub use panel::*;
@@ -43,7 +45,7 @@ pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 pub const ABI_MAJOR: u32 = 1;
 /// Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
 /// version and older; later ones accept all.
-pub const ABI_MINOR: u32 = 5;
+pub const ABI_MINOR: u32 = 6;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";
@@ -57,7 +59,8 @@ pub const PLUGIN_CATCHES: u32 = 2;
 pub const OK: i32 = 0;
 /// Nothing has been published on this port yet.
 pub const NO_VALUE: i32 = 1;
-/// The caller has no authority at this instant (R7), or an operator holds the child. Counted and shown; not a
+/// The caller has no authority at this instant (R7), a guard refuses the command (R18), or an operator holds
+/// the child. Counted and shown; not a
 /// fault. Every function that reads or changes something also returns this, uncounted, to a call that hung
 /// and was given up. Such a call should return.
 pub const REFUSED: i32 = 2;

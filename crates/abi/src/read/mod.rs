@@ -9,8 +9,8 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::describe::{Child, Kind, Limits, Plugin, Port, Role, Schema, Type};
-use crate::{inspect, raw, table, unit};
+use crate::describe::{Child, Guard, Kind, Limits, Plugin, Port, Role, Schema, Type};
+use crate::{guard, inspect, raw, table, unit};
 
 mod place;
 mod types;
@@ -215,6 +215,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
         if kind != Kind::Motor && children.iter().any(|child| child.motor) {
             return place.wrong("only a motor schema may have motor children");
         }
+        let guard = guard(&place, table, kind, &ports)?;
         Ok(Schema {
             name: place.name("name", table.name)?,
             doc: place.text("doc", table.doc)?,
@@ -226,6 +227,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             arbitrates: table.arbitrate.is_some(),
             panel: panel(&place, table)?,
             inspects: inspects(&place, table)?,
+            guard,
         })
     }
 }
@@ -250,6 +252,34 @@ unsafe fn inspects(place: &Place, table: &raw::Schema) -> Result<bool, Refusal> 
         Err(wrong) => place.wrong(format!("of its ability `{}`: {wrong}", raw::ABILITY_INSPECT)),
         Ok(inspect) => Ok(inspect.is_some()),
     }
+}
+
+/// Returns what the type judges, if it is a guard.
+unsafe fn guard(
+    place: &Place,
+    table: &raw::Schema,
+    kind: Kind,
+    ports: &[Port],
+) -> Result<Option<Guard>, Refusal> {
+    // SAFETY: the caller's.
+    let guard = match unsafe { guard::of(table) } {
+        Err(wrong) => return place.wrong(format!("of its ability `{}`: {wrong}", raw::ABILITY_GUARD)),
+        Ok(None) => return Ok(None),
+        Ok(Some(guard)) => guard,
+    };
+    let state = guard.state as usize;
+    if kind != Kind::Perceptive {
+        return place.wrong("only a perceptive schema can be a guard");
+    }
+    if ports.get(state).is_none_or(|port| port.role != Role::Export) {
+        return place.wrong(format!("its guard's state is port {state}, which is no export"));
+    }
+    // SAFETY: the plugin's table follows the rules of `raw`.
+    let command = unsafe { types::value_type(&place.inner("guard", "command"), guard.command, 0)? };
+    Ok(Some(Guard {
+        state,
+        command: Arc::new(command),
+    }))
 }
 
 unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) -> Result<Port, Refusal> {

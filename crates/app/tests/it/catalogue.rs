@@ -310,6 +310,7 @@ fn schema(name: &str, kind: Kind, ports: Vec<Port>) -> Schema {
         arbitrates: false,
         panel: false,
         inspects: false,
+        guard: None,
     }
 }
 

@@ -54,6 +54,8 @@ impl TransactionObserver for Rules {
                 | Effect::Slept { .. }
                 | Effect::Promoted(_)
                 | Effect::Lapsed(_)
+                | Effect::Refused(_)
+                | Effect::Retries(_)
                 | Effect::Demoted(_)
                 | Effect::Arbitrate { .. }
                 | Effect::Brake { .. }

@@ -35,6 +35,16 @@ struct Schema {
     arbitrates: bool,
     panel: bool,
     inspects: bool,
+    #[serde(with = "optional")]
+    guard: Option<describe::Guard>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Guard")]
+struct Guard {
+    state: usize,
+    #[serde(with = "shared")]
+    command: Arc<describe::Type>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -171,6 +181,31 @@ mod shared {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<describe::Type>, D::Error> {
         Type::deserialize(from).map(Arc::new)
+    }
+}
+
+/// What a guard judges, if the schema is one.
+mod optional {
+    use jde_abi::describe;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::Guard;
+
+    #[derive(Serialize, Deserialize)]
+    struct Item(#[serde(with = "Guard")] describe::Guard);
+
+    pub(super) fn serialize<S: Serializer>(
+        guard: &Option<describe::Guard>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        guard.clone().map(Item).serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<describe::Guard>, D::Error> {
+        let item = Option::<Item>::deserialize(from)?;
+        Ok(item.map(|Item(guard)| guard))
     }
 }
 

@@ -29,6 +29,9 @@ struct SchemaData {
     arbitrates: bool,
     panel: bool,
     inspects: bool,
+    /// The type of the commands that it judges, if it is a guard.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    judges: Option<String>,
     ports: Vec<PortData>,
     children: Vec<ChildData>,
 }
@@ -105,6 +108,7 @@ fn schema(schema: &Schema) -> SchemaData {
         arbitrates: schema.arbitrates,
         panel: schema.panel,
         inspects: schema.inspects,
+        judges: schema.guard.as_ref().map(|guard| guard.command.name.clone()),
         ports: schema.ports.iter().map(|it| port(schema, it)).collect(),
         children: schema.children.iter().map(child).collect(),
     }

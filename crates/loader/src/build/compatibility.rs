@@ -89,6 +89,19 @@ impl<'a> CompatibilityCheck<'a> {
                 ));
             }
         }
+        if let Some(guard) = old.guard.as_ref().filter(|_| self.guarded_group().is_some()) {
+            let state = &old.ports[guard.state].name;
+            let fits = new.guard.as_ref().is_some_and(|new_guard| {
+                new.ports[new_guard.state].name == *state && new_guard.command.same_as(&guard.command)
+            });
+            if !fits {
+                self.errors.push(format!(
+                    "it is the guard of the group {}, and the new build does not judge {} by `{state}`",
+                    self.guarded_group().unwrap_or_default(),
+                    guard.command.name
+                ));
+            }
+        }
         let budget = |schema: &Schema| schema.budget_ns.unwrap_or(schema.period_ns);
         for (name, old_ns, new_ns) in [
             ("period", old.period_ns, new.period_ns),
@@ -101,6 +114,13 @@ impl<'a> CompatibilityCheck<'a> {
                 ));
             }
         }
+    }
+
+    /// The name of a group that this schema guards.
+    fn guarded_group(&self) -> Option<&'a str> {
+        let mut groups = self.application.groups.iter();
+        let guarded = groups.find(|group| group.guard == Some(self.number))?;
+        Some(&guarded.name)
     }
 
     /// Finds removed ports and roles that the application needs.

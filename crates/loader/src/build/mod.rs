@@ -12,7 +12,7 @@ use jde_abi::{describe, raw};
 use jde_records::reload::BuildName;
 
 use crate::instance::memory_of;
-use crate::{AlignedBytes, LoadedPlugin, SchemaFunctions};
+use crate::{AlignedBytes, Judge, LoadedPlugin, SchemaFunctions};
 pub use compatibility::{BuildMapping, map_build};
 
 /// One build of an instance's type.
@@ -21,6 +21,8 @@ pub struct Build {
     pub table: SchemaFunctions,
     /// Its functions for saving and restoring memory, if it has them.
     pub state: Option<raw::State>,
+    /// Its function that judges commands, if it is a guard (R18).
+    pub judge: Option<Judge>,
     /// The index of the type in its plugin.
     pub number: usize,
     /// The build's version and file.
@@ -77,8 +79,10 @@ impl Build {
         state: Option<raw::State>,
         mapping: BuildMapping,
     ) -> Self {
+        let table = plugin.schema(number);
         Self {
-            table: plugin.schema(number),
+            judge: Judge::of(&table),
+            table,
             state,
             number,
             name: BuildName {

@@ -114,6 +114,9 @@ fn implementation(
             static PORTS: [derived::raw::Port; #count] = [#(#ports),*];
             const CHILDREN: &[derived::raw::Child] = &[#(#roles),*];
 
+            // A guard whose state is no export fails here.
+            const _: Option<derived::raw::Guard> = <#ident as derived::Describe>::GUARD;
+
             // SAFETY: tables and values are generated from the same fields in the same order, and the static
             // is this type's alone.
             unsafe impl derived::Describe for #ident {
@@ -132,6 +135,11 @@ fn implementation(
                 const PANEL: Option<derived::raw::Panel> = derived::Own::<#ident>::PANEL;
                 const STATE: Option<derived::raw::State> = derived::Own::<#ident>::STATE;
                 const INSPECT: Option<derived::raw::Inspect> = derived::Own::<#ident>::INSPECT;
+                const GUARD: Option<derived::raw::Guard> = derived::Own::<#ident>::GUARD;
+                const HAS_ABILITY: bool = Self::PANEL.is_some()
+                    || Self::STATE.is_some()
+                    || Self::INSPECT.is_some()
+                    || derived::Own::<#ident>::IS_GUARD;
 
                 unsafe fn build() -> Self {
                     #build

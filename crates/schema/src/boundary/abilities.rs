@@ -44,7 +44,7 @@ pub(super) const fn inspection<S: Inspect>() -> raw::Inspect {
     }
 }
 
-/// Returns the table of the panel, the memory or the inspection, or null if the type does not have that
+/// Returns the table of the panel, the memory, the inspection or the guard, or null if the type does not have that
 /// ability.
 ///
 /// # Safety
@@ -61,6 +61,9 @@ pub(super) unsafe extern "C" fn ability<S: Describe>(id: *const c_char) -> *cons
         Ok(raw::ABILITY_STATE) => const { &S::STATE }
             .as_ref()
             .map_or(ptr::null(), |state| ptr::from_ref(state).cast()),
+        Ok(raw::ABILITY_GUARD) => const { &S::GUARD }
+            .as_ref()
+            .map_or(ptr::null(), |guard| ptr::from_ref(guard).cast()),
         Ok(raw::ABILITY_INSPECT) => const { &S::INSPECT }
             .as_ref()
             .map_or(ptr::null(), |inspect| ptr::from_ref(inspect).cast()),

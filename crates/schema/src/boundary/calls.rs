@@ -8,7 +8,7 @@ use core::ptr::{self, NonNull};
 
 use jde_abi::{raw, table};
 
-use super::guard::guard;
+use super::catch::catch;
 use crate::context::Context;
 use crate::error::{Result, message};
 use crate::level::{Level, Verdict};
@@ -43,7 +43,7 @@ pub(super) unsafe extern "C" fn create<S: Schema>(
         return ptr::null_mut();
     };
     // SAFETY: the new instance is called only through its own table.
-    match guard(|| unsafe { S::build() }) {
+    match catch(|| unsafe { S::build() }) {
         Ok(schema) => Box::into_raw(Box::new(Instance { host, schema })).cast(),
         Err(panic) => {
             let ports = const { S::TABLE.ports };
@@ -65,7 +65,7 @@ pub(super) unsafe extern "C" fn destroy<S: Schema>(instance: *mut c_void) {
     // SAFETY: the pointer that `create` returned, which the host passes back once.
     let instance = unsafe { Box::from_raw(instance.cast::<Instance<S>>()) };
     // No call remains that could report the message.
-    let _ = guard(|| drop(instance));
+    let _ = catch(|| drop(instance));
 }
 
 pub(super) unsafe extern "C" fn awake<S: Schema>(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
@@ -169,7 +169,7 @@ pub(super) unsafe fn call<S: Schema>(
         ports: const { S::TABLE.ports },
     };
     let schema = &mut instance.schema;
-    match guard(|| function(schema, &cx).map_err(|error| message(&error))) {
+    match catch(|| function(schema, &cx).map_err(|error| message(&error))) {
         Ok(Ok(())) => raw::OK,
         Ok(Err(message)) => {
             cx.fail(&message);
@@ -182,21 +182,24 @@ pub(super) unsafe fn call<S: Schema>(
     }
 }
 
-/// Converts a verdict to C layout. A reason that is too long is cut at a character boundary.
-fn raw_verdict(verdict: &Verdict) -> raw::Verdict {
-    const ROOM: usize = 128;
-    let mut reason = [0 as c_char; ROOM];
-    let cut = verdict.reason.floor_char_boundary(ROOM - 1);
-    let bytes = verdict.reason[..cut].bytes().take_while(|&byte| byte != 0);
-    for (place, byte) in reason.iter_mut().zip(bytes) {
+/// Converts a reason to C layout. One that is too long is cut at a character boundary.
+pub(super) fn text(reason: &str) -> [c_char; 128] {
+    let mut text = [0; 128];
+    let cut = reason.floor_char_boundary(text.len() - 1);
+    let bytes = reason[..cut].bytes().take_while(|&byte| byte != 0);
+    for (place, byte) in text.iter_mut().zip(bytes) {
         *place = byte.cast_signed();
     }
+    text
+}
+
+fn raw_verdict(verdict: &Verdict) -> raw::Verdict {
     raw::Verdict {
         size: size_of::<raw::Verdict>() as u32,
         child: verdict
             .child
             .and_then(|child| i32::try_from(child).ok())
             .unwrap_or(-1),
-        reason,
+        reason: text(&verdict.reason),
     }
 }

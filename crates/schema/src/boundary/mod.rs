@@ -2,7 +2,8 @@
 
 mod abilities;
 mod calls;
-mod guard;
+mod catch;
+mod judgement;
 pub(crate) mod table;
 
 pub(crate) use calls::schema_of;

@@ -7,7 +7,8 @@ use core::ptr;
 use jde_abi::raw;
 use jde_types::{Modulated, Value};
 
-use super::{abilities, calls};
+use super::{abilities, calls, judgement};
+use crate::guard::Guard;
 use crate::inspect::Inspect;
 use crate::memory::Memory;
 use crate::panel::Panel;
@@ -27,7 +28,8 @@ pub struct About {
     pub budget_ns: u64,
 }
 
-/// The abilities that a schema type has beyond [`Schema`]: an arbitration, a panel, a memory, an inspection.
+/// The abilities that a schema type has beyond [`Schema`]: an arbitration, a panel, a memory, an inspection, a
+/// guard.
 /// Its constants hide those of [`Without`].
 pub struct Own<S>(PhantomData<S>);
 
@@ -41,6 +43,10 @@ pub trait Without {
     const STATE: Option<raw::State> = None;
     /// No inspection.
     const INSPECT: Option<raw::Inspect> = None;
+    /// No guard.
+    const GUARD: Option<raw::Guard> = None;
+    /// No guard.
+    const IS_GUARD: bool = false;
 }
 
 type ArbitrateFn = unsafe extern "C" fn(
@@ -68,6 +74,13 @@ impl<S: Memory> Own<S> {
 impl<S: Inspect> Own<S> {
     /// The table of the inspection.
     pub const INSPECT: Option<raw::Inspect> = Some(abilities::inspection::<S>());
+}
+
+impl<S: Guard> Own<S> {
+    /// The table of the guard.
+    pub const GUARD: Option<raw::Guard> = Some(judgement::guard::<S>());
+    /// It is a guard. Apart from the table, which is read from the table of the schema.
+    pub const IS_GUARD: bool = true;
 }
 
 impl<S> Without for Own<S> {}
@@ -103,9 +116,10 @@ pub const fn schema<S: Schema>(
         iterate: Some(calls::iterate::<S>),
         arbitrate,
         sleep: Some(calls::sleep::<S>),
-        ability: match (&S::PANEL, &S::STATE, &S::INSPECT) {
-            (None, None, None) => None,
-            (Some(_), _, _) | (_, Some(_), _) | (_, _, Some(_)) => Some(abilities::ability::<S>),
+        ability: if S::HAS_ABILITY {
+            Some(abilities::ability::<S>)
+        } else {
+            None
         },
     }
 }

@@ -7,8 +7,8 @@ use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::Once;
 
 thread_local! {
-    /// Whether this thread is inside [`guard`].
-    static GUARDED: Cell<bool> = const { Cell::new(false) };
+    /// Whether this thread is inside [`catch`].
+    static CATCHING: Cell<bool> = const { Cell::new(false) };
     /// The message of the last panic inside it.
     static PANIC_MESSAGE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
@@ -17,9 +17,9 @@ thread_local! {
 ///
 /// A panic may leave incomplete what `call` was changing. The host therefore puts the schema to sleep and
 /// marks it Faulted.
-pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
+pub(crate) fn catch<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     install_hook();
-    let outer = GUARDED.replace(true);
+    let outer = CATCHING.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
         let message = PANIC_MESSAGE
             .take()
@@ -32,18 +32,18 @@ pub(crate) fn guard<T>(call: impl FnOnce() -> T) -> Result<T, String> {
         }
         message
     });
-    GUARDED.set(outer);
+    CATCHING.set(outer);
     result
 }
 
-/// Installs a hook that keeps panics that [`guard`] catches off the standard error and passes all others to the previous
+/// Installs a hook that keeps panics that [`catch`] catches off the standard error and passes all others to the previous
 /// hook. Each copy of the standard library has its own hook, so a plugin's hook affects only that plugin.
 fn install_hook() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let previous = panic::take_hook();
         panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
-            if !GUARDED.get() {
+            if !CATCHING.get() {
                 return previous(info);
             }
             let place = info.location().map_or_else(String::new, |place| {

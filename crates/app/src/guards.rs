@@ -1,0 +1,140 @@
+//! Guards of groups (R18): which schema judges which commands. Refuses schemas that cannot judge, and guards
+//! whose commands are not exactly one.
+
+use std::collections::BTreeSet;
+
+use super::drafts::Drafts;
+use super::{Application, Binding, GroupConfig, InstanceConfig};
+use jde_document::section::Section;
+use jde_document::{FaultReport, quote};
+
+/// Returns the schema that a group names as its `guard`.
+pub(super) fn named(report: &mut FaultReport, drafts: &Drafts, section: &Section) -> Option<usize> {
+    let written = section.text(report, "guard")?;
+    let guard = drafts.find(report, &section.key("guard"), written.text, &written.span)?;
+    let schema = drafts.schema(guard)?;
+    if schema.guard.is_some() {
+        return Some(guard);
+    }
+    let guards = drafts.list.iter().enumerate();
+    let guards: Vec<&str> = guards
+        .filter(|(index, _)| drafts.schema(*index).is_some_and(|schema| schema.guard.is_some()))
+        .map(|(_, draft)| draft.name)
+        .collect();
+    let fault = report.fault(
+        &written.span,
+        format!(
+            "{} is {}, whose type {} judges no commands",
+            section.key("guard"),
+            quote(written.text),
+            quote(&schema.name)
+        ),
+    );
+    match guards.as_slice() {
+        [] => fault.advise("add a schema whose type is a guard, such as \"guard/footprint\", and name it"),
+        guards => fault.advise(format!("name a guard: {}", guards.join(", "))),
+    };
+    None
+}
+
+/// Reports guards in processes of their own, and guards that judge no command of their group, or commands of
+/// several actuators: one state describes one robot.
+pub(super) fn refuse_mismatches(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    instances: &[Option<InstanceConfig>],
+    groups: &[GroupConfig],
+) {
+    for (index, group) in groups.iter().enumerate() {
+        let Some((guard, instance)) = group
+            .guard
+            .and_then(|guard| Some((guard, instances[guard].as_ref()?)))
+        else {
+            continue;
+        };
+        let Some(judged) = &instance.schema.guard else {
+            continue;
+        };
+        let section = &drafts.list[guard].section;
+        if instance.isolate.is_some() {
+            report
+                .fault(
+                    &section.entry_span("isolate", ""),
+                    format!("{} is a guard, and its judgement runs in the host", section.label),
+                )
+                .advise("remove `isolate`; the schemas that it guards may be isolated");
+        }
+        let above = |member: usize| above(instances, groups, member).any(|above| above == index);
+        let members = instances.iter().enumerate().filter(|(member, _)| above(*member));
+        let commands = members
+            .filter_map(|(_, member)| member.as_ref())
+            .flat_map(|member| {
+                member.bindings.iter().filter_map(|binding| match binding {
+                    Binding::Actuator { target } => *target,
+                    _ => None,
+                })
+            });
+        let is_judged = |(driver, port): &(usize, usize)| {
+            let driver = drafts.schema(*driver);
+            driver.is_some_and(|driver| driver.ports[*port].value_type.same_as(&judged.command))
+        };
+        let commands: BTreeSet<_> = commands.filter(is_judged).collect();
+        if commands.len() == 1 {
+            continue;
+        }
+        let names = commands.iter().map(|(driver, port)| {
+            let port = drafts
+                .schema(*driver)
+                .map_or("", |driver| &driver.ports[*port].name);
+            quote(&format!("{}.{port}", drafts.list[*driver].name))
+        });
+        let what = match names.collect::<Vec<_>>() {
+            none if none.is_empty() => String::from("no schema of the group commands one"),
+            several => format!("schemas of the group command {}", several.join(" and ")),
+        };
+        report
+            .fault(
+                &section.span,
+                format!(
+                    "the group {} has the guard {}, which judges {}, and {what}",
+                    quote(&group.name),
+                    quote(&instance.name),
+                    judged.command.name
+                ),
+            )
+            .advise("name the guard in the group whose schemas command one robot");
+    }
+}
+
+impl Application {
+    /// Returns the guards of a schema's commands to this command of a driver, from the schema's own group
+    /// upwards (R18).
+    #[must_use]
+    pub fn guards(&self, schema: usize, (driver, port): (usize, usize)) -> Vec<usize> {
+        let command = &self.instances[driver].schema.ports[port].value_type;
+        let mut guards = Vec::new();
+        let mut next = Some(schema);
+        while let Some(group) = next.and_then(|schema| self.instances[schema].group) {
+            let GroupConfig { guard, father, .. } = &self.groups[group];
+            if let Some(guard) = *guard
+                && let Some(judged) = &self.instances[guard].schema.guard
+                && judged.command.same_as(command)
+                && !guards.contains(&guard)
+            {
+                guards.push(guard);
+            }
+            next = *father;
+        }
+        guards
+    }
+}
+
+/// The groups in which a schema and its fathers compete, from its own upwards.
+fn above(
+    instances: &[Option<InstanceConfig>],
+    groups: &[GroupConfig],
+    schema: usize,
+) -> impl Iterator<Item = usize> {
+    let group_of = |schema: usize| instances[schema].as_ref()?.group;
+    std::iter::successors(group_of(schema), move |group| group_of(groups[*group].father?))
+}
