@@ -53,7 +53,8 @@ pub struct VariableStatus {
     pub writers: Vec<String>,
     /// The open readers.
     pub readers: Vec<String>,
-    /// Values refused because their writer held no grant, or because they were outside of the limits.
+    /// Values refused because their writer held no grant, because a guard refused them, or because they were
+    /// outside of the limits.
     pub refused: u64,
     /// Values refused because they contained a NaN or an infinity.
     pub not_finite: u64,
@@ -327,13 +328,17 @@ impl Variable {
         time: Nanos,
     ) -> Result<u64, Refused> {
         if published.is_err() {
-            self.refused.fetch_add(1, Ordering::Relaxed);
+            self.count_refused();
             return published;
         }
         self.rate.record(time);
         self.notifier.notify_all();
         self.watchers.call();
         published
+    }
+
+    pub(crate) fn count_refused(&self) {
+        self.refused.fetch_add(1, Ordering::Relaxed);
     }
 
     pub(crate) fn reader_name(&self, ticket: usize) -> String {

@@ -159,6 +159,12 @@ impl Writer {
         }))
     }
 
+    /// Returns the loaned buffer without publishing, and counts a refused value.
+    pub fn refuse(&mut self) {
+        self.discard();
+        self.variable.count_refused();
+    }
+
     /// Returns the loaned buffer without publishing.
     pub fn discard(&mut self) {
         self.buffer.discard(&self.variable);

@@ -26,6 +26,8 @@ pub struct DecisionTracker {
     names: Vec<String>,
     /// The group in which each schema competes.
     group_of: Vec<Option<usize>>,
+    /// The last refusal of each schema, in words.
+    refusals: Vec<Option<String>>,
     groups: Vec<PendingGroup>,
     /// Selections that began to wait, in the order of their times: the group, the record's number, and until
     /// when. Those that wait no longer are skipped.
@@ -35,9 +37,15 @@ pub struct DecisionTracker {
 struct PendingGroup {
     name: String,
     /// The selection whose winner has not begun yet.
-    open: Option<Record>,
+    open: Option<Selection>,
     /// The selections after it.
-    queued: Vec<Record>,
+    queued: Vec<Selection>,
+}
+
+/// A selection, and its cause in words: a later refusal has other words.
+struct Selection {
+    record: Record,
+    cause: String,
 }
 
 impl DecisionTracker {
@@ -52,6 +60,7 @@ impl DecisionTracker {
         let instances = application.instances.iter();
         Self {
             names: instances.clone().map(|instance| instance.name.clone()).collect(),
+            refusals: vec![None; application.instances.len()],
             group_of: instances.map(|instance| instance.group).collect(),
             groups: application.groups.iter().map(|of| group(&of.name)).collect(),
             waiting: VecDeque::new(),
@@ -95,6 +104,12 @@ impl DecisionTracker {
                 }
                 completed
             }
+            Event::Refused {
+                schema, description, ..
+            } => {
+                self.refusals[*schema] = Some(description.clone());
+                Vec::new()
+            }
             _ => Vec::new(),
         }
     }
@@ -122,20 +137,27 @@ impl DecisionTracker {
             let mut candidates = record.candidates.iter();
             candidates.any(|candidate| candidate.id == id && candidate.state == State::Winner)
         };
+        let selection = Selection {
+            record: record.clone(),
+            cause: self.cause_text(record.cause),
+        };
         let group = &mut self.groups[number];
         if record.changed && record.choice.is_some_and(|choice| !is_winner(choice)) {
-            group.open = Some(record.clone());
+            group.open = Some(selection);
             let until = record.time.saturating_add(MAX_WAIT);
             self.waiting.push_back((number, record.number, until));
         } else if group.open.is_some() {
-            group.queued.push(record.clone());
+            group.queued.push(selection);
         } else {
-            completed.push(self.decision(record, None));
+            completed.push(self.decision(selection, None));
         }
     }
 
     fn has_open(&self, group: usize, which: impl Fn(&Record) -> bool) -> bool {
-        self.groups[group].open.as_ref().is_some_and(which)
+        self.groups[group]
+            .open
+            .as_ref()
+            .is_some_and(|open| which(&open.record))
     }
 
     /// Completes the open selection of a group and those behind it.
@@ -145,14 +167,22 @@ impl DecisionTracker {
             return;
         };
         let queued = std::mem::take(&mut group.queued);
-        completed.push(self.decision(&open, takeover));
-        completed.extend(queued.iter().map(|record| self.decision(record, None)));
+        completed.push(self.decision(open, takeover));
+        completed.extend(queued.into_iter().map(|selection| self.decision(selection, None)));
         // Every selection that waited is skipped once.
         while let Some((group, number, _)) = self.waiting.front()
             && !self.has_open(*group, |open| open.number == *number)
         {
             self.waiting.pop_front();
         }
+    }
+
+    fn cause_text(&self, cause: Cause) -> String {
+        let refusal = match cause {
+            Cause::Refused(id) => self.refusals[id.index()].as_deref(),
+            _ => None,
+        };
+        cause_text(cause, |id| self.names[id.index()].clone(), refusal)
     }
 
     /// Completes the selections that have waited too long.
@@ -164,7 +194,7 @@ impl DecisionTracker {
         completed
     }
 
-    fn decision(&self, record: &Record, takeover: Option<Nanos>) -> Decision {
+    fn decision(&self, Selection { record, cause }: Selection, takeover: Option<Nanos>) -> Decision {
         let name = |id: SchemaId| self.names[id.index()].clone();
         Decision {
             number: record.number,
@@ -185,7 +215,7 @@ impl DecisionTracker {
             choice: record.choice.map(name),
             decider: record.decider.name().to_owned(),
             reason: record.reason.to_string(),
-            cause: cause_text(record.cause, name),
+            cause,
             changed: record.changed,
             takeover_us: takeover.map(|latency| latency as f64 / 1e3),
         }
@@ -215,7 +245,7 @@ fn case_name(case: Case) -> &'static str {
     }
 }
 
-fn cause_text(cause: Cause, name: impl Fn(SchemaId) -> String) -> String {
+fn cause_text(cause: Cause, name: impl Fn(SchemaId) -> String, refusal: Option<&str>) -> String {
     match cause {
         Cause::Start => String::from("the application started"),
         Cause::Readiness(id) => format!("the readiness of {} changed", name(id)),
@@ -223,7 +253,11 @@ fn cause_text(cause: Cause, name: impl Fn(SchemaId) -> String) -> String {
         Cause::Slept(id) => format!("{} was put to sleep", name(id)),
         Cause::Faulted(id) => format!("{} faulted", name(id)),
         Cause::Iterated(id) => format!("{} ended an iteration", name(id)),
-        Cause::Refused(id) => format!("the guard refused a command of {}", name(id)),
+        Cause::Refused(id) => format!(
+            "{}: {}",
+            name(id),
+            refusal.unwrap_or("command refused by a guard")
+        ),
         Cause::PolicyChanged => String::from("the father changed the policy"),
         Cause::Operator(id) => format!("an operator acted on {}", name(id)),
         Cause::Timer(Timer::Patience(_)) => String::from("the patience with the loser is over"),

@@ -47,7 +47,7 @@ pub struct Call {
 pub struct Turn {
     /// 1 awoke; 2 slept; 3 checked or iterated; 4 arbitrated. Others: 5 start; 6 timer; 7 operator; 8 given
     /// up; 9 end; 10 a father woke a child, put it to sleep or changed a policy; 11 a gesture on its panel;
-    /// 12 another build took over; 13 more ports of its next turn.
+    /// 12 another build took over; 13 more ports of its next turn; 14 a guard refused its command.
     pub kind: u8,
     /// How it requested permission to iterate: 1 in general; 2 only to take over. What an operator did: 1
     /// play; 2 stop; 3 force; 4 release; 5 write a modulation or a period; 6 unload; 7 load; 8 stop
@@ -79,7 +79,7 @@ pub struct Turn {
     pub ended: Moment,
     /// The sequence numbers of the values that its ports showed, in port order; 4294967295 if a port was not
     /// read, 4294967294 if it had no value. For ports that it writes: the number of the last value written in
-    /// this turn; 4294967295 if it wrote none, 4294967294 if the write was refused (R7) or retracted. For a
+    /// this turn; 4294967295 if it wrote none, 4294967294 if the write was refused (R7, R18) or retracted. For a
     /// value that an operator wrote: its number. For an export that an operator let fail: the failure, in words
     /// of 32 bits.
     pub inputs: Seq<u32, INPUTS>,
@@ -124,6 +124,8 @@ impl Turn {
     pub const RELOADED: u8 = 12;
     /// Kind: not a turn, but more ports of the schema's next turn.
     pub const MORE_PORTS: u8 = 13;
+    /// Kind: a guard refused a command of the schema (R18).
+    pub const COMMAND_REFUSED: u8 = 14;
 
     /// Way: permission was requested for any iteration.
     pub const ANY: u8 = 1;

@@ -6,6 +6,7 @@
 //! [`Notifier`].
 
 mod abandoned;
+mod guards;
 mod isolation;
 mod operators;
 mod outcome;

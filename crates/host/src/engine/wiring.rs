@@ -1,6 +1,7 @@
 //! From the names of an application to cells and ports: declares every variable on the board, and binds every
 //! port to one.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_abi::describe::{Limits, Role};
@@ -12,7 +13,7 @@ use jde_types::Value;
 
 use super::rules::{Command, Commands};
 use super::{Engine, Notifier, Signal};
-use crate::instance::{BoundPort, ExportFaults, MAX_INLINE_BYTES, Ports};
+use crate::instance::{BoundPort, ExportFaults, MAX_INLINE_BYTES, PortGuard, Ports};
 
 /// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
 const SPARE_READERS: usize = 8;
@@ -219,11 +220,17 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
     let id = number as u32;
     let variable =
         |(owner, port): (usize, usize)| variables.of(owner, port).expect("bindings name variables");
-    let wish = |variable: &Arc<Variable>| -> Result<BoundPort, Error> {
+    let foreign = |variable: &Arc<Variable>, guards: Vec<PortGuard>| -> Result<BoundPort, Error> {
         Ok(BoundPort::ForeignOutput {
             writer: variable.writer(id, &instance.name)?,
             refused: false,
+            guards,
         })
+    };
+    let guard = |guard: usize, commanders: Vec<u32>| {
+        let state = guard_state(application, guard);
+        let state = variables.of(guard, state).expect("a guard's state is an export");
+        PortGuard::new(guard, state.reader(&instance.name), commanders)
     };
     let mut ports = Vec::new();
     for (place, binding) in instance.bindings.iter().enumerate() {
@@ -250,19 +257,53 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
                     reader,
                     neutral: AlignedBytes::new(neutral),
                     in_force: None,
+                    guards: guards_of_command(application, (number, place))
+                        .map(|(number, commanders)| guard(number, commanders))
+                        .collect(),
                 }
             }
             Binding::Export => BoundPort::Output(variable((number, place)).writer(id, &instance.name)?),
-            Binding::Actuator { target: Some(target) } => wish(variable(*target))?,
+            Binding::Actuator { target: Some(target) } => {
+                let guards = application.guards(number, *target).into_iter();
+                foreign(
+                    variable(*target),
+                    guards.map(|number| guard(number, vec![id])).collect(),
+                )?
+            }
             Binding::ChildModulation {
                 target: Some(ChildTarget::Port(child, port)),
-            } => wish(variable((*child, *port)))?,
+            } => foreign(variable((*child, *port)), Vec::new())?,
             Binding::ChildModulation {
                 target: Some(ChildTarget::Period(child)),
-            } => wish(variables.period(*child))?,
+            } => foreign(variables.period(*child), Vec::new())?,
         });
     }
     Ok(Ports::new(ports, Arc::clone(variables.faults(number))))
+}
+
+/// The guards of the schemas that command this command, each with these schemas.
+fn guards_of_command(
+    application: &Application,
+    command: (usize, usize),
+) -> impl Iterator<Item = (usize, Vec<u32>)> {
+    let target = Binding::Actuator {
+        target: Some(command),
+    };
+    let mut guards: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for (commander, instance) in application.instances.iter().enumerate() {
+        if instance.bindings.contains(&target) {
+            for guard in application.guards(commander, command) {
+                guards.entry(guard).or_default().push(commander as u32);
+            }
+        }
+    }
+    guards.into_iter()
+}
+
+/// The port that exports the state of a guard.
+fn guard_state(application: &Application, guard: usize) -> usize {
+    let schema = &application.instances[guard].schema;
+    schema.guard.as_ref().expect("a guard judges").state
 }
 
 fn commands(application: &Application, variables: &Variables) -> Commands {
@@ -343,7 +384,13 @@ impl UsageCounts {
                         users.remote_readers[*remote] += 1;
                         users.remote_isolated[*remote] |= apart;
                     }
-                    Binding::Modulation { .. } | Binding::Command => users.readers[number][place] += 1,
+                    Binding::Modulation { .. } => users.readers[number][place] += 1,
+                    Binding::Command => {
+                        users.readers[number][place] += 1;
+                        for (guard, _) in guards_of_command(application, (number, place)) {
+                            users.readers[guard][guard_state(application, guard)] += 1;
+                        }
+                    }
                     Binding::Actuator {
                         target: Some((owner, port)),
                     }
@@ -352,6 +399,11 @@ impl UsageCounts {
                     } => {
                         users.writers[*owner][*port] += 1;
                         users.isolated[*owner][*port] |= apart;
+                        if let Binding::Actuator { .. } = binding {
+                            for guard in application.guards(number, (*owner, *port)) {
+                                users.readers[guard][guard_state(application, guard)] += 1;
+                            }
+                        }
                     }
                     Binding::ChildModulation {
                         target: Some(ChildTarget::Period(owner)),

@@ -17,6 +17,7 @@ use jde_board::Variable;
 use jde_core::{Nanos, Policy};
 use jde_loader::build::{Build, PortMapping};
 
+use super::guard::Guards;
 use super::port_access::PortAccess;
 use super::ports::{PortError, Ports};
 use super::view::View;
@@ -52,12 +53,17 @@ pub(super) enum Permissions {
 impl CallContext<'_> {
     /// Shows the value of an input, the same until the ports are released.
     pub(crate) fn read<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
-        let clock = &self.engine.clock;
-        let shown = self.port_access.with_ports(|ports| {
-            let view = view(self.build, ports, port, || clock.now()).map_err(|error| status(&error))?;
-            Ok(show(&view))
+        let engine = &**self.engine;
+        let read = self.port_access.with_ports(|ports| {
+            let view = view(self.build, ports, port, engine, || engine.clock.now());
+            let shown = view.map(|view| show(&view)).map_err(|error| status(&error));
+            (shown, ports.take_refusal())
         });
-        shown.unwrap_or(Err(raw::REFUSED))
+        let (shown, refusal) = read.ok_or(raw::REFUSED)?;
+        if let Some(refusal) = refusal {
+            engine.report_refusal(&refusal);
+        }
+        shown
     }
 
     /// Shows the memory for the next value of an output.
@@ -98,13 +104,20 @@ impl CallContext<'_> {
         let period = self.engine.metrics[self.number].period.load(Ordering::Relaxed);
         match self
             .port_access
-            .with_ports(|ports| ports.publish(port, time, now, period))
+            .with_ports(|ports| ports.publish(port, time, now, period, &**self.engine))
         {
             None => raw::REFUSED,
             Some(Ok(())) => raw::OK,
             Some(Err(error)) => {
-                if let PortError::Refused { why, first } = &error {
-                    self.engine.report_refused_write(self.number, port, why, *first);
+                match &error {
+                    PortError::Refused { why, first } => {
+                        self.engine.report_refused_write(self.number, port, why, *first);
+                    }
+                    PortError::Judged(refusal) => self.engine.report_refusal(refusal),
+                    PortError::Unbound
+                    | PortError::NoValue
+                    | PortError::WrongPort
+                    | PortError::NothingLoaned => {}
                 }
                 match status(&error) {
                     // A build for an older ABI does not know that status.
@@ -281,10 +294,11 @@ fn view<'a>(
     build: &'a Build,
     ports: &'a mut Ports,
     port: u32,
+    judges: &dyn Guards,
     now: impl Fn() -> Nanos,
 ) -> Result<View<'a>, PortError> {
     match build.mapping(port) {
-        Some(PortMapping::Bound(port)) => ports.read(*port, now),
+        Some(PortMapping::Bound(port)) => ports.read(*port, judges, now),
         Some(PortMapping::Unbound) => Err(PortError::Unbound),
         Some(PortMapping::Fixed { value, neutral }) => Ok(View {
             bytes: value.bytes(),
@@ -310,6 +324,6 @@ fn status(error: &PortError) -> i32 {
             why: jde_board::Refused::OutOfRange,
             ..
         } => raw::OUT_OF_RANGE,
-        PortError::Refused { .. } => raw::REFUSED,
+        PortError::Refused { .. } | PortError::Judged(_) => raw::REFUSED,
     }
 }

@@ -115,7 +115,16 @@ mod tests {
     use jde_types::Value as _;
 
     use super::*;
+    use crate::instance::Guards;
     use crate::instance::ports::BoundPort;
+
+    struct NoGuards;
+
+    impl Guards for NoGuards {
+        fn guard(&self, _: usize) -> Option<(jde_loader::Judge, Nanos)> {
+            None
+        }
+    }
 
     /// A port access with one export, in a call that began at 7.
     fn access_in_call() -> PortAccess {
@@ -154,7 +163,7 @@ mod tests {
 
     fn publish(access: &PortAccess) -> bool {
         access
-            .with_ports(|ports| ports.publish(0, 7, 7, 1).is_ok())
+            .with_ports(|ports| ports.publish(0, 7, 7, 1, &NoGuards).is_ok())
             .unwrap()
     }
 

@@ -3,12 +3,13 @@
 
 use std::sync::Arc;
 
-use jde_board::{DetachedLoan, Reader, Refused, Variable, Writer};
+use jde_board::{DetachedLoan, Latched, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
 use jde_loader::AlignedBytes;
 use jde_records::turn::{RecordedTurn, Turn};
 
 use super::export_faults::{ExportFaults, Publication};
+use super::guard::{self, Guards, PortGuard, Refusal};
 use super::view::View;
 use crate::history::{HistoricValue, History};
 use crate::journal::Journal;
@@ -31,6 +32,8 @@ pub(crate) struct Ports {
     pub(super) separated_loans: Vec<DetachedLoan>,
     /// The exports that fail.
     pub(super) faults: Arc<ExportFaults>,
+    /// The command that a guard refused when it was last read, until it is reported.
+    refusal: Option<Refusal>,
 }
 
 /// The reads since the last release.
@@ -59,6 +62,8 @@ pub(crate) enum BoundPort {
         /// Whether the latched command was in force when it was first read. This does not change until
         /// the release (R8).
         in_force: Option<bool>,
+        /// The guards of the schemas that command it.
+        guards: Vec<PortGuard>,
     },
     /// An export.
     Output(Writer),
@@ -67,6 +72,8 @@ pub(crate) enum BoundPort {
         writer: Writer,
         /// Whether the last write was refused. Only the first of consecutive refusals is reported.
         refused: bool,
+        /// The guards of the schema; none for a modulation.
+        guards: Vec<PortGuard>,
     },
 }
 
@@ -105,7 +112,12 @@ pub(crate) enum PortError {
     NoValue,
     WrongPort,
     NothingLoaned,
-    Refused { why: Refused, first: bool },
+    Refused {
+        why: Refused,
+        first: bool,
+    },
+    /// A guard refused the command.
+    Judged(Refusal),
 }
 
 impl Ports {
@@ -119,6 +131,7 @@ impl Ports {
             loan_count: 0,
             separated_loans: Vec::new(),
             faults,
+            refusal: None,
         }
     }
 
@@ -206,8 +219,14 @@ impl Ports {
         shown.collect()
     }
 
-    /// Returns the value of an input, the same until [`Self::release`]. Calls `now` only if the time matters.
-    pub(crate) fn read(&mut self, port: usize, now: impl Fn() -> Nanos) -> Result<View<'_>, PortError> {
+    /// Returns the value of an input, the same until [`Self::release`]. Calls `now` only if the time matters. A
+    /// command that a guard refuses reads as neutral, and [`Self::take_refusal`] returns the refusal.
+    pub(crate) fn read(
+        &mut self,
+        port: usize,
+        judges: &dyn Guards,
+        now: impl Fn() -> Nanos,
+    ) -> Result<View<'_>, PortError> {
         self.has_reads = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             BoundPort::Unbound => Err(PortError::Unbound),
@@ -234,13 +253,25 @@ impl Ports {
                 reader,
                 neutral,
                 in_force,
+                guards,
             } => {
                 let now = now();
+                let mut is_in_force = |latched: Latched<'_>| {
+                    let Stamp {
+                        sequence,
+                        valid_until,
+                        writer,
+                        ..
+                    } = latched.stamp;
+                    let command = (latched.bytes, neutral.bytes());
+                    sequence > 0
+                        && valid_until >= now
+                        && guard::judge(guards, judges, now, writer, command)
+                            .map_err(|refusal| self.refusal = Some(refusal))
+                            .is_ok()
+                };
                 match reader.latch() {
-                    Some(latched)
-                        if latched.stamp.sequence > 0
-                            && *in_force.get_or_insert(latched.stamp.valid_until >= now) =>
-                    {
+                    Some(latched) if *in_force.get_or_insert_with(|| is_in_force(latched)) => {
                         Ok(View::of(latched.bytes, &latched.stamp))
                     }
                     _ => Ok(View {
@@ -253,6 +284,11 @@ impl Ports {
                 }
             }
         }
+    }
+
+    /// Returns the refusal of a command that was read since the last call of this function.
+    pub(crate) fn take_refusal(&mut self) -> Option<Refusal> {
+        self.refusal.take()
     }
 
     /// Returns the memory for the next value of an output.
@@ -270,7 +306,7 @@ impl Ports {
         }
     }
 
-    /// Publishes the loan. A command is in force for at least two of the schema's periods, so that
+    /// Publishes the loan, unless it is a command that a guard refuses. A command is in force for at least two of the schema's periods, so that
     /// the command of a slow schema does not expire between its turns.
     pub(crate) fn publish(
         &mut self,
@@ -278,6 +314,7 @@ impl Ports {
         time: Nanos,
         now: Nanos,
         period: Nanos,
+        judges: &dyn Guards,
     ) -> Result<(), PortError> {
         let failed = |why| match why {
             Refused::NothingLoaned => PortError::NothingLoaned,
@@ -307,7 +344,15 @@ impl Ports {
                 return Err(PortError::WrongPort);
             }
             BoundPort::Output(writer) => writer.publish(time, now).map_err(failed),
-            BoundPort::ForeignOutput { writer, refused } => {
+            BoundPort::ForeignOutput {
+                writer,
+                refused,
+                guards,
+            } => {
+                if let Err(refusal) = judge_loan(writer, guards, judges, now) {
+                    self.record_write(number, None, None);
+                    return Err(PortError::Judged(refusal));
+                }
                 match writer.publish_for(time, now, period.saturating_mul(2)) {
                     Ok(sequence) => {
                         *refused = false;
@@ -468,6 +513,25 @@ impl Ports {
         });
         times.max().unwrap_or(0)
     }
+}
+
+/// Lets the guards judge a loaned command. Discards and counts what they refuse.
+fn judge_loan(
+    writer: &mut Writer,
+    guards: &mut [PortGuard],
+    judges: &dyn Guards,
+    now: Nanos,
+) -> Result<(), Refusal> {
+    if guards.is_empty() || !writer.is_loaned() {
+        return Ok(());
+    }
+    let (id, variable) = (writer.id(), Arc::clone(writer.variable()));
+    let neutral = variable.describe().initial.as_deref().unwrap_or_default();
+    let judged = guard::judge(guards, judges, now, id, (writer.loan(), neutral));
+    if judged.is_err() {
+        writer.refuse();
+    }
+    judged
 }
 
 impl From<Option<Arc<HistoricValue>>> for ShownValue {

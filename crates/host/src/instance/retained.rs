@@ -6,6 +6,7 @@ use std::sync::Arc;
 use jde_board::{DetachedLoan, Error};
 use jde_loader::AlignedBytes;
 
+use super::guard::PortGuard;
 use super::ports::{BoundPort, Ports, RecordedInput};
 
 /// The values and loans that a call which was given up may still use. It must outlive that call.
@@ -57,16 +58,19 @@ impl BoundPort {
                 reader,
                 neutral,
                 in_force,
+                guards,
             } => {
                 let successor = Self::Command {
                     reader: reader.duplicate(),
                     neutral: AlignedBytes::new(neutral.bytes()),
                     in_force: None,
+                    guards: guards.iter().map(PortGuard::duplicate).collect(),
                 };
                 let remains = Self::Command {
                     reader,
                     neutral,
                     in_force,
+                    guards,
                 };
                 (successor, Some(remains))
             }

@@ -229,6 +229,7 @@ impl Player {
             }
             Turn::ENDED => self.is_finished = true,
             Turn::FATHER_ACTED => self.apply_father_action(number, turn),
+            Turn::COMMAND_REFUSED => self.engine.repeat_refusal(number),
             _ => {
                 if matches!(step.kind, StepKind::CheckCall | StepKind::IterationCall) {
                     self.publish_inputs(number, turn);

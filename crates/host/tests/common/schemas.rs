@@ -269,6 +269,22 @@ impl Schema for Eye {
     }
 }
 
+/// Accepts commands up to its value, in m/s. It panics at a NaN.
+impl Guard for Eye {
+    type State = f64;
+    type Command = Twist;
+    const STATE_EXPORT: &'static str = "out";
+
+    fn judge(limit: &f64, _age: Duration, command: &Twist) -> Result<(), String> {
+        assert!(!limit.is_nan(), "a limit is a number");
+        let speed = command.linear.x;
+        if speed <= *limit {
+            return Ok(());
+        }
+        Err(format!("{speed} m/s, and at most {limit} m/s are safe"))
+    }
+}
+
 impl Robot {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
         let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));

@@ -10,6 +10,7 @@ mod contracts;
 mod failing_exports;
 mod faults;
 mod gestures;
+mod guards;
 mod hangs;
 mod hangs_at_the_end;
 mod hangs_in_c;

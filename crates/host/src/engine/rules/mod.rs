@@ -40,6 +40,8 @@ pub(crate) struct Rules {
 pub(crate) struct RulesState {
     pub(crate) hierarchy: Hierarchy,
     effects: Vec<Effect>,
+    /// The reason of the refusal that is being reported, until observers receive it.
+    refusal: Option<String>,
     observers: Vec<Box<dyn Observer>>,
     transaction_observer: Option<Box<dyn TransactionObserver>>,
     commands: Commands,
@@ -71,6 +73,7 @@ impl Rules {
             state: Mutex::new(RulesState {
                 hierarchy,
                 effects: Vec::new(),
+                refusal: None,
                 observers,
                 transaction_observer,
                 commands,

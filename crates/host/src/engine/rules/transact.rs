@@ -107,6 +107,25 @@ impl Rules {
             .1
     }
 
+    /// Reports that a guard refused a command of an instance, in these words (R18). Returns a moment only if that
+    /// had effects and turns are recorded.
+    pub(crate) fn transact_refusal(&self, instance: usize, words: String) -> Moment {
+        let mut rules = self.lock();
+        rules.refusal = Some(words);
+        let mut moment = Moment::default();
+        let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+            hierarchy.refused(now, schema(instance), out);
+            if let Some(journal) = self.journal.as_deref().filter(|_| !out.is_empty()) {
+                let order = journal.next();
+                moment = Moment { order, time: now };
+            }
+        };
+        self.transact_within(&mut rules, None, |()| TransactionInput::Other, change);
+        rules.refusal = None;
+        self.unlock(rules);
+        moment
+    }
+
     /// The journal for an instance's turns; `None` for drivers.
     pub(crate) fn journal_of(&self, instance: usize) -> Option<&Journal> {
         let is_driver = self.application.instances[instance].schema.kind == Kind::Driver;
@@ -210,6 +229,17 @@ impl Rules {
                 let drivers = rules.commands.end_taken_over(id.index(), &below, could_act, now);
                 self.signal_drivers(rules, &drivers);
             }
+            Effect::Refused(id) => {
+                if let Some(description) = rules.refusal.take() {
+                    let event = Event::Refused {
+                        time: now,
+                        schema: id.index(),
+                        description,
+                    };
+                    self.notify_observers(rules, &event);
+                }
+            }
+            Effect::Retries(_) => {}
             Effect::Granted(id) if rules.shutdown_order.is_none() => rules.commands.grant(id.index()),
             Effect::Granted(_) => {}
             Effect::Withdrawn(id) => rules.commands.withdraw(id.index()),

@@ -1,0 +1,177 @@
+//! Guards of commands (R18): what they refuse does not take effect, and the next candidate acts.
+
+use std::sync::{Arc, Mutex};
+
+use jde_core::{Cause, State};
+use jde_records::event::Event;
+use jde_records::{Decision, DecisionTracker};
+
+use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
+
+on_every_executor!(
+    r18_the_next_candidate_acts_instead_of_a_refused_one,
+    r18_a_refused_schema_may_try_again,
+    r18_without_a_state_every_command_is_refused,
+    r18_a_judgement_that_panics_refuses,
+    r18_a_command_in_force_ends_when_its_guard_refuses_it,
+    r18_a_guard_that_does_not_run_refuses_everything,
+    r18_a_forced_schema_keeps_its_authority_and_its_commands_are_refused,
+);
+
+const TWO: &str = r#"
+    roots = ["high", "low"]
+    root = { guard = "eye", retry = "50ms" }
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.eye]
+    type = "test/eye"
+    [schemas.high]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+    [schemas.low]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
+/// What the guard exports as its limit in each iteration; it retracts its value if there is none.
+type Limit = Arc<Mutex<Option<f64>>>;
+
+fn guarded(scenario: &Scenario, limit: Option<f64>) -> Limit {
+    let limit = Arc::new(Mutex::new(limit));
+    let state = Arc::clone(&limit);
+    scenario.on_call("eye", move |call, io| {
+        if call == Call::Iterate {
+            match *state.lock().unwrap() {
+                Some(limit) => io.publish(limit),
+                None => io.retract(),
+            }
+        }
+        Ok(())
+    });
+    limit
+}
+
+fn r18_the_next_candidate_acts_instead_of_a_refused_one(executor: Executor) {
+    let scenario = Scenario::new();
+    guarded(&scenario, Some(0.2));
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("robot velocity 0.1");
+    let before = scenario.count("robot iterate");
+    app.until(|app| app.scenario.count("robot iterate") > before + 20);
+    assert!(
+        !scenario.has_line("robot velocity 0.5"),
+        "a refused command took effect"
+    );
+    // On a busy machine the state may be too old at times, so the robot brakes.
+    assert!(
+        executor != Executor::Lockstep || !scenario.has_line("robot velocity 0"),
+        "the robot braked between two candidates"
+    );
+    let application = app.handle.application().clone();
+    app.stop();
+    let mut tracker = DecisionTracker::new(&application);
+    let decisions: Vec<_> = scenario
+        .events()
+        .iter()
+        .flat_map(|event| tracker.process(event))
+        .collect();
+    let cause = "high: command refused by the guard eye: 0.5 m/s, and at most 0.2 m/s are safe";
+    let is_next = |decision: &Decision| decision.cause == cause && decision.choice.as_deref() == Some("low");
+    assert!(decisions.iter().any(is_next), "{decisions:#?}");
+}
+
+fn r18_a_refused_schema_may_try_again(executor: Executor) {
+    let scenario = Scenario::new();
+    let limit = guarded(&scenario, Some(0.2));
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("robot velocity 0.1");
+    *limit.lock().unwrap() = Some(1.0);
+    app.until_line("robot velocity 0.5");
+    app.stop();
+}
+
+fn r18_without_a_state_every_command_is_refused(executor: Executor) {
+    let scenario = Scenario::new();
+    let limit = guarded(&scenario, None);
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until(|app| app.schema("high").refused > 1);
+    assert!(!scenario.has_line("robot velocity 0.5"));
+    *limit.lock().unwrap() = Some(1.0);
+    app.until_line("robot velocity 0.5");
+    app.stop();
+}
+
+fn r18_a_judgement_that_panics_refuses(executor: Executor) {
+    let scenario = Scenario::new();
+    guarded(&scenario, Some(f64::NAN));
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    let panicked = |event: &Event| {
+        matches!(event, Event::Refused { description, .. }
+            if description.contains("the judgement failed: panicked") && description.contains("a limit is a number"))
+    };
+    app.until(|app| app.scenario.has_event(panicked));
+    app.stop();
+    assert!(!scenario.has_line("robot velocity 0.5"));
+}
+
+fn r18_a_command_in_force_ends_when_its_guard_refuses_it(executor: Executor) {
+    let scenario = Scenario::new();
+    let limit = guarded(&scenario, Some(1.0));
+    // It commands once; the command is in force for 1000 s.
+    let mut commanded = false;
+    scenario.on_call("high", move |call, io| {
+        if call == Call::Check {
+            io.ready(true);
+        }
+        if call == Call::Iterate && !commanded {
+            commanded = io.command(0.5).accepted();
+        }
+        Ok(())
+    });
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("robot velocity 0.5");
+    *limit.lock().unwrap() = Some(0.2);
+    app.until_line("robot velocity 0");
+    let refused =
+        |event: &Event| matches!(event, Event::Decided(record) if matches!(record.cause, Cause::Refused(_)));
+    app.until(|app| app.scenario.has_event(refused));
+    app.stop();
+}
+
+fn r18_a_guard_that_does_not_run_refuses_everything(executor: Executor) {
+    let scenario = Scenario::new();
+    guarded(&scenario, Some(1.0));
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("robot velocity 0.5");
+    app.operator()
+        .hold_asleep(app.index("eye"))
+        .expect("the guard stops");
+    app.until_line("robot velocity 0");
+    let old = |event: &Event| matches!(event, Event::Refused { description, .. } if description.contains("the state of the guard is"));
+    app.until(|app| app.scenario.has_event(old));
+    assert_eq!(app.schema("eye").state, State::Slept);
+    app.stop();
+}
+
+fn r18_a_forced_schema_keeps_its_authority_and_its_commands_are_refused(executor: Executor) {
+    let scenario = Scenario::new();
+    guarded(&scenario, Some(0.2));
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    let mut app = TestApp::start(executor, &scenario, TWO);
+    app.until_line("robot velocity 0.1");
+    app.operator().force(app.index("high")).expect("it is forced");
+    app.until(|app| app.winner("roots").as_deref() == Some("high"));
+    let now = app.handle.now();
+    app.until(|app| app.handle.now() > now + 200 * MS);
+    assert_eq!(app.winner("roots").as_deref(), Some("high"));
+    assert!(!scenario.has_line("robot velocity 0.5"));
+    app.stop();
+}
