@@ -45,7 +45,7 @@ extern "C" {
  * Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
  * version and older; later ones accept all.
  */
-#define JDE_ABI_MINOR 5u
+#define JDE_ABI_MINOR 6u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -60,7 +60,8 @@ extern "C" {
 /** Nothing has been published on this port yet. */
 #define JDE_NO_VALUE 1
 /**
- * The caller has no authority at this instant (R7), or an operator holds the child. Counted and shown; not a
+ * The caller has no authority at this instant (R7), a guard refuses the command (R18), or an operator holds
+ * the child. Counted and shown; not a
  * fault. Every function that reads or changes something also returns this, uncounted, to a call that hung
  * and was given up. Such a call should return.
  */
@@ -362,6 +363,12 @@ extern "C" {
 /** The largest number of problems of one inspection. */
 #define JDE_PROBLEMS_MOST 64u
 
+/**
+ * The id of the ability, whose table is a jde_guard. It and all that belongs to it exist since minor version
+ * 6.
+ */
+#define JDE_ABILITY_GUARD "jde.guard"
+
 /** Policy: the order in which the father names its children. */
 #define JDE_POLICY_PRIORITY 0u
 /** Policy: the highest number that a candidate offers. */
@@ -398,6 +405,8 @@ typedef struct jde_saver jde_saver;
 typedef struct jde_inspect jde_inspect;
 typedef struct jde_found jde_found;
 typedef struct jde_problems jde_problems;
+typedef struct jde_guard jde_guard;
+typedef struct jde_judgement jde_judgement;
 
 /** The host's data of an instance; opaque to the plugin, and valid only inside a call of that instance. */
 struct jde_context;
@@ -964,6 +973,35 @@ struct jde_problems {
     int32_t (*add)(jde_found *, uint32_t kind, uint32_t port, const char *text, uint64_t length);
 };
 
+/** The table that jde_schema.ability returns for JDE_ABILITY_GUARD. Only a perceptive schema has it. */
+struct jde_guard {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** The number of the export by whose newest value the guard judges. */
+    uint32_t state;
+    /** The type of the commands that it judges. */
+    const jde_type *command;
+    /**
+     * Judges a command. `state` is the newest value of the export, `age_ns` old; `command` is the command.
+     * Both are readable for the length of the call.
+     *
+     * Called in the thread that commands, or that reads the command, any number of times at once and without
+     * an instance. The result depends on the arguments alone. It uses no memory but its own stack, waits for
+     * nothing, and returns within microseconds. Any result but JDE_OK refuses the command.
+     */
+    int32_t (*judge)(const void *state, uint64_t age_ns, const void *command, jde_judgement *out);
+};
+
+/** The judgement of a command, which the host lends. */
+struct jde_judgement {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** Whether the command may take effect: 0 or 1. 0 when the call begins. */
+    uint32_t accepted;
+    /** Why it is refused, as UTF-8 that ends with a NUL; ignored if it is accepted. */
+    char reason[128];
+};
+
 /*
  * The rest of this file is for authors in C and C++: macros that fill tables, and functions that call the host.
  */
@@ -1135,6 +1173,33 @@ static inline int32_t jde_save(const jde_saver *saver, const void *bytes, size_t
 static inline int32_t jde_problem(const jde_problems *problems, uint32_t kind, uint32_t port, const char *text)
 {
     return problems->add(problems->found, kind, port, text, (uint64_t)strlen(text));
+}
+
+/*
+ * Guards. A perceptive schema that judges commands before they take effect returns its jde_guard from
+ * jde_schema.ability:
+ *
+ *     static const jde_guard guard = {(uint32_t)sizeof(jde_guard), 0u, &jde_twist_type, judge};
+ *     static const void *ability(const char *id) { return strcmp(id, JDE_ABILITY_GUARD) == 0 ? &guard : NULL; }
+ */
+
+/** Accepts the command. */
+static inline int32_t jde_accept(jde_judgement *out)
+{
+    out->accepted = 1u;
+    return JDE_OK;
+}
+
+/** Refuses the command for this reason, which is cut after 127 bytes. */
+static inline int32_t jde_refuse(jde_judgement *out, const char *reason)
+{
+    size_t length = strlen(reason);
+    if (length >= sizeof out->reason)
+        length = sizeof out->reason - 1u;
+    memcpy(out->reason, reason, length);
+    out->reason[length] = '\0';
+    out->accepted = 0u;
+    return JDE_OK;
 }
 
 /*

@@ -59,7 +59,7 @@ pub(super) fn refuse_mismatches(
         if instance.isolate.is_some() {
             report
                 .fault(
-                    &section.entry_span("isolate", ""),
+                    &section.key_span("isolate"),
                     format!("{} is a guard, and its judgement runs in the host", section.label),
                 )
                 .advise("remove `isolate`; the schemas that it guards may be isolated");

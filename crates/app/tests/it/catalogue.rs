@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, Scalar, Schema, Type,
+    Child, Field, FieldKind, Form, Guard, Kind, Limits, Plugin, Port, Role, Scalar, Schema, Type,
 };
 use jde_app::{Application, Catalogue, Faults, Override, parse};
 
@@ -137,6 +137,7 @@ fn plugins() -> Vec<Plugin> {
             )],
         ),
         plugin("odd", vec![odd()]),
+        plugin("near", vec![near(laser())]),
         plugin("boss", vec![boss()]),
         plugin(
             "crew",
@@ -219,6 +220,21 @@ fn pioneer() -> Schema {
         modulation("weights", "jde_msgs/msg/Weights", (None, None)),
     ];
     schema("pioneer", Kind::Driver, ports)
+}
+
+/// A guard of speeds.
+fn near(laser: Port) -> Schema {
+    Schema {
+        guard: Some(Guard {
+            state: 1,
+            command: Arc::new(value_type("geometry_msgs/msg/Twist")),
+        }),
+        ..schema(
+            "near",
+            Kind::Perceptive,
+            vec![laser, port("nearest", "std_msgs/msg/Float64", Role::Export)],
+        )
+    }
 }
 
 /// A driver whose laser scan has the standard name and another layout.

@@ -1,6 +1,6 @@
 //! The faults of group settings, and of actuators that two schemas could command at the same time.
 
-use crate::catalogue::check;
+use crate::catalogue::{application, check};
 
 /// The settings of the group of the good application.
 const SETTINGS: &str = r#"{ policy = "sticky", dwell = "500ms" }"#;
@@ -224,6 +224,92 @@ actuators = { base = "pioneer.velocity", spare = "pioneer.velocity" }"#,
         r#"
 apps/good.toml:13:50: `teleop` commands `pioneer.velocity` by two of its actuators
     help: bind each of its actuators to a different command
+"#,
+    );
+}
+
+/// A guard, before another schema of the good application.
+const NEAR: (&str, &str) = (
+    "[schemas.look]\n",
+    "[schemas.near]\ntype = \"near\"\nimports = { laser = \"pioneer.laser\" }\n\n[schemas.look]\n",
+);
+
+#[test]
+fn r18_a_guard_judges_the_commands_of_its_group_and_below_and_is_awake_with_them() {
+    let application = application(&[
+        NEAR,
+        (
+            "[schemas.pioneer]",
+            "root = { guard = \"near\", retry = \"1s\" }\n\n[schemas.pioneer]",
+        ),
+    ]);
+    let number = |name| application.instance(name).expect("a schema");
+    let spec = application.spec();
+    for name in ["teleop", "goon", "stop"] {
+        assert_eq!(
+            application.guards(number(name), (number("pioneer"), 4)),
+            [number("near")],
+            "{name}"
+        );
+        assert!(
+            spec.schemas[number(name)]
+                .needs
+                .iter()
+                .any(|need| need.index() == number("near")),
+            "{name}"
+        );
+    }
+    assert_eq!(spec.groups[0].retry, 1_000_000_000);
+}
+
+#[test]
+fn r18_a_guard_must_exist_and_judge() {
+    check(
+        &[(SETTINGS, "{ guard = \"nera\" }"), NEAR],
+        r#"
+apps/good.toml:21:25: `guard` of group `base` of schema `example` names `nera`, and there is no such schema
+    help: did you mean `near`?
+"#,
+    );
+    check(
+        &[(SETTINGS, "{ guard = \"look\" }"), NEAR],
+        r#"
+apps/good.toml:21:25: `guard` of group `base` of schema `example` is `look`, whose type `look` judges no commands
+    help: name a guard: near
+"#,
+    );
+    check(
+        &[(SETTINGS, "{ guard = \"look\" }")],
+        r#"
+apps/good.toml:21:25: `guard` of group `base` of schema `example` is `look`, whose type `look` judges no commands
+    help: add a schema whose type is a guard, such as "guard/footprint", and name it
+"#,
+    );
+}
+
+#[test]
+fn r18_a_guard_runs_in_the_host() {
+    let isolated = ("type = \"near\"\n", "type = \"near\"\nisolate = \"process\"\n");
+    check(
+        &[(SETTINGS, "{ guard = \"near\" }"), NEAR, isolated],
+        r#"
+apps/good.toml:40:1: schema `near` is a guard, and its judgement runs in the host
+    help: remove `isolate`; the schemas that it guards may be isolated
+"#,
+    );
+}
+
+#[test]
+fn r18_a_guard_judges_the_commands_of_one_actuator() {
+    let second = (
+        "[schemas.stop]\ntype      = \"stop\"\nimports   = { laser = \"pioneer.laser\" }\nactuators = { base = \"pioneer.velocity\" }",
+        "[schemas.other]\ntype = \"sim/pioneer\"\nworld = \"office.toml\"\n\n[schemas.stop]\ntype      = \"stop\"\nimports   = { laser = \"pioneer.laser\" }\nactuators = { base = \"other.velocity\" }",
+    );
+    check(
+        &[(SETTINGS, "{ guard = \"near\" }"), second, NEAR],
+        r#"
+apps/good.toml:42:10: the group `example/base` has the guard `near`, which judges geometry_msgs/msg/Twist, and schemas of the group command `pioneer.velocity` and `other.velocity`
+    help: name the guard in the group whose schemas command one robot
 "#,
     );
 }
