@@ -103,13 +103,13 @@ impl RollingGrid {
     /// Adds the rays of one scan from this place. A cell counts once in a scan, and as occupied if any ray
     /// ends in it. Rays are cut at the edge of the grid; rays with an end that is not finite are left out, and
     /// all are if the sensor is outside the grid.
-    pub fn observe(&mut self, sensor: (f64, f64), rays: &[Ray], now: Duration) {
+    pub fn observe(&mut self, sensor: (f64, f64), rays: impl IntoIterator<Item = Ray>, now: Duration) {
         let Some(from) = self.geometry.cell_at(sensor) else {
             return;
         };
         self.scans += 1;
-        let ends = |ray: &Ray| self.end(sensor, ray).map(|(cell, hit)| (cell, hit && ray.hit));
-        let ends: Vec<(Cell, bool)> = rays.iter().filter_map(ends).collect();
+        let ends = |ray: Ray| self.end(sensor, &ray).map(|(cell, hit)| (cell, hit && ray.hit));
+        let ends: Vec<(Cell, bool)> = rays.into_iter().filter_map(ends).collect();
         for &(end, _) in ends.iter().filter(|(_, hit)| *hit) {
             self.add(end, HIT, now);
         }
@@ -119,6 +119,43 @@ impl RollingGrid {
                 true
             });
         }
+    }
+
+    /// Makes the unknown cells free whose center is in a place, within `radius` of `middle`.
+    pub fn assume_free(&mut self, middle: (f64, f64), radius: f64, is_in_place: impl Fn((f64, f64)) -> bool) {
+        let cells = radius / self.geometry.resolution();
+        let (column, row) = self.geometry.to_grid(middle);
+        let side = f64::from(self.geometry.width());
+        let range =
+            |at: f64| (at - cells).clamp(0.0, side) as u32..(at + cells + 1.0).clamp(0.0, side) as u32;
+        for y in range(row) {
+            for x in range(column) {
+                let cell = Cell::new(x, y);
+                if is_in_place(self.geometry.center(cell)) {
+                    let evidence = &mut self.cells[self.geometry.index(cell)];
+                    if evidence.odds == 0.0 {
+                        evidence.odds = PASS;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the centers of the cells around the free ones: those that are occupied or unknown and have a free
+    /// neighbour. Those in which a ray of the newest scan ended are left out: the scan is more exact.
+    pub fn boundary(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let (width, height) = (self.geometry.width(), self.geometry.height());
+        let is_free = |x: u32, y: u32| self.cells[self.geometry.index(Cell::new(x, y))].odds < 0.0;
+        let inner = (1..height - 1).flat_map(move |y| (1..width - 1).map(move |x| (x, y)));
+        inner.filter_map(move |(x, y)| {
+            let cell = Cell::new(x, y);
+            let evidence = &self.cells[self.geometry.index(cell)];
+            let is_exact = evidence.odds > 0.0 && evidence.scan == self.scans;
+            let has_free_neighbour =
+                || is_free(x - 1, y) || is_free(x + 1, y) || is_free(x, y - 1) || is_free(x, y + 1);
+            let is_boundary = evidence.odds >= 0.0 && !is_exact && has_free_neighbour();
+            is_boundary.then(|| self.geometry.center(cell))
+        })
     }
 
     /// Writes the numbers of `nav_msgs/OccupancyGrid`, row by row from the origin. Cells that no ray has
@@ -210,7 +247,7 @@ mod tests {
             end: (1.05, 0.05),
             hit: true,
         };
-        grid.observe((0.05, 0.05), &[ray], Duration::ZERO);
+        grid.observe((0.05, 0.05), [ray], Duration::ZERO);
         for (point, state) in [
             ((0.05, 0.05), Occupancy::Free),
             ((0.95, 0.05), Occupancy::Free),
@@ -226,7 +263,7 @@ mod tests {
         let mut grid = grid();
         let scan = |grid: &mut RollingGrid, hit, second| {
             let end = if hit { (1.05, 0.05) } else { (1.55, 0.05) };
-            grid.observe((0.05, 0.05), &[Ray { end, hit }], Duration::from_secs(second));
+            grid.observe((0.05, 0.05), [Ray { end, hit }], Duration::from_secs(second));
         };
         (0..5).for_each(|second| scan(&mut grid, true, second));
         (5..15).for_each(|second| scan(&mut grid, false, second));
@@ -251,7 +288,7 @@ mod tests {
                 hit: true,
             },
         ];
-        grid.observe((0.05, 0.05), &rays, Duration::ZERO);
+        grid.observe((0.05, 0.05), rays, Duration::ZERO);
         assert_eq!(at(&grid, (1.05, 0.05), Duration::ZERO), Occupancy::Occupied);
     }
 
@@ -261,7 +298,7 @@ mod tests {
         let now = Duration::ZERO;
         grid.observe(
             (0.05, 0.05),
-            &[Ray {
+            [Ray {
                 end: (1.05, 0.05),
                 hit: true,
             }],
@@ -276,6 +313,29 @@ mod tests {
     }
 
     #[test]
+    fn the_boundary_is_what_is_occupied_or_unknown_beside_free_cells() {
+        let mut grid = grid();
+        let ray = Ray {
+            end: (1.05, 0.05),
+            hit: true,
+        };
+        grid.observe((0.05, 0.05), [ray], Duration::ZERO);
+        let has = |grid: &RollingGrid, (x, y): (f64, f64)| {
+            grid.boundary()
+                .any(|at| (at.0 - x).abs() < 1e-6 && (at.1 - y).abs() < 1e-6)
+        };
+        assert!(has(&grid, (0.55, 0.15)), "unknown beside the ray");
+        assert!(!has(&grid, (1.05, 0.05)), "the newest scan knows better");
+        grid.observe((0.05, 0.05), [], Duration::ZERO);
+        assert!(has(&grid, (1.05, 0.05)), "seen earlier");
+        grid.assume_free((0.55, 0.05), 0.15, |_| true);
+        assert!(!has(&grid, (0.55, 0.15)));
+        grid.assume_free((1.05, 0.05), 0.3, |_| true);
+        assert!(has(&grid, (1.05, 0.05)), "what was seen is not assumed away");
+        grid.assume_free((-1e9, f64::NAN), 1e9, |_| false);
+    }
+
+    #[test]
     fn places_and_rays_that_are_not_finite_change_nothing() {
         let mut grid = grid();
         let before = *grid.geometry();
@@ -283,7 +343,7 @@ mod tests {
             assert!(grid.follow(place).is_err(), "{place:?}");
             grid.observe(
                 place,
-                &[Ray {
+                [Ray {
                     end: (0.0, 0.0),
                     hit: true,
                 }],
@@ -292,7 +352,7 @@ mod tests {
         }
         grid.observe(
             (0.0, 0.0),
-            &[Ray {
+            [Ray {
                 end: (f64::NAN, 0.0),
                 hit: true,
             }],
@@ -308,7 +368,7 @@ mod tests {
         fn rays_that_leave_the_grid_are_cut_and_mark_nothing(angle in -3.2..3.2f64, length in 3.0..1e6f64) {
             let mut grid = grid();
             let end = (length * angle.cos(), length * angle.sin());
-            grid.observe((0.05, 0.05), &[Ray { end, hit: true }], Duration::ZERO);
+            grid.observe((0.05, 0.05), [Ray { end, hit: true }], Duration::ZERO);
             let mut data = vec![0; grid.geometry().cells()];
             grid.write_ros(Duration::ZERO, AGE, &mut data);
             prop_assert!(!data.contains(&Occupancy::Occupied.to_ros()));

@@ -5,7 +5,7 @@
 
 use core::f64::consts::FRAC_PI_2;
 
-use crate::{Header, Padding, Pose2D, Seq, Value};
+use crate::{Header, Padding, Point2D, Pose2D, Seq, Value};
 
 /// One scan of a laser scanner with up to 1088 beams.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
@@ -137,6 +137,28 @@ impl LaserScan {
     pub fn points(&self) -> impl Iterator<Item = LaserPoint> + '_ {
         self.hits()
             .map(|(beam, angle, range)| LaserPoint::new(beam, angle, range))
+    }
+
+    /// Returns where each measured beam ends, for a scanner at `sensor`, and whether it ends at an object. By
+    /// REP-117, a beam without a return is free up to `range_max`, and one without a measurement says nothing.
+    pub fn rays(&self, sensor: &Pose2D) -> impl Iterator<Item = (Point2D, bool)> + '_ {
+        let sensor = *sensor;
+        self.ranges.iter().enumerate().filter_map(move |(beam, &range)| {
+            let hit = range.is_finite();
+            let length = if range == f32::INFINITY {
+                self.range_max
+            } else {
+                range
+            };
+            let is_measured = length.is_finite() && length >= self.range_min && length <= self.range_max;
+            let (sin, cos) = (sensor.theta + self.angle(beam)).sin_cos();
+            let length = f64::from(length);
+            let end = Point2D {
+                x: sensor.x + length * cos,
+                y: sensor.y + length * sin,
+            };
+            is_measured.then_some((end, hit))
+        })
     }
 
     /// Returns the beam, angle and distance of each hit.

@@ -13,6 +13,9 @@ const EXCESSIVE_SPEED: f64 = 1e9;
 /// The speed that is commanded without authority, m/s.
 const UNAUTHORIZED_SPEED: f64 = 0.9;
 
+/// Iterations for which a reckless command stays the same: at 20 ms, long enough to drive somewhere.
+const RECKLESS_ITERATIONS: u64 = 50;
+
 /// Drives, and wakes its children, for a part of each cycle; misbehaves on request.
 #[derive(Describe)]
 #[schema(motor, period = "20ms", budget = "10ms")]
@@ -119,6 +122,7 @@ impl Schema for Motor {
             Some(Fault::Nan) => Twist::planar(f64::NAN, 0.0),
             Some(Fault::Infinity) => Twist::planar(0.0, f64::INFINITY),
             Some(Fault::Beyond) => Twist::planar(EXCESSIVE_SPEED, -EXCESSIVE_SPEED),
+            Some(Fault::Reckless) => self.reckless(cx, &command),
             _ => command,
         };
         if fault == Some(Fault::Flood) {
@@ -210,6 +214,13 @@ impl Motor {
         for child in self.children() {
             child.wake(cx);
         }
+    }
+
+    /// Random parts of a command, ahead and back, each for some iterations.
+    fn reckless(&self, cx: &Context, full: &Twist) -> Twist {
+        let mut random = fastrand::Rng::with_seed(cx.seed() ^ (self.faults / RECKLESS_ITERATIONS));
+        let mut part = || random.f64() * 2.0 - 1.0;
+        Twist::planar(full.linear.x * part(), full.angular.z * part())
     }
 
     fn meddle(&self, cx: &Context) {

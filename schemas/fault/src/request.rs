@@ -43,6 +43,8 @@ pub(crate) enum Fault {
     Infinity,
     /// Commands a speed that no actuator reaches.
     Beyond,
+    /// Commands random parts of its speed and its turn rate, ahead and back, whatever is in the way.
+    Reckless,
     Flood,
     /// Commands and wakes children without authority.
     Trespass,
@@ -64,7 +66,7 @@ const CALLS: [(&str, Call); 8] = [
     ("end", Call::End),
 ];
 
-const FAULTS: [(&str, Fault); 18] = [
+const FAULTS: [(&str, Fault); 19] = [
     ("panic", Fault::Panic),
     ("error", Fault::Error),
     ("hang", Fault::Hang),
@@ -79,6 +81,7 @@ const FAULTS: [(&str, Fault); 18] = [
     ("nan", Fault::Nan),
     ("infinity", Fault::Infinity),
     ("beyond", Fault::Beyond),
+    ("reckless", Fault::Reckless),
     ("flood", Fault::Flood),
     ("trespass", Fault::Trespass),
     ("chatter", Fault::Chatter),

@@ -56,6 +56,7 @@ pub(crate) fn cause(fault: Fault) -> Result {
         | Fault::Nan
         | Fault::Infinity
         | Fault::Beyond
+        | Fault::Reckless
         | Fault::Flood
         | Fault::Trespass
         | Fault::Chatter

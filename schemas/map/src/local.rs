@@ -70,7 +70,11 @@ impl Schema for Local {
         }
         if self.scan.replace(laser.sequence()) != Some(laser.sequence()) {
             let sensor = robot.transform(&self.mount.get(cx));
-            grid.observe((sensor.x, sensor.y), &rays(&laser, &sensor), cx.now());
+            let rays = laser.rays(&sensor).map(|(end, hit)| Ray {
+                end: (end.x, end.y),
+                hit,
+            });
+            grid.observe((sensor.x, sensor.y), rays, cx.now());
         }
         let mut map = self.map.loan(cx);
         map.header = Header {
@@ -83,30 +87,6 @@ impl Schema for Local {
         map.publish();
         Ok(())
     }
-}
-
-/// The rays of a scan in the frame of the pose, by REP-117: a beam without a return is free up to the range of
-/// the laser, and one without a measurement says nothing.
-fn rays(laser: &LaserScan, sensor: &Pose2D) -> Vec<Ray> {
-    let ray = |(beam, &range): (usize, &f32)| {
-        let hit = range.is_finite();
-        let length = if range == f32::INFINITY {
-            laser.range_max
-        } else {
-            range
-        };
-        let is_measured = length.is_finite() && length >= laser.range_min && length <= laser.range_max;
-        let direction = sensor.theta + laser.angle(beam);
-        let length = f64::from(length);
-        is_measured.then(|| Ray {
-            end: (
-                sensor.x + length * direction.cos(),
-                sensor.y + length * direction.sin(),
-            ),
-            hit,
-        })
-    };
-    laser.ranges.iter().enumerate().filter_map(ray).collect()
 }
 
 fn info(grid: &RollingGrid) -> MapMetaData {

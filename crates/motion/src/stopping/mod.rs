@@ -97,6 +97,34 @@ impl Maneuver {
         Stopping::Unknown
     }
 
+    /// Returns whether `outline` comes no closer to `points` than it is by more than 1 mm, and ends farther from
+    /// them: how a robot that is too close may still move. Time: the points once for each step of 20 ms.
+    #[must_use]
+    pub fn leaves(&self, outline: &Outline, points: &[Point2D]) -> bool {
+        if !self.is_valid() {
+            return false;
+        }
+        let start = outline.clearance(&Pose2D::ORIGIN, points);
+        let mut travel = Travel {
+            velocity: self.velocity,
+            ..Travel::default()
+        };
+        let mut clearance = start;
+        let mut time = 0.0;
+        while time < HORIZON && (time < self.hold || !is_still(&travel.velocity)) {
+            let holds = time < self.hold;
+            let step = if holds { STEP.min(self.hold - time) } else { STEP };
+            let goal = if holds { self.command } else { Twist::ZERO };
+            travel = travel.after(step, &goal, &self.limits);
+            clearance = outline.clearance(&travel.pose, points);
+            if clearance < start - SKIN {
+                return false;
+            }
+            time += step;
+        }
+        time < HORIZON && clearance > start
+    }
+
     fn is_valid(&self) -> bool {
         let limits = [
             self.limits.acceleration,

@@ -1,0 +1,79 @@
+//! What the guard of a footprint knows at one time, and the judgement by it. It keeps nothing between two
+//! judgements.
+
+use core::time::Duration;
+
+use jde_motion::{Limits, Maneuver, Outline, Stopping};
+use jde_schema::prelude::*;
+use jde_schema::types::{self, Point2D, Seq};
+
+/// The most points around a robot: those of a scan, and the boundary of what is known.
+pub(crate) const MAX_POINTS: usize = 2048;
+
+/// The robot and the points that it must not touch, in the frame of the base.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Surroundings")]
+pub struct Surroundings {
+    /// The present velocity of the base.
+    pub velocity: Twist,
+    /// The outline of the robot.
+    pub footprint: types::Footprint,
+    /// How long a command is in force before the next judgement of it takes effect.
+    #[value(unit = "s")]
+    pub reaction: f64,
+    /// The distance to keep.
+    #[value(unit = "m")]
+    pub margin: f64,
+    /// Greatest growth of the speed.
+    #[value(unit = "m/s2")]
+    pub acceleration: f64,
+    /// Greatest decline of the speed.
+    #[value(unit = "m/s2")]
+    pub deceleration: f64,
+    /// Greatest growth of the turn rate.
+    #[value(unit = "rad/s2")]
+    pub turn_acceleration: f64,
+    /// Greatest decline of the turn rate.
+    #[value(unit = "rad/s2")]
+    pub turn_deceleration: f64,
+    /// What the laser sees or has seen, and the boundary of what it has never seen.
+    pub points: Seq<Point2D, MAX_POINTS>,
+}
+
+impl Surroundings {
+    /// Judges a command: the robot must be able to follow it for the time of reaction and then stop, without
+    /// touching a point. A robot that is within the margin may keep half of its clearance instead; one that
+    /// touches a point may move away from it.
+    ///
+    /// # Errors
+    /// What is in the way.
+    pub fn judge(&self, age: Duration, command: &Twist) -> Result<(), String> {
+        let outline = Outline::try_from(&self.footprint).map_err(|error| error.to_string())?;
+        let maneuver = Maneuver {
+            velocity: self.velocity,
+            command: *command,
+            hold: self.reaction + age.as_secs_f64(),
+            limits: Limits {
+                acceleration: self.acceleration,
+                deceleration: self.deceleration,
+                turn_acceleration: self.turn_acceleration,
+                turn_deceleration: self.turn_deceleration,
+            },
+        };
+        let points = self.points.as_slice();
+        let clearance = outline.clearance(&Pose2D::ORIGIN, points);
+        let margin = self.margin.min(clearance / 2.0).max(0.0);
+        match maneuver.stopping(&outline, points, margin) {
+            Stopping::Free => Ok(()),
+            Stopping::Touches { .. } if maneuver.leaves(&outline, points) => Ok(()),
+            Stopping::Touches { after, point } => Err(format!(
+                "within {after:.1} s and the stop it would touch what is {:.2} m ahead and {:.2} m left",
+                point.x, point.y
+            )),
+            Stopping::Unknown => Err(String::from(
+                "a velocity or a limit is not a finite number, or the stop takes too long",
+            )),
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! What the guard refuses and what it must not refuse; missing and invalid inputs leave it without a state.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+use proptest::prelude::*;
+
+use crate::Footprint;
+use crate::surroundings::Surroundings;
+
+/// A scan of 181 beams over the half plane ahead, each with the range of its angle.
+fn scan(range: impl Fn(f64) -> f64) -> LaserScan {
+    let mut scan = LaserScan {
+        angle_min: -FRAC_PI_2 as f32,
+        angle_increment: (PI / 180.0) as f32,
+        range_min: 0.02,
+        range_max: 8.0,
+        ..LaserScan::default()
+    };
+    for beam in 0..181 {
+        let range = range(scan.angle(beam)) as f32;
+        scan.ranges.push(range).expect("few beams");
+    }
+    scan
+}
+
+/// A wall `distance` m ahead, across the whole half plane.
+fn wall_ahead(distance: f64) -> LaserScan {
+    scan(|angle| distance / angle.cos().max(1e-6))
+}
+
+fn odometry(pose: Pose2D, speed: f64) -> Odometry {
+    Odometry::planar(Duration::ZERO, pose, Twist::planar(speed, 0.0))
+}
+
+/// A guard that has seen this scan from `pose`.
+fn guard(scan: &LaserScan, pose: Pose2D, speed: f64) -> Bench<Footprint> {
+    let mut bench = Bench::new();
+    bench.awake().expect("it wakes");
+    observe(&mut bench, scan, pose, speed);
+    bench
+}
+
+fn observe(bench: &mut Bench<Footprint>, scan: &LaserScan, pose: Pose2D, speed: f64) {
+    bench.import("laser", scan);
+    bench.import("pose", &odometry(pose, speed));
+    bench.iterate().expect("it iterates");
+}
+
+fn judge(bench: &Bench<Footprint>, speed: f64, turn: f64) -> Result<(), String> {
+    let state = bench.exported::<Surroundings>("surroundings").expect("a state");
+    Footprint::judge(&state, Duration::ZERO, &Twist::planar(speed, turn))
+}
+
+#[test]
+fn a_speed_is_accepted_if_the_robot_can_stop_before_the_wall() {
+    // 0.75 m from the hull. At 0.5 m/s, reached from 0.4 m/s, it needs 0.07 m of reaction and 0.42 m to stop.
+    let bench = guard(&wall_ahead(1.0), Pose2D::ORIGIN, 0.4);
+    assert_eq!(judge(&bench, 0.5, 0.0), Ok(()));
+    let near = guard(&wall_ahead(0.55), Pose2D::ORIGIN, 0.4);
+    let refused = judge(&near, 0.5, 0.0).expect_err("it cannot stop in 0.3 m");
+    assert!(refused.contains("m ahead"), "{refused}");
+    let standing = guard(&wall_ahead(0.55), Pose2D::ORIGIN, 0.0);
+    assert_eq!(judge(&standing, 0.1, 0.0), Ok(()), "a slow approach");
+    assert_eq!(judge(&standing, 0.0, 1.0), Ok(()), "a turn on the spot");
+}
+
+#[test]
+fn a_robot_backs_only_to_where_it_came_from() {
+    // At 0.3 m/s it needs 0.2 m to stop.
+    let mut bench = guard(&wall_ahead(6.0), Pose2D::ORIGIN, -0.3);
+    assert!(judge(&bench, -0.3, 0.0).is_err(), "never seen");
+    for step in 1..=20 {
+        let x = f64::from(step) * 0.1;
+        observe(&mut bench, &wall_ahead(6.0 - x), Pose2D::new(x, 0.0, 0.0), -0.3);
+    }
+    assert_eq!(judge(&bench, -0.3, 0.0), Ok(()));
+}
+
+#[test]
+fn what_went_out_of_sight_still_counts() {
+    let after_a_half_turn = |distance| {
+        let mut bench = guard(&wall_ahead(distance), Pose2D::ORIGIN, 0.0);
+        // Several scans, so that the cells are believed.
+        for _ in 0..5 {
+            observe(&mut bench, &wall_ahead(distance), Pose2D::ORIGIN, 0.0);
+        }
+        observe(&mut bench, &scan(|_| 6.0), Pose2D::new(0.0, 0.0, PI), -0.5);
+        judge(&bench, -0.5, 0.0)
+    };
+    assert!(after_a_half_turn(0.6).is_err());
+    assert_eq!(after_a_half_turn(3.0), Ok(()));
+}
+
+#[test]
+fn a_robot_that_touches_something_may_leave_it() {
+    // The hull is 0.25 m from the laser.
+    let bench = guard(&wall_ahead(0.24), Pose2D::ORIGIN, 0.0);
+    assert!(judge(&bench, 0.1, 0.0).is_err());
+    let mut bench = guard(&wall_ahead(6.0), Pose2D::new(-1.0, 0.0, 0.0), 0.0);
+    for step in 0..=20 {
+        let x = -1.0 + f64::from(step) * 0.05;
+        observe(&mut bench, &wall_ahead(0.24 - x), Pose2D::new(x, 0.0, 0.0), 0.0);
+    }
+    assert!(judge(&bench, 0.1, 0.0).is_err());
+    assert_eq!(judge(&bench, -0.1, 0.0), Ok(()));
+}
+
+#[test]
+fn without_a_usable_scan_or_pose_it_has_no_state() {
+    let state = |bench: &Bench<Footprint>| bench.exported::<Surroundings>("surroundings");
+    let mut bench = guard(&wall_ahead(2.0), Pose2D::ORIGIN, 0.0);
+    assert!(state(&bench).is_some());
+    observe(&mut bench, &scan(|_| f64::NAN), Pose2D::ORIGIN, 0.0);
+    assert!(state(&bench).is_none(), "NaN in each beam");
+    observe(&mut bench, &LaserScan::default(), Pose2D::ORIGIN, 0.0);
+    assert!(state(&bench).is_none(), "no beam");
+    for pose in [
+        Pose2D::new(f64::NAN, 0.0, 0.0),
+        Pose2D::new(0.0, 0.0, f64::NAN),
+        Pose2D::new(f64::INFINITY, 0.0, 0.0),
+        Pose2D::new(1e300, 0.0, 0.0),
+    ] {
+        observe(&mut bench, &wall_ahead(2.0), pose, 0.0);
+        assert!(state(&bench).is_none(), "{pose:?}");
+    }
+    observe(&mut bench, &wall_ahead(2.0), Pose2D::ORIGIN, 0.0);
+    assert!(state(&bench).is_some());
+    bench.set_now(Duration::from_secs(60));
+    bench.iterate().expect("it iterates");
+    assert!(state(&bench).is_none(), "the scan is old");
+}
+
+#[test]
+fn a_pose_that_jumps_forgets_what_was_known() {
+    let mut bench = guard(&wall_ahead(0.6), Pose2D::ORIGIN, 0.0);
+    observe(&mut bench, &wall_ahead(6.0), Pose2D::new(1.6, 0.0, 0.0), 0.0);
+    assert_eq!(judge(&bench, 0.3, 0.0), Ok(()), "the wall is forgotten");
+    observe(&mut bench, &wall_ahead(6.0), Pose2D::new(1.6, 0.0, 0.0), -0.3);
+    assert!(judge(&bench, -0.3, 0.0).is_err(), "nothing is known behind it");
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    let bench = guard(&wall_ahead(6.0), Pose2D::ORIGIN, f64::NAN);
+    assert!(judge(&bench, 0.1, 0.0).is_err(), "the velocity");
+    let bench = guard(&wall_ahead(6.0), Pose2D::ORIGIN, 0.0);
+    assert!(judge(&bench, f64::INFINITY, 0.0).is_err(), "the command");
+}
+
+/// How far ahead the base comes that follows a command for some time and then brakes, in small steps of its
+/// own.
+fn greatest_ahead(present: f64, command: &Twist, hold: f64) -> f64 {
+    const STEP: f64 = 1e-3;
+    let (mut speed, mut turn, mut heading, mut x, mut time) = (present, 0.0_f64, 0.0_f64, 0.0_f64, 0.0);
+    let mut ahead = 0.0_f64;
+    while time < hold || speed != 0.0 || turn != 0.0 {
+        let goal = if time < hold {
+            (command.linear.x, command.angular.z)
+        } else {
+            (0.0, 0.0)
+        };
+        speed += (goal.0 - speed).clamp(-0.3 * STEP, 0.3 * STEP);
+        turn += (goal.1 - turn).clamp(-STEP, STEP);
+        heading += turn * STEP;
+        x += speed * heading.cos() * STEP;
+        ahead = ahead.max(x);
+        time += STEP;
+    }
+    ahead
+}
+
+proptest! {
+    #[test]
+    fn no_command_that_is_accepted_drives_into_the_wall(
+        distance in 0.3..3.0f64, present in 0.0..0.8f64, speed in -1.0..1.0f64, turn in -1.0..1.0f64, age in 0.0..0.1f64
+    ) {
+        let bench = guard(&wall_ahead(distance), Pose2D::ORIGIN, present);
+        let state = bench.exported::<Surroundings>("surroundings").expect("a state");
+        let command = Twist::planar(speed, turn);
+        if Footprint::judge(&state, Duration::from_secs_f64(age), &command).is_ok() {
+            let ahead = greatest_ahead(present, &command, 0.15 + age);
+            prop_assert!(ahead + 0.25 < distance, "{ahead} m ahead of {distance} m");
+        }
+    }
+
+    #[test]
+    fn any_scan_and_any_pose_give_a_state_or_none_and_no_panic(
+        ranges in prop::collection::vec(prop::num::f32::ANY, 0..40),
+        x in prop::num::f64::ANY, y in prop::num::f64::ANY, theta in prop::num::f64::ANY,
+        speed in prop::num::f64::ANY, turn in prop::num::f64::ANY,
+    ) {
+        let mut scan = scan(|_| 1.0);
+        scan.ranges.clear();
+        scan.ranges.extend_from_slice(&ranges).expect("few beams");
+        let mut bench = guard(&scan, Pose2D::new(x, y, theta), 0.0);
+        if let Some(state) = bench.exported::<Surroundings>("surroundings") {
+            drop(Footprint::judge(&state, Duration::ZERO, &Twist::planar(speed, turn)));
+        }
+        drop(bench.draw());
+    }
+}
