@@ -28,8 +28,8 @@ pub struct Footprint {
     /// Where the laser is on the base, and which way its x points.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     mount: Modulation<Pose2D>,
-    /// Distance to keep.
-    #[modulation(default = 0.02, unit = "m", min = 0.0, max = 1.0)]
+    /// Distance to keep. What went out of sight is known to 3.5 cm, half the diagonal of a cell.
+    #[modulation(default = 0.05, unit = "m", min = 0.0, max = 1.0)]
     margin: Modulation<f64>,
     /// How long a command is in force before the next judgement of it takes effect: the periods of the guard and
     /// of the driver, and the lag of the base.

@@ -43,8 +43,8 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// Judges a command: the robot must be able to follow it for the time of reaction and then stop, without
-    /// touching a point. A robot that is within the margin may keep half of its clearance instead; one that
-    /// touches a point may move away from it.
+    /// coming nearer to a point than the margin. A robot that is nearer already may move as long as it comes no
+    /// nearer.
     ///
     /// # Errors
     /// What is in the way.
@@ -62,11 +62,9 @@ impl Surroundings {
             },
         };
         let points = self.points.as_slice();
-        let clearance = outline.clearance(&Pose2D::ORIGIN, points);
-        let margin = self.margin.min(clearance / 2.0).max(0.0);
-        match maneuver.stopping(&outline, points, margin) {
+        match maneuver.stopping(&outline, points, self.margin) {
             Stopping::Free => Ok(()),
-            Stopping::Touches { .. } if maneuver.leaves(&outline, points) => Ok(()),
+            Stopping::Touches { .. } if maneuver.keeps_clear(&outline, points) => Ok(()),
             Stopping::Touches { after, point } => Err(format!(
                 "within {after:.1} s and the stop it would touch what is {:.2} m ahead and {:.2} m left",
                 point.x, point.y

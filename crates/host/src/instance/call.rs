@@ -17,9 +17,10 @@ use jde_board::Variable;
 use jde_core::{Nanos, Policy};
 use jde_loader::build::{Build, PortMapping};
 
+use super::bound_port::PortError;
 use super::guard::Guards;
 use super::port_access::PortAccess;
-use super::ports::{PortError, Ports};
+use super::ports::Ports;
 use super::view::View;
 use super::{Scratch, state_number};
 use crate::engine::Engine;

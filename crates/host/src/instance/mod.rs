@@ -6,6 +6,7 @@
 
 mod abandoned;
 mod body;
+mod bound_port;
 mod call;
 mod export_faults;
 mod guard;
@@ -32,13 +33,14 @@ use jde_records::turn::{self, INPUTS, Turn};
 use crate::engine::Engine;
 pub(crate) use abandoned::AbandonedInstance;
 use body::Body;
+pub(crate) use bound_port::{BoundPort, PortWrite, ShownValue};
 pub(crate) use call::CallContext;
 use call::Permissions;
 pub(crate) use export_faults::ExportFaults;
 pub(crate) use guard::{Guards, PortGuard, Refusal};
 pub(crate) use isolated::MAX_INLINE_BYTES;
 pub(crate) use port_access::PortAccess;
-pub(crate) use ports::{BoundPort, PortWrite, Ports, ShownValue};
+pub(crate) use ports::Ports;
 use scratch::Scratch;
 
 /// An instance that was created, with the access to its ports.

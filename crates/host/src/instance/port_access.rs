@@ -115,8 +115,8 @@ mod tests {
     use jde_types::Value as _;
 
     use super::*;
+    use crate::instance::BoundPort;
     use crate::instance::Guards;
-    use crate::instance::ports::BoundPort;
 
     struct NoGuards;
 

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use jde_board::{DetachedLoan, Error};
 use jde_loader::AlignedBytes;
 
+use super::bound_port::{BoundPort, RecordedInput};
 use super::guard::PortGuard;
-use super::ports::{BoundPort, Ports, RecordedInput};
+use super::ports::Ports;
 
 /// The values and loans that a call which was given up may still use. It must outlive that call.
 pub(crate) struct RetainedValues {

@@ -97,32 +97,35 @@ impl Maneuver {
         Stopping::Unknown
     }
 
-    /// Returns whether `outline` comes no closer to `points` than it is by more than 1 mm, and ends farther from
-    /// them: how a robot that is too close may still move. Time: the points once for each step of 20 ms.
+    /// Returns whether `outline` comes no closer to `points` than it is, up to 0.1 mm: how a robot that is too
+    /// close may still move. Time: the points once for each step of 20 ms.
     #[must_use]
-    pub fn leaves(&self, outline: &Outline, points: &[Point2D]) -> bool {
+    pub fn keeps_clear(&self, outline: &Outline, points: &[Point2D]) -> bool {
+        /// Far below what a sensor measures, and far above rounding.
+        const TOLERANCE: f64 = 1e-4;
         if !self.is_valid() {
             return false;
         }
-        let start = outline.clearance(&Pose2D::ORIGIN, points);
+        let least = outline.clearance(&Pose2D::ORIGIN, points) - TOLERANCE;
         let mut travel = Travel {
             velocity: self.velocity,
             ..Travel::default()
         };
-        let mut clearance = start;
         let mut time = 0.0;
-        while time < HORIZON && (time < self.hold || !is_still(&travel.velocity)) {
+        while time < HORIZON {
             let holds = time < self.hold;
+            if !holds && is_still(&travel.velocity) {
+                return true;
+            }
             let step = if holds { STEP.min(self.hold - time) } else { STEP };
             let goal = if holds { self.command } else { Twist::ZERO };
             travel = travel.after(step, &goal, &self.limits);
-            clearance = outline.clearance(&travel.pose, points);
-            if clearance < start - SKIN {
+            if outline.clearance(&travel.pose, points) < least {
                 return false;
             }
             time += step;
         }
-        time < HORIZON && clearance > start
+        false
     }
 
     fn is_valid(&self) -> bool {
