@@ -36,7 +36,10 @@ const fn state<S: Guard>() -> u32 {
         };
         if kind == raw::EXPORT && is_same(bytes(name), S::STATE_EXPORT.as_bytes()) {
             let is_state = is_same(bytes(value_type), bytes(S::State::TYPE.name));
-            assert!(is_state, "the export `STATE_EXPORT` has another type than `State`");
+            assert!(
+                is_state,
+                "the export `STATE_EXPORT` has another type than `State`"
+            );
             return number;
         }
         number += 1;
