@@ -986,8 +986,8 @@ struct jde_guard {
      * Both are readable for the length of the call.
      *
      * Called in the thread that commands, or that reads the command, any number of times at once and without
-     * an instance. The result depends on the arguments alone. It uses no memory but its own stack, waits for
-     * nothing, and returns within microseconds. Any result but JDE_OK refuses the command.
+     * an instance. The result depends on the arguments alone. It changes nothing that lasts beyond the call, waits
+     * for nothing, and returns within microseconds. Any result but JDE_OK refuses the command.
      */
     int32_t (*judge)(const void *state, uint64_t age_ns, const void *command, jde_judgement *out);
 };

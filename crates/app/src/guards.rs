@@ -1,5 +1,5 @@
-//! Guards of groups (R18): which schema judges which commands. Refuses schemas that cannot judge, and guards
-//! whose commands are not exactly one.
+//! Guards of groups (R18): which schema judges which commands. Refuses schemas that cannot judge, and a guard
+//! of no actuator or of several.
 
 use std::collections::BTreeSet;
 

@@ -123,39 +123,49 @@ impl RollingGrid {
 
     /// Makes the unknown cells free whose center is in a place, within `radius` of `middle`.
     pub fn assume_free(&mut self, middle: (f64, f64), radius: f64, is_in_place: impl Fn((f64, f64)) -> bool) {
-        let cells = radius / self.geometry.resolution();
-        let (column, row) = self.geometry.to_grid(middle);
-        let side = f64::from(self.geometry.width());
-        let range =
-            |at: f64| (at - cells).clamp(0.0, side) as u32..(at + cells + 1.0).clamp(0.0, side) as u32;
-        for y in range(row) {
-            for x in range(column) {
-                let cell = Cell::new(x, y);
-                if is_in_place(self.geometry.center(cell)) {
-                    let evidence = &mut self.cells[self.geometry.index(cell)];
-                    if evidence.odds == 0.0 {
-                        evidence.odds = PASS;
-                    }
+        for (x, y) in self.cells_within(middle, radius) {
+            let cell = Cell::new(x, y);
+            if is_in_place(self.geometry.center(cell)) {
+                let evidence = &mut self.cells[self.geometry.index(cell)];
+                if evidence.odds == 0.0 {
+                    evidence.odds = PASS;
                 }
             }
         }
     }
 
-    /// Returns the centers of the cells around the free ones: those that are occupied or unknown and have a free
-    /// neighbour. Those in which a ray of the newest scan ended are left out: the scan is more exact.
-    pub fn boundary(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        let (width, height) = (self.geometry.width(), self.geometry.height());
-        let is_free = |x: u32, y: u32| self.cells[self.geometry.index(Cell::new(x, y))].odds < 0.0;
-        let inner = (1..height - 1).flat_map(move |y| (1..width - 1).map(move |x| (x, y)));
-        inner.filter_map(move |(x, y)| {
+    /// Returns the centers of the cells around the free ones in a square of half the side `radius`: those that are
+    /// occupied or unknown and have a free neighbour. Those in which a ray of the newest scan ended are left
+    /// out: the scan is more exact.
+    pub fn boundary(&self, middle: (f64, f64), radius: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let side = self.geometry.width() as usize;
+        self.cells_within(middle, radius).filter_map(move |(x, y)| {
             let cell = Cell::new(x, y);
-            let evidence = &self.cells[self.geometry.index(cell)];
-            let is_exact = evidence.odds > 0.0 && evidence.scan == self.scans;
-            let has_free_neighbour =
-                || is_free(x - 1, y) || is_free(x + 1, y) || is_free(x, y - 1) || is_free(x, y + 1);
-            let is_boundary = evidence.odds >= 0.0 && !is_exact && has_free_neighbour();
+            let index = self.geometry.index(cell);
+            let evidence = &self.cells[index];
+            if evidence.odds < 0.0 || (evidence.odds > 0.0 && evidence.scan == self.scans) {
+                return None;
+            }
+            let is_inner = |at: u32| at > 0 && (at as usize) < side - 1;
+            let has_free_neighbour = || {
+                let neighbours = [index - 1, index + 1, index - side, index + side];
+                neighbours
+                    .iter()
+                    .any(|&neighbour| self.cells[neighbour].odds < 0.0)
+            };
+            let is_boundary = is_inner(x) && is_inner(y) && has_free_neighbour();
             is_boundary.then(|| self.geometry.center(cell))
         })
+    }
+
+    /// The columns and rows of the cells in a square of half the side `radius`.
+    fn cells_within(&self, middle: (f64, f64), radius: f64) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let cells = radius / self.geometry.resolution();
+        let (column, row) = self.geometry.to_grid(middle);
+        let side = f64::from(self.geometry.width());
+        let range =
+            move |at: f64| (at - cells).clamp(0.0, side) as u32..(at + cells + 1.0).clamp(0.0, side) as u32;
+        range(row).flat_map(move |y| range(column).map(move |x| (x, y)))
     }
 
     /// Writes the numbers of `nav_msgs/OccupancyGrid`, row by row from the origin. Cells that no ray has
@@ -321,7 +331,7 @@ mod tests {
         };
         grid.observe((0.05, 0.05), [ray], Duration::ZERO);
         let has = |grid: &RollingGrid, (x, y): (f64, f64)| {
-            grid.boundary()
+            grid.boundary((0.55, 0.05), 1.0)
                 .any(|at| (at.0 - x).abs() < 1e-6 && (at.1 - y).abs() < 1e-6)
         };
         assert!(has(&grid, (0.55, 0.15)), "unknown beside the ray");

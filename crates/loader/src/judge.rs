@@ -1,4 +1,5 @@
-//! The judgement of commands by a guard (R18): a function of the plugin without an instance.
+//! The judgement of commands by a guard (R18): a function of the plugin without an instance. It refuses and
+//! reports nothing; the host does.
 
 #![allow(unsafe_code)]
 

@@ -68,7 +68,8 @@ impl Memory {
     /// Returns the boundary of what is known to be free, in the frame of the base, as far as it is in reach.
     pub(crate) fn boundary(&self, robot: &Pose2D) -> impl Iterator<Item = Point2D> + '_ {
         let robot = *robot;
-        self.grid.boundary().filter_map(move |(x, y)| {
+        let at = (robot.x, robot.y);
+        self.grid.boundary(at, self.reach).filter_map(move |(x, y)| {
             let local = robot.localize(&Pose2D::new(x, y, 0.0));
             (local.x.hypot(local.y) <= self.reach).then_some(Point2D {
                 x: local.x,

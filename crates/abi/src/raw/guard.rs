@@ -23,8 +23,8 @@ pub struct Guard {
     /// Both are readable for the length of the call.
     ///
     /// Called in the thread that commands, or that reads the command, any number of times at once and without
-    /// an instance. The result depends on the arguments alone. It uses no memory but its own stack, waits for
-    /// nothing, and returns within microseconds. Any result but [`super::OK`] refuses the command.
+    /// an instance. The result depends on the arguments alone. It changes nothing that lasts beyond the call, waits
+    /// for nothing, and returns within microseconds. Any result but [`super::OK`] refuses the command.
     pub judge: Option<
         unsafe extern "C" fn(
             state: *const c_void,

@@ -216,6 +216,20 @@ impl Ports {
         self.refusal.take()
     }
 
+    /// Lets the guards judge the newest command that each port gave. Returns the first refusal.
+    pub(crate) fn judge_newest(&mut self, now: Nanos, judges: &dyn Guards) -> Option<Refusal> {
+        self.ports.iter_mut().find_map(|port| {
+            let BoundPort::ForeignOutput { writer, guards, .. } = port else {
+                return None;
+            };
+            let (id, variable) = (writer.id(), writer.variable());
+            let neutral = variable.describe().initial.as_deref().unwrap_or_default();
+            let mut reader = variable.reader("replay");
+            let newest = reader.latch()?;
+            guard::judge(guards, judges, now, id, (newest.bytes, neutral)).err()
+        })
+    }
+
     /// Returns the memory for the next value of an output.
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {

@@ -229,7 +229,11 @@ impl Player {
             }
             Turn::ENDED => self.is_finished = true,
             Turn::FATHER_ACTED => self.apply_father_action(number, turn),
-            Turn::COMMAND_REFUSED => self.engine.repeat_refusal(number),
+            Turn::COMMAND_REFUSED => {
+                if let Some(slot) = self.slots.get(number).and_then(Option::as_ref) {
+                    slot.runner.repeat_refusal();
+                }
+            }
             _ => {
                 if matches!(step.kind, StepKind::CheckCall | StepKind::IterationCall) {
                     self.publish_inputs(number, turn);

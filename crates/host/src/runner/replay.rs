@@ -77,6 +77,11 @@ impl Runner {
             }
     }
 
+    /// Repeats that a guard refused a command of it.
+    pub(crate) fn repeat_refusal(&self) {
+        self.engine.repeat_refusal(self.number, &self.port_access);
+    }
+
     /// Repeats a gesture on its panel.
     pub(crate) fn repeat_gesture(&mut self, by: &str, gesture: &Gesture) -> Result<(), String> {
         let Some(instance) = self.phase.instance() else {

@@ -1,12 +1,16 @@
 //! Guards of commands (R18): what they refuse does not take effect, and the next candidate acts.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use jde_app::parse;
 use jde_core::{Cause, State};
+use jde_host::Options;
+use jde_loader::SearchPath;
 use jde_records::event::Event;
 use jde_records::{Decision, DecisionTracker};
 
-use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
+use crate::common::{Call, Executor, MS, Scenario, TestApp, c, on_every_executor, plugins_with, text};
 
 on_every_executor!(
     r18_the_next_candidate_acts_instead_of_a_refused_one,
@@ -16,6 +20,7 @@ on_every_executor!(
     r18_a_command_in_force_ends_when_its_guard_refuses_it,
     r18_a_guard_that_does_not_run_refuses_everything,
     r18_a_forced_schema_keeps_its_authority_and_its_commands_are_refused,
+    r18_a_guard_in_c_judges_as_one_in_rust_does,
 );
 
 const TWO: &str = r#"
@@ -36,6 +41,16 @@ const TWO: &str = r#"
 /// What the guard exports as its limit in each iteration; it retracts its value if there is none.
 type Limit = Arc<Mutex<Option<f64>>>;
 
+/// Starts the two schemas: `high` drives at 0.5 m/s and `low` at 0.1 m/s, if it is to be ready.
+fn start(executor: Executor, limit: Option<f64>, low: bool) -> (Arc<Scenario>, Limit, TestApp) {
+    let scenario = Scenario::new();
+    let limit = guarded(&scenario, limit);
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    scenario.drives("low", &Arc::new(low.into()), 0.1);
+    let app = TestApp::start(executor, &scenario, TWO);
+    (scenario, limit, app)
+}
+
 fn guarded(scenario: &Scenario, limit: Option<f64>) -> Limit {
     let limit = Arc::new(Mutex::new(limit));
     let state = Arc::clone(&limit);
@@ -52,11 +67,7 @@ fn guarded(scenario: &Scenario, limit: Option<f64>) -> Limit {
 }
 
 fn r18_the_next_candidate_acts_instead_of_a_refused_one(executor: Executor) {
-    let scenario = Scenario::new();
-    guarded(&scenario, Some(0.2));
-    scenario.drives("high", &Arc::new(true.into()), 0.5);
-    scenario.drives("low", &Arc::new(true.into()), 0.1);
-    let mut app = TestApp::start(executor, &scenario, TWO);
+    let (scenario, _, mut app) = start(executor, Some(0.2), true);
     app.until_line("robot velocity 0.1");
     let before = scenario.count("robot iterate");
     app.until(|app| app.scenario.count("robot iterate") > before + 20);
@@ -77,17 +88,13 @@ fn r18_the_next_candidate_acts_instead_of_a_refused_one(executor: Executor) {
         .iter()
         .flat_map(|event| tracker.process(event))
         .collect();
-    let cause = "high: command refused by the guard eye: 0.5 m/s, and at most 0.2 m/s are safe";
+    let cause = "high: command refused by the guard `eye`: 0.5 m/s, and at most 0.2 m/s are safe";
     let is_next = |decision: &Decision| decision.cause == cause && decision.choice.as_deref() == Some("low");
     assert!(decisions.iter().any(is_next), "{decisions:#?}");
 }
 
 fn r18_a_refused_schema_may_try_again(executor: Executor) {
-    let scenario = Scenario::new();
-    let limit = guarded(&scenario, Some(0.2));
-    scenario.drives("high", &Arc::new(true.into()), 0.5);
-    scenario.drives("low", &Arc::new(true.into()), 0.1);
-    let mut app = TestApp::start(executor, &scenario, TWO);
+    let (_, limit, mut app) = start(executor, Some(0.2), true);
     app.until_line("robot velocity 0.1");
     *limit.lock().unwrap() = Some(1.0);
     app.until_line("robot velocity 0.5");
@@ -95,10 +102,7 @@ fn r18_a_refused_schema_may_try_again(executor: Executor) {
 }
 
 fn r18_without_a_state_every_command_is_refused(executor: Executor) {
-    let scenario = Scenario::new();
-    let limit = guarded(&scenario, None);
-    scenario.drives("high", &Arc::new(true.into()), 0.5);
-    let mut app = TestApp::start(executor, &scenario, TWO);
+    let (scenario, limit, mut app) = start(executor, None, false);
     app.until(|app| app.schema("high").refused > 1);
     assert!(!scenario.has_line("robot velocity 0.5"));
     *limit.lock().unwrap() = Some(1.0);
@@ -107,10 +111,7 @@ fn r18_without_a_state_every_command_is_refused(executor: Executor) {
 }
 
 fn r18_a_judgement_that_panics_refuses(executor: Executor) {
-    let scenario = Scenario::new();
-    guarded(&scenario, Some(f64::NAN));
-    scenario.drives("high", &Arc::new(true.into()), 0.5);
-    let mut app = TestApp::start(executor, &scenario, TWO);
+    let (scenario, _, mut app) = start(executor, Some(f64::NAN), false);
     let panicked = |event: &Event| {
         matches!(event, Event::Refused { description, .. }
             if description.contains("the judgement failed: panicked") && description.contains("a limit is a number"))
@@ -145,10 +146,7 @@ fn r18_a_command_in_force_ends_when_its_guard_refuses_it(executor: Executor) {
 }
 
 fn r18_a_guard_that_does_not_run_refuses_everything(executor: Executor) {
-    let scenario = Scenario::new();
-    guarded(&scenario, Some(1.0));
-    scenario.drives("high", &Arc::new(true.into()), 0.5);
-    let mut app = TestApp::start(executor, &scenario, TWO);
+    let (_, _, mut app) = start(executor, Some(1.0), false);
     app.until_line("robot velocity 0.5");
     app.operator()
         .hold_asleep(app.index("eye"))
@@ -161,11 +159,7 @@ fn r18_a_guard_that_does_not_run_refuses_everything(executor: Executor) {
 }
 
 fn r18_a_forced_schema_keeps_its_authority_and_its_commands_are_refused(executor: Executor) {
-    let scenario = Scenario::new();
-    guarded(&scenario, Some(0.2));
-    scenario.drives("high", &Arc::new(true.into()), 0.5);
-    scenario.drives("low", &Arc::new(true.into()), 0.1);
-    let mut app = TestApp::start(executor, &scenario, TWO);
+    let (scenario, _, mut app) = start(executor, Some(0.2), true);
     app.until_line("robot velocity 0.1");
     app.operator().force(app.index("high")).expect("it is forced");
     app.until(|app| app.winner("roots").as_deref() == Some("high"));
@@ -174,4 +168,25 @@ fn r18_a_forced_schema_keeps_its_authority_and_its_commands_are_refused(executor
     assert_eq!(app.winner("roots").as_deref(), Some("high"));
     assert!(!scenario.has_line("robot velocity 0.5"));
     app.stop();
+}
+
+fn r18_a_guard_in_c_judges_as_one_in_rust_does(executor: Executor) {
+    let folder = tempfile::tempdir().expect("a folder");
+    c::build("limit.c", &[], &folder.path().join("liblimit.so"));
+    let mut path = SearchPath::default();
+    path.push(folder.path(), "of this test");
+    let plugins = plugins_with(path);
+    let scenario = Scenario::new();
+    scenario.drives("high", &Arc::new(true.into()), 0.5);
+    scenario.drives("low", &Arc::new(true.into()), 0.1);
+    let text = text(executor, &scenario, &TWO.replace("test/eye", "limit/limit"));
+    let application =
+        parse(&text, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
+    let mut app = TestApp::run(executor, &scenario, application, &plugins, Options::default())
+        .unwrap_or_else(|error| panic!("{error}"));
+    app.until_line("robot velocity 0.1");
+    let refused = |event: &Event| matches!(event, Event::Refused { description, .. } if description.ends_with("by the guard `eye`: at most 0.2 m/s"));
+    app.until(|app| app.scenario.has_event(refused));
+    app.stop();
+    assert!(!scenario.has_line("robot velocity 0.5"));
 }

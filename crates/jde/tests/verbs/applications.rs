@@ -51,3 +51,30 @@ fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     );
     assert!(roots["nobody_seconds"].as_f64() > Some(10.0), "{result}");
 }
+
+#[test]
+fn r18_a_guarded_robot_that_is_driven_at_random_touches_nothing_wherever_its_schema_runs() {
+    let options = ["--for", "40s", "--seed", "3"];
+    let result = run("guard", &options);
+    let roots = &result["groups"][0];
+    assert!(roots["nobody_seconds"].as_f64() > Some(5.0), "refused: {result}");
+    assert!(
+        roots["winners"][1]["seconds"].as_f64() > Some(5.0),
+        "it drives: {result}"
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("isolated.toml");
+    let text = std::fs::read_to_string(root().join("apps/guard.toml")).expect("it exists");
+    let worlds = root().join("worlds").display().to_string();
+    let isolated = text
+        .replace("../worlds", &worlds)
+        .replace("\"fault/motor\"\n", "\"fault/motor\"\nisolate = \"process\"\n");
+    std::fs::write(&file, isolated).expect("it is written");
+    let mut command = jde_with_plugins(&["run"]);
+    command.arg(&file).args(["--lockstep", "--json"]).args(options);
+    let isolated = json(&output_of(&mut command).out);
+    assert_eq!(
+        isolated["decisions_sha256"], result["decisions_sha256"],
+        "{isolated}"
+    );
+}

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::damaged::library;
-use crate::support::{RunOutput, app, jde_with_plugins, json, output_of};
+use crate::support::{RunOutput, app, jde_with_plugins, json, output_of, root};
 
 /// Records a drive in lockstep.
 fn record(folder: &Path, options: &[&str]) -> String {
@@ -44,6 +44,32 @@ fn r16_a_replay_with_the_same_selections_and_values_succeeds() {
     assert!(verdict["values"]["same"].as_u64().unwrap() > 100, "{verdict}");
     assert!(!same.err.contains('\r'), "no progress line in a pipe");
     assert!(!same.err.contains("differs"), "{}", same.err);
+}
+
+#[test]
+fn r18_a_replay_repeats_the_refusals_of_a_guard_with_their_reasons() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("guarded.mcap").display().to_string();
+    let app = root().join("apps/guard.toml").display().to_string();
+    let run = output_of(&mut jde_with_plugins(&[
+        "run",
+        &app,
+        "--lockstep",
+        "--for",
+        "20s",
+        "--record",
+        &file,
+    ]));
+    assert_eq!(run.status, Some(0), "{}", run.err);
+    let same = replay(&file, &["--json"]);
+    assert_eq!(same.status, Some(0), "{}{}", same.out, same.err);
+    let why = output_of(&mut jde_with_plugins(&["why", "--in", &file]));
+    assert!(
+        why.out.contains("command refused by the guard"),
+        "{}{}",
+        why.out,
+        why.err
+    );
 }
 
 #[test]

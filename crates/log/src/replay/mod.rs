@@ -139,7 +139,10 @@ pub fn replay_and_compare(
     let events = Arc::new(Mutex::new(Vec::new()));
     let observed = Arc::clone(&events);
     let observer = Box::new(move |event: &Event| {
-        if matches!(event, Event::Decided(_) | Event::TookOver { .. }) {
+        if matches!(
+            event,
+            Event::Decided(_) | Event::TookOver { .. } | Event::Refused { .. }
+        ) {
             observed
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
