@@ -50,6 +50,8 @@ pub(crate) struct WorldFile {
     /// In the order of the robots' names.
     pub(crate) starts: Vec<Start>,
     pub(crate) bounds: Bounds,
+    /// The length of the reference path from the start to the goal of a benchmark, in metres.
+    pub(crate) reference_length: Option<f64>,
     pub(crate) warnings: Vec<Fault>,
 }
 
@@ -63,8 +65,20 @@ pub(crate) struct Start {
 
 pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
     let keys = [
-        "name", "map", "bounds", "floor", "sky", "light", "walls", "boxes", "circles", "movers", "people",
-        "balls", "robots",
+        "name",
+        "map",
+        "bounds",
+        "reference_length",
+        "floor",
+        "sky",
+        "light",
+        "walls",
+        "boxes",
+        "circles",
+        "movers",
+        "people",
+        "balls",
+        "robots",
     ];
     parse(text, path, "world", &keys, parse_world)
 }
@@ -112,6 +126,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         .map(|stem| stem.to_string_lossy().into_owned());
     let name = root.optional("name", file_name.unwrap_or_default(), values::text);
     let stated = starts::bounds(document, root);
+    let reference_length = root.optional("reference_length", None, |item| values::positive(item).map(Some));
     let map = map::read(document, root);
     let light = scenery::light(document, root);
     let things = fixtures::read(document, root);
@@ -120,6 +135,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     let starts = starts::starts(document, root);
     let (name, stated, map, light) = (name?, stated?, map?, light?);
     let ((mut fixtures, mut loose), movers, starts) = (things?, movers?, starts?);
+    let reference_length = reference_length?;
     loose.extend(balls?);
 
     if starts.len() > MAX_ROBOTS {
@@ -188,6 +204,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         light,
         starts,
         bounds,
+        reference_length,
         warnings,
     })
 }

@@ -44,6 +44,7 @@ pub struct World {
     light: Light,
     robot_slots: Vec<RobotSlot>,
     bounds: Bounds,
+    reference_length: Option<f64>,
     warnings: Vec<Fault>,
     /// How often the standing things have changed.
     changes: u64,
@@ -79,6 +80,7 @@ impl World {
             light,
             starts,
             bounds,
+            reference_length,
             warnings,
         } = file::read(text, path.as_ref()).map_err(WorldError::Faults)?;
         Ok(Self {
@@ -94,6 +96,7 @@ impl World {
                 .map(|start| RobotSlot { start, robot: None })
                 .collect(),
             bounds,
+            reference_length,
             warnings,
             changes: 0,
         })
@@ -102,6 +105,11 @@ impl World {
     /// Returns the name in the file, or the stem of the file's name.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Returns the length of the reference path that the file states, in metres.
+    pub fn reference_length(&self) -> Option<f64> {
+        self.reference_length
     }
 
     /// Returns what is legal in the files but doubtful: a world without walls, a mover whose way crosses a

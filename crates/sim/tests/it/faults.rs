@@ -195,6 +195,10 @@ fn bounds_need_a_minimum_below_the_maximum() {
         &["bounds", "`min`", "`max`"],
     );
     check("bounds = 3 # fault", &["expected { min"]);
+    check(
+        "reference_length = 0 # fault",
+        &["`reference_length` is 0", "more than 0"],
+    );
 }
 
 #[test]

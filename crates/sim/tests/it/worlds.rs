@@ -34,7 +34,8 @@ fn tour() -> Vec<[f64; 2]> {
 #[test]
 fn every_world_is_valid_and_its_robots_fit() {
     let mut count = 0;
-    for entry in std::fs::read_dir(path("")).unwrap() {
+    let files = |folder: &str| std::fs::read_dir(path(folder)).unwrap();
+    for entry in files("").chain(files("barn")) {
         let file = entry.unwrap().path();
         if file.extension().is_some_and(|extension| extension == "toml") {
             let mut world = World::load(&file, 1).unwrap_or_else(|error| panic!("{error}"));
@@ -49,7 +50,7 @@ fn every_world_is_valid_and_its_robots_fit() {
             count += 1;
         }
     }
-    assert!(count >= 5, "{count} worlds");
+    assert!(count >= 305, "{count} worlds");
 }
 
 #[test]
