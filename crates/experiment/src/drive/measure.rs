@@ -38,6 +38,13 @@ pub enum Reduction {
     Share,
 }
 
+impl Measure {
+    /// Whether it may need the length of the world's reference path.
+    pub(super) fn needs_reference_length(&self) -> bool {
+        matches!(self, Self::Motion(MotionMeasure::Barn { length: None, .. }, _))
+    }
+}
+
 impl Reduction {
     /// The key of each in a file.
     pub const KEYS: [(&'static str, Self); 8] = [

@@ -15,11 +15,12 @@ use jde_core::Nanos;
 use jde_host::{Lockstep, Options, StartError};
 use jde_loader::Plugins;
 use jde_records::event::{Event, Observer, Outcome as RunOutcome};
+use jde_sim::World;
 
 use crate::applications::Applications;
 use crate::experiment::{DriveSettings, Experiment, Mission};
 use crate::result::{DriveResult, Outcome};
-use measure::Meter;
+use measure::{Measure, Meter};
 use property::Monitor;
 use situation::Situation;
 use step::{Operator, StepTime};
@@ -194,7 +195,23 @@ impl<'e> Drive<'e> {
             reasons.insert(0, broken);
         }
         let is_success = outcome == Outcome::Passed;
-        let motions = self.values.motions();
+        let mut motions = self.values.motions();
+        if self
+            .experiment
+            .measures
+            .iter()
+            .any(Measure::needs_reference_length)
+        {
+            // The world was read when its robot's driver started.
+            let world = self
+                .experiment
+                .world_of(drive)
+                .and_then(|path| World::load(path, 0).ok());
+            let length = world.and_then(|world| world.reference_length());
+            motions
+                .iter_mut()
+                .for_each(|motion| motion.set_reference_length(length));
+        }
         let measures = self.meters.into_iter();
         let measures = measures
             .map(|meter| meter.finish(now, is_success, &motions))

@@ -18,20 +18,28 @@ pub enum MotionMeasure {
     /// 2018): 0 without success, else the direct length by the longer of the direct and the driven one.
     Spl,
     /// The metric of the BARN challenge: 0 without success, else the optimal time by the time, which counts
-    /// as at least 2 and at most 8 optimal times. The optimal time is that of the length, or of the direct
-    /// length if there is none, at the speed.
+    /// as at least 2 and at most 8 optimal times. The time begins when the robot is [`START_DISTANCE`] away
+    /// from its start. The optimal time is that of the length at the speed.
     Barn {
         /// m/s.
         speed: f64,
-        /// m.
+        /// m; if there is none, that of the world's reference path, or else the direct length.
         length: Option<f64>,
     },
 }
 
+/// The distance from the start at which the clock of the BARN challenge begins to count, m.
+pub const START_DISTANCE: f64 = 0.1;
+
 /// The motion of one robot.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
+    first: Option<Sample>,
     last: Option<Sample>,
+    /// When the robot was [`START_DISTANCE`] away from its start first.
+    left_start: Option<Nanos>,
+    /// The length of the reference path of its world, m.
+    reference_length: Option<f64>,
     /// The acceleration before the last sample, m/s2.
     acceleration: Option<f64>,
     distance: f64,
@@ -52,6 +60,13 @@ struct Sample {
     speed: f64,
 }
 
+impl Sample {
+    fn distance_to(&self, other: &Self) -> f64 {
+        let [x, y] = [0, 1].map(|axis| self.position[axis] - other.position[axis]);
+        x.hypot(y)
+    }
+}
+
 impl Motion {
     /// The ready-made measures that need no number of their own, by their names.
     pub const READY: [(&'static str, MotionMeasure); 5] = [
@@ -70,11 +85,14 @@ impl Motion {
             speed: truth.twist.linear.x,
         };
         self.min_clearance = Some(truth.min_clearance);
+        let first = self.first.get_or_insert(sample);
+        if sample.distance_to(first) >= START_DISTANCE {
+            self.left_start.get_or_insert(now);
+        }
         let Some(last) = self.last.replace(sample) else {
             return;
         };
-        let [x, y] = [0, 1].map(|axis| sample.position[axis] - last.position[axis]);
-        self.distance += x.hypot(y);
+        self.distance += sample.distance_to(&last);
         let passed = now.saturating_sub(last.time) as f64 / 1e9;
         if passed <= 0.0 {
             return;
@@ -85,6 +103,11 @@ impl Motion {
             self.jerk.0 += jerk * jerk * passed;
             self.jerk.1 += passed;
         }
+    }
+
+    /// Takes the length of the reference path of the robot's world, m.
+    pub fn set_reference_length(&mut self, length: Option<f64>) {
+        self.reference_length = length;
     }
 
     /// Takes the battery's present power, W.
@@ -119,8 +142,9 @@ impl Motion {
             MotionMeasure::Spl | MotionMeasure::Barn { .. } if !is_success => Some(0.0),
             MotionMeasure::Spl => (self.direct > 0.0).then(|| self.direct / self.direct.max(self.distance)),
             MotionMeasure::Barn { speed, length } => {
-                let optimal = length.unwrap_or(self.direct) / speed;
-                (optimal > 0.0).then(|| optimal / (now as f64 / 1e9).clamp(2.0 * optimal, 8.0 * optimal))
+                let optimal = length.or(self.reference_length).unwrap_or(self.direct) / speed;
+                let time = now.saturating_sub(self.left_start.unwrap_or_default()) as f64 / 1e9;
+                (optimal > 0.0).then(|| optimal / time.clamp(2.0 * optimal, 8.0 * optimal))
             }
         }
     }
@@ -189,9 +213,19 @@ mod tests {
             Some(0.5),
             "no drive is better than twice the optimal time"
         );
-        assert_eq!(barn(None, 8), Some(0.25));
+        // The clock begins at the first sample away from the start, after a second.
+        assert_eq!(barn(None, 9), Some(0.25));
         assert_eq!(barn(None, 100), Some(0.125));
-        assert_eq!(barn(Some(8.0), 16), Some(0.25));
+        assert_eq!(barn(Some(8.0), 17), Some(0.25));
+    }
+
+    #[test]
+    fn the_reference_path_of_the_world_is_the_optimal_one_unless_a_length_is_stated() {
+        let mut motion = straight();
+        motion.set_reference_length(Some(8.0));
+        let barn = |length| motion.measure(MotionMeasure::Barn { speed: 2.0, length }, 17 * SECOND, true);
+        assert_eq!(barn(None), Some(0.25));
+        assert_eq!(barn(Some(4.0)), Some(0.125));
     }
 
     #[test]

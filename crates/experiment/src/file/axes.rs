@@ -128,7 +128,7 @@ pub(super) fn read(
             "seeds" => axes.extend(seeds(report, node)),
             "worlds" => {
                 let values = list(report, "`worlds` of `axes`", node);
-                axes.push(choices("world", values, |value| world(report, subject, value)));
+                axes.push(choices("world", values, |value| worlds(report, subject, value)));
             }
             "starts" => {
                 let values = list(report, "`starts` of `axes`", node);
@@ -263,14 +263,14 @@ fn list<'a>(report: &mut FaultReport, what: &str, node: &'a Node<'a>) -> Vec<&'a
     }
 }
 
-fn choices<'a>(
+fn choices<'a, Choices: IntoIterator<Item = Choice>>(
     name: &str,
     values: Vec<&'a Node<'a>>,
-    mut choice: impl FnMut(&'a Node<'a>) -> Option<Choice>,
+    mut read: impl FnMut(&'a Node<'a>) -> Choices,
 ) -> DraftAxis {
     let read = values
         .iter()
-        .filter_map(|value| Some((choice(value)?, value.span())));
+        .flat_map(|value| read(value).into_iter().map(|choice| (choice, value.span())));
     let (choices, spans) = read.unzip();
     DraftAxis {
         axis: Axis {
@@ -279,6 +279,35 @@ fn choices<'a>(
         },
         spans,
     }
+}
+
+/// The worlds of a file, or of all files of a folder, in the order of their names.
+fn worlds(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Vec<Choice> {
+    let Some(written) = text(report, "each of `worlds`", node) else {
+        return Vec::new();
+    };
+    let path = folder(subject.file).join(written.text);
+    if !path.is_dir() {
+        return Vec::from_iter(world(report, subject, node));
+    }
+    let entries = std::fs::read_dir(&path).into_iter().flatten().flatten();
+    let mut names: Vec<_> = entries
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".toml"))
+        .collect();
+    names.sort();
+    if names.is_empty() {
+        let folder = quote(&path.display().to_string());
+        report.fault(
+            &node.span(),
+            format!("the folder {folder} has no world, no file .toml"),
+        );
+    }
+    let written = written.text.trim_end_matches('/');
+    let files = names.iter().map(|name| format!("{written}/{name}"));
+    files
+        .map_while(|file| world_of(report, subject, &file, node))
+        .collect()
 }
 
 /// A world for every simulated robot.
@@ -292,6 +321,12 @@ fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
         );
         return None;
     }
+    world_of(report, subject, written.text, node)
+}
+
+/// A world file, relative to the experiment's file, for every simulated robot.
+fn world_of(report: &mut FaultReport, subject: &Subject<'_>, written: &str, node: &Node) -> Option<Choice> {
+    let path = folder(subject.file).join(written);
     let robots: Vec<_> = with_modulation(subject.application, WORLD).collect();
     if robots.is_empty() {
         report
@@ -300,7 +335,7 @@ fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
         return None;
     }
     Some(Choice {
-        label: written.text.into(),
+        label: written.into(),
         seed: None,
         overrides: robots
             .into_iter()

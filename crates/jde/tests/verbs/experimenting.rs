@@ -295,6 +295,42 @@ fn all_faults_of_an_experiment_are_reported_at_once_with_their_lines() {
 }
 
 #[test]
+fn the_worlds_of_a_folder_are_an_axis_and_may_state_the_length_of_their_reference_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let worlds = folder.path().join("worlds");
+    fs::create_dir(&worlds).unwrap();
+    let world = "robots.robot.start = { x = 0, y = 0 }\nwalls = [{ points = [[2, -1], [2, 1]] }]\n";
+    fs::write(worlds.join("b.toml"), world).unwrap();
+    fs::write(worlds.join("a.toml"), format!("reference_length = 0.2\n{world}")).unwrap();
+    fs::write(worlds.join("notes.txt"), "no world").unwrap();
+    let application = "[schemas.robot]\ntype = \"sim/robot\"\nworld = \"worlds/a.toml\"\n\
+                       [schemas.mover]\ntype = \"fault/motor\"\nactuators = { base = \"robot.velocity\" }\n";
+    fs::write(
+        folder.path().join("app.toml"),
+        format!("roots = [\"mover\"]\n{application}"),
+    )
+    .unwrap();
+    let experiment_file = folder.path().join("worlds.toml");
+    let text = "application = \"app.toml\"\nfor = \"1s\"\naxes.worlds = [\"worlds\"]\n\
+                must.free.never = \"collisions > 0\"\nmeasure.score = \"barn\"\n";
+    fs::write(&experiment_file, text).unwrap();
+    let run = experiment(folder.path(), &["worlds.toml", "--out", "results", "--jobs", "1"]);
+    assert_eq!(run.status, Some(0), "{}", run.err);
+    let drives = lines(&folder.path().join("results"));
+    let column = |key: &str| -> Vec<_> { drives.iter().map(|drive| drive[key].clone()).collect() };
+    assert_eq!(column("world"), ["worlds/a.toml", "worlds/b.toml"]);
+    // It stands for 1 s, and eight optimal times are 0.8 s. Without a mission there is no direct length.
+    assert_eq!(column("score"), [Value::from(0.125), Value::Null]);
+
+    fs::write(&experiment_file, text.replace("[\"worlds\"]", "[\"empty\"]")).unwrap();
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let refused = experiment(folder.path(), &["worlds.toml"]);
+    assert_eq!(refused.status, Some(2));
+    assert!(refused.err.contains("worlds.toml:3:"), "{}", refused.err);
+    assert!(refused.err.contains("has no world"), "{}", refused.err);
+}
+
+#[test]
 fn a_new_application_passes_its_tests_and_a_failure_explains_itself() {
     let folder = tempfile::tempdir().unwrap();
     let new = output_of(jde_with_plugins(&["new", "app", "patrol"]).current_dir(&folder));
