@@ -6,14 +6,14 @@ use std::path::Path;
 
 use jde_abi::describe::Role;
 use jde_app::{Application, Faults, Override};
-use jde_document::section::{Node, expect, integer, report_wrong_shape, text};
+use jde_document::section::{Node, expect, integer, report_wrong_shape};
 use jde_document::{FaultReport, Section, Text, quote};
-use serde_json::Value;
 
 use super::values::{label, source};
+use super::worlds::{world, worlds};
 use super::{SetValue, Subject, load};
 use crate::applications::Applications;
-use crate::experiment::{Axis, AxisValues, Choice, Experiment, Variant, WORLD};
+use crate::experiment::{Axis, AxisValues, Choice, Experiment, Variant};
 
 /// An axis, and the position of each of its values.
 pub(super) struct DraftAxis {
@@ -281,75 +281,6 @@ fn choices<'a, Choices: IntoIterator<Item = Choice>>(
     }
 }
 
-/// The worlds of a file, or of all files of a folder, in the order of their names.
-fn worlds(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Vec<Choice> {
-    let Some(written) = text(report, "each of `worlds`", node) else {
-        return Vec::new();
-    };
-    let path = folder(subject.file).join(written.text);
-    if !path.is_dir() {
-        return Vec::from_iter(world(report, subject, node));
-    }
-    let entries = std::fs::read_dir(&path).into_iter().flatten().flatten();
-    let mut names: Vec<_> = entries
-        .filter_map(|entry| entry.file_name().into_string().ok())
-        .filter(|name| name.ends_with(".toml"))
-        .collect();
-    names.sort();
-    if names.is_empty() {
-        let folder = quote(&path.display().to_string());
-        report.fault(
-            &node.span(),
-            format!("the folder {folder} has no world, no file .toml"),
-        );
-    }
-    let written = written.text.trim_end_matches('/');
-    let files = names.iter().map(|name| format!("{written}/{name}"));
-    files
-        .map_while(|file| world_of(report, subject, &file, node))
-        .collect()
-}
-
-/// A world for every simulated robot.
-fn world(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<Choice> {
-    let written = text(report, "each of `worlds`", node)?;
-    let path = folder(subject.file).join(written.text);
-    if !path.is_file() {
-        report.fault(
-            &node.span(),
-            format!("there is no file {}", quote(&path.display().to_string())),
-        );
-        return None;
-    }
-    world_of(report, subject, written.text, node)
-}
-
-/// A world file, relative to the experiment's file, for every simulated robot.
-fn world_of(report: &mut FaultReport, subject: &Subject<'_>, written: &str, node: &Node) -> Option<Choice> {
-    let path = folder(subject.file).join(written);
-    let robots: Vec<_> = with_modulation(subject.application, WORLD).collect();
-    if robots.is_empty() {
-        report
-            .fault(&node.span(), "no schema of the application has a world")
-            .advise("leave `worlds` out; `set` sets any other modulation");
-        return None;
-    }
-    Some(Choice {
-        label: written.into(),
-        seed: None,
-        overrides: robots
-            .into_iter()
-            .map(|robot| Override {
-                schema: robot.to_owned(),
-                variable: WORLD.to_owned(),
-                value: Value::from(path.display().to_string()).to_string(),
-                folder: folder(subject.file).to_owned(),
-            })
-            .collect(),
-        variant: None,
-    })
-}
-
 /// A start for each of the robots that it names: `{ pioneer = [1, 2, "90 deg"] }`.
 fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option<Choice> {
     let starts = expect(
@@ -489,7 +420,10 @@ fn case(
 }
 
 /// Returns the schemas that have a modulation of this name.
-fn with_modulation<'a>(application: &'a Application, name: &'a str) -> impl Iterator<Item = &'a str> {
+pub(super) fn with_modulation<'a>(
+    application: &'a Application,
+    name: &'a str,
+) -> impl Iterator<Item = &'a str> {
     let has = move |instance: &&jde_app::InstanceConfig| {
         let mut ports = instance.schema.ports.iter();
         ports.any(|port| port.name == name && matches!(port.role, Role::Modulation { .. }))
@@ -498,6 +432,6 @@ fn with_modulation<'a>(application: &'a Application, name: &'a str) -> impl Iter
     instances.map(|instance| instance.name.as_str())
 }
 
-fn folder(file: &Path) -> &Path {
+pub(super) fn folder(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new("/"))
 }

@@ -7,6 +7,7 @@ mod judge;
 mod mocks;
 mod steps;
 mod values;
+mod worlds;
 
 use std::path::{Path, PathBuf};
 
