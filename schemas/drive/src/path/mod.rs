@@ -8,7 +8,8 @@ use jde_schema::prelude::*;
 use jde_schema::types::{Footprint, normalize_angle};
 
 use crate::body::{Ability, Body, Permit};
-use pursuit::{Track, curvature};
+use crate::track::Track;
+use pursuit::curvature;
 
 /// Turn rate for a heading error of 1 rad while it turns on the spot, 1/s.
 const GAIN: f64 = 2.0;
