@@ -6,6 +6,7 @@
 
 mod body;
 mod path;
+mod track;
 mod vfh;
 mod wall;
 mod wander;

@@ -7,10 +7,6 @@ use jde_schema::bench::Bench;
 use super::*;
 use crate::bench::{Loop, scan};
 
-fn track(places: &[(f64, f64)]) -> Track {
-    Track::new(places.iter().map(|&(x, y)| Pose2D::new(x, y, 0.0))).expect("a path")
-}
-
 fn route(places: &[(f64, f64)]) -> Route {
     Route {
         poses: places.iter().map(|&(x, y)| Pose2D::new(x, y, 0.0)).collect(),
@@ -33,27 +29,6 @@ fn command(bench: &mut Bench<Path>) -> Twist {
 fn note(bench: &Bench<Path>) -> String {
     let mission: Mission = bench.exported("mission").expect("it is published");
     mission.note.as_str().to_owned()
-}
-
-#[test]
-fn a_track_interpolates_between_its_poses() {
-    let corner = track(&[(0.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0, 3.0)]);
-    assert_eq!(corner.length(), 5.0);
-    for (way, x, y) in [(0.0, 0.0, 0.0), (1.5, 1.5, 0.0), (3.0, 2.0, 1.0), (9.0, 2.0, 3.0)] {
-        let place = corner.at(way);
-        assert!((place.x - x).hypot(place.y - y) < 1e-12, "after {way} m");
-    }
-    assert_eq!(track(&[(1.0, 2.0)]).at(0.5), Pose2D::new(1.0, 2.0, 0.0));
-    assert_eq!(Track::new(core::iter::empty()), None);
-    assert_eq!(Track::new([Pose2D::new(0.0, f64::NAN, 0.0)].into_iter()), None);
-}
-
-#[test]
-fn on_a_path_that_crosses_itself_the_order_of_the_path_counts() {
-    let cross = track(&[(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (2.0, -2.0)]);
-    let middle = Pose2D::new(2.0, 0.1, 0.0);
-    assert!((cross.nearest(&middle, None) - 9.9).abs() < 1e-9);
-    assert!((cross.nearest(&middle, Some(1.5)) - 2.0).abs() < 1e-9);
 }
 
 #[test]
