@@ -73,11 +73,22 @@ impl Base {
         let within = |value: f32x8, low: f32, high: f32| {
             value.fast_max(f32x8::splat(low)).fast_min(f32x8::splat(high))
         };
+        let ahead = within(ahead, -self.reverse, self.fast);
         [
-            within(ahead, -self.reverse, self.fast),
+            ahead,
             within(left, -self.sideways, self.sideways),
-            within(turn, -self.turn, self.turn),
+            self.bend(ahead, within(turn, -self.turn, self.turn)),
         ]
+    }
+
+    /// The turn rate that the turning radius permits.
+    fn bend(&self, ahead: f32x8, turn: f32x8) -> f32x8 {
+        if self.turning_radius > 0.0 {
+            let most = ahead.abs() * f32x8::splat(1.0 / self.turning_radius);
+            turn.fast_max(-most).fast_min(most)
+        } else {
+            turn
+        }
     }
 
     /// Moves on for `step` s, in which each velocity approaches its command within the limits. The position
@@ -88,13 +99,11 @@ impl Base {
             let limit = f32x8::splat(limit);
             *velocity += (*command - *velocity).fast_max(-limit).fast_min(limit);
         }
-        let [ahead, left, turn] = &mut lanes.velocity;
-        if self.turning_radius > 0.0 {
-            let most = ahead.abs() * f32x8::splat(1.0 / self.turning_radius);
-            *turn = turn.fast_max(-most).fast_min(most);
-        }
+        let [ahead, left, turn] = lanes.velocity;
+        let turn = self.bend(ahead, turn);
+        lanes.velocity[2] = turn;
         // Sine and cosine of half the angle: exact to the last bits up to 0.3 rad, which no step exceeds.
-        let half = *turn * f32x8::splat(0.5 * step);
+        let half = turn * f32x8::splat(0.5 * step);
         let square = half * half;
         let sin =
             half * (f32x8::ONE - square * (f32x8::splat(1.0 / 6.0) - square * f32x8::splat(1.0 / 120.0)));
@@ -102,8 +111,8 @@ impl Base {
         let rotate = |c: f32x8, s: f32x8| (c * cos - s * sin, s * cos + c * sin);
         let (mean_cos, mean_sin) = rotate(lanes.cos, lanes.sin);
         let step = f32x8::splat(step);
-        lanes.x += (*ahead * mean_cos - *left * mean_sin) * step;
-        lanes.y += (*ahead * mean_sin + *left * mean_cos) * step;
+        lanes.x += (ahead * mean_cos - left * mean_sin) * step;
+        lanes.y += (ahead * mean_sin + left * mean_cos) * step;
         (lanes.cos, lanes.sin) = rotate(mean_cos, mean_sin);
     }
 

@@ -96,7 +96,9 @@ impl Controller {
         self.keep_near(spread);
         self.average(spread.temperature);
         smooth(&self.past, &self.next, &mut self.sequence);
-        let command = self.sequence.first().copied().unwrap_or_default();
+        let first = self.sequence.first().copied().unwrap_or_default();
+        let command = situation.base.clamp(first.map(f32x8::splat));
+        let command = command.map(|part| part.to_array()[0]);
         self.past.rotate_left(1);
         self.past[PAST - 1] = command;
         command

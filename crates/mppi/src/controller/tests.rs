@@ -112,6 +112,11 @@ impl World {
     fn drive(&mut self, steps: usize) {
         for _ in 0..steps {
             let command = self.command();
+            let [ahead, _, turn] = command;
+            assert!(
+                turn.abs() * self.base.turning_radius <= ahead.abs() + 1e-6,
+                "{command:?}"
+            );
             let mut lanes = Lanes::all(&self.motion);
             self.base
                 .advance(&mut lanes, &command.map(f32x8::splat), SHAPE.step);
