@@ -4,6 +4,15 @@
 /// The square of the distance where there is no source.
 pub const NO_SOURCE: u32 = u32::MAX;
 
+/// Computes distances, and keeps its memory from one grid to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Distances {
+    squares: Vec<u32>,
+    /// One row: the distance to the nearest source in each column so far, and the result of a row.
+    row: Vec<u32>,
+    envelope: Envelope,
+}
+
 /// Returns, for each cell of a grid with `width` columns, the square of the distance from its centre to that
 /// of the nearest source, in cells. All are [`NO_SOURCE`] without any source.
 ///
@@ -14,27 +23,39 @@ pub const NO_SOURCE: u32 = u32::MAX;
 /// If the number of cells is not a multiple of `width`.
 #[must_use]
 pub fn squared_distances(width: usize, sources: &[bool]) -> Vec<u32> {
-    let height = sources.len().checked_div(width).unwrap_or(0);
-    assert_eq!(height * width, sources.len(), "whole rows");
-    let mut squares: Vec<u32> = sources
-        .iter()
-        .map(|&source| if source { 0 } else { NO_SOURCE })
-        .collect();
-    along_columns(width, &mut squares);
-    let mut envelope = Envelope::default();
-    let mut line = vec![0; width];
-    for row in squares.chunks_exact_mut(width.max(1)) {
-        envelope.transform(row, &mut line);
-        row.copy_from_slice(&line);
+    let mut distances = Distances::default();
+    distances.squared(width, sources);
+    distances.squares
+}
+
+impl Distances {
+    /// Returns what [`squared_distances`] returns. Allocates only for a grid larger than those before.
+    ///
+    /// # Panics
+    /// If the number of cells is not a multiple of `width`.
+    pub fn squared(&mut self, width: usize, sources: &[bool]) -> &[u32] {
+        let height = sources.len().checked_div(width).unwrap_or(0);
+        assert_eq!(height * width, sources.len(), "whole rows");
+        self.squares.clear();
+        let source = |&source: &bool| if source { 0 } else { NO_SOURCE };
+        self.squares.extend(sources.iter().map(source));
+        self.row.clear();
+        self.row.resize(width, NO_SOURCE);
+        along_columns(&mut self.row, &mut self.squares);
+        for row in self.squares.chunks_exact_mut(width.max(1)) {
+            self.envelope.transform(row, &mut self.row);
+            row.copy_from_slice(&self.row);
+        }
+        &self.squares
     }
-    squares
 }
 
 /// Replaces each cell by the square of the distance to the nearest source in its column. Sources are 0 and
-/// all others [`NO_SOURCE`], so that two passes of counting suffice, and both run along rows of the memory.
-fn along_columns(width: usize, squares: &mut [u32]) {
+/// all others [`NO_SOURCE`], and so is `away`, a row. So two passes of counting suffice, and both run along rows
+/// of the memory.
+fn along_columns(away: &mut [u32], squares: &mut [u32]) {
+    let width = away.len();
     let height = squares.len() / width.max(1);
-    let mut away = vec![NO_SOURCE; width];
     let mut pass = |squares: &mut [u32], y: usize| {
         for (away, square) in away.iter_mut().zip(&mut squares[y * width..(y + 1) * width]) {
             *away = if *square == 0 { 0 } else { away.saturating_add(1) };
@@ -51,7 +72,7 @@ fn along_columns(width: usize, squares: &mut [u32]) {
 }
 
 /// The lower envelope of parabolas, one for each cell of a line.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 struct Envelope {
     /// The cells whose parabolas belong to it, from left to right, and where each begins to be the lowest.
     parts: Vec<(usize, f64)>,

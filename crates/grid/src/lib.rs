@@ -29,7 +29,7 @@ mod route;
 mod search;
 
 pub use costmap::{Costmap, Inflation, InflationError};
-pub use distance::{NO_SOURCE, squared_distances};
+pub use distance::{Distances, NO_SOURCE, squared_distances};
 pub use field::Field;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
 pub use line::walk;

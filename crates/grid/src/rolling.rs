@@ -45,6 +45,9 @@ pub struct RollingGrid {
     corner: (i64, i64),
     cells: Vec<Evidence>,
     scans: u64,
+    /// Memory for the ends of the rays of one scan, and for the cells while the grid moves.
+    ends: Vec<(Cell, bool)>,
+    moving: Vec<Evidence>,
 }
 
 impl RollingGrid {
@@ -59,6 +62,8 @@ impl RollingGrid {
             corner,
             cells: vec![Evidence::default(); side as usize * side as usize],
             scans: 0,
+            ends: Vec::new(),
+            moving: Vec::new(),
         })
     }
 
@@ -87,8 +92,10 @@ impl RollingGrid {
         self.geometry = Geometry::new(side, side, resolution, origin)?;
         let moved_to = (place.0 as i64, place.1 as i64);
         let shift = (moved_to.0 - self.corner.0, moved_to.1 - self.corner.1);
-        let before = core::mem::replace(&mut self.cells, vec![Evidence::default(); self.geometry.cells()]);
-        for (index, evidence) in before.into_iter().enumerate() {
+        core::mem::swap(&mut self.cells, &mut self.moving);
+        self.cells.clear();
+        self.cells.resize(self.geometry.cells(), Evidence::default());
+        for (index, &evidence) in self.moving.iter().enumerate() {
             let cell = self.geometry.cell(index);
             let at = |from: u32, by: i64| u32::try_from(i64::from(from) - by).unwrap_or(u32::MAX);
             let moved = Cell::new(at(cell.x, shift.0), at(cell.y, shift.1));
@@ -108,8 +115,10 @@ impl RollingGrid {
             return;
         };
         self.scans += 1;
-        let ends = |ray: Ray| self.end(sensor, &ray).map(|(cell, hit)| (cell, hit && ray.hit));
-        let ends: Vec<(Cell, bool)> = rays.into_iter().filter_map(ends).collect();
+        let mut ends = core::mem::take(&mut self.ends);
+        ends.clear();
+        let end = |ray: Ray| self.end(sensor, &ray).map(|(cell, hit)| (cell, hit && ray.hit));
+        ends.extend(rays.into_iter().filter_map(end));
         for &(end, _) in ends.iter().filter(|(_, hit)| *hit) {
             self.add(end, HIT, now);
         }
@@ -119,6 +128,7 @@ impl RollingGrid {
                 true
             });
         }
+        self.ends = ends;
     }
 
     /// Makes the unknown cells free whose center is in a place, within `radius` of `middle`.
@@ -155,6 +165,26 @@ impl RollingGrid {
             };
             let is_boundary = is_inner(x) && is_inner(y) && has_free_neighbour();
             is_boundary.then(|| self.geometry.center(cell))
+        })
+    }
+
+    /// Returns the centers of the occupied cells in a square of half the side `radius`. Those in which a ray of
+    /// the newest scan ended are left out, since the scan is more exact, and those that no ray has touched for
+    /// longer than `age`.
+    pub fn remembered(
+        &self,
+        middle: (f64, f64),
+        radius: f64,
+        now: Duration,
+        age: Duration,
+    ) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.cells_within(middle, radius).filter_map(move |(x, y)| {
+            let cell = Cell::new(x, y);
+            let evidence = &self.cells[self.geometry.index(cell)];
+            let is_remembered = evidence.odds > 0.0
+                && evidence.scan != self.scans
+                && now.saturating_sub(evidence.seen) <= age;
+            is_remembered.then(|| self.geometry.center(cell))
         })
     }
 
@@ -343,6 +373,30 @@ mod tests {
         grid.assume_free((1.05, 0.05), 0.3, |_| true);
         assert!(has(&grid, (1.05, 0.05)), "what was seen is not assumed away");
         grid.assume_free((-1e9, f64::NAN), 1e9, |_| false);
+    }
+
+    #[test]
+    fn what_went_out_of_sight_is_remembered_for_a_time() {
+        let mut grid = grid();
+        let ray = |end, hit| Ray { end, hit };
+        let at = |grid: &RollingGrid, second| {
+            let now = Duration::from_secs(second);
+            grid.remembered((0.5, 0.0), 1.0, now, AGE).collect::<Vec<_>>()
+        };
+        grid.observe((0.05, 0.05), [ray((1.05, 0.05), true)], Duration::ZERO);
+        assert_eq!(at(&grid, 0), [], "the newest scan knows better");
+        grid.observe((0.05, 0.05), [ray((0.05, 1.05), false)], Duration::from_secs(1));
+        let [(x, y)] = at(&grid, 10)[..] else {
+            panic!("one cell")
+        };
+        assert!((x - 1.05).abs() < 1e-9 && (y - 0.05).abs() < 1e-9);
+        assert_eq!(at(&grid, 11), []);
+        (2..4).for_each(|second| {
+            let through = [ray((1.55, 0.05), false)];
+            grid.observe((0.05, 0.05), through, Duration::from_secs(second));
+        });
+        grid.observe((0.05, 0.05), [ray((1.55, 0.05), false)], Duration::from_secs(4));
+        assert_eq!(at(&grid, 4), [], "rays pass through it");
     }
 
     #[test]

@@ -139,12 +139,29 @@ impl Body {
         if left > 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// Checks `wanted` for a base that moves at `velocity`.
+    /// The body without a scan.
+    pub(crate) fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// Checks `wanted` for a base that moves at `velocity` among what the laser sees.
+    pub(crate) fn permit(&self, velocity: &Twist, wanted: Twist, ability: &Ability) -> Permit {
+        self.permit_among(self.points(), velocity, wanted, ability)
+    }
+
+    /// Checks `wanted` for a base that moves at `velocity` among these points, in the frame of the base.
     ///
     /// Within the margin, half of the present clearance counts instead, so that a body that came too close
     /// can leave.
-    pub(crate) fn permit(&self, velocity: &Twist, wanted: Twist, ability: &Ability) -> Permit {
-        let margin = ability.margin.min(self.clearance() / 2.0);
+    pub(crate) fn permit_among(
+        &self,
+        points: &[Point2D],
+        velocity: &Twist,
+        wanted: Twist,
+        ability: &Ability,
+    ) -> Permit {
+        let clearance = self.outline.clearance(&Pose2D::ORIGIN, points);
+        let margin = ability.margin.min(clearance / 2.0);
         let stopping = |command: Twist| {
             let maneuver = Maneuver {
                 velocity: *velocity,
@@ -157,12 +174,13 @@ impl Body {
                     turn_deceleration: ability.turn_acceleration,
                 },
             };
-            maneuver.stopping(&self.outline, self.points(), margin)
+            maneuver.stopping(&self.outline, points, margin)
         };
-        let (ahead, turn) = (wanted.linear.x, wanted.angular.z);
+        let turn = wanted.angular.z;
         let mut blocking = None;
         for factor in SLOWER {
-            let slower = Twist::planar(factor * ahead, factor * turn);
+            let mut slower = Twist::planar(factor * wanted.linear.x, factor * turn);
+            slower.linear.y = factor * wanted.linear.y;
             match stopping(slower) {
                 Stopping::Free => return Permit::Go(slower),
                 Stopping::Touches { point, .. } => blocking = blocking.or(Some(point)),

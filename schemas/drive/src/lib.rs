@@ -2,15 +2,18 @@
 //! particular. The schemas know no robot, no map and no other schema: the base is a footprint with limits.
 //!
 //! Each checks its command before it acts: the footprint stays clear of every laser point until the base
-//! stands still. They see nothing behind a laser that looks ahead, so none of them drives backward.
+//! stands still. They see nothing behind a laser that looks ahead, so none of them drives backward, except
+//! `mppi` where an application permits it.
 
 mod body;
+mod mppi;
 mod path;
 mod track;
 mod vfh;
 mod wall;
 mod wander;
 
+pub use mppi::Mppi;
 pub use path::Path;
 pub use vfh::Vfh;
 pub use wall::Wall;
@@ -19,7 +22,7 @@ pub use wander::Wander;
 jde_schema::export!(
     "drive",
     "Drives to a target, along a path or a wall, or nowhere in particular.",
-    [Path, Vfh, Wall, Wander]
+    [Mppi, Path, Vfh, Wall, Wander]
 );
 
 #[cfg(test)]

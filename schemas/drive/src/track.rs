@@ -1,39 +1,94 @@
-//! A path with the way along it: where the robot is on it, and the point further on. A path of a single point
-//! is a place to go to.
+//! A path as a controller follows it: the way along it, and where the robot is. A path of a single point is a
+//! place to go to.
 
-use jde_schema::types::Pose2D;
+use jde_schema::prelude::*;
+use jde_schema::types::Path;
 
 /// How far along the path the nearest point may be from the last one, m. A path that crosses itself is
 /// then followed in its order.
 const WINDOW: f64 = 1.5;
 
-/// A path with the way along it.
+/// A path with the way along it, and where the robot is on it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Track {
     poses: Vec<Pose2D>,
     /// Way from the start to each pose, m.
     ways: Vec<f64>,
+    /// The way along the track so far, m; none before the robot was on it.
+    progress: Option<f64>,
 }
 
 impl Track {
-    /// Returns a track; `None` without poses, or with one that is not a number.
-    pub(crate) fn new(poses: impl Iterator<Item = Pose2D>) -> Option<Self> {
-        let mut track = Self::default();
+    /// Follows the published path if the import is bound, or else the route. The progress begins anew with
+    /// another path. Returns whether there is one.
+    pub(crate) fn follow(&mut self, cx: &Context, path: &Import<Path>, route: &Modulation<Route>) -> bool {
+        if path.is_bound(cx) {
+            let path = path.get(cx);
+            let poses = path.iter().flat_map(|path| path.poses.iter());
+            self.replace(poses.map(|stamped| stamped.pose.into()))
+        } else {
+            self.replace(route.sample(cx).poses.iter().copied())
+        }
+    }
+
+    /// Replaces the poses, and keeps the memory; with a pose that is not a number, there is none. Returns
+    /// whether there is one.
+    pub(crate) fn replace(&mut self, poses: impl Iterator<Item = Pose2D>) -> bool {
+        let mut count = 0;
         for pose in poses {
             if ![pose.x, pose.y, pose.theta]
                 .iter()
                 .all(|number| number.is_finite())
             {
-                return None;
+                count = 0;
+                break;
             }
-            let way = match (track.poses.last(), track.ways.last()) {
-                (Some(last), Some(way)) => way + last.distance_to(&pose),
-                _ => 0.0,
-            };
-            track.poses.push(pose);
-            track.ways.push(way);
+            if self.poses.get(count) != Some(&pose) {
+                self.truncate(count);
+                let way = match (self.poses.last(), self.ways.last()) {
+                    (Some(last), Some(way)) => way + last.distance_to(&pose),
+                    _ => 0.0,
+                };
+                self.poses.push(pose);
+                self.ways.push(way);
+            }
+            count += 1;
         }
-        (!track.poses.is_empty()).then_some(track)
+        if count < self.poses.len() {
+            self.truncate(count);
+        }
+        count > 0
+    }
+
+    fn truncate(&mut self, count: usize) {
+        self.poses.truncate(count);
+        self.ways.truncate(count);
+        self.progress = None;
+    }
+
+    /// Takes the pose of the robot, and returns the way along the track so far, m.
+    pub(crate) fn advance(&mut self, pose: &Pose2D) -> f64 {
+        let progress = self.nearest(pose, self.progress);
+        self.progress = Some(progress);
+        progress
+    }
+
+    /// The way left to the goal, m.
+    pub(crate) fn left(&self) -> f64 {
+        self.length() - self.progress.unwrap_or_default()
+    }
+
+    /// The mission of a schema that follows the track, with a note for a person.
+    pub(crate) fn mission(&self, is_done: bool, note: &str) -> Mission {
+        Mission {
+            state: if is_done { Mission::DONE } else { Mission::RUNNING },
+            reached: is_done.into(),
+            total: 1,
+            note: Text::truncated(note),
+            target: self.goal(),
+            distance: self.left(),
+            ..Mission::default()
+        }
     }
 
     /// The last pose.
@@ -98,7 +153,9 @@ mod tests {
     use super::*;
 
     fn track(places: &[(f64, f64)]) -> Track {
-        Track::new(places.iter().map(|&(x, y)| Pose2D::new(x, y, 0.0))).expect("a path")
+        let mut track = Track::default();
+        assert!(track.replace(places.iter().map(|&(x, y)| Pose2D::new(x, y, 0.0))));
+        track
     }
 
     #[test]
@@ -110,8 +167,6 @@ mod tests {
             assert!((place.x - x).hypot(place.y - y) < 1e-12, "after {way} m");
         }
         assert_eq!(track(&[(1.0, 2.0)]).at(0.5), Pose2D::new(1.0, 2.0, 0.0));
-        assert_eq!(Track::new(core::iter::empty()), None);
-        assert_eq!(Track::new([Pose2D::new(0.0, f64::NAN, 0.0)].into_iter()), None);
     }
 
     #[test]
@@ -120,5 +175,18 @@ mod tests {
         let middle = Pose2D::new(2.0, 0.1, 0.0);
         assert!((cross.nearest(&middle, None) - 9.9).abs() < 1e-9);
         assert!((cross.nearest(&middle, Some(1.5)) - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_progress_stays_with_the_same_path_and_begins_anew_with_another() {
+        let mut track = track(&[(0.0, 0.0), (3.0, 0.0), (3.0, 3.0)]);
+        assert_eq!(track.advance(&Pose2D::new(2.0, 0.5, 0.0)), 2.0);
+        let again = track.clone();
+        assert!(track.replace(again.poses.iter().copied()));
+        assert_eq!(track, again);
+        assert!(track.replace(again.poses[..2].iter().copied()));
+        assert_eq!((track.left(), track.progress), (3.0, None));
+        assert!(!track.replace([Pose2D::ORIGIN, Pose2D::new(0.0, f64::NAN, 0.0)].into_iter()));
+        assert!(track.poses().is_empty() && !track.replace(core::iter::empty()));
     }
 }

@@ -130,6 +130,48 @@ impl Outline {
         self.swing
     }
 
+    /// Returns discs that cover the outline together, by their middle and radius, m: one for a circle, and
+    /// up to eight for a polygon, side by side along its longer extent in x or y. They exceed it by little if
+    /// that is the direction in which it is long.
+    pub fn discs(&self) -> impl Iterator<Item = (Point2D, f64)> + '_ {
+        let extent = |at: fn(&Corner) -> f64| {
+            let values = self.corners().iter().map(at);
+            values.fold((f64::MAX, f64::MIN), |(low, high), value| {
+                (low.min(value), high.max(value))
+            })
+        };
+        let (along, across) = (extent(|corner| corner.x), extent(|corner| corner.y));
+        let is_along_x = along.1 - along.0 >= across.1 - across.0;
+        let (long, wide) = if is_along_x {
+            (along, across)
+        } else {
+            (across, along)
+        };
+        let (length, width) = (long.1 - long.0, wide.1 - wide.0);
+        // Twice as many as squares: the discs are then wider than the outline by an eighth.
+        let count = if self.count == 0 {
+            1
+        } else {
+            ((2.0 * length / width).ceil() as u32).clamp(1, 8)
+        };
+        (0..count).map(move |at| {
+            if self.count == 0 {
+                return (Point2D::default(), self.radius);
+            }
+            let part = length / f64::from(count);
+            let (middle, aside) = (
+                long.0 + part * (f64::from(at) + 0.5),
+                f64::midpoint(wide.0, wide.1),
+            );
+            let (x, y) = if is_along_x {
+                (middle, aside)
+            } else {
+                (aside, middle)
+            };
+            (Point2D { x, y }, (part / 2.0).hypot(width / 2.0))
+        })
+    }
+
     /// Returns the distance from the outline to a point in the frame of the base, m; negative if the point
     /// is inside. Inside, the amount is at most the true depth.
     #[must_use]

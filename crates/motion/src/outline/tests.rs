@@ -135,3 +135,27 @@ proptest! {
         prop_assert!((clearance - least).abs() < 1e-9);
     }
 }
+
+#[test]
+fn discs_cover_the_outline_and_exceed_it_by_little() {
+    let circle: Vec<_> = outline(&[], 0.3).discs().collect();
+    assert_eq!(circle, [(Point2D::default(), 0.3)]);
+    let wide = BOX.map(|(x, y)| (y, x));
+    for points in [&BOX[..], &wide, &[(0.6, 0.0), (-0.3, 0.25), (-0.3, -0.25)]] {
+        let shape = outline(points, 0.0);
+        let covered = |x: f64, y: f64| {
+            shape
+                .discs()
+                .any(|(middle, radius)| (x - middle.x).hypot(y - middle.y) <= radius + 1e-9)
+        };
+        for (x, y) in
+            (-70..=70).flat_map(|x| (-70..=70).map(move |y| (f64::from(x) / 100.0, f64::from(y) / 100.0)))
+        {
+            assert!(
+                shape.distance(x, y) > 0.0 || covered(x, y),
+                "{x}, {y} of {points:?}"
+            );
+        }
+    }
+    assert!(outline(&BOX, 0.0).discs().all(|(_, radius)| radius < 1.13 * 0.2));
+}

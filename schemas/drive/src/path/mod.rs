@@ -92,9 +92,7 @@ pub struct Path {
     #[actuator]
     base: Actuator<Twist>,
     body: Option<Body>,
-    track: Option<Track>,
-    /// The way along the track so far, m; none before the first iteration on it.
-    progress: Option<f64>,
+    track: Track,
     chase: Chase,
     permit: Option<Permit>,
 }
@@ -116,7 +114,7 @@ enum Chase {
 impl Schema for Path {
     fn awake(&mut self, cx: &Context) -> Result {
         self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
-        self.track = None;
+        self.track = Track::default();
         Ok(())
     }
 
@@ -133,7 +131,9 @@ impl Schema for Path {
             Some(Permit::Turn(..) | Permit::Stay(_) | Permit::Unknown) | None => Twist::ZERO,
         };
         self.base.command(cx, twist);
-        self.mission.write(cx, self.report());
+        let note = self.reason().unwrap_or_default();
+        self.mission
+            .write(cx, self.track.mission(self.chase == Chase::Done, &note));
         Ok(())
     }
 }
@@ -155,21 +155,18 @@ impl Path {
             .body
             .as_mut()
             .and_then(|body| body.observe(laser.as_deref(), odometry.as_deref()));
-        let (Some((pose, velocity)), Some(track)) = (observed, self.current_track(cx)) else {
+        let has_track = self.track.follow(cx, &self.path, &self.route);
+        let Some((pose, velocity)) = observed.filter(|_| has_track) else {
             return Chase::Missing;
         };
-        if self.track.as_ref() != Some(&track) {
-            self.progress = None;
-        }
-        let progress = track.nearest(&pose, self.progress);
-        self.progress = Some(progress);
+        let progress = self.track.advance(&pose);
+        let track = &self.track;
         let goal = track.goal();
         let (low, high) = (self.lookahead_min.get(cx), self.lookahead_max.get(cx));
         let speed = velocity.linear.x.abs();
         let lookahead = (speed * self.lookahead_time.get(cx)).min(high).max(low);
         let point = pose.localize(&track.at(progress + lookahead));
-        let near_the_end = track.length() - progress <= lookahead;
-        self.track = Some(track);
+        let near_the_end = track.left() <= lookahead;
         if !near_the_end || pose.distance_to(&goal) > self.tolerance.get(cx) {
             return Chase::Point(point);
         }
@@ -178,15 +175,6 @@ impl Path {
             Chase::Heading(error)
         } else {
             Chase::Done
-        }
-    }
-
-    fn current_track(&self, cx: &Context) -> Option<Track> {
-        if self.path.is_bound(cx) {
-            let path = self.path.get(cx)?;
-            Track::new(path.poses.iter().map(|stamped| stamped.pose.into()))
-        } else {
-            Track::new(self.route.sample(cx).poses.iter().copied())
         }
     }
 
@@ -208,7 +196,7 @@ impl Path {
         let clearance = self.body.as_ref()?.clearance();
         let bend = fast / (curve.abs() * self.slow_radius.get(cx)).max(1.0);
         let close = fast * clearance / self.slow_clearance.get(cx).max(f64::EPSILON);
-        let left = self.left()?;
+        let left = self.track.left();
         let arrival = (2.0 * self.acceleration.get(cx) * left.max(point.x.hypot(point.y))).sqrt();
         let speed = bend.min(close).max(slow).min(fast).min(arrival);
         // Both fall together, so that the arc stays.
@@ -225,24 +213,6 @@ impl Path {
         };
         let velocity = self.pose.get(cx)?.twist.twist;
         Some(self.body.as_ref()?.permit(&velocity, wanted, &ability))
-    }
-
-    /// The way to the end of the path, m.
-    fn left(&self) -> Option<f64> {
-        Some(self.track.as_ref()?.length() - self.progress?)
-    }
-
-    fn report(&self) -> Mission {
-        let done = self.chase == Chase::Done;
-        Mission {
-            state: if done { Mission::DONE } else { Mission::RUNNING },
-            reached: done.into(),
-            total: 1,
-            note: Text::truncated(&self.reason().unwrap_or_default()),
-            target: self.track.as_ref().map(Track::goal).unwrap_or_default(),
-            distance: self.left().unwrap_or_default(),
-            ..Mission::default()
-        }
     }
 
     /// Why the robot does not go on; `None` if it does.

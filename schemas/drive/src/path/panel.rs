@@ -8,7 +8,7 @@ impl Panel for Path {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
         match self.reason() {
             Some(reason) => pen.text(reason),
-            None => pen.value("left", self.left().unwrap_or_default(), "m"),
+            None => pen.value("left", self.track.left(), "m"),
         }
         let Some(body) = &self.body else { return };
         let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
@@ -17,8 +17,8 @@ impl Panel for Path {
             area.points(body.points().iter().map(|point| (point.x, point.y)))
                 .ink(Ink::Seen)
                 .width(2.5);
-            if let (Some(track), Some(pose)) = (&self.track, pose) {
-                area.line(track.poses().iter().map(|place| pose.localize(place)))
+            if let Some(pose) = pose {
+                area.line(self.track.poses().iter().map(|place| pose.localize(place)))
                     .ink(Ink::Goal);
             }
             area.robot(&Pose2D::ORIGIN);

@@ -1,4 +1,4 @@
-//! The arc of pure pursuit to a point of the path.
+//! The arc of pure pursuit to a point.
 
 use jde_schema::types::Pose2D;
 

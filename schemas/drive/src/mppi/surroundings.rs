@@ -1,0 +1,133 @@
+//! What is around the robot: what the laser sees, and for a time what it saw before. Its frame is that of the
+//! odometry, moved to a corner near the robot, so that numbers of 32 bits suffice.
+
+use core::time::Duration;
+
+use jde_grid::{Distances, GeometryError, Ray, RollingGrid};
+use jde_mppi::Clearance;
+use jde_schema::types::{LaserScan, Point2D, Pose2D};
+
+/// Side of a cell, m: about the error of a scanner.
+const RESOLUTION: f64 = 0.05;
+/// How far the pose may move between two scans, m. A pose that moves farther was set anew, and what was seen
+/// before is elsewhere.
+const MAX_STEP: f64 = 1.0;
+
+/// What is around the robot.
+pub(super) struct Surroundings {
+    grid: RollingGrid,
+    /// How far it reaches, m and cells.
+    reach: f64,
+    cells: u32,
+    /// The first column and row of the window around the robot.
+    corner: (f64, f64),
+    occupied: Vec<bool>,
+    distances: Distances,
+    clearance: Clearance,
+    points: Vec<Point2D>,
+    last: Option<(Pose2D, u64)>,
+}
+
+impl Surroundings {
+    /// Nothing is known; `reach` is how far obstacles count, m.
+    pub(super) fn new(reach: f64) -> Result<Self, GeometryError> {
+        let cells = (reach / RESOLUTION).ceil() as u32;
+        let width = 2 * cells as usize + 1;
+        Ok(Self {
+            // The grid moves when the robot is a quarter of its side from the middle.
+            grid: RollingGrid::new(4 * cells + 4, RESOLUTION)?,
+            reach,
+            cells,
+            corner: (0.0, 0.0),
+            occupied: vec![false; width * width],
+            distances: Distances::default(),
+            clearance: Clearance::new(width, RESOLUTION as f32),
+            points: Vec::new(),
+            last: None,
+        })
+    }
+
+    /// Adds the scan with this number, once, from a sensor at `sensor`.
+    pub(super) fn observe(
+        &mut self,
+        robot: &Pose2D,
+        sensor: &Pose2D,
+        (scan, number): (&LaserScan, u64),
+        now: Duration,
+    ) -> Result<(), GeometryError> {
+        if self
+            .last
+            .is_some_and(|(last, _)| last.distance_to(robot) > MAX_STEP)
+        {
+            *self = Self::new(self.reach)?;
+        }
+        self.grid.follow((robot.x, robot.y))?;
+        let last = self.last.replace((*robot, number));
+        if last.is_some_and(|(_, seen)| seen == number) {
+            return Ok(());
+        }
+        let rays = scan.rays(sensor).map(|(end, hit)| Ray {
+            end: (end.x, end.y),
+            hit,
+        });
+        self.grid.observe((sensor.x, sensor.y), rays, now);
+        Ok(())
+    }
+
+    /// Puts the window around the robot: the points `seen` in the frame of the base, and what was seen within
+    /// `age`.
+    pub(super) fn look(&mut self, robot: &Pose2D, seen: &[Point2D], now: Duration, age: Duration) {
+        let (column, row) = self.grid.geometry().to_grid((robot.x, robot.y));
+        let reach = f64::from(self.cells);
+        self.corner = (column.floor() - reach, row.floor() - reach);
+        self.points.clear();
+        self.points.extend_from_slice(seen);
+        let remembered = self.grid.remembered((robot.x, robot.y), self.reach, now, age);
+        self.points.extend(remembered.map(|(x, y)| {
+            let Pose2D { x, y, .. } = robot.localize(&Pose2D::new(x, y, 0.0));
+            Point2D { x, y }
+        }));
+        self.occupied.fill(false);
+        let width = 2 * self.cells as usize + 1;
+        for point in &self.points {
+            let place = robot.transform(&Pose2D::new(point.x, point.y, 0.0));
+            let (column, row) = self.grid.geometry().to_grid((place.x, place.y));
+            let (column, row) = (column - self.corner.0, row - self.corner.1);
+            let is_inside = |at: f64| (0.0..width as f64).contains(&at);
+            if is_inside(column) && is_inside(row) {
+                self.occupied[row as usize * width + column as usize] = true;
+            }
+        }
+        self.clearance
+            .set_squares(self.distances.squared(width, &self.occupied));
+    }
+
+    /// The distances in the window.
+    pub(super) fn clearance(&self) -> &Clearance {
+        &self.clearance
+    }
+
+    /// What must not be touched, in the frame of the base at the last look.
+    pub(super) fn points(&self) -> &[Point2D] {
+        &self.points
+    }
+
+    /// A pose in the frame of the window.
+    pub(super) fn to_window(&self, pose: &Pose2D) -> [f32; 3] {
+        let (column, row) = self.grid.geometry().to_grid((pose.x, pose.y));
+        let along = |at: f64, corner: f64| ((at - corner) * RESOLUTION) as f32;
+        [
+            along(column, self.corner.0),
+            along(row, self.corner.1),
+            pose.theta as f32,
+        ]
+    }
+
+    /// A place of the window in the frame of the odometry.
+    pub(super) fn to_odometry(&self, (x, y): (f32, f32)) -> Pose2D {
+        let along = |at: f32, corner: f64| f64::from(at) / RESOLUTION + corner;
+        let at = (along(x, self.corner.0), along(y, self.corner.1));
+        let (x, y) = self.grid.geometry().to_world(at);
+        Pose2D::new(x, y, 0.0)
+    }
+}
