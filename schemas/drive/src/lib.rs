@@ -3,9 +3,10 @@
 //!
 //! Each checks its command before it acts: the footprint stays clear of every laser point until the base
 //! stands still. They see nothing behind a laser that looks ahead, so none of them drives backward, except
-//! `mppi` where an application permits it.
+//! `dwa` and `mppi` over what they remember to be free.
 
 mod body;
+mod dwa;
 mod mppi;
 mod path;
 mod track;
@@ -13,6 +14,7 @@ mod vfh;
 mod wall;
 mod wander;
 
+pub use dwa::Dwa;
 pub use mppi::Mppi;
 pub use path::Path;
 pub use vfh::Vfh;
@@ -22,7 +24,7 @@ pub use wander::Wander;
 jde_schema::export!(
     "drive",
     "Drives to a target, along a path or a wall, or nowhere in particular.",
-    [Mppi, Path, Vfh, Wall, Wander]
+    [Dwa, Mppi, Path, Vfh, Wall, Wander]
 );
 
 #[cfg(test)]
