@@ -75,7 +75,7 @@ pub struct Dwa {
     #[modulation(default = 20.0, unit = "1/m", min = 0.0)]
     goal_weight: Modulation<f64>,
     /// Cost of an arc on which the outline almost touches an obstacle.
-    #[modulation(default = 5.0, min = 0.0)]
+    #[modulation(default = 2.0, min = 0.0)]
     obstacle_weight: Modulation<f64>,
     /// Distance from the padded outline to an obstacle from which on it costs nothing.
     #[modulation(default = 0.3, unit = "m", min = 0.0, max = 5.0)]
@@ -118,6 +118,8 @@ pub struct Dwa {
     end: Option<Pose2D>,
     pursuit: Pursuit,
     permit: Option<Permit>,
+    /// The side to which it turns on the spot; 0 if it drives.
+    spin: f64,
 }
 
 /// What the robot does about its path.
@@ -139,6 +141,7 @@ impl Schema for Dwa {
         self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
         self.perimeter = None;
         self.track = Track::default();
+        self.spin = 0.0;
         Ok(())
     }
 
@@ -203,6 +206,11 @@ impl Dwa {
         };
         let permit = body.permit(&now.velocity, twist, &ability);
         self.permit = Some(permit);
+        self.spin = match permit {
+            _ if twist.linear.x != 0.0 => 0.0,
+            Permit::Stay(_) => -twist.angular.z.signum(),
+            Permit::Go(_) | Permit::Turn(..) | Permit::Unknown => twist.angular.z.signum(),
+        };
         permit.twist()
     }
 
@@ -220,10 +228,12 @@ impl Dwa {
         let half = samples.speed.1 * samples.horizon + body_reach;
         let costs = (self.reach.get(cx), self.decay.get(cx));
         self.window = Window::new(&map, &now.pose, half, costs);
+        let window = self.window.as_ref()?;
         let scene = Scene {
-            window: self.window.as_ref()?,
+            window,
             perimeter,
             track,
+            touching: window.contact(&now.pose, perimeter).touching,
             goal: track.length() - (track.left() - self.ahead.get(cx)).max(0.0),
             weights: Weights {
                 path: self.path_weight.get(cx),
@@ -255,6 +265,7 @@ impl Dwa {
             },
             period: PERIOD,
             horizon: self.horizon.get(cx),
+            spin: self.spin,
         }
     }
 

@@ -25,6 +25,9 @@ pub(super) struct Samples {
     pub(super) period: f64,
     /// How long a velocity is simulated, s.
     pub(super) horizon: f64,
+    /// The side to which it turns on the spot, +1 for the left: a turn goes on until the way ahead is free. 0 for
+    /// either.
+    pub(super) spin: f64,
 }
 
 /// What the end of an arc costs.
@@ -43,6 +46,9 @@ pub(super) struct Scene<'scene> {
     pub(super) window: &'scene Window,
     pub(super) perimeter: &'scene Perimeter,
     pub(super) track: &'scene Track,
+    /// How many points of the outline are on an obstacle now. An arc may not touch more, so that a robot that is
+    /// too close can leave.
+    pub(super) touching: u32,
     /// The way along the track to the point to reach, m.
     pub(super) goal: f64,
     pub(super) weights: Weights,
@@ -88,7 +94,11 @@ impl Samples {
         let mut obstacle = 0;
         for _ in 0..steps as u32 {
             travel = travel.after(step, &twist, &self.limits);
-            obstacle = obstacle.max(scene.window.cost(&travel.pose, scene.perimeter)?);
+            let contact = scene.window.contact(&travel.pose, scene.perimeter);
+            if contact.touching > scene.touching {
+                return None;
+            }
+            obstacle = obstacle.max(contact.cost);
         }
         let end = travel.pose;
         let nose = end.transform(&Pose2D::new(NOSE, 0.0, 0.0));
@@ -108,6 +118,7 @@ impl Samples {
             turn: (least_turn, turn),
             limits,
             period,
+            spin,
             ..
         } = *self;
         let window = |now: f64, low: f64, high: f64, rate: f64| {
@@ -122,7 +133,8 @@ impl Samples {
             let rates = straight.chain(values(turn_window, turns));
             rates.map(move |turn| Twist::planar(speed, turn))
         });
-        let spot = values((-turn, turn), turns).filter(move |rate| rate.abs() >= least_turn);
+        let spot =
+            values((-turn, turn), turns).filter(move |rate| rate.abs() >= least_turn && rate * spin >= 0.0);
         ahead.chain(spot.map(|turn| Twist::planar(0.0, turn)))
     }
 }

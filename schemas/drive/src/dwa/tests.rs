@@ -5,6 +5,7 @@ use core::f64::consts::{FRAC_PI_2, PI};
 use jde_schema::bench::Bench;
 use jde_schema::types::{Path, Pose, PoseStamped};
 
+use super::window::Contact;
 use super::*;
 use crate::bench::{Loop, RADIUS, Wall, room};
 
@@ -127,17 +128,25 @@ fn before_what_only_the_laser_sees_it_stops_and_says_where_it_is() {
 }
 
 #[test]
-fn boxed_in_it_backs_as_far_as_the_map_is_free_and_then_stands() {
-    // Ahead is a wall nearer than the padding; behind there is room.
-    let walls = room((-1.5, -0.29), (0.29, 0.29));
+fn boxed_in_it_stands_and_says_so() {
+    // No wall is touched, and every arc would touch one with the padding.
+    let walls = room((-0.32, -0.32), (0.38, 0.38));
     let mut world = world(walls, Pose2D::ORIGIN, &[(0.0, 0.0), (4.0, 0.0)]);
+    world.bench.set("escape", 0.0);
+    world.bench.set("slow", 0.2);
     world.bench.iterate().expect("it iterates");
-    assert_eq!(note(&world.bench), "every arc touches something");
-    assert_eq!(
-        world.bench.commanded("base"),
-        Some(Twist::ZERO),
-        "no room for the padding"
-    );
+    world.drive_while(5, |_| true);
+    assert!(world.clearance > 0.0, "{}", world.clearance);
+    assert!(world.distance < 0.1, "{}", world.distance);
+}
+
+#[test]
+fn a_robot_nearer_than_the_padding_leaves() {
+    let walls = room((-3.0, -0.28), (5.0, 2.0));
+    let mut world = world(walls, Pose2D::ORIGIN, &[(0.0, 0.0), (1.0, 0.5), (3.0, 0.5)]);
+    world.bench.iterate().expect("it iterates");
+    assert!(drive(&mut world, 60, (3.0, 0.5)) < 0.2, "{:?}", world.travel.pose);
+    assert!(world.clearance > 0.01, "{}", world.clearance);
 }
 
 #[test]
@@ -177,10 +186,11 @@ fn the_outline_costs_more_the_nearer_it_is_and_nothing_may_touch_it() {
     let perimeter = Perimeter::new(&Footprint::circle(RADIUS), 0.05, RESOLUTION);
     let map = map(&[[(2.0, -1.0), (2.0, 1.0)]]);
     let window = Window::new(&map, &Pose2D::ORIGIN, 3.0, (0.3, 10.0)).expect("a window");
-    let cost = |x: f64| window.cost(&Pose2D::new(x, 0.0, 0.0), &perimeter);
-    assert_eq!(cost(0.0), Some(0));
-    assert!(cost(1.5) > cost(1.3), "{:?} {:?}", cost(1.5), cost(1.3));
-    assert_eq!(cost(1.75), None);
+    let cost = |x: f64| window.contact(&Pose2D::new(x, 0.0, 0.0), &perimeter);
+    assert_eq!(cost(0.0), Contact::default());
+    assert!(cost(1.5).cost > cost(1.45).cost, "{:?}", cost(1.5));
+    assert_eq!(cost(1.6).touching, 0);
+    assert!(cost(1.75).touching > 0);
     assert!(Window::new(&map, &Pose2D::new(9.0, 0.0, 0.0), 3.0, (0.3, 10.0)).is_none());
 }
 
@@ -194,7 +204,7 @@ fn the_padding_moves_each_side_of_a_polygon_out() {
     let perimeter = Perimeter::new(&footprint, 0.05, 0.5);
     let map = map(&[[(1.0, -1.0), (1.0, 1.0)]]);
     let window = Window::new(&map, &Pose2D::ORIGIN, 3.0, (0.0, 0.0)).expect("a window");
-    let touches = |x: f64, theta: f64| window.cost(&Pose2D::new(x, 0.0, theta), &perimeter).is_none();
+    let touches = |x: f64, theta: f64| window.contact(&Pose2D::new(x, 0.0, theta), &perimeter).touching > 0;
     // 0.25 m ahead of the middle, 0.15 m to its side; the wall is in the cell from 1.0 to 1.05.
     assert!(touches(0.76, 0.0) && !touches(0.74, 0.0));
     assert!(touches(0.86, FRAC_PI_2) && !touches(0.84, FRAC_PI_2));
@@ -216,6 +226,7 @@ fn the_window_holds_what_the_base_can_reach_within_the_period() {
         limits,
         period: 0.1,
         horizon: 1.0,
+        spin: 0.0,
     };
     let twists: Vec<Twist> = samples.twists(&Twist::planar(0.2, 0.9)).collect();
     let ahead = twists.iter().filter(|twist| twist.linear.x > 0.0);

@@ -101,22 +101,31 @@ impl Window {
         })
     }
 
-    /// The greatest cost under the outline and at its origin, 0 to 252; `None` if it touches an obstacle.
-    pub(super) fn cost(&self, pose: &Pose2D, perimeter: &Perimeter) -> Option<u8> {
+    /// What the outline is on at a pose.
+    pub(super) fn contact(&self, pose: &Pose2D, perimeter: &Perimeter) -> Contact {
         let (sin, cos) = pose.theta.sin_cos();
         let geometry = self.costs.geometry();
         let cost = |(x, y): (f64, f64)| {
             let cell = geometry.cell_at((pose.x + cos * x - sin * y, pose.y + sin * x + cos * y));
             cell.map_or(UNKNOWN, |cell| self.costs.get(cell))
         };
-        let mut greatest = 0;
+        let mut contact = Contact::default();
         for point in core::iter::once((0.0, 0.0)).chain(perimeter.points.iter().copied()) {
             match cost(point) {
-                LETHAL => return None,
+                LETHAL => contact.touching += 1,
                 UNKNOWN => {}
-                cost => greatest = greatest.max(cost),
+                cost => contact.cost = contact.cost.max(cost),
             }
         }
-        Some(greatest)
+        contact
     }
+}
+
+/// What an outline is on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Contact {
+    /// How many of its points are on an obstacle.
+    pub(super) touching: u32,
+    /// The greatest cost of the others and of its origin, 0 to 252.
+    pub(super) cost: u8,
 }
