@@ -22,6 +22,7 @@ mod geometry;
 mod line;
 #[cfg(test)]
 mod maps;
+mod nearest;
 mod occupancy;
 mod price;
 mod rolling;
@@ -33,6 +34,7 @@ pub use distance::{Distances, NO_SOURCE, squared_distances};
 pub use field::Field;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
 pub use line::walk;
+pub use nearest::nearest_open;
 pub use occupancy::{Occupancy, OccupancyGrid};
 pub use price::{MAX_WEIGHT, Prices, UNIT, Unknown};
 pub use rolling::{Ray, RollingGrid};

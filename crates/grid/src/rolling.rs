@@ -144,6 +144,18 @@ impl RollingGrid {
         }
     }
 
+    /// Makes the occupied cells unknown whose center is within `radius` of `middle`.
+    pub fn clear(&mut self, middle: (f64, f64), radius: f64) {
+        for (x, y) in self.cells_within(middle, radius) {
+            let cell = Cell::new(x, y);
+            let (at_x, at_y) = self.geometry.center(cell);
+            let evidence = &mut self.cells[self.geometry.index(cell)];
+            if evidence.odds > 0.0 && (at_x - middle.0).hypot(at_y - middle.1) <= radius {
+                *evidence = Evidence::default();
+            }
+        }
+    }
+
     /// Returns the centers of the cells around the free ones in a square of half the side `radius`: those that are
     /// occupied or unknown and have a free neighbour. Those in which a ray of the newest scan ended are left
     /// out: the scan is more exact.
@@ -397,6 +409,24 @@ mod tests {
         });
         grid.observe((0.05, 0.05), [ray((1.55, 0.05), false)], Duration::from_secs(4));
         assert_eq!(at(&grid, 4), [], "rays pass through it");
+    }
+
+    #[test]
+    fn what_is_cleared_is_unknown_until_it_is_seen_again() {
+        let mut grid = grid();
+        let (now, end) = (Duration::ZERO, (1.05, 0.05));
+        grid.observe((0.05, 0.05), [Ray { end, hit: true }], now);
+        for (place, state) in [
+            ((0.05, 0.05), Occupancy::Occupied),
+            ((f64::NAN, 0.0), Occupancy::Occupied),
+            ((0.55, 0.05), Occupancy::Unknown),
+        ] {
+            grid.clear(place, 0.6);
+            assert_eq!(at(&grid, end, now), state, "{place:?}");
+        }
+        assert_eq!(at(&grid, (0.55, 0.05), now), Occupancy::Free);
+        grid.observe((0.05, 0.05), [Ray { end, hit: true }], now);
+        assert_eq!(at(&grid, end, now), Occupancy::Occupied);
     }
 
     #[test]

@@ -7,9 +7,11 @@
 mod outline;
 mod scan_points;
 mod stopping;
+mod surroundings;
 mod travel;
 
 pub use outline::{FootprintError, Outline};
 pub use scan_points::{Blind, ScanPoints};
 pub use stopping::{Maneuver, Stopping};
+pub use surroundings::{MAX_POINTS, Surroundings};
 pub use travel::{Limits, Travel, arc};

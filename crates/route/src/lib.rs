@@ -108,7 +108,7 @@ impl Targets {
     }
 
     /// Gives up the current target, for a reason in words, and continues without it.
-    fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str) {
+    pub fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str) {
         let Some(Pose2D { x, y, .. }) = self.current(terms) else {
             return;
         };

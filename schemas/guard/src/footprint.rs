@@ -1,12 +1,11 @@
 //! The guard of a footprint: no command takes effect after which the robot could not stop in time. It knows what
 //! the laser sees and has seen; it does not know what is below or above the laser.
 
-use jde_motion::{Outline, ScanPoints};
+use jde_motion::{MAX_POINTS, Outline, ScanPoints, Surroundings};
 use jde_schema::prelude::*;
 use jde_schema::types::{self, Point2D};
 
 use crate::memory::Memory;
-use crate::surroundings::{MAX_POINTS, Surroundings};
 
 /// Refuses commands after which the robot could not stop before it touches something.
 ///

@@ -3,7 +3,6 @@
 mod footprint;
 mod memory;
 mod panel;
-mod surroundings;
 
 pub use footprint::Footprint;
 

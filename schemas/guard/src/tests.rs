@@ -2,12 +2,12 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
+use jde_motion::Surroundings;
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 use proptest::prelude::*;
 
 use crate::Footprint;
-use crate::surroundings::Surroundings;
 
 /// A scan of 181 beams over the half plane ahead, each with the range of its angle.
 fn scan(range: impl Fn(f64) -> f64) -> LaserScan {

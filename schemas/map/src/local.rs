@@ -3,6 +3,7 @@
 
 use jde_grid::{Ray, RollingGrid};
 use jde_schema::prelude::*;
+use jde_schema::types::Point2D;
 
 use crate::MAX_SIDE;
 
@@ -19,6 +20,12 @@ pub struct Local {
     /// The estimated pose of the robot.
     #[import]
     pose: Import<Odometry>,
+    /// A place around which what is occupied becomes unknown, in the frame of the pose; once for each value.
+    #[import(optional)]
+    clear: Import<Point2D>,
+    /// How far around that place.
+    #[modulation(default = 1.0, unit = "m", min = 0.0, max = 100.0)]
+    clear_radius: Modulation<f64>,
     /// Where the laser is on the base, and which way its x points.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     mount: Modulation<Pose2D>,
@@ -37,6 +44,8 @@ pub struct Local {
     grid: Option<RollingGrid>,
     /// The number of the last scan that was added.
     scan: Option<u64>,
+    /// The number of the last value of `clear`.
+    cleared: u64,
 }
 
 impl Schema for Local {
@@ -67,6 +76,11 @@ impl Schema for Local {
             warn!(cx, "the pose is not a place on a map: {error}");
             self.map.retract(cx);
             return Ok(());
+        }
+        if let Some(place) = self.clear.get(cx)
+            && core::mem::replace(&mut self.cleared, place.sequence()) != place.sequence()
+        {
+            grid.clear((place.x, place.y), self.clear_radius.get(cx));
         }
         if self.scan.replace(laser.sequence()) != Some(laser.sequence()) {
             let sensor = robot.transform(&self.mount.get(cx));

@@ -2,6 +2,7 @@
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
+use jde_schema::types::Point2D;
 
 use super::{File, Local};
 
@@ -81,6 +82,20 @@ fn the_map_moves_with_the_robot_and_keeps_what_it_saw() {
     bench.iterate().expect("the iteration succeeds");
     assert_eq!(at(&bench, 1.05, 0.05), Some(100));
     assert_eq!(at(&bench, 3.05, 0.05), Some(-1));
+}
+
+#[test]
+fn a_request_clears_what_is_occupied_around_a_place_once() {
+    let pose = Pose2D::new(0.05, 0.05, 0.0);
+    let mut bench = bench([1.0, NAN, NAN, NAN], pose);
+    bench.iterate().expect("the iteration succeeds");
+    bench.import("clear", &Point2D { x: 0.55, y: 0.05 });
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(at(&bench, 1.05, 0.05), Some(-1));
+    see(&mut bench, [1.0, NAN, NAN, NAN], pose);
+    bench.iterate().expect("the iteration succeeds");
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(at(&bench, 1.05, 0.05), Some(100), "it is seen again");
 }
 
 #[test]

@@ -22,6 +22,9 @@ pub struct Navigate {
     /// What the planner says.
     #[import(optional)]
     state: Import<Text<160>>,
+    /// What a recovery does. If it fails, the target is given up.
+    #[import(optional)]
+    recovery: Import<Mission>,
     /// The map, used only by the panel.
     #[import(optional)]
     map: Import<OccupancyGrid>,
@@ -62,6 +65,8 @@ pub struct Navigate {
     #[child(group = "base")]
     drive: Children,
     targets: Targets,
+    /// The number of the last failure of a recovery.
+    failure: u64,
 }
 
 impl Schema for Navigate {
@@ -72,6 +77,7 @@ impl Schema for Navigate {
             return Ok(());
         };
         let terms = self.terms(cx);
+        self.take_failure(cx, &terms);
         let planner = self.state.get(cx);
         let words = planner.as_ref().map(|state| state.as_str());
         let (target, mission) = self.targets.advance(cx, &terms, pose, words);
@@ -82,6 +88,21 @@ impl Schema for Navigate {
 }
 
 impl Navigate {
+    /// Gives up the target for which a recovery has failed.
+    fn take_failure(&mut self, cx: &Context, terms: &Terms) {
+        let Some(recovery) = self.recovery.get(cx) else {
+            return;
+        };
+        if recovery.state != Mission::FAILED
+            || core::mem::replace(&mut self.failure, recovery.sequence()) == recovery.sequence()
+        {
+            return;
+        }
+        if self.targets.current(terms) == Some(recovery.target) {
+            self.targets.give_up(cx, terms, recovery.note.as_str());
+        }
+    }
+
     fn terms<'call>(&self, cx: &'call Context<'_>) -> Terms<'call> {
         Terms {
             route: self.route.sample(cx),

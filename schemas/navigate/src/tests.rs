@@ -55,3 +55,39 @@ fn a_click_on_the_field_sends_the_robot_there_first() {
     iterate_at(&mut bench, 0.0, 0.0);
     assert_eq!(planned(&bench), Some(target));
 }
+
+#[test]
+fn a_recovery_that_fails_gives_up_its_target_once_and_no_other() {
+    let (first, second) = (Pose2D::new(2.0, 0.0, 0.0), Pose2D::new(2.0, 2.0, 0.0));
+    let mut bench = father(&[first, second]);
+    bench.set("skips", 1_u32);
+    let recover = |bench: &mut Bench<Navigate>, state, target| {
+        let note = Text::new("in vain: turned");
+        bench.import(
+            "recovery",
+            &Mission {
+                state,
+                target,
+                note,
+                ..Mission::default()
+            },
+        );
+    };
+    recover(&mut bench, Mission::RUNNING, first);
+    iterate_at(&mut bench, 0.0, 0.0);
+    recover(&mut bench, Mission::FAILED, second);
+    iterate_at(&mut bench, 0.0, 0.0);
+    assert_eq!(planned(&bench), Some(first), "another target");
+    recover(&mut bench, Mission::FAILED, first);
+    iterate_at(&mut bench, 0.0, 0.0);
+    assert_eq!(iterate_at(&mut bench, 0.0, 0.0).state, Mission::RUNNING);
+    assert_eq!(planned(&bench), Some(second), "once");
+    assert!(
+        bench
+            .log()
+            .iter()
+            .any(|(_, line)| line.contains("in vain: turned"))
+    );
+    recover(&mut bench, Mission::FAILED, second);
+    assert_eq!(iterate_at(&mut bench, 0.0, 0.0).state, Mission::FAILED);
+}

@@ -4,7 +4,8 @@ mod followed;
 mod panel;
 mod situation;
 
-use jde_grid::{Angles, Field, Inflation, PlanError, Prices, Route as Way, Unknown};
+use jde_grid::costmap::LETHAL;
+use jde_grid::{Angles, Cell, Field, Inflation, PlanError, Prices, Route as Way, Unknown, nearest_open};
 use jde_schema::prelude::*;
 
 use followed::{Change, Followed};
@@ -28,7 +29,8 @@ enum Planner {
 
 /// Exports the path from the robot to the target, or says why there is none.
 ///
-/// The map, the pose and the target are in one frame. A path is never older than the last iteration: without
+/// The map, the pose and the target are in one frame. A robot that is too close to an obstacle, although its centre
+/// is in none, is led out of there first. A path is never older than the last iteration: without
 /// a way it is retracted.
 #[derive(Describe)]
 // A map of a thousand by a thousand cells takes up to 0.3 s with A*, most others a tenth of it.
@@ -61,6 +63,9 @@ pub struct Plan {
     /// How many times its length a way along an obstacle costs more. 0 is the shortest way.
     #[modulation(default = 4.0, min = 0.0, max = 20.0)]
     clearance: Modulation<f64>,
+    /// How far from a target in an obstacle the path may end.
+    #[modulation(default = 0.0, unit = "m", min = 0.0, max = 5.0)]
+    tolerance: Modulation<f64>,
     /// Whether the way may lead through unknown cells.
     #[modulation(default = false)]
     unknown: Modulation<bool>,
@@ -124,10 +129,20 @@ impl Plan {
     fn way(&mut self, cx: &Context, robot: (f64, f64), target: (f64, f64)) -> Result<Way, Situation> {
         let prices = self.prices(cx);
         let costs = self.followed.as_ref().ok_or(Situation::NoMap)?.costs();
-        let goal = costs.geometry().cell_at(target).ok_or(PlanError::GoalOutside)?;
-        let start = costs.geometry().cell_at(robot).ok_or(PlanError::StartOutside)?;
+        let geometry = costs.geometry();
+        let goal = geometry.cell_at(target).ok_or(PlanError::GoalOutside)?;
+        let robot = geometry.cell_at(robot).ok_or(PlanError::StartOutside)?;
+        let nearest = |cell: Cell, distance: f64| {
+            nearest_open(costs, &prices, cell, distance / geometry.resolution()).unwrap_or(cell)
+        };
+        let goal = nearest(goal, self.tolerance.get(cx));
+        // A robot whose centre is in an obstacle does not know to which side it belongs.
+        let start = match costs.get(robot) {
+            LETHAL => robot,
+            _ => nearest(robot, 2.0 * self.circumscribed.get(cx)),
+        };
         let search = |angles| jde_grid::plan(costs, &prices, angles, start, goal);
-        Ok(match self.planner.get(cx) {
+        let mut way = match self.planner.get(cx) {
             Planner::Grid => search(Angles::Eight)?,
             Planner::AnyAngle => search(Angles::Any)?,
             Planner::Gradient => {
@@ -140,25 +155,36 @@ impl Plan {
                 self.field = Some((prices, field));
                 way?
             }
-        })
+        };
+        if start != robot {
+            way.points
+                .insert(0, (f64::from(robot.x) + 0.5, f64::from(robot.y) + 0.5));
+        }
+        Ok(way)
     }
 
     /// The points of the path in metres. Its ends are robot and target themselves, not the centres of their
-    /// cells.
+    /// cells; a target in an obstacle is not its end.
     fn points(&self, way: &Way, robot: (f64, f64), target: (f64, f64)) -> Vec<(f64, f64)> {
-        let way = way.simplified(TOLERANCE);
-        let inner = way
-            .points
-            .get(1..way.points.len().saturating_sub(1))
-            .unwrap_or_default();
-        let geometry = self
+        let Some(geometry) = self
             .followed
             .as_ref()
-            .map(|followed| *followed.costs().geometry());
-        let inner = geometry
-            .into_iter()
-            .flat_map(|geometry| inner.iter().map(move |&point| geometry.to_world(point)));
-        core::iter::once(robot).chain(inner).chain([target]).collect()
+            .map(|followed| *followed.costs().geometry())
+        else {
+            return Vec::new();
+        };
+        let way = way.simplified(TOLERANCE);
+        let mut points: Vec<_> = way.points.iter().map(|&point| geometry.to_world(point)).collect();
+        let end = points
+            .pop()
+            .filter(|&end| geometry.cell_at(end) != geometry.cell_at(target));
+        points.push(end.unwrap_or(target));
+        if points.len() > 1 {
+            points[0] = robot;
+        } else {
+            points.insert(0, robot);
+        }
+        points
     }
 
     fn inflation(&self, cx: &Context) -> Inflation {

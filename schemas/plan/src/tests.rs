@@ -159,6 +159,47 @@ fn ends_in_walls_and_off_the_map_are_said() {
 }
 
 #[test]
+fn a_robot_that_is_too_close_to_an_obstacle_is_led_away_from_it() {
+    let wider = |map: &OccupancyGrid, robot| {
+        let mut bench = bench(map, robot, RIGHT);
+        bench.set("inscribed", 0.15);
+        bench.set("circumscribed", 0.15);
+        bench
+    };
+    // Its centre is one cell beside the wall.
+    let robot = (0.95, 0.35);
+    for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
+        let mut bench = wider(&map(&ROOM), robot);
+        bench.set("planner", planner);
+        assert!(state(&mut bench).starts_with("a path of "), "{planner:?}");
+        let poses = poses(&bench).expect("a path");
+        assert_eq!((poses[0].x, poses[0].y), robot);
+        assert!(poses[1].x < robot.0, "away from the wall: {poses:?}");
+    }
+    let mut boxed = ROOM;
+    boxed[2..].fill(".#######..#.........");
+    let mut bench = wider(&map(&boxed), (0.85, 0.35));
+    assert_eq!(
+        state(&mut bench),
+        "the robot is in an obstacle of the map",
+        "too far"
+    );
+}
+
+#[test]
+fn a_path_may_end_before_a_target_in_an_obstacle() {
+    let wall = (1.05, 0.35);
+    let mut bench = bench(&map(&ROOM), LEFT, wall);
+    bench.set("tolerance", 0.12);
+    assert!(state(&mut bench).starts_with("a path of "));
+    let last = *poses(&bench).expect("a path").last().expect("poses");
+    let distance = last.distance_to(&Pose2D::new(wall.0, wall.1, 0.0));
+    assert!((0.05..0.12).contains(&distance), "{distance} m");
+    bench.set("tolerance", 0.05);
+    assert_eq!(state(&mut bench), "the goal is in an obstacle of the map");
+}
+
+#[test]
 fn unknown_cells_are_walls_unless_permitted() {
     let mut bench = bench(&map(&[".....?....."]), (0.05, 0.05), (1.05, 0.05));
     assert_eq!(state(&mut bench), "no way leads to the goal");

@@ -33,6 +33,30 @@ fn navigate_gives_up_a_target_in_a_wall_and_touches_nothing() {
 }
 
 #[test]
+fn navigate_gets_out_of_where_it_is_stuck_or_gives_up_in_words() {
+    for (place, drive, arrives) in [
+        ("a dead end", 0, true),
+        ("three walls", 20, true),
+        ("a box", 40, false),
+        ("a door", 60, true),
+    ] {
+        let drive = drive.to_string();
+        let mut command = jde_with_plugins(&["experiment", "recover", "--drive", &drive]);
+        let output = output_of(command.current_dir(root()));
+        assert_eq!(output.status, Some(0), "{place}: {output:?}");
+        let measured = |line: &str| output.out.lines().any(|other| other.trim() == line);
+        let arrived = if arrives {
+            "1.0000      arrived"
+        } else {
+            "0.0000      arrived"
+        };
+        assert!(measured(arrived), "{place}: {output:?}");
+        let words = "in vain: turned, cleared the map, waited";
+        assert_eq!(output.err.contains(words), !arrives, "{place}: {output:?}");
+    }
+}
+
+#[test]
 fn patrol_skips_the_place_under_a_table_that_its_map_does_not_know() {
     let result = run("patrol", &["--for", "60s"]);
     assert!(result["reached"].as_u64() >= Some(3), "{result}");

@@ -11,9 +11,9 @@ use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
 
 /// The plugins that the tests use.
-const PLUGINS: [&str; 17] = [
+const PLUGINS: [&str; 18] = [
     "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop", "fault", "see",
-    "map", "plan", "drive", "navigate", "guard",
+    "map", "plan", "drive", "navigate", "guard", "recover",
 ];
 
 /// The output of a process that has ended.

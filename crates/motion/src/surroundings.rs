@@ -1,14 +1,14 @@
-//! What the guard of a footprint knows at one time, and the judgement by it. It keeps nothing between two
-//! judgements.
+//! What is known around a robot at one time, and the judgement of commands by it. It keeps nothing between two
+//! judgements. `schemas/guard` exports the value; others import it, to know what the guard would accept.
 
 use core::time::Duration;
 
-use jde_motion::{Limits, Maneuver, Outline, Stopping};
-use jde_schema::prelude::*;
-use jde_schema::types::{self, Point2D, Seq};
+use jde_types::{Footprint, Point2D, Seq, Twist, Value};
 
-/// The most points around a robot: those of a scan, and the boundary of what is known.
-pub(crate) const MAX_POINTS: usize = 2048;
+use crate::{Limits, Maneuver, Outline, Stopping};
+
+/// The most points of [`Surroundings`]: those of a scan, and the boundary of what is known.
+pub const MAX_POINTS: usize = 2048;
 
 /// The robot and the points that it must not touch, in the frame of the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
@@ -18,7 +18,7 @@ pub struct Surroundings {
     /// The present velocity of the base.
     pub velocity: Twist,
     /// The outline of the robot.
-    pub footprint: types::Footprint,
+    pub footprint: Footprint,
     /// How long a command is in force before the next judgement of it takes effect.
     #[value(unit = "s")]
     pub reaction: f64,
