@@ -4,6 +4,7 @@ mod bumpers;
 mod cameras;
 mod edits;
 mod faults;
+mod floors;
 mod footprints;
 mod imports;
 mod kinematics;
