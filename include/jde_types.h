@@ -1150,7 +1150,7 @@ typedef struct jde_thing {
     float width;
     /** Height above the floor. [m] */
     float height;
-    /** 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot. */
+    /** 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot, 5 paint on the floor. */
     uint8_t form;
     /** Its color in sRGB. */
     uint8_t red;
@@ -1174,7 +1174,7 @@ static const jde_field jde_thing_fields[] = {
     JDE_FIELD("height", offsetof(jde_thing, height), 0u, JDE_F32, JDE_ONE, 1u,
               "Height above the floor.", "m", NULL),
     JDE_FIELD("form", offsetof(jde_thing, form), 0u, JDE_U8, JDE_ONE, 1u,
-              "0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot.", "", NULL),
+              "0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot, 5 paint on the floor.", "", NULL),
     JDE_FIELD("red", offsetof(jde_thing, red), 0u, JDE_U8, JDE_ONE, 1u,
               "Its color in sRGB.", "", NULL),
     JDE_FIELD("green", offsetof(jde_thing, green), 0u, JDE_U8, JDE_ONE, 1u,

@@ -11,6 +11,10 @@ use parry2d_f64::shape::Segment;
 use crate::color::Color;
 use crate::shape::{Figure, Outline, Shape};
 
+/// The height that a painted shape has for each layer below it and itself, in metres: it only tells which
+/// covers the other.
+const LAYER: f64 = 0.001;
+
 /// The floor of a world.
 #[derive(Debug)]
 pub(crate) struct Floor {
@@ -107,13 +111,13 @@ impl Floor {
 
     /// Returns what is painted, each as one shape or several.
     pub(crate) fn shapes(&self) -> impl Iterator<Item = Shape<'_>> {
-        self.paints.iter().flat_map(|paint| {
-            let outlines = paint.outlines().into_iter();
-            outlines.map(|(outline, color)| Shape {
+        (1..).zip(&self.paints).flat_map(|(layer, paint)| {
+            paint.outlines().into_iter().map(move |(outline, color)| Shape {
                 name: &paint.name,
                 outline,
                 color,
-                height: 0.0,
+                // The tiles of an area lie between it and what is painted later.
+                height: LAYER * (f64::from(layer) + if color == paint.color { 0.0 } else { 0.5 }),
                 moving: false,
                 figure: Figure::Upright,
             })

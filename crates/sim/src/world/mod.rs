@@ -137,8 +137,9 @@ impl World {
             .chain(loose)
     }
 
-    /// Returns what is painted on the floor, in the order in which it covers: rectangles without height, one
-    /// for each leg of a line and each tile of an area's second colour.
+    /// Returns what is painted on the floor, the later over the earlier: one rectangle for each leg of a line,
+    /// for each area, and for each tile of its second colour. A millimetre of height for each layer tells
+    /// which covers the other.
     pub fn paint(&self) -> impl Iterator<Item = Shape<'_>> {
         self.floor.shapes()
     }
