@@ -1010,6 +1010,30 @@ static const jde_type jde_bumpers_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_bumpers_fields), "jde_msgs/msg/Bumpers", "Which bumpers are pressed.",
     sizeof(jde_bumpers), 4u, jde_bumpers_fields};
 
+/** jde_msgs/msg/LineSensor: The floor as a row of up to 32 reflectance cells sees it. */
+typedef struct jde_line_sensor {
+    /** Time, and the frame of the base. */
+    jde_header header;
+    /** Position of each cell, in the frame of the base. */
+    struct { uint32_t length; uint32_t spare; jde_point2d items[32]; } cells;
+    /** Brightness of the floor below each cell, from 0 (black) to 1 (white). */
+    struct { uint32_t length; uint32_t spare; float items[32]; } brightness;
+} jde_line_sensor;
+
+typedef char jde_line_sensor_has_its_size[sizeof(jde_line_sensor) == 720 ? 1 : -1];
+
+static const jde_field jde_line_sensor_fields[] = {
+    JDE_FIELD("header", offsetof(jde_line_sensor, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the base.", "", &jde_header_type),
+    JDE_FIELD("cells", offsetof(jde_line_sensor, cells.items), offsetof(jde_line_sensor, cells.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "Position of each cell, in the frame of the base.", "", &jde_point2d_type),
+    JDE_FIELD("brightness", offsetof(jde_line_sensor, brightness.items), offsetof(jde_line_sensor, brightness.length), JDE_F32, JDE_SEQUENCE, 32u,
+              "Brightness of the floor below each cell, from 0 (black) to 1 (white).", "", NULL),
+};
+static const jde_type jde_line_sensor_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_line_sensor_fields), "jde_msgs/msg/LineSensor", "The floor as a row of up to 32 reflectance cells sees it.",
+    sizeof(jde_line_sensor), 8u, jde_line_sensor_fields};
+
 /** jde_msgs/msg/WheelEncoders: Counts of the two wheels' encoders since the driver's first reading. */
 typedef struct jde_wheel_encoders {
     /** Time, and the frame of the base. */

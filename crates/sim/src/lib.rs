@@ -84,7 +84,7 @@
 //!
 //! # Robot files
 //!
-//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have six, and `docs/robots.md` all
+//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have seven, and `docs/robots.md` all
 //! keys.
 
 mod battery;
@@ -127,9 +127,9 @@ pub use footprint::{Footprint, Polygon};
 pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};
 pub use head::{Head, HeadCommand, HeadConfig};
 pub use import::{ImportedWorld, import};
-pub use model::{LaserModel, RobotModel, SonarModel};
+pub use model::{LaserModel, RobotModel, SampledSensor};
 pub use odometer::{Encoders, Odometry};
 pub use robot::Truth;
-pub use sensor::{BUMPER_HEADINGS, Bumpers, LaserConfig, SonarConfig};
+pub use sensor::{BUMPER_HEADINGS, Bumpers, LaserConfig, LineSensorConfig, SonarConfig};
 pub use shape::{Figure, Outline, Shape};
 pub use world::{RobotId, STEP_NS, World};

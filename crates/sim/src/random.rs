@@ -13,6 +13,7 @@ pub(crate) enum Purpose {
     Sonar = 2,
     Slip = 3,
     WheelScale = 4,
+    Line = 5,
 }
 
 /// The draws of one sensor of one robot at one step of the world.

@@ -36,7 +36,7 @@ pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
 pub use scenery::{Movers, Scenery, Thing};
-pub use sensor::{BatteryState, Bumpers, Connection, Image, PanTilt, WheelEncoders};
+pub use sensor::{BatteryState, Bumpers, Connection, Image, LineSensor, PanTilt, WheelEncoders};
 pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
@@ -85,6 +85,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         ColorBlobs::describe(),
         BatteryState::describe(),
         Bumpers::describe(),
+        LineSensor::describe(),
         WheelEncoders::describe(),
         Connection::describe(),
         Mission::describe(),

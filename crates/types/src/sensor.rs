@@ -1,7 +1,7 @@
-//! The other sensors: camera, pan-tilt head, battery, bumpers, wheel encoders; and the connection of a driver
+//! The other sensors: camera, pan-tilt head, battery, bumpers, line sensor, wheel encoders; and the connection of a driver
 //! to its device.
 
-use crate::{Flag, Header, Padding, Seq, Text, Value};
+use crate::{Flag, Header, Padding, Point2D, Seq, Text, Value};
 
 /// An image of up to 640 × 480 pixels of three bytes.
 #[derive(Clone, Copy, PartialEq, Value)]
@@ -109,6 +109,19 @@ pub struct Bumpers {
     pub stalled: Flag,
     /// Unused bytes.
     pub padding: Padding<3>,
+}
+
+/// The floor as a row of up to 32 reflectance cells sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/LineSensor")]
+pub struct LineSensor {
+    /// Time, and the frame of the base.
+    pub header: Header,
+    /// Position of each cell, in the frame of the base.
+    pub cells: Seq<Point2D, 32>,
+    /// Brightness of the floor below each cell, from 0 (black) to 1 (white).
+    pub brightness: Seq<f32, 32>,
 }
 
 /// Counts of the two wheels' encoders since the driver's first reading.

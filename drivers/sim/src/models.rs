@@ -5,12 +5,14 @@ use std::path::Path;
 use jde_schema::prelude::*;
 use jde_sim::{OdometryOrigin, RobotModel};
 
-/// Beams that fit into a `LaserScan`, and sonars that fit into a `RangeRing`.
+/// Beams that fit into a `LaserScan`, sonars that fit into a `RangeRing`, and cells that fit into a
+/// `LineSensor`.
 pub(crate) const MAX_BEAMS: usize = 1088;
 const MAX_SONARS: usize = 32;
+const MAX_CELLS: usize = 32;
 
 /// The shipped robots and their files.
-const SHIPPED: [(&str, &str); 6] = [
+const SHIPPED: [(&str, &str); 7] = [
     ("jackal", include_str!("../../../robots/jackal.toml")),
     ("omni", include_str!("../../../robots/omni.toml")),
     ("pioneer-3dx", include_str!("../../../robots/pioneer-3dx.toml")),
@@ -18,6 +20,10 @@ const SHIPPED: [(&str, &str); 6] = [
     (
         "turtlebot3-burger",
         include_str!("../../../robots/turtlebot3-burger.toml"),
+    ),
+    (
+        "turtlebot3-line",
+        include_str!("../../../robots/turtlebot3-line.toml"),
     ),
     ("turtlebot4", include_str!("../../../robots/turtlebot4.toml")),
 ];
@@ -81,6 +87,14 @@ impl Overrides {
             let count = sonars.config.mounts.len();
             if count > MAX_SONARS {
                 return Err(format!("it has {count} sonars: expected at most {MAX_SONARS}").into());
+            }
+        }
+        if let Some(line) = &model.line_sensor {
+            let count = line.config.mounts.len();
+            if count > MAX_CELLS {
+                return Err(
+                    format!("its line sensor has {count} cells: expected at most {MAX_CELLS}").into(),
+                );
             }
         }
         let config = &mut model.config;

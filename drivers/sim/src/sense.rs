@@ -3,7 +3,8 @@
 use core::time::Duration;
 
 use jde_schema::prelude::*;
-use jde_sim::{BATTERY_CAPACITY, Pose2, RobotId, RobotModel, SonarConfig, Twist2, World};
+use jde_schema::types::Point2D;
+use jde_sim::{BATTERY_CAPACITY, LineSensorConfig, Pose2, RobotId, RobotModel, SonarConfig, Twist2, World};
 
 use crate::ports::{Due, Ports};
 use crate::{laser, scenery};
@@ -23,19 +24,23 @@ impl Ports<'_> {
         due: &mut Due,
     ) -> Result {
         let now = cx.now();
+        let is_due = |due: &mut Option<Duration>, period: Option<Duration>| {
+            period.is_none_or(|period| scenery::is_time(due, now, period))
+        };
         if let Some(first) = model.lasers.first()
-            && first
-                .period
-                .is_none_or(|period| scenery::is_time(&mut due.laser, now, period))
+            && is_due(&mut due.laser, first.period)
         {
             laser::publish(self.laser, cx, (world, robot), ("laser", &first.config))?;
         }
         if let Some(sonars) = &model.sonars
-            && sonars
-                .period
-                .is_none_or(|period| scenery::is_time(&mut due.sonars, now, period))
+            && is_due(&mut due.sonars, sonars.period)
         {
             self.publish_sonars(cx, world, robot, &sonars.config)?;
+        }
+        if let Some(line) = &model.line_sensor
+            && is_due(&mut due.line_sensor, line.period)
+        {
+            self.publish_line_sensor(cx, world, robot, &line.config)?;
         }
         let odometry = world.odometry(robot);
         self.odometry.write(
@@ -160,6 +165,24 @@ impl Ports<'_> {
         }
         world.sonars(robot, ring, sonars.ranges.resize(ring.mounts.len()))?;
         sonars.publish();
+        Ok(())
+    }
+
+    fn publish_line_sensor(
+        &mut self,
+        cx: &Context,
+        world: &World,
+        robot: RobotId,
+        config: &LineSensorConfig,
+    ) -> Result {
+        let mut sensor = self.line_sensor.loan(cx);
+        sensor.header = Header::new(cx.now(), "base_link");
+        let count = config.mounts.len();
+        for (cell, &[x, y]) in sensor.cells.resize(count).iter_mut().zip(&config.mounts) {
+            *cell = Point2D { x, y };
+        }
+        world.line_sensor(robot, config, sensor.brightness.resize(count))?;
+        sensor.publish();
         Ok(())
     }
 }

@@ -4,10 +4,12 @@
 
 mod bumper;
 mod laser;
+mod line;
 mod sonar;
 
 pub use bumper::{BUMPER_HEADINGS, Bumpers};
 pub use laser::LaserConfig;
+pub use line::LineSensorConfig;
 pub use sonar::SonarConfig;
 
 pub(crate) use bumper::from_contacts;

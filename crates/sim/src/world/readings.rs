@@ -12,7 +12,7 @@ use crate::mover::Mover;
 use crate::odometer::{Encoders, Odometry};
 use crate::random::{Noise, Purpose};
 use crate::robot::{CONTACT, Truth};
-use crate::sensor::{self, Bumpers, LaserConfig, SonarConfig};
+use crate::sensor::{self, Bumpers, LaserConfig, LineSensorConfig, SonarConfig};
 use crate::solid;
 
 impl World {
@@ -44,6 +44,24 @@ impl World {
         ring.measure(self.truth(robot).pose, &noise, ranges, |origin, heading| {
             self.cast_cone(origin, heading, ring.cone, ring.range_max, Some(robot))
         });
+        Ok(())
+    }
+
+    /// Fills `brightness` with one value a cell in the order of its mounts, from 0 for a black floor to 1 for a
+    /// white one.
+    ///
+    /// # Errors
+    /// A buffer whose length is not the number of mounts, an invalid number in the configuration.
+    pub fn line_sensor(
+        &self,
+        robot: RobotId,
+        sensor: &LineSensorConfig,
+        brightness: &mut [f32],
+    ) -> Result<(), WorldError> {
+        sensor.check()?;
+        check_buffer("line sensor", brightness.len(), sensor.mounts.len())?;
+        let noise = self.noise(robot, Purpose::Line, sensor.stream);
+        sensor.measure(self.truth(robot).pose, &self.floor, &noise, brightness);
         Ok(())
     }
 

@@ -8,6 +8,7 @@ mod floors;
 mod footprints;
 mod imports;
 mod kinematics;
+mod line_sensors;
 mod loose;
 mod maps;
 mod models;

@@ -67,6 +67,22 @@ fn the_default_robot_is_the_pioneer() {
 }
 
 #[test]
+fn a_line_sensor_is_published_with_its_cells() {
+    let paint = "\n[[floor_lines]]\npoints = [[0, 3], [8, 3]]\nwidth = 0.03\n";
+    let (_folder, path) = file(&format!("{ROOM}{paint}"));
+    let mut bench = awake("turtlebot3-line", &path);
+    drive(&mut bench, Duration::ZERO, Twist::ZERO, 2);
+    let truth: Truth = bench.exported("truth").expect("it has iterated");
+    let sensor: LineSensor = bench.exported("line_sensor").expect("it has a line sensor");
+    assert_eq!((sensor.cells.len(), sensor.brightness.len()), (8, 8));
+    for (cell, brightness) in sensor.cells.iter().zip(&sensor.brightness) {
+        let (sin, cos) = truth.pose.theta.sin_cos();
+        let away = truth.pose.y + sin * cell.x + cos * cell.y - 3.0;
+        assert_eq!(*brightness < 0.2, away.abs() < 0.015, "{brightness} at {away} m");
+    }
+}
+
+#[test]
 fn a_robot_publishes_only_the_sensors_that_it_has_at_their_own_rates() {
     let (_folder, path) = file(ROOM);
     let mut bench = awake("turtlebot3-burger", &path);

@@ -16,7 +16,7 @@ use crate::error::Fault;
 use crate::footprint::{Footprint, Polygon};
 use crate::model::RobotModel;
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "name",
     "doc",
     "footprint",
@@ -24,6 +24,7 @@ const KEYS: [&str; 10] = [
     "odometry",
     "lasers",
     "sonars",
+    "line_sensor",
     "bumpers",
     "head",
     "battery",
@@ -44,6 +45,7 @@ fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
     let config = drive::read(document, root, wheels);
     let lasers = sensors::lasers(document, root);
     let sonars = sensors::sonars(document, root);
+    let line_sensor = sensors::line(document, root);
     let bumpers = root.optional("bumpers", false, values::flag);
     let battery = root.optional("battery", false, values::flag);
     let head = sensors::head(document, root)?;
@@ -57,6 +59,7 @@ fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
         },
         lasers: lasers?,
         sonars: sonars?,
+        line_sensor: line_sensor?,
         bumpers: bumpers?,
         head: head.is_some(),
         battery: battery?,
