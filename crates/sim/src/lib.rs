@@ -130,6 +130,9 @@ pub use import::{ImportedWorld, import};
 pub use model::{LaserModel, RobotModel, SampledSensor};
 pub use odometer::{Encoders, Odometry};
 pub use robot::Truth;
-pub use sensor::{BUMPER_HEADINGS, Bumpers, LaserConfig, LineSensorConfig, SonarConfig};
+pub use sensor::{
+    BUMPER_HEADINGS, Bumpers, ImuConfig, ImuReading, LaserConfig, LineSensorConfig, PositionConfig,
+    SonarConfig,
+};
 pub use shape::{Figure, Outline, Shape};
 pub use world::{RobotId, STEP_NS, World};

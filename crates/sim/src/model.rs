@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::config::RobotConfig;
 use crate::error::WorldError;
 use crate::file;
-use crate::sensor::{LaserConfig, LineSensorConfig, SonarConfig};
+use crate::sensor::{ImuConfig, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig};
 
 /// A robot as its file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,10 @@ pub struct RobotModel {
     pub sonars: Option<SampledSensor<SonarConfig>>,
     /// Its line sensor, if it has one.
     pub line_sensor: Option<SampledSensor<LineSensorConfig>>,
+    /// Its inertial measurement unit, if it has one.
+    pub imu: Option<SampledSensor<ImuConfig>>,
+    /// Its position sensor, if it has one.
+    pub position: Option<SampledSensor<PositionConfig>>,
     /// Whether it has bumpers, those of a [`crate::Bumpers`].
     pub bumpers: bool,
     /// Whether it has a pan-tilt head.

@@ -36,7 +36,9 @@ pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
 pub use scenery::{Movers, Scenery, Thing};
-pub use sensor::{BatteryState, Bumpers, Connection, Image, LineSensor, PanTilt, WheelEncoders};
+pub use sensor::{
+    BatteryState, Bumpers, Connection, Image, Imu, LineSensor, PanTilt, PositionFix, WheelEncoders,
+};
 pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
@@ -86,6 +88,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         BatteryState::describe(),
         Bumpers::describe(),
         LineSensor::describe(),
+        Imu::describe(),
+        PositionFix::describe(),
         WheelEncoders::describe(),
         Connection::describe(),
         Mission::describe(),

@@ -87,6 +87,12 @@ macro_rules! robot_driver {
             /// What the cells of the line sensor see of the floor, in the order of the robot's file.
             #[export]
             line_sensor: Export<LineSensor>,
+            /// What the inertial unit measures, in its own frame. It estimates no orientation.
+            #[export]
+            imu: Export<Imu>,
+            /// The position in the frame of the world; none in an outage.
+            #[export]
+            position: Export<PositionFix>,
             /// Pose and velocity from the wheels.
             #[export]
             odometry: Export<Odometry>,
@@ -163,6 +169,8 @@ macro_rules! robot_driver {
                     laser: &mut self.laser,
                     sonars: &mut self.sonars,
                     line_sensor: &mut self.line_sensor,
+                    imu: &mut self.imu,
+                    position: &mut self.position,
                     odometry: &mut self.odometry,
                     bumpers: &mut self.bumpers,
                     pan_tilt: &mut self.pan_tilt,

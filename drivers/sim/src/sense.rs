@@ -4,7 +4,10 @@ use core::time::Duration;
 
 use jde_schema::prelude::*;
 use jde_schema::types::Point2D;
-use jde_sim::{BATTERY_CAPACITY, LineSensorConfig, Pose2, RobotId, RobotModel, SonarConfig, Twist2, World};
+use jde_sim::{
+    BATTERY_CAPACITY, ImuConfig, LineSensorConfig, Pose2, PositionConfig, RobotId, RobotModel, SonarConfig,
+    Twist2, World,
+};
 
 use crate::ports::{Due, Ports};
 use crate::{laser, scenery};
@@ -41,6 +44,16 @@ impl Ports<'_> {
             && is_due(&mut due.line_sensor, line.period)
         {
             self.publish_line_sensor(cx, world, robot, &line.config)?;
+        }
+        if let Some(imu) = &model.imu
+            && is_due(&mut due.imu, imu.period)
+        {
+            self.publish_imu(cx, world, robot, &imu.config)?;
+        }
+        if let Some(position) = &model.position
+            && is_due(&mut due.position, position.period)
+        {
+            self.publish_position(cx, world, robot, &position.config)?;
         }
         let odometry = world.odometry(robot);
         self.odometry.write(
@@ -183,6 +196,64 @@ impl Ports<'_> {
         }
         world.line_sensor(robot, config, sensor.brightness.resize(count))?;
         sensor.publish();
+        Ok(())
+    }
+}
+
+impl Ports<'_> {
+    fn publish_imu(&mut self, cx: &Context, world: &World, robot: RobotId, config: &ImuConfig) -> Result {
+        let reading = world.imu(robot, config)?;
+        let vector = |[x, y, z]: [f64; 3]| Vector3 { x, y, z };
+        // The bias is a part of the error that a reader must expect.
+        let diagonal = |sigma: f64, bias: f64| {
+            let variance = sigma * sigma + bias * bias;
+            let mut covariance = [0.0; 9];
+            for place in [0, 4, 8] {
+                covariance[place] = variance;
+            }
+            covariance
+        };
+        let mut no_orientation = [0.0; 9];
+        no_orientation[0] = -1.0;
+        self.imu.write(
+            cx,
+            Imu {
+                header: Header::new(cx.now(), "imu"),
+                orientation: Quaternion::default(),
+                orientation_covariance: no_orientation,
+                angular_velocity: vector(reading.angular_velocity),
+                angular_velocity_covariance: diagonal(config.gyro_sigma, config.gyro_bias),
+                linear_acceleration: vector(reading.linear_acceleration),
+                linear_acceleration_covariance: diagonal(
+                    config.accelerometer_sigma,
+                    config.accelerometer_bias,
+                ),
+            },
+        );
+        Ok(())
+    }
+
+    fn publish_position(
+        &mut self,
+        cx: &Context,
+        world: &World,
+        robot: RobotId,
+        config: &PositionConfig,
+    ) -> Result {
+        let Some([x, y]) = world.position(robot, config)? else {
+            self.position.retract(cx);
+            return Ok(());
+        };
+        let variance = config.sigma * config.sigma;
+        self.position.write(
+            cx,
+            PositionFix {
+                header: Header::new(cx.now(), "map"),
+                x,
+                y,
+                covariance: [variance, 0.0, 0.0, variance],
+            },
+        );
         Ok(())
     }
 }

@@ -7,6 +7,7 @@ mod faults;
 mod floors;
 mod footprints;
 mod imports;
+mod inertial;
 mod kinematics;
 mod line_sensors;
 mod loose;

@@ -16,7 +16,7 @@ use crate::error::Fault;
 use crate::footprint::{Footprint, Polygon};
 use crate::model::RobotModel;
 
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 13] = [
     "name",
     "doc",
     "footprint",
@@ -25,6 +25,8 @@ const KEYS: [&str; 11] = [
     "lasers",
     "sonars",
     "line_sensor",
+    "imu",
+    "position",
     "bumpers",
     "head",
     "battery",
@@ -46,6 +48,8 @@ fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
     let lasers = sensors::lasers(document, root);
     let sonars = sensors::sonars(document, root);
     let line_sensor = sensors::line(document, root);
+    let imu = sensors::imu(document, root);
+    let position = sensors::position(document, root);
     let bumpers = root.optional("bumpers", false, values::flag);
     let battery = root.optional("battery", false, values::flag);
     let head = sensors::head(document, root)?;
@@ -60,6 +64,8 @@ fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
         lasers: lasers?,
         sonars: sonars?,
         line_sensor: line_sensor?,
+        imu: imu?,
+        position: position?,
         bumpers: bumpers?,
         head: head.is_some(),
         battery: battery?,

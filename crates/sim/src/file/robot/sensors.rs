@@ -1,4 +1,4 @@
-//! The lasers, the sonars, the line sensor and the head of a robot file.
+//! The sensors and the head of a robot file.
 
 use std::time::Duration;
 
@@ -10,9 +10,18 @@ use super::{degrees, section};
 use crate::geometry::Pose2;
 use crate::head::HeadConfig;
 use crate::model::{LaserModel, SampledSensor};
-use crate::sensor::{LaserConfig, LineSensorConfig, SonarConfig};
+use crate::sensor::{ImuConfig, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig};
 
 const RANGE_KEYS: [&str; 4] = ["range_min", "range_max", "noise", "rate"];
+const IMU_KEYS: [&str; 6] = [
+    "mount",
+    "gyro_noise_deg",
+    "gyro_bias_deg",
+    "accelerometer_noise",
+    "accelerometer_bias",
+    "rate",
+];
+const POSITION_KEYS: [&str; 5] = ["mount", "noise", "outage", "outage_time", "rate"];
 const HEAD_KEYS: [&str; 6] = [
     "mount",
     "max_pan_deg",
@@ -142,6 +151,63 @@ pub(super) fn line(
             mounts: mounts?,
             spot: spot?,
             sigma: sigma?,
+            stream: 0,
+        },
+        period: period?,
+    }))
+}
+
+pub(super) fn imu(document: &Document<'_>, root: &Table<'_>) -> Option<Option<SampledSensor<ImuConfig>>> {
+    if root.get("imu").is_none() {
+        return Some(None);
+    }
+    let table = section(document, root, "imu", &IMU_KEYS)?;
+    let default = ImuConfig::default();
+    let mount = mount(document, &table);
+    let gyro = |key, default| table.optional(key, default, degrees(0.0, 1000.0, "degrees/s"));
+    let (gyro_sigma, gyro_bias) = (
+        gyro("gyro_noise_deg", default.gyro_sigma),
+        gyro("gyro_bias_deg", default.gyro_bias),
+    );
+    let accelerometer = |key, default| table.optional(key, default, between(0.0, 1000.0, "m/s²"));
+    let (sigma, bias) = (
+        accelerometer("accelerometer_noise", default.accelerometer_sigma),
+        accelerometer("accelerometer_bias", default.accelerometer_bias),
+    );
+    let period = period(&table);
+    Some(Some(SampledSensor {
+        config: ImuConfig {
+            mount: mount?,
+            gyro_sigma: gyro_sigma?,
+            gyro_bias: gyro_bias?,
+            accelerometer_sigma: sigma?,
+            accelerometer_bias: bias?,
+            stream: 0,
+        },
+        period: period?,
+    }))
+}
+
+pub(super) fn position(
+    document: &Document<'_>,
+    root: &Table<'_>,
+) -> Option<Option<SampledSensor<PositionConfig>>> {
+    if root.get("position").is_none() {
+        return Some(None);
+    }
+    let table = section(document, root, "position", &POSITION_KEYS)?;
+    let default = PositionConfig::default();
+    let mount = table.optional("mount", default.mount, values::point);
+    let sigma = table.optional("noise", default.sigma, between(0.0, 1000.0, "m"));
+    let outage = table.optional("outage", default.outage, between(0.0, 1.0, ""));
+    let time = table.optional("outage_time", default.outage_time, between(0.01, 1e5, "s"));
+    let period = period(&table);
+    Some(Some(SampledSensor {
+        config: PositionConfig {
+            mount: mount?,
+            sigma: sigma?,
+            outage: outage?,
+            outage_time: time?,
             stream: 0,
         },
         period: period?,
