@@ -86,8 +86,8 @@ pub struct Line {
     base: Actuator<Twist>,
     body: Option<Body>,
     gait: Gait,
-    /// The last sight of the line.
-    sight: Option<Sight>,
+    /// Where the line was seen last.
+    position: Option<Position>,
     permit: Option<Permit>,
 }
 
@@ -105,7 +105,7 @@ enum Gait {
 
 /// The line as the cells saw it.
 #[derive(Clone, Copy, Debug)]
-struct Sight {
+struct Position {
     /// To the left, m.
     offset: f64,
     /// The change of the offset, m/s.
@@ -119,7 +119,7 @@ impl Schema for Line {
     fn awake(&mut self, cx: &Context) -> Result {
         self.body = Some(Body::new(&self.footprint.get(cx), self.mount.get(cx))?);
         self.gait = Gait::Lost;
-        self.sight = None;
+        self.position = None;
         Ok(())
     }
 
@@ -136,8 +136,8 @@ impl Schema for Line {
             Some(Permit::Turn(..) | Permit::Stay(_) | Permit::Unknown) | None => Twist::ZERO,
         };
         self.base.command(cx, command);
-        match (self.gait, self.sight) {
-            (Gait::Following, Some(sight)) => self.offset.write(cx, sight.offset),
+        match (self.gait, self.position) {
+            (Gait::Following, Some(position)) => self.offset.write(cx, position.offset),
             _ => self.offset.retract(cx),
         }
         Ok(())
@@ -172,8 +172,8 @@ impl Panel for Line {
         if let Some(obstacle) = self.permit.and_then(|permit| permit.obstacle()) {
             pen.text(obstacle);
         }
-        if let (Gait::Following, Some(sight)) = (self.gait, self.sight) {
-            pen.value("offset to the left", sight.offset, "m");
+        if let (Gait::Following, Some(position)) = (self.gait, self.position) {
+            pen.value("offset to the left", position.offset, "m");
         }
     }
 }
@@ -201,7 +201,7 @@ impl Line {
             Some((offset, reach, sensor.time()))
         });
         if let Some((offset, reach, time)) = seen {
-            let before = self.sight.filter(|_| self.gait == Gait::Following);
+            let before = self.position.filter(|_| self.gait == Gait::Following);
             let rate = before.map_or(0.0, |before| {
                 let elapsed = time.saturating_sub(before.time).as_secs_f64();
                 match elapsed {
@@ -210,7 +210,7 @@ impl Line {
                     _ => 0.0,
                 }
             });
-            self.sight = Some(Sight {
+            self.position = Some(Position {
                 offset,
                 rate,
                 reach,
@@ -232,16 +232,16 @@ impl Line {
 
     fn drive(&mut self, cx: &Context) -> Option<Permit> {
         let (_, velocity) = self.observe(cx)?;
-        let sight = self.sight?;
+        let position = self.position?;
         let (fast, most) = (self.fast.get(cx), self.turn.get(cx));
         let (speed, turn) = match self.gait {
             Gait::Lost => return None,
             Gait::Following => {
-                let turn = self.gain.get(cx) * sight.offset + self.damping.get(cx) * sight.rate;
+                let turn = self.gain.get(cx) * position.offset + self.damping.get(cx) * position.rate;
                 let turn = turn.clamp(-most, most);
                 (fast * (1.0 - (1.0 - TURNING) * turn.abs() / most), turn)
             }
-            Gait::Searching(_) if self.is_beside() => (0.0, (SWEEPING * most).copysign(sight.offset)),
+            Gait::Searching(_) if self.is_beside() => (0.0, (SWEEPING * most).copysign(position.offset)),
             Gait::Searching(_) => (TURNING * fast, 0.0),
         };
         let ability = Ability {
@@ -264,8 +264,8 @@ impl Line {
 
     /// Whether the line was last seen near an end of the bar.
     fn is_beside(&self) -> bool {
-        self.sight
-            .is_some_and(|sight| sight.offset.abs() > EDGE * sight.reach)
+        self.position
+            .is_some_and(|position| position.offset.abs() > EDGE * position.reach)
     }
 }
 
