@@ -112,6 +112,7 @@ mod robot;
 mod scene;
 mod sensor;
 mod shape;
+mod shipped;
 mod solid;
 mod sweep;
 mod world;
@@ -135,4 +136,5 @@ pub use sensor::{
     SonarConfig,
 };
 pub use shape::{Figure, Outline, Shape};
+pub use shipped::SHIPPED_ROBOTS;
 pub use world::{RobotId, STEP_NS, World};
