@@ -89,7 +89,7 @@ fn an_inertial_unit_and_a_position_sensor_are_published_and_an_outage_retracts()
     let robot = |outage: &str| {
         let model = folder.path().join("robot.toml");
         let sensors = format!("\n[imu]\ngyro_bias_deg = 0\n[position]\nnoise = 0.1\noutage = {outage}\n");
-        let text = include_str!("../../../../robots/turtlebot3-burger.toml");
+        let text = include_str!("../../../../robots/jackal.toml");
         fs::write(&model, format!("{text}{sensors}")).expect("a file");
         awake(model.to_str().expect("a path in UTF-8"), &path)
     };
