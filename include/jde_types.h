@@ -1010,6 +1010,102 @@ static const jde_type jde_bumpers_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_bumpers_fields), "jde_msgs/msg/Bumpers", "Which bumpers are pressed.",
     sizeof(jde_bumpers), 4u, jde_bumpers_fields};
 
+/** jde_msgs/msg/LineSensor: The floor as a row of up to 32 reflectance cells sees it. */
+typedef struct jde_line_sensor {
+    /** Time, and the frame of the base. */
+    jde_header header;
+    /** Position of each cell, in the frame of the base. */
+    struct { uint32_t length; uint32_t spare; jde_point2d items[32]; } cells;
+    /** Brightness of the floor below each cell, from 0 (black) to 1 (white). */
+    struct { uint32_t length; uint32_t spare; float items[32]; } brightness;
+} jde_line_sensor;
+
+typedef char jde_line_sensor_has_its_size[sizeof(jde_line_sensor) == 720 ? 1 : -1];
+
+static const jde_field jde_line_sensor_fields[] = {
+    JDE_FIELD("header", offsetof(jde_line_sensor, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the base.", "", &jde_header_type),
+    JDE_FIELD("cells", offsetof(jde_line_sensor, cells.items), offsetof(jde_line_sensor, cells.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "Position of each cell, in the frame of the base.", "", &jde_point2d_type),
+    JDE_FIELD("brightness", offsetof(jde_line_sensor, brightness.items), offsetof(jde_line_sensor, brightness.length), JDE_F32, JDE_SEQUENCE, 32u,
+              "Brightness of the floor below each cell, from 0 (black) to 1 (white).", "", NULL),
+};
+static const jde_type jde_line_sensor_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_line_sensor_fields), "jde_msgs/msg/LineSensor", "The floor as a row of up to 32 reflectance cells sees it.",
+    sizeof(jde_line_sensor), 8u, jde_line_sensor_fields};
+
+/** sensor_msgs/msg/Imu: Measurement of an inertial unit. Covariances are row by row; one of zeros is unknown. */
+typedef struct jde_imu {
+    /** Time, and the frame of the unit. */
+    jde_header header;
+    /** Orientation in a fixed frame with z up (REP-145). */
+    jde_quaternion orientation;
+    /** Covariance of the rotations about x, y and z, rad²; the first is −1 if there is no orientation. */
+    double orientation_covariance[9];
+    /** Turn rates about the unit's axes, rad/s. */
+    jde_vector3 angular_velocity;
+    /** Their covariance, (rad/s)². */
+    double angular_velocity_covariance[9];
+    /** Specific forces along the unit's axes, m/s²: at rest, the axis that is up shows 9.81 (REP-145). */
+    jde_vector3 linear_acceleration;
+    /** Their covariance, (m/s²)². */
+    double linear_acceleration_covariance[9];
+} jde_imu;
+
+typedef char jde_imu_has_its_size[sizeof(jde_imu) == 360 ? 1 : -1];
+
+static const jde_field jde_imu_fields[] = {
+    JDE_FIELD("header", offsetof(jde_imu, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the unit.", "", &jde_header_type),
+    JDE_FIELD("orientation", offsetof(jde_imu, orientation), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Orientation in a fixed frame with z up (REP-145).", "", &jde_quaternion_type),
+    JDE_FIELD("orientation_covariance", offsetof(jde_imu, orientation_covariance), 0u, JDE_F64, JDE_ARRAY, 9u,
+              "Covariance of the rotations about x, y and z, rad²; the first is −1 if there is no orientation.", "", NULL),
+    JDE_FIELD("angular_velocity", offsetof(jde_imu, angular_velocity), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Turn rates about the unit's axes, rad/s.", "", &jde_vector3_type),
+    JDE_FIELD("angular_velocity_covariance", offsetof(jde_imu, angular_velocity_covariance), 0u, JDE_F64, JDE_ARRAY, 9u,
+              "Their covariance, (rad/s)².", "", NULL),
+    JDE_FIELD("linear_acceleration", offsetof(jde_imu, linear_acceleration), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Specific forces along the unit's axes, m/s²: at rest, the axis that is up shows 9.81 (REP-145).", "", &jde_vector3_type),
+    JDE_FIELD("linear_acceleration_covariance", offsetof(jde_imu, linear_acceleration_covariance), 0u, JDE_F64, JDE_ARRAY, 9u,
+              "Their covariance, (m/s²)².", "", NULL),
+};
+static const jde_type jde_imu_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_imu_fields), "sensor_msgs/msg/Imu", "Measurement of an inertial unit. Covariances are row by row; one of zeros is unknown.",
+    sizeof(jde_imu), 8u, jde_imu_fields};
+
+/**
+ * jde_msgs/msg/PositionFix: Measured position on the ground, as of a satellite receiver. ROS has latitude and longitude instead
+ * (`sensor_msgs/msg/NavSatFix`); a robot that needs none of them is given metres. Without a fix there is no
+ * value.
+ */
+typedef struct jde_position_fix {
+    /** Time, and the fixed frame of the position. */
+    jde_header header;
+    /** Position of the antenna along x. [m] */
+    double x;
+    /** Position of the antenna along y. [m] */
+    double y;
+    /** Covariance of x and y, row by row. [m2] */
+    double covariance[4];
+} jde_position_fix;
+
+typedef char jde_position_fix_has_its_size[sizeof(jde_position_fix) == 112 ? 1 : -1];
+
+static const jde_field jde_position_fix_fields[] = {
+    JDE_FIELD("header", offsetof(jde_position_fix, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the fixed frame of the position.", "", &jde_header_type),
+    JDE_FIELD("x", offsetof(jde_position_fix, x), 0u, JDE_F64, JDE_ONE, 1u,
+              "Position of the antenna along x.", "m", NULL),
+    JDE_FIELD("y", offsetof(jde_position_fix, y), 0u, JDE_F64, JDE_ONE, 1u,
+              "Position of the antenna along y.", "m", NULL),
+    JDE_FIELD("covariance", offsetof(jde_position_fix, covariance), 0u, JDE_F64, JDE_ARRAY, 4u,
+              "Covariance of x and y, row by row.", "m2", NULL),
+};
+static const jde_type jde_position_fix_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_position_fix_fields), "jde_msgs/msg/PositionFix", "Measured position on the ground, as of a satellite receiver. ROS has latitude and longitude instead\n(`sensor_msgs/msg/NavSatFix`); a robot that needs none of them is given metres. Without a fix there is no\nvalue.",
+    sizeof(jde_position_fix), 8u, jde_position_fix_fields};
+
 /** jde_msgs/msg/WheelEncoders: Counts of the two wheels' encoders since the driver's first reading. */
 typedef struct jde_wheel_encoders {
     /** Time, and the frame of the base. */
@@ -1150,7 +1246,7 @@ typedef struct jde_thing {
     float width;
     /** Height above the floor. [m] */
     float height;
-    /** 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot. */
+    /** 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot, 5 paint on the floor. */
     uint8_t form;
     /** Its color in sRGB. */
     uint8_t red;
@@ -1174,7 +1270,7 @@ static const jde_field jde_thing_fields[] = {
     JDE_FIELD("height", offsetof(jde_thing, height), 0u, JDE_F32, JDE_ONE, 1u,
               "Height above the floor.", "m", NULL),
     JDE_FIELD("form", offsetof(jde_thing, form), 0u, JDE_U8, JDE_ONE, 1u,
-              "0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot.", "", NULL),
+              "0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot, 5 paint on the floor.", "", NULL),
     JDE_FIELD("red", offsetof(jde_thing, red), 0u, JDE_U8, JDE_ONE, 1u,
               "Its color in sRGB.", "", NULL),
     JDE_FIELD("green", offsetof(jde_thing, green), 0u, JDE_U8, JDE_ONE, 1u,

@@ -33,7 +33,7 @@ mod text;
 pub use analysis::{Analysis, Number, Series, Wanted};
 #[cfg(feature = "recordings")]
 pub use map::FailurePlace;
-pub use map::{Drive, Obstacle, PathPoint, RobotPath, Takeover, Target};
+pub use map::{Drive, Obstacle, Paint, PathPoint, RobotPath, Takeover, Target};
 #[cfg(feature = "recordings")]
 pub use page::{columns, page};
 pub use picture::{Picture, PictureError};

@@ -221,6 +221,10 @@ mod tests {
             "sensor_msgs/msg/BatteryState",
             "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741",
         ),
+        (
+            "sensor_msgs/msg/Imu",
+            "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
+        ),
     ];
 
     #[test]

@@ -85,10 +85,11 @@ pub mod prelude {
 
     pub use crate::panel::Ink;
     pub use crate::types::{
-        BatteryState, Bumpers, Connection, Flag, Frame, Header, Image, LaserPoint, LaserScan, MapMetaData,
-        Mission, OccupancyGrid, Odometry, Padding, PanTilt, Path, Point, Pose, Pose2D, PoseStamped,
-        PoseWithCovariance, Quaternion, Range, RangeRing, Route, Seq, SonarEcho, Target, Text, Time, Truth,
-        Twist, TwistWithCovariance, Vector3, WheelEncoders, normalize_angle,
+        BatteryState, Bumpers, Connection, Flag, Frame, Header, Image, Imu, LaserPoint, LaserScan,
+        LineSensor, MapMetaData, Mission, OccupancyGrid, Odometry, Padding, PanTilt, Path, Point, Pose,
+        Pose2D, PoseStamped, PoseWithCovariance, PositionFix, Quaternion, Range, RangeRing, Route, Seq,
+        SonarEcho, Target, Text, Time, Truth, Twist, TwistWithCovariance, Vector3, WheelEncoders,
+        normalize_angle,
     };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Context, Describe, Error,

@@ -49,6 +49,20 @@ impl Color {
         let [_, r, g, b] = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
         Some(Self::new(r, g, b))
     }
+
+    /// Returns the relative luminance of a surface of this colour, from 0 for black to 1 for white: linear
+    /// light by IEC 61966-2-1, weighted by ITU-R BT.709.
+    pub fn luminance(self) -> f64 {
+        let linear = |part: u8| {
+            let part = f64::from(part) / 255.0;
+            if part <= 0.04045 {
+                part / 12.92
+            } else {
+                libm::pow((part + 0.055) / 1.055, 2.4)
+            }
+        };
+        0.2126 * linear(self.r) + 0.7152 * linear(self.g) + 0.0722 * linear(self.b)
+    }
 }
 
 #[cfg(test)]
@@ -65,6 +79,20 @@ mod tests {
             "", "#12345", "#1234567", "#12345g", "#+12345", "123456", "Red", "#é1234",
         ] {
             assert_eq!(Color::parse(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn luminance_is_linear_in_light() {
+        for (text, expected) in [
+            ("#000000", 0.0),
+            ("#ffffff", 1.0),
+            ("#ff0000", 0.2126),
+            ("#bcbcbc", 0.503),
+            ("#0a0a0a", 0.00304),
+        ] {
+            let found = Color::parse(text).expect("a colour").luminance();
+            assert!((found - expected).abs() < 0.001, "{text}: {found}");
         }
     }
 }

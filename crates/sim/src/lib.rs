@@ -41,6 +41,11 @@
 //! sky   = "#c4d6e8"
 //! light = { from_deg = 140, height_deg = 50 }
 //!
+//! # Paint on the floor, for cameras and line sensors: areas, of one colour or of square tiles of two, and
+//! # lines over them. A `bend` rounds the corners of a line by arcs of that radius.
+//! floor_areas = [{ name = "stage", center = [5, 1], size = [1, 1], color = "white", tile = 0.25, tile_color = "red" }]
+//! floor_lines = [{ name = "track", points = [[1, 2], [5, 2], [5, 3], [1, 3]], closed = true, bend = 0.3, width = 0.03 }]
+//!
 //! # Every thing has a `color`. Every thing except a ball has a `height`: 2.5 m for walls, 0.75 m for boxes
 //! # and circles, 1 m for movers, 1.72 m for people. Lasers and sonars ignore the height.
 //! walls   = [{ name = "shell", points = [[0, 0], [6, 0], [6, 4], [0, 4]], closed = true, color = "beige" }]
@@ -79,7 +84,7 @@
 //!
 //! # Robot files
 //!
-//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have six, and `docs/robots.md` all
+//! A [`RobotModel`] is read from a file, too: the `robots/` of the project have seven, and `docs/robots.md` all
 //! keys.
 
 mod battery;
@@ -91,6 +96,7 @@ mod drive;
 mod edit;
 mod error;
 mod file;
+mod floor;
 mod footprint;
 mod geometry;
 mod head;
@@ -106,6 +112,7 @@ mod robot;
 mod scene;
 mod sensor;
 mod shape;
+mod shipped;
 mod solid;
 mod sweep;
 mod world;
@@ -121,9 +128,13 @@ pub use footprint::{Footprint, Polygon};
 pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};
 pub use head::{Head, HeadCommand, HeadConfig};
 pub use import::{ImportedWorld, import};
-pub use model::{LaserModel, RobotModel, SonarModel};
+pub use model::{LaserModel, RobotModel, SampledSensor};
 pub use odometer::{Encoders, Odometry};
 pub use robot::Truth;
-pub use sensor::{BUMPER_HEADINGS, Bumpers, LaserConfig, SonarConfig};
+pub use sensor::{
+    BUMPER_HEADINGS, Bumpers, ImuConfig, ImuReading, LaserConfig, LineSensorConfig, PositionConfig,
+    SonarConfig,
+};
 pub use shape::{Figure, Outline, Shape};
+pub use shipped::SHIPPED_ROBOTS;
 pub use world::{RobotId, STEP_NS, World};

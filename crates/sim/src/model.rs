@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::config::RobotConfig;
 use crate::error::WorldError;
 use crate::file;
-use crate::sensor::{LaserConfig, SonarConfig};
+use crate::sensor::{ImuConfig, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig};
 
 /// A robot as its file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +22,13 @@ pub struct RobotModel {
     /// Its lasers, in the order of the file. Each has its own noise.
     pub lasers: Vec<LaserModel>,
     /// Its ring of sonars, if it has one.
-    pub sonars: Option<SonarModel>,
+    pub sonars: Option<SampledSensor<SonarConfig>>,
+    /// Its line sensor, if it has one.
+    pub line_sensor: Option<SampledSensor<LineSensorConfig>>,
+    /// Its inertial measurement unit, if it has one.
+    pub imu: Option<SampledSensor<ImuConfig>>,
+    /// Its position sensor, if it has one.
+    pub position: Option<SampledSensor<PositionConfig>>,
     /// Whether it has bumpers, those of a [`crate::Bumpers`].
     pub bumpers: bool,
     /// Whether it has a pan-tilt head.
@@ -42,11 +48,11 @@ pub struct LaserModel {
     pub period: Option<Duration>,
 }
 
-/// A ring of sonars on a robot.
+/// A sensor on a robot that is read at times.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SonarModel {
-    /// Places, range and noise.
-    pub config: SonarConfig,
+pub struct SampledSensor<C> {
+    /// Places, limits and noise.
+    pub config: C,
     /// The time between two measurements; `None` for that of whoever reads it.
     pub period: Option<Duration>,
 }

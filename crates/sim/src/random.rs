@@ -13,6 +13,11 @@ pub(crate) enum Purpose {
     Sonar = 2,
     Slip = 3,
     WheelScale = 4,
+    Line = 5,
+    Imu = 6,
+    ImuBias = 7,
+    Position = 8,
+    Outage = 9,
 }
 
 /// The draws of one sensor of one robot at one step of the world.
@@ -37,16 +42,26 @@ impl Noise {
         }
     }
 
+    /// Returns a draw from 0 to less than 1.
+    pub(crate) fn uniform(&self, index: u32) -> f64 {
+        let bits = self.bits(index);
+        unit(bits[0], bits[1]) / (1u64 << 53) as f64
+    }
+
     /// Returns two independent draws of the standard normal distribution (Box and Muller).
     pub(crate) fn normals(&self, index: u32) -> [f64; 2] {
-        let counter = [index, self.source, self.step as u32, (self.step >> 32) as u32];
-        let bits = philox(counter, self.key);
+        let bits = self.bits(index);
         // In (0, 1], so that the logarithm is finite.
         let first = (unit(bits[0], bits[1]) + 1.0) / (1u64 << 53) as f64;
         let second = unit(bits[2], bits[3]) / (1u64 << 53) as f64;
         let radius = (-2.0 * libm::log(first)).sqrt();
         let (sin, cos) = libm::sincos(TAU * second);
         [radius * cos, radius * sin]
+    }
+
+    fn bits(&self, index: u32) -> [u32; 4] {
+        let counter = [index, self.source, self.step as u32, (self.step >> 32) as u32];
+        philox(counter, self.key)
     }
 }
 

@@ -55,6 +55,8 @@ pub(crate) struct SimulatedRobot {
     pub(crate) odometer: Odometer,
     pub(crate) head: Head,
     pub(crate) battery: Battery,
+    /// The change of its twist over the last step, in its own frame, for each second.
+    pub(crate) change: Twist2,
     motors: Motors,
     /// Kilograms that it pushed over the last step.
     load: f64,
@@ -84,6 +86,7 @@ impl SimulatedRobot {
             odometer,
             head: Head::default(),
             battery: Battery::full(),
+            change: Twist2::default(),
             motors: Motors::default(),
             load: 0.0,
             head_command: HeadCommand::default(),
@@ -103,6 +106,7 @@ impl SimulatedRobot {
     /// Moves it to another pose, at rest, until the next command. Its wheels measure nothing of it.
     pub(crate) fn place(&mut self, pose: Pose2, clearance: f64) {
         self.motors.stop();
+        self.change = Twist2::default();
         self.odometer.odometry.twist = Twist2::default();
         let truth = &mut self.truth;
         (truth.pose, truth.twist, truth.stalled) = (pose, Twist2::default(), false);
@@ -156,6 +160,12 @@ impl SimulatedRobot {
             linear: if self.truth.stalled { 0.0 } else { after.linear },
             lateral: if self.truth.stalled { 0.0 } else { after.lateral },
             angular: if turns { after.angular } else { 0.0 },
+        };
+        let rate = |before: f64, after: f64| (after - before) / dt;
+        self.change = Twist2 {
+            linear: rate(before.linear, self.truth.twist.linear),
+            lateral: rate(before.lateral, self.truth.twist.lateral),
+            angular: rate(before.angular, self.truth.twist.angular),
         };
         if self.truth.stalled {
             self.motors.resume(self.truth.twist);

@@ -36,7 +36,9 @@ pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
 pub use scenery::{Movers, Scenery, Thing};
-pub use sensor::{BatteryState, Bumpers, Connection, Image, PanTilt, WheelEncoders};
+pub use sensor::{
+    BatteryState, Bumpers, Connection, Image, Imu, LineSensor, PanTilt, PositionFix, WheelEncoders,
+};
 pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
@@ -85,6 +87,9 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         ColorBlobs::describe(),
         BatteryState::describe(),
         Bumpers::describe(),
+        LineSensor::describe(),
+        Imu::describe(),
+        PositionFix::describe(),
         WheelEncoders::describe(),
         Connection::describe(),
         Mission::describe(),

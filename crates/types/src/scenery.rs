@@ -21,7 +21,7 @@ pub struct Thing {
     /// Height above the floor.
     #[value(unit = "m")]
     pub height: f32,
-    /// 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot.
+    /// 0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot, 5 paint on the floor.
     pub form: u8,
     /// Its color in sRGB.
     pub red: u8,
@@ -72,4 +72,7 @@ impl Thing {
     pub const PERSON: u8 = 3;
     /// Form: a robot.
     pub const ROBOT: u8 = 4;
+    /// Form: a rectangle painted on the floor. Its height only tells which of two layers covers the
+    /// other.
+    pub const PAINT: u8 = 5;
 }

@@ -1,7 +1,7 @@
-//! The other sensors: camera, pan-tilt head, battery, bumpers, wheel encoders; and the connection of a driver
-//! to its device.
+//! The other sensors: camera, pan-tilt head, battery, bumpers, line sensor, inertial unit, position, wheel
+//! encoders; and the connection of a driver to its device.
 
-use crate::{Flag, Header, Padding, Seq, Text, Value};
+use crate::{Flag, Header, Padding, Point2D, Quaternion, Seq, Text, Value, Vector3};
 
 /// An image of up to 640 × 480 pixels of three bytes.
 #[derive(Clone, Copy, PartialEq, Value)]
@@ -109,6 +109,60 @@ pub struct Bumpers {
     pub stalled: Flag,
     /// Unused bytes.
     pub padding: Padding<3>,
+}
+
+/// The floor as a row of up to 32 reflectance cells sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/LineSensor")]
+pub struct LineSensor {
+    /// Time, and the frame of the base.
+    pub header: Header,
+    /// Position of each cell, in the frame of the base.
+    pub cells: Seq<Point2D, 32>,
+    /// Brightness of the floor below each cell, from 0 (black) to 1 (white).
+    pub brightness: Seq<f32, 32>,
+}
+
+/// Measurement of an inertial unit. Covariances are row by row; one of zeros is unknown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "sensor_msgs/msg/Imu")]
+pub struct Imu {
+    /// Time, and the frame of the unit.
+    pub header: Header,
+    /// Orientation in a fixed frame with z up (REP-145).
+    pub orientation: Quaternion,
+    /// Covariance of the rotations about x, y and z, rad²; the first is −1 if there is no orientation.
+    pub orientation_covariance: [f64; 9],
+    /// Turn rates about the unit's axes, rad/s.
+    pub angular_velocity: Vector3,
+    /// Their covariance, (rad/s)².
+    pub angular_velocity_covariance: [f64; 9],
+    /// Specific forces along the unit's axes, m/s²: at rest, the axis that is up shows 9.81 (REP-145).
+    pub linear_acceleration: Vector3,
+    /// Their covariance, (m/s²)².
+    pub linear_acceleration_covariance: [f64; 9],
+}
+
+/// Measured position on the ground, as of a satellite receiver. ROS has latitude and longitude instead
+/// (`sensor_msgs/msg/NavSatFix`); a robot that needs none of them is given metres. Without a fix there is no
+/// value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/PositionFix")]
+pub struct PositionFix {
+    /// Time, and the fixed frame of the position.
+    pub header: Header,
+    /// Position of the antenna along x.
+    #[value(unit = "m")]
+    pub x: f64,
+    /// Position of the antenna along y.
+    #[value(unit = "m")]
+    pub y: f64,
+    /// Covariance of x and y, row by row.
+    #[value(unit = "m2")]
+    pub covariance: [f64; 4],
 }
 
 /// Counts of the two wheels' encoders since the driver's first reading.

@@ -84,6 +84,15 @@ macro_rules! robot_driver {
             /// then eight behind from right to left.
             #[export]
             sonars: Export<RangeRing>,
+            /// What the cells of the line sensor see of the floor, in the order of the robot's file.
+            #[export]
+            line_sensor: Export<LineSensor>,
+            /// What the inertial unit measures, in its own frame. It estimates no orientation.
+            #[export]
+            imu: Export<Imu>,
+            /// The position in the frame of the world; none in an outage.
+            #[export]
+            position: Export<PositionFix>,
             /// Pose and velocity from the wheels.
             #[export]
             odometry: Export<Odometry>,
@@ -159,6 +168,9 @@ macro_rules! robot_driver {
                     head: &self.head,
                     laser: &mut self.laser,
                     sonars: &mut self.sonars,
+                    line_sensor: &mut self.line_sensor,
+                    imu: &mut self.imu,
+                    position: &mut self.position,
                     odometry: &mut self.odometry,
                     bumpers: &mut self.bumpers,
                     pan_tilt: &mut self.pan_tilt,

@@ -1,26 +1,15 @@
-//! The robots that the plugin brings, and what an application changes in a robot. It reads no world.
+//! The robots that an application can name, and what it changes in a robot. It reads no world.
 
 use std::path::Path;
 
 use jde_schema::prelude::*;
-use jde_sim::{OdometryOrigin, RobotModel};
+use jde_sim::{OdometryOrigin, RobotModel, SHIPPED_ROBOTS};
 
-/// Beams that fit into a `LaserScan`, and sonars that fit into a `RangeRing`.
+/// Beams that fit into a `LaserScan`, sonars that fit into a `RangeRing`, and cells that fit into a
+/// `LineSensor`.
 pub(crate) const MAX_BEAMS: usize = 1088;
 const MAX_SONARS: usize = 32;
-
-/// The shipped robots and their files.
-const SHIPPED: [(&str, &str); 6] = [
-    ("jackal", include_str!("../../../robots/jackal.toml")),
-    ("omni", include_str!("../../../robots/omni.toml")),
-    ("pioneer-3dx", include_str!("../../../robots/pioneer-3dx.toml")),
-    ("racecar", include_str!("../../../robots/racecar.toml")),
-    (
-        "turtlebot3-burger",
-        include_str!("../../../robots/turtlebot3-burger.toml"),
-    ),
-    ("turtlebot4", include_str!("../../../robots/turtlebot4.toml")),
-];
+const MAX_CELLS: usize = 32;
 
 /// Numbers that replace those of a robot's file; a negative one keeps it.
 pub(crate) struct Overrides {
@@ -44,10 +33,10 @@ pub(crate) fn find(model: &str) -> Result<RobotModel> {
         return Ok(RobotModel::load(path)?);
     }
     let name = path.file_name().unwrap_or_default();
-    match SHIPPED.iter().find(|(known, _)| name == *known) {
+    match SHIPPED_ROBOTS.iter().find(|(known, _)| name == *known) {
         Some((name, text)) => Ok(RobotModel::parse(text, name)?),
         None => {
-            let known = SHIPPED.map(|(known, _)| known).join("`, `");
+            let known = SHIPPED_ROBOTS.map(|(known, _)| known).join("`, `");
             let name = name.display();
             Err(
                 format!("there is no robot `{name}`: expected a file, `{name}.toml`, or one of `{known}`")
@@ -81,6 +70,14 @@ impl Overrides {
             let count = sonars.config.mounts.len();
             if count > MAX_SONARS {
                 return Err(format!("it has {count} sonars: expected at most {MAX_SONARS}").into());
+            }
+        }
+        if let Some(line) = &model.line_sensor {
+            let count = line.config.mounts.len();
+            if count > MAX_CELLS {
+                return Err(
+                    format!("its line sensor has {count} cells: expected at most {MAX_CELLS}").into(),
+                );
             }
         }
         let config = &mut model.config;

@@ -18,6 +18,9 @@ pub(crate) struct Ports<'a> {
     pub(crate) head: &'a Command<PanTilt>,
     pub(crate) laser: &'a mut Export<LaserScan>,
     pub(crate) sonars: &'a mut Export<RangeRing>,
+    pub(crate) line_sensor: &'a mut Export<LineSensor>,
+    pub(crate) imu: &'a mut Export<Imu>,
+    pub(crate) position: &'a mut Export<PositionFix>,
     pub(crate) odometry: &'a mut Export<Odometry>,
     pub(crate) bumpers: &'a mut Export<Bumpers>,
     pub(crate) pan_tilt: &'a mut Export<PanTilt>,
@@ -57,6 +60,9 @@ pub(crate) struct Due {
     pub(crate) movers: Option<Duration>,
     pub(crate) laser: Option<Duration>,
     pub(crate) sonars: Option<Duration>,
+    pub(crate) line_sensor: Option<Duration>,
+    pub(crate) imu: Option<Duration>,
+    pub(crate) position: Option<Duration>,
 }
 
 impl Entry {

@@ -23,15 +23,20 @@ const SHELL: Color = Color::new(200, 34, 30);
 const ROBOT_HEIGHT: f32 = 0.4;
 
 impl Ports<'_> {
-    /// Publishes the static objects.
+    /// Publishes the static objects, then the paint of the floor.
     pub(crate) fn publish_scenery(&mut self, cx: &Context, world: &World) {
         let mut scenery = self.scenery.loan(cx);
         scenery.header = Header::new(cx.now(), FRAME);
         scenery.padding = Padding::ZERO;
         scenery.left_out = 0;
         scenery.things.clear();
-        for shape in world.shapes().filter(|shape| !shape.moving) {
-            if scenery.things.push(to_thing(&shape)).is_err() {
+        let still = world.shapes().filter(|shape| !shape.moving);
+        let paint = world.paint().map(|shape| Thing {
+            form: Thing::PAINT,
+            ..to_thing(&shape)
+        });
+        for thing in still.map(|shape| to_thing(&shape)).chain(paint) {
+            if scenery.things.push(thing).is_err() {
                 scenery.left_out += 1;
             }
         }
@@ -158,6 +163,27 @@ start = { x = 4, y = 4, heading_deg = 180 }
         assert_eq!((desk.length, desk.width, desk.height), (1.2, 0.6, 0.75));
         assert_eq!([desk.red, desk.green, desk.blue], [0x10, 0x20, 0x30]);
         assert!((desk.pose.theta - core::f64::consts::FRAC_PI_2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn paint_is_published_in_layers_after_the_static_objects() {
+        let paint = "
+            [[floor_areas]]\nname = 'zone'\ncenter = [3, 3]\nsize = [1, 1]\ncolor = '#ffffff'\ntile = 0.5
+            [[floor_lines]]\nname = 'track'\npoints = [[1, 2], [3, 2]]\nwidth = 0.05\ncolor = '#102030'\n";
+        let (_folder, path) = file(&format!("{ROOM}{paint}"));
+        let mut robot = Robot::awake(&path, "bench");
+        robot.idle(0.05);
+        let scenery: &Scenery = robot.bench.exported_in_place("scenery").expect("it is exported");
+        let names: Vec<_> = scenery.things.iter().map(|thing| thing.name.as_str()).collect();
+        assert_eq!(names[4..], ["desk", "zone", "zone", "zone", "track"]);
+        let track = named(&scenery.things, "track");
+        assert_eq!((track.form, track.length, track.width), (Thing::PAINT, 2.0, 0.05));
+        assert_eq!([track.red, track.green, track.blue], [0x10, 0x20, 0x30]);
+        let layers: Vec<_> = scenery.things[5..].iter().map(|thing| thing.height).collect();
+        assert!(
+            layers.is_sorted() && layers[0] < layers[1] && layers[2] < layers[3],
+            "{layers:?}"
+        );
     }
 
     #[test]

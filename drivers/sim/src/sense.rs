@@ -3,7 +3,11 @@
 use core::time::Duration;
 
 use jde_schema::prelude::*;
-use jde_sim::{BATTERY_CAPACITY, Pose2, RobotId, RobotModel, SonarConfig, Twist2, World};
+use jde_schema::types::Point2D;
+use jde_sim::{
+    BATTERY_CAPACITY, ImuConfig, LineSensorConfig, Pose2, PositionConfig, RobotId, RobotModel, SonarConfig,
+    Twist2, World,
+};
 
 use crate::ports::{Due, Ports};
 use crate::{laser, scenery};
@@ -23,19 +27,33 @@ impl Ports<'_> {
         due: &mut Due,
     ) -> Result {
         let now = cx.now();
+        let is_due = |due: &mut Option<Duration>, period: Option<Duration>| {
+            period.is_none_or(|period| scenery::is_time(due, now, period))
+        };
         if let Some(first) = model.lasers.first()
-            && first
-                .period
-                .is_none_or(|period| scenery::is_time(&mut due.laser, now, period))
+            && is_due(&mut due.laser, first.period)
         {
             laser::publish(self.laser, cx, (world, robot), ("laser", &first.config))?;
         }
         if let Some(sonars) = &model.sonars
-            && sonars
-                .period
-                .is_none_or(|period| scenery::is_time(&mut due.sonars, now, period))
+            && is_due(&mut due.sonars, sonars.period)
         {
             self.publish_sonars(cx, world, robot, &sonars.config)?;
+        }
+        if let Some(line) = &model.line_sensor
+            && is_due(&mut due.line_sensor, line.period)
+        {
+            self.publish_line_sensor(cx, world, robot, &line.config)?;
+        }
+        if let Some(imu) = &model.imu
+            && is_due(&mut due.imu, imu.period)
+        {
+            self.publish_imu(cx, world, robot, &imu.config)?;
+        }
+        if let Some(position) = &model.position
+            && is_due(&mut due.position, position.period)
+        {
+            self.publish_position(cx, world, robot, &position.config)?;
         }
         let odometry = world.odometry(robot);
         self.odometry.write(
@@ -160,6 +178,82 @@ impl Ports<'_> {
         }
         world.sonars(robot, ring, sonars.ranges.resize(ring.mounts.len()))?;
         sonars.publish();
+        Ok(())
+    }
+
+    fn publish_line_sensor(
+        &mut self,
+        cx: &Context,
+        world: &World,
+        robot: RobotId,
+        config: &LineSensorConfig,
+    ) -> Result {
+        let mut sensor = self.line_sensor.loan(cx);
+        sensor.header = Header::new(cx.now(), "base_link");
+        let count = config.mounts.len();
+        for (cell, &[x, y]) in sensor.cells.resize(count).iter_mut().zip(&config.mounts) {
+            *cell = Point2D { x, y };
+        }
+        world.line_sensor(robot, config, sensor.brightness.resize(count))?;
+        sensor.publish();
+        Ok(())
+    }
+}
+
+impl Ports<'_> {
+    fn publish_imu(&mut self, cx: &Context, world: &World, robot: RobotId, config: &ImuConfig) -> Result {
+        let reading = world.imu(robot, config)?;
+        let vector = |[x, y, z]: [f64; 3]| Vector3 { x, y, z };
+        // The bias is a part of the error that a reader must expect.
+        let diagonal = |sigma: f64, bias: f64| {
+            let variance = sigma * sigma + bias * bias;
+            let mut covariance = [0.0; 9];
+            for place in [0, 4, 8] {
+                covariance[place] = variance;
+            }
+            covariance
+        };
+        let mut no_orientation = [0.0; 9];
+        no_orientation[0] = -1.0;
+        self.imu.write(
+            cx,
+            Imu {
+                header: Header::new(cx.now(), "imu"),
+                orientation: Quaternion::default(),
+                orientation_covariance: no_orientation,
+                angular_velocity: vector(reading.angular_velocity),
+                angular_velocity_covariance: diagonal(config.gyro_sigma, config.gyro_bias),
+                linear_acceleration: vector(reading.linear_acceleration),
+                linear_acceleration_covariance: diagonal(
+                    config.accelerometer_sigma,
+                    config.accelerometer_bias,
+                ),
+            },
+        );
+        Ok(())
+    }
+
+    fn publish_position(
+        &mut self,
+        cx: &Context,
+        world: &World,
+        robot: RobotId,
+        config: &PositionConfig,
+    ) -> Result {
+        let Some([x, y]) = world.position(robot, config)? else {
+            self.position.retract(cx);
+            return Ok(());
+        };
+        let variance = config.sigma * config.sigma;
+        self.position.write(
+            cx,
+            PositionFix {
+                header: Header::new(cx.now(), "map"),
+                x,
+                y,
+                covariance: [variance, 0.0, 0.0, variance],
+            },
+        );
         Ok(())
     }
 }

@@ -44,6 +44,23 @@ pub(crate) enum Permit {
     Unknown,
 }
 
+/// Returns pose and velocity of the base; `None` if a number is not finite.
+pub(crate) fn measured(odometry: &Odometry) -> Option<(Pose2D, Twist)> {
+    let (pose, velocity) = (odometry.pose2d(), odometry.twist.twist);
+    let numbers = [
+        pose.x,
+        pose.y,
+        pose.theta,
+        velocity.linear.x,
+        velocity.linear.y,
+        velocity.angular.z,
+    ];
+    numbers
+        .iter()
+        .all(|number| number.is_finite())
+        .then_some((pose, velocity))
+}
+
 impl Permit {
     /// The command to give.
     pub(crate) fn twist(&self) -> Twist {
@@ -82,20 +99,8 @@ impl Body {
         scan: Option<&LaserScan>,
         odometry: Option<&Odometry>,
     ) -> Option<(Pose2D, Twist)> {
-        let (pose, velocity) = (odometry?.pose2d(), odometry?.twist.twist);
-        let numbers = [
-            pose.x,
-            pose.y,
-            pose.theta,
-            velocity.linear.x,
-            velocity.linear.y,
-            velocity.angular.z,
-        ];
         self.scan_points.update(scan?, &self.mount).ok()?;
-        numbers
-            .iter()
-            .all(|number| number.is_finite())
-            .then_some((pose, velocity))
+        measured(odometry?)
     }
 
     /// The points of the last scan, in the frame of the base.

@@ -1,5 +1,6 @@
-//! Local control of a base among what a laser sees: to a target, along a path, along a wall, or nowhere in
-//! particular. The schemas know no robot, no map and no other schema: the base is a footprint with limits.
+//! Local control of a base among what a laser sees: to a target, along a path, along a wall, along a line on
+//! the floor, or nowhere in particular. The schemas know no robot, no map and no other schema: the base is a
+//! footprint with limits.
 //!
 //! Each checks its command before it acts: the footprint stays clear of every laser point until the base
 //! stands still. They see nothing behind a laser that looks ahead, so none of them drives backward, except
@@ -7,6 +8,7 @@
 
 mod body;
 mod dwa;
+mod line;
 mod mppi;
 mod path;
 mod track;
@@ -15,6 +17,7 @@ mod wall;
 mod wander;
 
 pub use dwa::Dwa;
+pub use line::Line;
 pub use mppi::Mppi;
 pub use path::Path;
 pub use vfh::Vfh;
@@ -23,8 +26,8 @@ pub use wander::Wander;
 
 jde_schema::export!(
     "drive",
-    "Drives to a target, along a path or a wall, or nowhere in particular.",
-    [Dwa, Mppi, Path, Vfh, Wall, Wander]
+    "Drives to a target, along a path, a wall or a line, or nowhere in particular.",
+    [Dwa, Line, Mppi, Path, Vfh, Wall, Wander]
 );
 
 #[cfg(test)]

@@ -57,9 +57,10 @@ pub(super) fn failures(page: &Page<'_>, worlds: &mut Worlds<'_>) -> Vec<FailedDr
                 .filter(|failure| place < IN_FULL && !failure.path.is_empty());
             let path = drawn.map(|failure| {
                 let mut ground = worlds.of(result).1.drive.clone();
-                shapes += ground.shapes.len();
+                shapes += ground.shapes.len() + ground.paint.len();
                 if shapes > MAX_SHAPES {
                     ground.shapes.clear();
+                    ground.paint.clear();
                 }
                 drive(failure, ground)
             });

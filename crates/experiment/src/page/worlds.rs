@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use jde_report::{Drive, Obstacle};
+use jde_report::{Drive, Obstacle, Paint};
 use jde_sim::World;
 
 use crate::result::DriveResult;
@@ -18,7 +18,7 @@ pub(super) struct Worlds<'a> {
 
 /// A world to draw on.
 pub(super) struct Ground {
-    /// Its bounds and shapes, and the robot's radius.
+    /// Its bounds, shapes and paint, and the robot's radius.
     pub(super) drive: Drive,
     /// Why it is not drawn; empty if it is.
     pub(super) note: String,
@@ -66,6 +66,7 @@ impl Ground {
                     title: world.name().to_owned(),
                     bounds: Some(world.bounds()),
                     shapes: world.shapes().map(Obstacle::from).collect(),
+                    paint: world.paint().map(Paint::from).collect(),
                     ..empty.drive
                 },
                 note: String::new(),

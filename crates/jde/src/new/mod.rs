@@ -1,12 +1,13 @@
-//! Writes new schemas, drivers, applications and worlds, most from the templates beside this crate's sources.
+//! Writes new schemas, drivers, applications, worlds and robots, most from the templates beside this crate's sources.
 //!
 //! Never writes into an existing folder, or over a file.
 
 mod kind;
 mod name;
+mod robot;
 mod world;
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use crate::paths;
 use crate::terminal::{self, FAINT, TITLE};
 pub(crate) use kind::Kind;
 use name::Name;
+pub(crate) use robot::write_robot;
 pub(crate) use world::write_world;
 
 /// Writes a template into a folder of its name, and prints what to do next.
@@ -71,6 +73,13 @@ fn create_folder(folder: &Path) -> Result<(), Failure> {
     parent
         .and_then(|()| fs::create_dir(folder))
         .map_err(|error| not_created(folder, error))
+}
+
+/// Writes a new file. Fails if it exists.
+fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
+    File::create_new(path)
+        .and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|error| not_created(path, error))
 }
 
 /// Why a file or a folder could not be made.

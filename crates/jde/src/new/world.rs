@@ -1,12 +1,12 @@
 //! New worlds: a room, or worlds converted from the files of other programs.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use jde_sim::ImportedWorld;
 
-use super::{checked, create_folder, not_created};
+use super::{checked, create_folder, write_file};
 use crate::failure::{self, Failure};
 use crate::terminal::{self, FAINT, TITLE};
 
@@ -32,11 +32,11 @@ pub(crate) fn write_world(name: &str, from: Option<&Path>, folder: &Path) -> Res
     if let [world] = worlds.as_slice() {
         created.set_extension("toml");
         fs::create_dir_all(folder).map_err(Failure::file(folder))?;
-        write(&created, &world.text)?;
+        write_file(&created, &world.text)?;
     } else {
         create_folder(&created)?;
         for world in &worlds {
-            write(&created.join(&world.name).with_extension("toml"), &world.text)?;
+            write_file(&created.join(&world.name).with_extension("toml"), &world.text)?;
         }
     }
     for note in worlds.iter().flat_map(|world| &world.notes) {
@@ -45,11 +45,4 @@ pub(crate) fn write_world(name: &str, from: Option<&Path>, folder: &Path) -> Res
     let shown = failure::display_path(&created);
     writeln!(out, "{TITLE}{shown}{TITLE:#} is created")?;
     Ok(())
-}
-
-/// Writes a new file.
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    File::create_new(path)
-        .and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| not_created(path, error))
 }

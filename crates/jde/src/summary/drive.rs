@@ -6,7 +6,7 @@ use jde_abi::describe::Role;
 use jde_app::{Application, Binding, InstanceConfig};
 use jde_board::value::{self, Value};
 use jde_host::Handle;
-use jde_report::{Drive, Obstacle, PathPoint, Picture, PictureError, RobotPath, Takeover, Target};
+use jde_report::{Drive, Obstacle, Paint, PathPoint, Picture, PictureError, RobotPath, Takeover, Target};
 use jde_sim::{RobotConfig, World};
 
 use crate::failure::Failure;
@@ -64,6 +64,7 @@ pub(crate) fn draw(
             World::load(path, application.seed).map_err(|error| Failure::Broken(error.to_string()))?;
         drive.bounds = Some(world.bounds());
         drive.shapes = world.shapes().map(Obstacle::from).collect();
+        drive.paint = world.paint().map(Paint::from).collect();
         drive.robot_radius = radius(application);
     }
     Picture::of_drive(&drive).save(file).map_err(|error| match error {

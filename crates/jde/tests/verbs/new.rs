@@ -299,3 +299,40 @@ fn a_new_world_is_a_room_or_is_converted_and_never_replaces_a_file() {
     assert!(faulty.err.contains("lab.sdf:2: has no box"), "{}", faulty.err);
     assert!(!folder.path().join("lab.toml").exists());
 }
+
+#[test]
+fn a_new_robot_is_small_or_a_copy_and_never_replaces_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let new = |name: &str, from: &[&str]| {
+        let mut command = jde(&["new", "robot", name, "--path"]);
+        command.arg(folder.path()).args(from);
+        output_of(&mut command)
+    };
+    let model = |name: &str| {
+        let path = folder.path().join(name).with_extension("toml");
+        jde_sim::RobotModel::load(path).unwrap_or_else(|error| panic!("{error}"))
+    };
+
+    let created = new("trolley", &[]);
+    assert_eq!(created.status, Some(0), "{}", created.err);
+    assert!(
+        created.out.contains("model = \"trolley.toml\""),
+        "{}",
+        created.out
+    );
+    assert_eq!(model("trolley").name, "trolley");
+
+    assert_eq!(new("scout", &["--from", "pioneer-3dx"]).status, Some(0));
+    let (scout, pioneer) = (model("scout"), jde_sim::SHIPPED_ROBOTS[2]);
+    let pioneer = jde_sim::RobotModel::parse(pioneer.1, pioneer.0).unwrap();
+    assert_eq!(scout.name, "scout");
+    assert_eq!((&scout.config, &scout.sonars), (&pioneer.config, &pioneer.sonars));
+
+    let again = new("scout", &[]);
+    assert_eq!(again.status, Some(2));
+    assert!(again.err.contains("already exists"), "{}", again.err);
+    let unknown = new("rover", &["--from", "pioneer"]);
+    assert_eq!(unknown.status, Some(2));
+    assert!(unknown.err.contains("pioneer-3dx"), "{}", unknown.err);
+    assert!(!folder.path().join("rover.toml").exists());
+}

@@ -14,7 +14,7 @@ use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 use super::columns::Columns;
 use super::decimated::Decimated;
 use super::robot::{Robot, TruthRange};
-use crate::map::{Drive, Obstacle, RobotPath, Takeover, Target};
+use crate::map::{Drive, Obstacle, Paint, RobotPath, Takeover, Target};
 
 /// Most takeovers stored: more than a picture can show.
 const MOST_TAKEOVERS: usize = 2000;
@@ -200,6 +200,7 @@ impl DriveCollector {
             Some((_, Ok(world))) if has_truth => {
                 drive.bounds = Some(world.bounds());
                 drive.shapes = world.shapes().map(Obstacle::from).collect();
+                drive.paint = world.paint().map(Paint::from).collect();
                 drive.robot_radius = self
                     .radius
                     .filter(|radius| *radius > 0.0)

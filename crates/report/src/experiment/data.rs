@@ -104,7 +104,7 @@ pub struct FailureMap {
     pub title: String,
     /// Why the world is not drawn; may be empty.
     pub note: String,
-    /// The world: only its bounds and shapes are drawn.
+    /// The world: only its bounds, shapes and paint are drawn.
     pub ground: Drive,
     /// The places.
     pub places: Vec<FailurePlace>,

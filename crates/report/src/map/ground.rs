@@ -13,14 +13,23 @@ const THIN: f64 = 0.2;
 const POINT: usize = 2;
 /// A point gets a shade darker when its number of beams doubles, up to this number of shades.
 const SHADES: u32 = 5;
+/// The part of its darkness that paint keeps, so that paths and walls stand out from it.
+const PAINT: f32 = 0.5;
 /// Text size of the labels, pixels.
 const LABEL: f32 = 16.0;
 /// Largest length of the scale bar: share of the map's width, and pixels.
 const SCALE_BAR: (f64, f64) = (0.5, 200.0);
 
-/// Draws the grid, and the laser points and obstacles on it.
+/// Draws the paint and the grid, and the laser points and obstacles on them.
 pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive) {
     drawing.clip(Some(frame.map));
+    for paint in &drive.paint {
+        if let Some(area) = area(frame, &paint.outline) {
+            // What the paint covers is not seen through it.
+            drawing.fill(area.clone(), ColorRole::Paper);
+            drawing.fill(area, ColorRole::Ink.faded(PAINT * paint.darkness));
+        }
+    }
     grid(drawing, frame);
     scans(drawing, frame, &drive.scans);
     let (moving, still): (Vec<Obstacle>, Vec<Obstacle>) =

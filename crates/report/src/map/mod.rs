@@ -32,6 +32,8 @@ pub struct Drive {
     pub bounds: Option<Bounds>,
     /// The world at the start.
     pub shapes: Vec<Obstacle>,
+    /// What is painted on the floor of the world, the later over the earlier.
+    pub paint: Vec<Paint>,
     /// The ends of laser beams, for a drive without a world.
     pub scans: Vec<(f64, f64)>,
     /// The paths of the robots.
@@ -69,6 +71,15 @@ pub struct Obstacle {
     pub outline: Outline,
     /// Whether it moves; then this is only its initial position.
     pub moving: bool,
+}
+
+/// A painted part of the floor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paint {
+    /// Its position and size.
+    pub outline: Outline,
+    /// From 0 for white to 1 for black.
+    pub darkness: f32,
 }
 
 /// A robot at one time. The winner remains until the next point.
@@ -138,6 +149,15 @@ impl From<Shape<'_>> for Obstacle {
     }
 }
 
+impl From<Shape<'_>> for Paint {
+    fn from(shape: Shape<'_>) -> Self {
+        Self {
+            outline: shape.outline,
+            darkness: (1.0 - shape.color.luminance()) as f32,
+        }
+    }
+}
+
 /// Draws a drive on a map of its own, 1600 units wide; narrower for a world that is higher than wide. With
 /// `heading`, adds its title and numbers. The same drive gives the same drawing.
 ///
@@ -198,11 +218,13 @@ fn finite(drive: &Drive) -> Drive {
             && bounds.min[0] <= bounds.max[0]
             && bounds.min[1] <= bounds.max[1]
     });
-    drive.shapes.retain(|thing| match thing.outline {
+    let is_valid = |outline: &Outline| match *outline {
         Outline::Segment { from, to } => is_placed(&[from, to].concat()),
         Outline::Box { center, size, angle } => is_placed(&[center, size].concat()) && angle.is_finite(),
         Outline::Circle { center, radius } => is_placed(&center) && is_placed(&[radius]),
-    });
+    };
+    drive.shapes.retain(|thing| is_valid(&thing.outline));
+    drive.paint.retain(|paint| is_valid(&paint.outline));
     drive.scans.retain(|(x, y)| is_placed(&[*x, *y]));
     for path in &mut drive.paths {
         path.points

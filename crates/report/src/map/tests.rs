@@ -138,6 +138,25 @@ fn walls_are_dark_furniture_is_grey_and_movers_are_light() {
 }
 
 #[test]
+fn paint_lies_under_everything_and_the_later_covers_the_earlier() {
+    let mut drive = room();
+    let square = |x: f64, darkness: f32| Paint {
+        outline: Outline::Box {
+            center: [x, 2.5],
+            size: [2.0, 1.6],
+            angle: 0.0,
+        },
+        darkness,
+    };
+    drive.paint = vec![square(2.6, 1.0), square(3.6, 0.0)];
+    let dark = probe(&drive, 2.2, 2.6);
+    assert!((100..200).contains(&dark.red()), "{dark:?}");
+    assert_eq!(probe(&drive, 3.2, 2.6), ColorRole::Paper.light());
+    let path = Palette::of(&drive).tone(Some(0)).light();
+    assert_eq!(probe(&drive, 2.5, 2.0), path);
+}
+
+#[test]
 fn y_points_up() {
     let drive = room();
     let frame = frame(&drive);

@@ -1,4 +1,4 @@
-//! The floor with its faint grid of metres, and the sky: the background where there is no thing.
+//! The floor with its faint grid of metres and its paint, and the sky: the background where there is no thing.
 //!
 //! It is drawn last, and skips pixels that already have a depth.
 
@@ -6,6 +6,7 @@ use super::canvas::Canvas;
 use super::light::Light;
 use super::view::{Rays, V3, View};
 use crate::color::Color;
+use crate::floor::{Floor, Patch, strip};
 
 /// Half the width of a line of the grid, in metres.
 const LINE: f64 = 0.012;
@@ -14,8 +15,9 @@ const FAINT: f64 = 0.16;
 /// How much darker the sky is at the zenith than at the horizon.
 const ZENITH: f64 = 0.3;
 
-pub(super) fn draw(light: &Light, view: &View, rays: &Rays, canvas: &mut Canvas<'_>) {
-    let floor = light.shade(light.floor, [0.0, 0.0, 1.0]);
+pub(super) fn draw((floor, light): (&Floor, &Light), view: &View, rays: &Rays, canvas: &mut Canvas<'_>) {
+    let shade = |color: Color| light.shade(color, [0.0, 0.0, 1.0]).map(f64::from);
+    let bare = shade(floor.color);
     for row in 0..canvas.height {
         let v = row as f64 + 0.5;
         let width = canvas.width;
@@ -27,28 +29,33 @@ pub(super) fn draw(light: &Light, view: &View, rays: &Rays, canvas: &mut Canvas<
             *pixel = if ray[2] >= 0.0 {
                 sky(light.sky, ray)
             } else {
-                let line = line(view.eye, ray, rays);
-                floor.map(|part| (f64::from(part) * (1.0 - FAINT * line) + 0.5) as u8)
+                let patch = patch(view.eye, ray, rays);
+                let bare = bare.map(|part| part * (1.0 - FAINT * line(&patch)));
+                floor.mean(&patch, bare, shade).map(|part| (part + 0.5) as u8)
             };
         }
     }
 }
 
-/// Returns how much of a pixel of the floor the lines of the grid cover, from 0 to 1.
-fn line(eye: V3, ray: V3, rays: &Rays) -> f64 {
+/// Returns the part of the floor that a pixel shows: distant lines fade instead of flickering.
+fn patch(eye: V3, ray: V3, rays: &Rays) -> Patch {
     // An eye below the floor has no floor ahead of it.
     let depth = (-eye[2] / ray[2]).max(0.0);
-    let cover = |axis: usize| {
-        // How far the point on the floor moves from one pixel to the next: distant lines fade instead of
-        // flickering.
-        let slope = ray[axis] / ray[2];
-        let moves = |step: V3| (depth * (step[axis] - slope * step[2])).abs();
-        let pixel = moves(rays.column) + moves(rays.row) + 1e-9;
-        let place = eye[axis] + depth * ray[axis];
-        let from_line = (place - libm::rint(place)).abs();
-        ((LINE + pixel / 2.0 - from_line) / pixel).clamp(0.0, (2.0 * LINE / pixel).min(1.0))
+    // How far the point on the floor moves from one pixel to the next.
+    let side = |step: V3| [0, 1].map(|axis| depth * (step[axis] - ray[axis] / ray[2] * step[2]));
+    Patch {
+        center: [0, 1].map(|axis| eye[axis] + depth * ray[axis]),
+        sides: [side(rays.column), side(rays.row)],
+    }
+}
+
+/// Returns how much of a patch of the floor the lines of the grid cover, from 0 to 1.
+fn line(patch: &Patch) -> f64 {
+    let cover = |axis: usize, direction: [f64; 2]| {
+        let place = patch.center[axis];
+        strip((place - libm::rint(place)).abs(), LINE, patch.width(direction))
     };
-    cover(0).max(cover(1))
+    cover(0, [1.0, 0.0]).max(cover(1, [0.0, 1.0]))
 }
 
 fn sky(color: Color, [x, y, z]: V3) -> [u8; 3] {

@@ -4,12 +4,11 @@
 
 use crate::color::Color;
 
-/// The colours of the floor and the sky, and the direction of the light.
+/// The colour of the sky, and the direction of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Light {
     /// The unit vector toward the light, in the frame of the world.
     pub(crate) direction: [f64; 3],
-    pub(crate) floor: Color,
     pub(crate) sky: Color,
 }
 
@@ -25,7 +24,6 @@ impl Default for Light {
         Self {
             // High, behind and to the left of a viewer who looks along x: the four sides of a box differ.
             direction: [-0.48, 0.36, 0.8],
-            floor: Color::new(150, 143, 131),
             sky: Color::new(196, 214, 232),
         }
     }

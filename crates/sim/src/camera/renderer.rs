@@ -9,11 +9,13 @@ use super::light::Light;
 use super::round::Round;
 use super::view::{V3, View, dot, sub};
 use crate::color::Color;
+use crate::floor::Floor;
 use crate::shape::Outline;
 
 /// The things in a picture, without those that the camera cannot see.
 pub(crate) struct Renderer<'a> {
     view: View,
+    floor: &'a Floor,
     light: &'a Light,
     /// Each with the depth of its nearest corner.
     faces: Vec<(f64, Face)>,
@@ -21,9 +23,10 @@ pub(crate) struct Renderer<'a> {
 }
 
 impl<'a> Renderer<'a> {
-    pub(crate) fn new(view: View, light: &'a Light) -> Self {
+    pub(crate) fn new(view: View, floor: &'a Floor, light: &'a Light) -> Self {
         Self {
             view,
+            floor,
             light,
             faces: Vec::new(),
             rounds: Vec::new(),
@@ -74,7 +77,7 @@ impl<'a> Renderer<'a> {
         for (round, color) in &self.rounds {
             round.draw(*color, self.light, &self.view, &rays, &mut canvas);
         }
-        floor::draw(self.light, &self.view, &rays, &mut canvas);
+        floor::draw((self.floor, self.light), &self.view, &rays, &mut canvas);
     }
 
     fn add_round(&mut self, round: Round, color: Color) {

@@ -134,9 +134,24 @@ pub(crate) fn each<'a, T>(
 
 fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
     let appearance = read_appearance(table, WALL);
+    let points = polyline(table);
+    let (appearance, points) = (appearance?, points?);
+    let sides = points.windows(2).map(|pair| Outline::Segment {
+        from: pair[0],
+        to: pair[1],
+    });
+    Some(
+        sides
+            .map(|outline| fixture(name.clone(), outline, appearance))
+            .collect(),
+    )
+}
+
+/// Reads `points` and `closed`. A closed line ends with its first point.
+pub(super) fn polyline(table: &Table<'_>) -> Option<Vec<[f64; 2]>> {
     let points = table.required("points", values::points);
     let closed = table.optional("closed", false, values::flag);
-    let (appearance, mut points, closed) = (appearance?, points?, closed?);
+    let (mut points, closed) = (points?, closed?);
     if closed {
         if points.len() < 3 {
             table.fault(
@@ -154,15 +169,7 @@ fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
         }
         points.push(points[0]);
     }
-    let sides = points.windows(2).map(|pair| Outline::Segment {
-        from: pair[0],
-        to: pair[1],
-    });
-    Some(
-        sides
-            .map(|outline| fixture(name.clone(), outline, appearance))
-            .collect(),
-    )
+    Some(points)
 }
 
 fn fixed(table: &Table<'_>, name: String) -> Option<Fixture> {

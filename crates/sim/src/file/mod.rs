@@ -1,11 +1,12 @@
-//! World files and robot files. A world file is TOML with walls, boxes, circles, movers, people, balls, a map
-//! and the starts of robots.
+//! World files and robot files. A world file is TOML with walls, boxes, circles, movers, people, balls, a
+//! painted floor, a map and the starts of robots.
 //!
 //! The faults of a world and its map are reported together. The reader ignores nothing.
 
 mod document;
 mod edits;
 mod fixtures;
+mod floor;
 mod grid;
 mod loose;
 mod map;
@@ -23,6 +24,7 @@ use toml::de::DeTable;
 use self::document::{Document, Table};
 use crate::camera::Light;
 use crate::error::{Fault, WorldError};
+use crate::floor::{Floor, Paint};
 use crate::geometry::{Bounds, Pose2};
 use crate::loose::LooseBody;
 use crate::mover;
@@ -46,6 +48,7 @@ pub(crate) struct WorldFile {
     pub(crate) scene: Scene,
     pub(crate) movers: Vec<mover::Mover>,
     pub(crate) loose: Vec<LooseBody>,
+    pub(crate) floor: Floor,
     pub(crate) light: Light,
     /// In the order of the robots' names.
     pub(crate) starts: Vec<Start>,
@@ -70,6 +73,8 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
         "bounds",
         "reference_length",
         "floor",
+        "floor_areas",
+        "floor_lines",
         "sky",
         "light",
         "walls",
@@ -128,12 +133,13 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     let stated = starts::bounds(document, root);
     let reference_length = root.optional("reference_length", None, |item| values::positive(item).map(Some));
     let map = map::read(document, root);
+    let floor = floor::read(document, root);
     let light = scenery::light(document, root);
     let things = fixtures::read(document, root);
     let balls = loose::balls(document, root);
     let movers = movers::read(document, root);
     let starts = starts::starts(document, root);
-    let (name, stated, map, light) = (name?, stated?, map?, light?);
+    let (name, stated, map, floor, light) = (name?, stated?, map?, floor?, light?);
     let ((mut fixtures, mut loose), movers, starts) = (things?, movers?, starts?);
     let reference_length = reference_length?;
     loose.extend(balls?);
@@ -187,6 +193,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     let corners = scene
         .corners()
         .chain(map.iter().flat_map(map::Map::corners))
+        .chain(floor.paints.iter().flat_map(Paint::corners))
         .chain(ways)
         .chain(loose.iter().flat_map(|(body, _)| body.corners()));
     let around = Bounds::around(corners.chain(starts.iter().map(|(start, _)| [start.pose.x, start.pose.y])));
@@ -201,6 +208,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         scene,
         movers: movers_at_start,
         loose,
+        floor,
         light,
         starts,
         bounds,

@@ -1,4 +1,4 @@
-//! The lighting of a world, and its floor and sky.
+//! The lighting of a world, and its sky.
 //!
 //! For pictures only: no other sensor uses them.
 
@@ -8,12 +8,10 @@ use crate::camera::Light;
 
 pub(crate) fn light(document: &Document<'_>, root: &Table<'_>) -> Option<Light> {
     let default = Light::default();
-    let floor = root.optional("floor", default.floor, values::color);
     let sky = root.optional("sky", default.sky, values::color);
     let direction = direction(document, root, default.direction);
     Some(Light {
         direction: direction?,
-        floor: floor?,
         sky: sky?,
     })
 }

@@ -3,11 +3,17 @@
 //! Reading changes nothing: the same sensor at the same time gives the same values, noise included.
 
 mod bumper;
+mod imu;
 mod laser;
+mod line;
+mod position;
 mod sonar;
 
 pub use bumper::{BUMPER_HEADINGS, Bumpers};
+pub use imu::{ImuConfig, ImuReading};
 pub use laser::LaserConfig;
+pub use line::LineSensorConfig;
+pub use position::PositionConfig;
 pub use sonar::SonarConfig;
 
 pub(crate) use bumper::from_contacts;

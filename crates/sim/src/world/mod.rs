@@ -19,6 +19,7 @@ pub use self::robots::RobotId;
 use crate::camera::Light;
 use crate::error::{Fault, WorldError};
 use crate::file::{self, Start, WorldFile};
+use crate::floor::Floor;
 use crate::footprint::Body;
 use crate::geometry::Bounds;
 use crate::loose::{self, LooseBodies, Pusher};
@@ -41,6 +42,7 @@ pub struct World {
     scene: Scene,
     movers: Vec<Mover>,
     loose: LooseBodies,
+    floor: Floor,
     light: Light,
     robot_slots: Vec<RobotSlot>,
     bounds: Bounds,
@@ -77,6 +79,7 @@ impl World {
             scene,
             movers,
             loose,
+            floor,
             light,
             starts,
             bounds,
@@ -90,6 +93,7 @@ impl World {
             scene,
             movers,
             loose: LooseBodies::new(loose),
+            floor,
             light,
             robot_slots: starts
                 .into_iter()
@@ -131,6 +135,13 @@ impl World {
             .shapes()
             .chain(self.movers.iter().map(Mover::shape))
             .chain(loose)
+    }
+
+    /// Returns what is painted on the floor, the later over the earlier: one rectangle for each leg of a line,
+    /// for each area, and for each tile of its second colour. A millimetre of height for each layer tells
+    /// which covers the other.
+    pub fn paint(&self) -> impl Iterator<Item = Shape<'_>> {
+        self.floor.shapes()
     }
 
     /// Returns the present time in nanoseconds: a multiple of [`STEP_NS`], less than one step behind the time

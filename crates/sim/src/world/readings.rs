@@ -11,8 +11,10 @@ use crate::loose::LooseBody;
 use crate::mover::Mover;
 use crate::odometer::{Encoders, Odometry};
 use crate::random::{Noise, Purpose};
-use crate::robot::{CONTACT, Truth};
-use crate::sensor::{self, Bumpers, LaserConfig, SonarConfig};
+use crate::robot::{CONTACT, SimulatedRobot, Truth};
+use crate::sensor::{
+    self, Bumpers, ImuConfig, ImuReading, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig,
+};
 use crate::solid;
 
 impl World {
@@ -45,6 +47,48 @@ impl World {
             self.cast_cone(origin, heading, ring.cone, ring.range_max, Some(robot))
         });
         Ok(())
+    }
+
+    /// Fills `brightness` with one value a cell in the order of its mounts, from 0 for a black floor to 1 for a
+    /// white one.
+    ///
+    /// # Errors
+    /// A buffer whose length is not the number of mounts, an invalid number in the configuration.
+    pub fn line_sensor(
+        &self,
+        robot: RobotId,
+        sensor: &LineSensorConfig,
+        brightness: &mut [f32],
+    ) -> Result<(), WorldError> {
+        sensor.check()?;
+        check_buffer("line sensor", brightness.len(), sensor.mounts.len())?;
+        let noise = self.noise(robot, Purpose::Line, sensor.stream);
+        sensor.measure(self.truth(robot).pose, &self.floor, &noise, brightness);
+        Ok(())
+    }
+
+    /// Returns what an inertial measurement unit measures over the last step of the world.
+    ///
+    /// # Errors
+    /// An invalid number in the configuration.
+    pub fn imu(&self, robot: RobotId, imu: &ImuConfig) -> Result<ImuReading, WorldError> {
+        imu.check()?;
+        let noise = self.noise(robot, Purpose::Imu, imu.stream);
+        let bias = Noise::new(self.seed, robot.0, Purpose::ImuBias, imu.stream, 0);
+        let SimulatedRobot { truth, change, .. } = self.robot(robot);
+        Ok(imu.measure(truth.twist, *change, &noise, &bias))
+    }
+
+    /// Returns what a position sensor measures, in metres in the frame of the world; `None` in an outage.
+    ///
+    /// # Errors
+    /// An invalid number in the configuration.
+    pub fn position(&self, robot: RobotId, sensor: &PositionConfig) -> Result<Option<[f64; 2]>, WorldError> {
+        sensor.check()?;
+        let noise = self.noise(robot, Purpose::Position, sensor.stream);
+        let span = sensor.span(self.now() as f64 * 1e-9);
+        let span = Noise::new(self.seed, robot.0, Purpose::Outage, sensor.stream, span);
+        Ok(sensor.measure(self.truth(robot).pose, &noise, &span))
     }
 
     /// Returns the pose and twist that the wheels measured.

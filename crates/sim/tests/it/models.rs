@@ -84,7 +84,7 @@ fn the_pioneer_is_the_default_robot() {
 #[test]
 fn every_shipped_robot_drives_a_metre_within_its_limits_and_senses() {
     let files = shipped();
-    assert_eq!(files.len(), 6);
+    assert_eq!(files.len(), 7);
     for path in files {
         let model = RobotModel::load(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(

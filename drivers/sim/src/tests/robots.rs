@@ -67,6 +67,59 @@ fn the_default_robot_is_the_pioneer() {
 }
 
 #[test]
+fn a_line_sensor_is_published_with_its_cells() {
+    let paint = "\n[[floor_lines]]\npoints = [[0, 3], [8, 3]]\nwidth = 0.03\n";
+    let (_folder, path) = file(&format!("{ROOM}{paint}"));
+    let mut bench = awake("turtlebot3-line", &path);
+    drive(&mut bench, Duration::ZERO, Twist::ZERO, 2);
+    let truth: Truth = bench.exported("truth").expect("it has iterated");
+    let sensor: LineSensor = bench.exported("line_sensor").expect("it has a line sensor");
+    assert_eq!((sensor.cells.len(), sensor.brightness.len()), (8, 8));
+    for (cell, brightness) in sensor.cells.iter().zip(&sensor.brightness) {
+        let (sin, cos) = truth.pose.theta.sin_cos();
+        let away = truth.pose.y + sin * cell.x + cos * cell.y - 3.0;
+        assert_eq!(*brightness < 0.2, away.abs() < 0.015, "{brightness} at {away} m");
+    }
+}
+
+#[test]
+fn an_inertial_unit_and_a_position_sensor_are_published_and_an_outage_retracts() {
+    let (_folder, path) = file(ROOM);
+    let folder = TempDir::new().expect("a folder");
+    let robot = |outage: &str| {
+        let model = folder.path().join("robot.toml");
+        let sensors = format!("\n[imu]\ngyro_bias_deg = 0\n[position]\nnoise = 0.1\noutage = {outage}\n");
+        let text = include_str!("../../../../robots/jackal.toml");
+        fs::write(&model, format!("{text}{sensors}")).expect("a file");
+        awake(model.to_str().expect("a path in UTF-8"), &path)
+    };
+    let mut bench = robot("0");
+    drive(&mut bench, Duration::ZERO, Twist::planar(0.2, 0.5), 40);
+    let truth: Truth = bench.exported("truth").expect("it has iterated");
+    let imu: Imu = bench.exported("imu").expect("it has an inertial unit");
+    assert_eq!(imu.orientation_covariance[0], -1.0);
+    near(imu.angular_velocity.z, truth.twist.angular.z, 0.02);
+    near(imu.linear_acceleration.y, 0.2 * 0.5, 0.4);
+    near(imu.linear_acceleration.z, 9.81, 0.4);
+    near(
+        imu.angular_velocity_covariance[4],
+        0.1_f64.to_radians().powi(2),
+        1e-12,
+    );
+    let fix: PositionFix = bench.exported("position").expect("it has a position sensor");
+    assert_eq!(
+        (fix.header.frame_id.as_str(), fix.covariance[0]),
+        ("map", 0.1 * 0.1)
+    );
+    near((fix.x - truth.pose.x).hypot(fix.y - truth.pose.y), 0.0, 0.5);
+    drop(bench);
+    let mut bench = robot("1");
+    drive(&mut bench, Duration::ZERO, Twist::ZERO, 4);
+    assert!(bench.exported_at("imu").is_some());
+    assert_eq!(bench.exported_at("position"), None);
+}
+
+#[test]
 fn a_robot_publishes_only_the_sensors_that_it_has_at_their_own_rates() {
     let (_folder, path) = file(ROOM);
     let mut bench = awake("turtlebot3-burger", &path);

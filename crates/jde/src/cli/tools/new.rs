@@ -1,13 +1,15 @@
-//! `jde new`: writes a new schema, driver, application, world or crate of values.
+//! `jde new`: writes a new schema, driver, application, world, robot or crate of values.
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand, ValueHint};
+use jde_sim::SHIPPED_ROBOTS;
 
 use crate::failure::Failure;
 use crate::new::{self, Kind};
 
-/// Write a new schema, driver, application, world or crate of values that builds, passes its test and runs at once.
+/// Write a new schema, driver, application, world, robot or crate of values that builds, passes its test and runs at once.
 #[derive(Args)]
 #[command(
     subcommand_value_name = "KIND",
@@ -22,7 +24,9 @@ use crate::new::{self, Kind};
   jde new app patrol
   jde new world hall
   jde new world barn --from worlds.txt               a folder of worlds, one for each line
-  jde new world lab --from gazebo/lab.sdf"
+  jde new world lab --from gazebo/lab.sdf
+  jde new robot trolley
+  jde new robot my-pioneer --from pioneer-3dx"
 )]
 pub(crate) struct New {
     #[command(subcommand)]
@@ -71,6 +75,14 @@ enum What {
         #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
         from: Option<PathBuf>,
     },
+    /// A robot for the simulator: a small one, or a copy of a shipped one.
+    Robot {
+        #[command(flatten)]
+        name: Name,
+        /// Copy this shipped robot.
+        #[arg(long, value_name = "ROBOT", value_parser = PossibleValuesParser::new(SHIPPED_ROBOTS.map(|(name, _)| name)))]
+        from: Option<String>,
+    },
 }
 
 #[derive(Args)]
@@ -99,6 +111,7 @@ impl New {
             What::Types { name } => (Kind::Types, name),
             What::App { name } => (Kind::Application, name),
             What::World { name, from } => return new::write_world(&name.name, from.as_deref(), &self.path),
+            What::Robot { name, from } => return new::write_robot(&name.name, from.as_deref(), &self.path),
         };
         new::write(kind, &name, &self.path)
     }

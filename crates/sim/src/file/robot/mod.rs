@@ -16,7 +16,7 @@ use crate::error::Fault;
 use crate::footprint::{Footprint, Polygon};
 use crate::model::RobotModel;
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 13] = [
     "name",
     "doc",
     "footprint",
@@ -24,6 +24,9 @@ const KEYS: [&str; 10] = [
     "odometry",
     "lasers",
     "sonars",
+    "line_sensor",
+    "imu",
+    "position",
     "bumpers",
     "head",
     "battery",
@@ -44,6 +47,9 @@ fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
     let config = drive::read(document, root, wheels);
     let lasers = sensors::lasers(document, root);
     let sonars = sensors::sonars(document, root);
+    let line_sensor = sensors::line(document, root);
+    let imu = sensors::imu(document, root);
+    let position = sensors::position(document, root);
     let bumpers = root.optional("bumpers", false, values::flag);
     let battery = root.optional("battery", false, values::flag);
     let head = sensors::head(document, root)?;
@@ -57,6 +63,9 @@ fn robot(document: &Document<'_>, root: &Table<'_>) -> Option<RobotModel> {
         },
         lasers: lasers?,
         sonars: sonars?,
+        line_sensor: line_sensor?,
+        imu: imu?,
+        position: position?,
         bumpers: bumpers?,
         head: head.is_some(),
         battery: battery?,

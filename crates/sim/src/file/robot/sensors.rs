@@ -1,4 +1,4 @@
-//! The lasers, the sonars and the head of a robot file.
+//! The sensors and the head of a robot file.
 
 use std::time::Duration;
 
@@ -9,10 +9,19 @@ use super::super::values::{self, Read, between};
 use super::{degrees, section};
 use crate::geometry::Pose2;
 use crate::head::HeadConfig;
-use crate::model::{LaserModel, SonarModel};
-use crate::sensor::{LaserConfig, SonarConfig};
+use crate::model::{LaserModel, SampledSensor};
+use crate::sensor::{ImuConfig, LaserConfig, LineSensorConfig, PositionConfig, SonarConfig};
 
 const RANGE_KEYS: [&str; 4] = ["range_min", "range_max", "noise", "rate"];
+const IMU_KEYS: [&str; 6] = [
+    "mount",
+    "gyro_noise_deg",
+    "gyro_bias_deg",
+    "accelerometer_noise",
+    "accelerometer_bias",
+    "rate",
+];
+const POSITION_KEYS: [&str; 5] = ["mount", "noise", "outage", "outage_time", "rate"];
 const HEAD_KEYS: [&str; 6] = [
     "mount",
     "max_pan_deg",
@@ -22,6 +31,10 @@ const HEAD_KEYS: [&str; 6] = [
     "tilt_rate_deg",
 ];
 
+/// The default side in metres of what a cell of a line sensor sees: an estimate for a cell 3 mm above the floor.
+const SPOT: f64 = 0.005;
+/// The default standard deviation of a brightness: an estimate, a few steps of a converter of eight bits.
+const BRIGHTNESS_NOISE: f64 = 0.01;
 /// Most beams of a laser: more than any has, few enough to fill a scan in milliseconds.
 const MAX_BEAMS: f64 = 1e5;
 
@@ -72,7 +85,10 @@ fn beams(item: &Item<'_>) -> Read<usize> {
     }
 }
 
-pub(super) fn sonars(document: &Document<'_>, root: &Table<'_>) -> Option<Option<SonarModel>> {
+pub(super) fn sonars(
+    document: &Document<'_>,
+    root: &Table<'_>,
+) -> Option<Option<SampledSensor<SonarConfig>>> {
     if root.get("sonars").is_none() {
         return Some(None);
     }
@@ -100,7 +116,7 @@ pub(super) fn sonars(document: &Document<'_>, root: &Table<'_>) -> Option<Option
         return None;
     }
     let (range, period) = range?;
-    Some(Some(SonarModel {
+    Some(Some(SampledSensor {
         config: SonarConfig {
             mounts,
             cone: cone?,
@@ -110,6 +126,91 @@ pub(super) fn sonars(document: &Document<'_>, root: &Table<'_>) -> Option<Option
             stream: 0,
         },
         period,
+    }))
+}
+
+pub(super) fn line(
+    document: &Document<'_>,
+    root: &Table<'_>,
+) -> Option<Option<SampledSensor<LineSensorConfig>>> {
+    if root.get("line_sensor").is_none() {
+        return Some(None);
+    }
+    let table = section(
+        document,
+        root,
+        "line_sensor",
+        &["mounts", "spot", "noise", "rate"],
+    )?;
+    let mounts = table.required("mounts", values::centers);
+    let spot = table.optional("spot", SPOT, between(0.001, 1.0, "m"));
+    let sigma = table.optional("noise", BRIGHTNESS_NOISE, between(0.0, 1.0, ""));
+    let period = period(&table);
+    Some(Some(SampledSensor {
+        config: LineSensorConfig {
+            mounts: mounts?,
+            spot: spot?,
+            sigma: sigma?,
+            stream: 0,
+        },
+        period: period?,
+    }))
+}
+
+pub(super) fn imu(document: &Document<'_>, root: &Table<'_>) -> Option<Option<SampledSensor<ImuConfig>>> {
+    if root.get("imu").is_none() {
+        return Some(None);
+    }
+    let table = section(document, root, "imu", &IMU_KEYS)?;
+    let default = ImuConfig::default();
+    let mount = mount(document, &table);
+    let gyro = |key, default| table.optional(key, default, degrees(0.0, 1000.0, "degrees/s"));
+    let (gyro_sigma, gyro_bias) = (
+        gyro("gyro_noise_deg", default.gyro_sigma),
+        gyro("gyro_bias_deg", default.gyro_bias),
+    );
+    let accelerometer = |key, default| table.optional(key, default, between(0.0, 1000.0, "m/s²"));
+    let (sigma, bias) = (
+        accelerometer("accelerometer_noise", default.accelerometer_sigma),
+        accelerometer("accelerometer_bias", default.accelerometer_bias),
+    );
+    let period = period(&table);
+    Some(Some(SampledSensor {
+        config: ImuConfig {
+            mount: mount?,
+            gyro_sigma: gyro_sigma?,
+            gyro_bias: gyro_bias?,
+            accelerometer_sigma: sigma?,
+            accelerometer_bias: bias?,
+            stream: 0,
+        },
+        period: period?,
+    }))
+}
+
+pub(super) fn position(
+    document: &Document<'_>,
+    root: &Table<'_>,
+) -> Option<Option<SampledSensor<PositionConfig>>> {
+    if root.get("position").is_none() {
+        return Some(None);
+    }
+    let table = section(document, root, "position", &POSITION_KEYS)?;
+    let default = PositionConfig::default();
+    let mount = table.optional("mount", default.mount, values::point);
+    let sigma = table.optional("noise", default.sigma, between(0.0, 1000.0, "m"));
+    let outage = table.optional("outage", default.outage, between(0.0, 1.0, ""));
+    let time = table.optional("outage_time", default.outage_time, between(0.01, 1e5, "s"));
+    let period = period(&table);
+    Some(Some(SampledSensor {
+        config: PositionConfig {
+            mount: mount?,
+            sigma: sigma?,
+            outage: outage?,
+            outage_time: time?,
+            stream: 0,
+        },
+        period: period?,
     }))
 }
 
@@ -148,7 +249,7 @@ fn range(table: &Table<'_>, min: f64, sigma: f64) -> Option<(Range, Option<Durat
     let min = table.optional("range_min", min, between(0.0, 1e3, "m"));
     let max = table.required("range_max", between(0.01, 1e3, "m"));
     let sigma = table.optional("noise", sigma, between(0.0, 10.0, "m"));
-    let rate = table.optional("rate", None, |item| between(0.01, 100.0, "Hz")(item).map(Some));
+    let period = period(table);
     let (min, max) = (min?, max?);
     if min >= max {
         table.fault(
@@ -157,15 +258,20 @@ fn range(table: &Table<'_>, min: f64, sigma: f64) -> Option<(Range, Option<Durat
         );
         return None;
     }
-    let period = rate?.map(|rate| Duration::from_secs_f64(1.0 / rate));
     Some((
         Range {
             min,
             max,
             sigma: sigma?,
         },
-        period,
+        period?,
     ))
+}
+
+/// Reads the `rate` of a sensor, as the time between two measurements.
+fn period(table: &Table<'_>) -> Option<Option<Duration>> {
+    let rate = table.optional("rate", None, |item| between(0.01, 100.0, "Hz")(item).map(Some));
+    Some(rate?.map(|rate| Duration::from_secs_f64(1.0 / rate)))
 }
 
 /// Reads the pose of a sensor in the robot's frame: its centre without one.

@@ -166,6 +166,7 @@ pub(crate) fn thing(
             };
             robot(draw_list, scaled, &payload);
         }
+        Thing::PAINT => draw_list.upright(Mesh::Box, place, Vec3::ZERO, size, color),
         // A box, or a form that this version does not know.
         _ => {
             draw_list.upright(Mesh::Box, place, Vec3::ZERO, size, color);

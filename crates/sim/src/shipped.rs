@@ -1,0 +1,18 @@
+//! The robots of the project's `robots/`, as the texts of their files.
+
+/// The names of the shipped robots and the texts of their files, in the order of the names.
+pub const SHIPPED_ROBOTS: [(&str, &str); 7] = [
+    ("jackal", include_str!("../../../robots/jackal.toml")),
+    ("omni", include_str!("../../../robots/omni.toml")),
+    ("pioneer-3dx", include_str!("../../../robots/pioneer-3dx.toml")),
+    ("racecar", include_str!("../../../robots/racecar.toml")),
+    (
+        "turtlebot3-burger",
+        include_str!("../../../robots/turtlebot3-burger.toml"),
+    ),
+    (
+        "turtlebot3-line",
+        include_str!("../../../robots/turtlebot3-line.toml"),
+    ),
+    ("turtlebot4", include_str!("../../../robots/turtlebot4.toml")),
+];
