@@ -38,6 +38,8 @@ pub(crate) struct Server {
     pub(crate) heads: Vec<[f32; 5]>,
     pub(crate) motors_on: bool,
     pub(crate) subscribed: Vec<Address>,
+    /// How often it was asked for data.
+    pub(crate) polls: u32,
     received: Vec<u8>,
 }
 
@@ -56,6 +58,7 @@ impl Server {
             heads: Vec::new(),
             motors_on: false,
             subscribed: Vec::new(),
+            polls: 0,
             received: Vec::new(),
         }
     }
@@ -157,6 +160,7 @@ impl Server {
 
     /// Returns the data of all subscribed devices.
     pub(crate) fn data(&mut self) -> Vec<u8> {
+        self.polls += 1;
         let mut bytes = std::mem::take(&mut self.noise);
         for device in self.subscribed.iter().filter(|_| !self.silent) {
             let fields = Fields::default();
