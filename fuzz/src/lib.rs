@@ -4,6 +4,8 @@
 mod checks;
 #[path = "../../crates/panel/tests/it/checks.rs"]
 mod panel;
+#[path = "../../crates/player/tests/it/checks.rs"]
+mod player;
 
 /// Checks the receiver of packets with a stream of bytes.
 pub fn receiver(data: &[u8]) {
@@ -38,4 +40,14 @@ pub fn list(data: &[u8]) {
 /// Checks the reader of operators' gestures on panels with arbitrary bytes.
 pub fn gesture(data: &[u8]) {
     panel::gesture(data);
+}
+
+/// Checks the receiver of Player's messages with a stream of bytes.
+pub fn player_stream(data: &[u8]) {
+    player::stream(data);
+}
+
+/// Checks the client's session with a Player server that sends arbitrary bytes.
+pub fn player_session(data: &[u8]) {
+    player::session(data);
 }

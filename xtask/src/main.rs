@@ -14,6 +14,7 @@ mod lints;
 mod metadata;
 mod paint;
 mod peers;
+mod player;
 mod prerequisites;
 mod programs;
 mod python;

@@ -1,6 +1,6 @@
 //! Tests with independent programs, which contain no code of jde: clients of the Pioneer protocol drive the
 //! simulated robot, the libraries of MCAP and ROS 2 read recordings, the programs of `docs/protocol.md`
-//! inspect a running application, and ROS 2 and jde drive each other's robots.
+//! inspect a running application, ROS 2 and jde drive each other's robots, and schemas drive a robot of Stage.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context as _, Result, bail, ensure};
 
 use crate::clients;
+use crate::player;
 use crate::python::Environment;
 use crate::ros2;
 use crate::shell::{self, ChildGuard};
@@ -68,6 +69,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     read_panels(context, &python)?;
     clients::run(context, &python)?;
     ros2::run(context, &python)?;
+    player::run(context)?;
     Ok(StepOutcome::Passed)
 }
 

@@ -90,6 +90,17 @@ impl<C: Protocol> Device<C> {
         self.protocol.as_ref().is_some_and(C::is_ready)
     }
 
+    /// Returns the session, while the port is connected: for commands, whose bytes go to [`Self::send`].
+    pub fn protocol_mut(&mut self) -> Option<&mut C> {
+        self.protocol.as_mut()
+    }
+
+    /// Sends bytes of the session. Nothing is sent without a connection.
+    pub fn send(&mut self, bytes: &[u8]) {
+        // A failure to send changes the state of the port.
+        self.port.write(bytes);
+    }
+
     /// Reads and writes at the port, and returns the device's data. Call it in every iteration: it never
     /// blocks.
     pub fn step(&mut self, cx: &Context<'_>) -> Vec<C::Data> {
@@ -109,8 +120,7 @@ impl<C: Protocol> Device<C> {
         let mut data = Vec::new();
         for event in events {
             match event {
-                // A failure to send changes the state of the port.
-                Event::Send(bytes) => drop(self.port.write(&bytes)),
+                Event::Send(bytes) => self.send(&bytes),
                 Event::Baud(baud) => self.port.set_baud(baud),
                 Event::Ready(name) => self.name = name,
                 Event::Data(datum) => data.push(datum),

@@ -20,6 +20,11 @@ use crate::port::Pty;
 
 /// A device in software. It does no I/O.
 pub trait Emulator: Send + 'static {
+    /// Returns the first bytes of a new TCP connection. Most devices send none.
+    fn connected(&mut self) -> Vec<u8> {
+        Vec::new()
+    }
+
     /// Returns the reply to bytes that arrived at this speed of the line, in bits per second.
     fn receive(&mut self, bytes: &[u8], baud: u32) -> Vec<u8>;
 
@@ -72,6 +77,9 @@ impl<E: Emulator> EmulatedDevice<E> {
                 if is_readable(&listener)
                     && let Ok((stream, _)) = listener.accept()
                 {
+                    let greeting = lock(emulator).connected();
+                    // If the client is gone already, serving it ends at once.
+                    let _ = (&stream).write_all(&greeting);
                     serve(&stream, &stream, || Some(baud), emulator, stop);
                 }
             }
