@@ -11,16 +11,17 @@
 //! The first command writes the costs, as nav2's default parameters inflate the map, and a hundred pairs as its
 //! benchmark draws them: `start_x start_y goal_x goal_y`, one pair a line, in columns and rows. The second plans;
 //! the head of `navfn.cc` names the two stub headers. Its results have for each pair a line
-//! `milliseconds x y x y ...`, in columns and rows with fractions; without points there was no way.
+//! `milliseconds x y x y ...`, in columns and rows with fractions; without points there was no way. All times are
+//! processor time.
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Instant;
 
 use jde_grid::costmap::UNKNOWN;
 use jde_grid::{Cell, Costmap, Field, Geometry, Inflation, Occupancy, OccupancyGrid, Point, Prices, Unknown};
 use jde_map_file::MapFile;
+use rustix::time::{ClockId, clock_gettime};
 
 /// The default parameters of nav2's global costmap.
 const INFLATION: Inflation = Inflation {
@@ -70,9 +71,9 @@ fn compare_plans(costs: &Costmap, pairs: &[[Cell; 2]], theirs: &[(f64, Vec<Point
     let (mut our_times, mut their_times, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     let mut only_one = 0;
     for (&[start, goal], (time, path)) in pairs.iter().zip(theirs) {
-        let begin = Instant::now();
+        let begin = processor_time();
         let route = Field::new(costs, &prices(), goal)?.route(start);
-        our_times.push(milliseconds(begin));
+        our_times.push(processor_time() - begin);
         their_times.push(*time);
         match route {
             Ok(route) if !path.is_empty() => ratios.push(cost(costs, &route.points) / cost(costs, path)),
@@ -105,10 +106,10 @@ fn compare_plans(costs: &Costmap, pairs: &[[Cell; 2]], theirs: &[(f64, Vec<Point
 fn measure_repairs(grid: &mut OccupancyGrid, mut costs: Costmap, pairs: &[[Cell; 2]]) -> Result<()> {
     let (mut shares, mut times) = (Vec::new(), Vec::new());
     for &[start, goal] in pairs {
-        let begin = Instant::now();
+        let begin = processor_time();
         let mut field = Field::new(&costs, &prices(), goal)?;
         let Ok(route) = field.route(start) else { continue };
-        let full = milliseconds(begin);
+        let full = processor_time() - begin;
         let at = |place: usize| {
             let (x, y) = route.points[place.min(route.points.len() - 1)];
             Cell::new(x as u32, y as u32)
@@ -125,12 +126,13 @@ fn measure_repairs(grid: &mut OccupancyGrid, mut costs: Costmap, pairs: &[[Cell;
                 grid.set(cell, state);
             }
             let changed = costs.update(grid, &block);
-            let begin = Instant::now();
+            let begin = processor_time();
             field.update(&costs, &changed);
             // Whether a way is left does not matter here.
             let _ = field.route(robot);
-            times.push(milliseconds(begin));
-            shares.push(milliseconds(begin) / full);
+            let time = processor_time() - begin;
+            times.push(time);
+            shares.push(time / full);
         }
     }
     let (time, share) = (median(&mut times), median(&mut shares));
@@ -166,8 +168,10 @@ fn cost(costs: &Costmap, points: &[Point]) -> f64 {
     points.windows(2).map(of_line).sum()
 }
 
-fn milliseconds(begin: Instant) -> f64 {
-    begin.elapsed().as_secs_f64() * 1e3
+/// The processor time of this process, ms: other programs affect it little.
+fn processor_time() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 / 1e6
 }
 
 /// Sorts the values, and returns the middle one.

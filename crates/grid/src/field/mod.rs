@@ -14,7 +14,7 @@ use crate::costmap::Costmap;
 use crate::geometry::{Cell, Geometry};
 use crate::price::{Prices, UNIT};
 use crate::route::{PlanError, Route, check_ends};
-use queue::Queue;
+use queue::{Queue, bucket};
 use wave::{UNREACHED, arrival};
 
 /// How much farther than the start a field is settled before a descent, in cells of the lowest price: the
@@ -31,7 +31,7 @@ pub struct Field {
     places: Vec<Place>,
     /// Places of a row, those of the border included.
     stride: usize,
-    /// Where to propagate, by the lower of both prices. Entries with an older price are passed over.
+    /// Where to propagate, by the lower of both prices. Entries in an older bucket are passed over.
     open: Queue,
     /// Cells propagated so far.
     propagated: u64,
@@ -54,6 +54,17 @@ const CLOSED: Place = Place {
     due: UNREACHED,
     crossing: 0,
 };
+
+impl Place {
+    /// The bucket of a place that is open.
+    const fn bucket(&self) -> u32 {
+        bucket(if self.known < self.due {
+            self.known
+        } else {
+            self.due
+        })
+    }
+}
 
 impl Field {
     /// Returns the field of a goal, not yet propagated: [`Field::route`] does so as far as necessary, and
@@ -136,7 +147,7 @@ impl Field {
 
     /// Propagates all changes everywhere.
     pub fn settle(&mut self) {
-        self.settle_to(UNREACHED);
+        self.settle_to(bucket(UNREACHED));
     }
 
     /// Returns the way down from a cell, smooth between the centres of cells. Propagates changes as far as
@@ -156,13 +167,13 @@ impl Field {
             return Err(PlanError::StartClosed);
         }
         // The price of the start may rise while the field settles up to it.
-        while let Some((least, _)) = self.open.peek() {
+        while let Some(first) = self.open.first() {
             let Place { known, due, .. } = self.places[index];
-            let reach = known.max(due).saturating_add(BEYOND_START);
-            if least > reach {
+            let reach = bucket(known.max(due).saturating_add(BEYOND_START));
+            if first > reach {
                 break;
             }
-            self.settle_to(reach.min(least.saturating_add(BEYOND_START)));
+            self.settle_to(reach.min(first + bucket(BEYOND_START)));
         }
         if self.places[index].known == UNREACHED {
             return Err(PlanError::Unreachable);
@@ -170,27 +181,26 @@ impl Field {
         Ok(self.descend(start))
     }
 
-    /// Propagates until no open cell has a price up to this one.
-    fn settle_to(&mut self, price: u32) {
-        while let Some((least, index)) = self.open.peek() {
-            if least > price {
-                break;
-            }
-            self.open.pop();
+    /// Propagates until no open cell is in a bucket up to this one.
+    fn settle_to(&mut self, last: u32) {
+        while let Some(first) = self.open.first().filter(|&first| first <= last)
+            && let Some(index) = self.open.take()
+        {
             let index = index as usize;
-            let Place { known, due, .. } = self.places[index];
-            if known == due || least != known.min(due) {
+            let place = self.places[index];
+            let Place { known, due, .. } = place;
+            if known == due || place.bucket() != first {
                 continue;
             }
             self.propagated += 1;
             // A price that rises is withdrawn first, so that no neighbour keeps it alive.
             self.places[index].known = if known > due { due } else { UNREACHED };
             if known < due && due != UNREACHED {
-                self.open.push(due, index as u32);
+                self.open.push(bucket(due), index as u32);
             }
             for next in [index + 1, index + self.stride, index - 1, index - self.stride] {
                 // A price follows from lower ones only, before the change and after it.
-                if least < self.places[next].due {
+                if known.min(due) < self.places[next].due {
                     self.review(next);
                 }
             }
@@ -211,9 +221,11 @@ impl Field {
             ),
         };
         if due != place.due {
-            self.places[index].due = due;
-            if due != place.known {
-                self.open.push(due.min(place.known), index as u32);
+            let reviewed = Place { due, ..place };
+            self.places[index] = reviewed;
+            let was_open = place.due != place.known && place.bucket() == reviewed.bucket();
+            if due != place.known && !was_open {
+                self.open.push(reviewed.bucket(), index as u32);
             }
         }
     }
