@@ -26,6 +26,8 @@ const BEYOND_START: u32 = 4 * UNIT;
 pub struct Field {
     geometry: Geometry,
     goal: Cell,
+    /// The place of the goal.
+    origin: usize,
     prices: Prices,
     /// The cells row by row, with a border of closed ones, so that every cell has four neighbours.
     places: Vec<Place>,
@@ -93,13 +95,15 @@ impl Field {
         let mut field = Self {
             geometry,
             goal,
+            origin: 0,
             prices: prices.clone(),
             places,
             stride,
             open: Queue::default(),
             propagated: 0,
         };
-        field.review(field.place(goal));
+        field.origin = field.place(goal);
+        field.review(field.origin);
         Ok(field)
     }
 
@@ -208,12 +212,13 @@ impl Field {
     }
 
     /// Computes the price that is due in a place within the border.
+    #[inline]
     fn review(&mut self, index: usize) {
         let known = |index: usize| self.places[index].known;
         let place = self.places[index];
         let due = match place.crossing {
             0 => UNREACHED,
-            _ if index == self.place(self.goal) => 0,
+            _ if index == self.origin => 0,
             crossing => arrival(
                 known(index - 1).min(known(index + 1)),
                 known(index - self.stride).min(known(index + self.stride)),

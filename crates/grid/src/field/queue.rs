@@ -2,9 +2,9 @@
 //! ordering", 1969). Within a bucket the order is arbitrary: a cell may then be propagated again, and the result
 //! is the same (Yatziv, Bartesaghi and Sapiro, "O(N) implementation of the fast marching algorithm", 2006).
 
-/// Prices of a bucket, as a power of two: a third of the least difference of two cells along a wave, so that
-/// hardly any cell is propagated again.
-const SHIFT: u32 = 6;
+/// Prices of a bucket, as a power of two: one step through the cheapest cell. In wider ones too many cells are
+/// propagated again, and in narrower ones too many are entered again when their price falls.
+const SHIFT: u32 = 8;
 /// The buckets of the ring. A wave adds less than the greatest price of a cell, so that its cells are in the ring.
 const RING: u32 = 2 * (u16::MAX as u32 >> SHIFT) + 2;
 
