@@ -9,6 +9,7 @@ pub(super) const UNREACHED: u32 = u32::MAX;
 
 /// Returns the price of a cell, which costs `price` to cross and is not closed, from the lower neighbour in
 /// its row and the lower one in its column. Prices that exceed 32 bits count as unreached.
+#[inline]
 pub(super) fn arrival(in_row: u32, in_column: u32, price: u16) -> u32 {
     let (low, high) = (in_row.min(in_column), in_row.max(in_column));
     let price = u32::from(price);
@@ -16,11 +17,11 @@ pub(super) fn arrival(in_row: u32, in_column: u32, price: u16) -> u32 {
     if low == UNREACHED || apart >= price {
         return low.saturating_add(price);
     }
-    let (price, apart) = (u64::from(price), u64::from(apart));
+    let (price, apart) = (i64::from(price), i64::from(apart));
     // Exact: the squares stay below 2³³, and a square root in 53 bits is correctly rounded.
-    let root = ((2 * price * price - apart * apart) as f64).sqrt() as u64;
-    let sum = u64::from(low) + u64::from(high) + root;
-    u32::try_from(sum.div_ceil(2)).unwrap_or(UNREACHED)
+    let root = ((2 * price * price - apart * apart) as f64).sqrt() as i64;
+    let sum = i64::from(low) + i64::from(high) + root;
+    u32::try_from((sum + 1) >> 1).unwrap_or(UNREACHED)
 }
 
 #[cfg(test)]
