@@ -6,6 +6,7 @@ pub use jde_map_file::Fault;
 
 use crate::geometry::{Bounds, Pose2, Twist2};
 use crate::head::HeadCommand;
+use crate::shipped::SHIPPED_ROBOTS;
 
 /// Why a world could not be created, or why it refused a request.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -24,6 +25,15 @@ pub enum WorldError {
         known: Vec<String>,
         /// The known name that is most similar to the requested one.
         nearest: Option<String>,
+    },
+    /// A robot that is neither a file nor shipped.
+    #[error(
+        "there is no robot `{name}`: expected a file, `{name}.toml`, or one of `{}`",
+        shipped()
+    )]
+    UnknownModel {
+        /// The requested robot.
+        name: String,
     },
     /// The robot is in the world already.
     #[error("robot `{robot}` is in the world already: add it once and share its id")]
@@ -199,6 +209,11 @@ fn present(known: &[String], nearest: &Option<String>) -> String {
         [] => "it has none".to_owned(),
         known => suggestion(known, nearest),
     }
+}
+
+/// Returns the names of the shipped robots.
+fn shipped() -> String {
+    SHIPPED_ROBOTS.map(|(name, _)| name).join("`, `")
 }
 
 fn suggestion(known: &[String], nearest: &Option<String>) -> String {

@@ -15,6 +15,7 @@ use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding, Faults, Override};
 use jde_board::value::{Value, decode};
 use jde_document::{FaultReport, Section, quote};
+use jde_sim::RobotModel;
 
 use crate::applications::Applications;
 use crate::experiment::{Experiment, Mission, Variant, WORLD};
@@ -137,9 +138,7 @@ pub fn read(
             Value::Text(path) => Some(PathBuf::from(path)),
             _ => None,
         }),
-        robot_radius: initial(&application, "radius")
-            .and_then(|radius| radius.as_number())
-            .unwrap_or_default(),
+        robot_radius: robot_radius(&application).unwrap_or_default(),
         columns,
     };
     if experiment.drives() > Experiment::MAX_DRIVES {
@@ -222,6 +221,14 @@ fn initial(application: &Application, name: &str) -> Option<Value> {
         return None;
     };
     Some(decode(&robot.schema.ports[place].value_type, initial).into_only_field())
+}
+
+/// Returns the radius of the simulated robot in metres, by its own modulation or by the robot that it names.
+fn robot_radius(application: &Application) -> Option<f64> {
+    match initial(application, "radius").or_else(|| initial(application, "model"))? {
+        Value::Text(model) => Some(RobotModel::find(&model).ok()?.config.footprint.radius()),
+        radius => radius.as_number(),
+    }
 }
 
 fn stem(file: &Path) -> String {

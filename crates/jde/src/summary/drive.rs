@@ -7,7 +7,7 @@ use jde_app::{Application, Binding, InstanceConfig};
 use jde_board::value::{self, Value};
 use jde_host::Handle;
 use jde_report::{Drive, Obstacle, Paint, PathPoint, Picture, PictureError, RobotPath, Takeover, Target};
-use jde_sim::{RobotConfig, World};
+use jde_sim::{RobotConfig, RobotModel, World};
 
 use crate::failure::Failure;
 use crate::session::{DriveTrace, PathSample, RunData};
@@ -122,8 +122,9 @@ fn takeovers(trace: &DriveTrace, data: &RunData) -> Vec<Takeover> {
 fn radius(application: &Application) -> f64 {
     let configured = application.instances.iter().find_map(|instance| {
         modulation(instance, WORLD, FILE)?;
-        match modulation(instance, "radius", "m")? {
+        match modulation(instance, "radius", "m").or_else(|| modulation(instance, "model", "path"))? {
             Value::Float(radius) => Some(radius),
+            Value::Text(model) => Some(RobotModel::find(&model).ok()?.config.footprint.radius()),
             _ => None,
         }
     });

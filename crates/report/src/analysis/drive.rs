@@ -8,7 +8,7 @@ use jde_board::value::{self, Value};
 use jde_core::Nanos;
 use jde_log::{Channel, Message, Recording};
 use jde_ros::{cdr, definition};
-use jde_sim::{RobotConfig, World};
+use jde_sim::{RobotConfig, RobotModel, World};
 use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 use super::columns::Columns;
@@ -112,9 +112,16 @@ impl DriveCollector {
             .radius
             .as_ref()
             .filter(|radius| radius.topic == *topic)
-            && let Some(Value::Float(radius)) = single(channel, message)
+            && let Some(value) = single(channel, message)
         {
-            self.radius = Some(radius);
+            self.radius = match value {
+                Value::Float(radius) => Some(radius),
+                Value::Text(model) => {
+                    let model = RobotModel::find(&model).ok();
+                    model.map(|model| model.config.footprint.radius())
+                }
+                _ => None,
+            };
         }
     }
 
@@ -385,7 +392,9 @@ impl Topics {
         let world = variable(".world", "path");
         let topics = Self {
             route: routes.into_iter().find(|topic| owner(topic) == mission_owner),
-            radius: world.as_ref().and_then(|_| variable(".radius", "m")),
+            radius: world
+                .as_ref()
+                .and_then(|_| variable(".radius", "m").or_else(|| variable(".model", "path"))),
             world,
             mission,
             other_missions: missions.len().saturating_sub(1),

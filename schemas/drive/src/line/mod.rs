@@ -48,10 +48,10 @@ pub struct Line {
     #[modulation(default = 0.5, min = 0.0, max = 1.0)]
     floor: Modulation<f64>,
     /// Turn rate for each metre that the line is to the side: the P of the controller.
-    #[modulation(default = 50.0, unit = "rad/s/m", min = 0.0)]
+    #[modulation(default = 65.0, unit = "rad/s/m", min = 0.0)]
     gain: Modulation<f64>,
     /// Turn rate for each m/s by which the line moves to the side: the D of the controller.
-    #[modulation(default = 10.0, unit = "rad/m", min = 0.0)]
+    #[modulation(default = 15.0, unit = "rad/m", min = 0.0)]
     damping: Modulation<f64>,
     /// How far it goes ahead to find the line again.
     #[modulation(default = 0.15, unit = "m", min = 0.0)]
