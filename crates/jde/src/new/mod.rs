@@ -76,9 +76,9 @@ fn create_folder(folder: &Path) -> Result<(), Failure> {
 }
 
 /// Writes a new file. Fails if it exists.
-fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
+fn write_file(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Failure> {
     File::create_new(path)
-        .and_then(|mut file| file.write_all(text.as_bytes()))
+        .and_then(|mut file| file.write_all(contents.as_ref()))
         .map_err(|error| not_created(path, error))
 }
 

@@ -282,6 +282,9 @@ fn a_new_world_is_a_room_or_is_converted_and_never_replaces_a_file() {
         }
         output_of(&mut command)
     };
+    let stage = folder.path().join("cave.world");
+    std::fs::write(&stage, "model ( bitmap \"cave.pgm\" size [ 2 1 1 ] )").unwrap();
+    std::fs::write(folder.path().join("cave.pgm"), "P2\n2 1\n255\n0 0\n").unwrap();
     let text = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
 
     assert_eq!(new("hall", None).status, Some(0));
@@ -293,6 +296,20 @@ fn a_new_world_is_a_room_or_is_converted_and_never_replaces_a_file() {
     assert_eq!(new("narrow", Some(&list)).status, Some(0));
     assert!(text("narrow/003.toml").contains("[-2.25, 8]"));
     assert!(text("narrow/004.toml").contains("[-2.25, 9]"));
+
+    let taken = new("stage", Some(&stage));
+    assert_eq!(
+        taken.status,
+        Some(2),
+        "the map would replace the bitmap: {}",
+        taken.err
+    );
+    assert!(!folder.path().join("stage.toml").exists() && !folder.path().join("cave.yaml").exists());
+    let other = folder.path().join("rock.world");
+    std::fs::rename(&stage, &other).unwrap();
+    assert_eq!(new("stage", Some(&other)).status, Some(0));
+    assert!(text("stage.toml").contains("map = \"rock.yaml\""));
+    assert!(text("rock.yaml").contains("rock.pgm") && folder.path().join("rock.pgm").exists());
 
     let faulty = new("lab", Some(&sdf));
     assert_eq!(faulty.status, Some(1));

@@ -31,6 +31,7 @@ pub(super) fn read(text: &str, stem: &str) -> Result<Vec<ImportedWorld>, Faults>
                     &format!("World {index} of {stem}. Metres, degrees."),
                     &format!("{stem} {index}"),
                 ),
+                files: Vec::new(),
                 notes: Vec::new(),
             }),
             Err(message) => faults.push((number, message)),
@@ -53,7 +54,7 @@ fn world(line: &str) -> Result<(u32, Draft), String> {
         .parse()
         .map_err(|_| format!("`{}` is no number of a world", index.escape_debug()))?;
     let mut draft = Draft {
-        start: Some(START),
+        starts: vec![("robot".to_owned(), START)],
         ..Draft::default()
     };
     for word in words {

@@ -5,24 +5,14 @@
 
 use roxmltree::{Document, Node};
 
+use super::pose::Pose;
 use super::writer::{Draft, DraftBox};
-use super::{Faults, ImportedWorld};
+use super::{Faults, ImportedWorld, OVERHEAD};
 
-/// A thing whose lower edge is higher is above every robot, m.
-const OVERHEAD: f64 = 0.5;
 /// The least height of a thing, m: less is a mark on the floor.
 const FLAT: f64 = 0.005;
 /// The greatest tilt that counts as upright, rad: the rounding of saved states.
 const UPRIGHT: f64 = 1e-3;
-
-/// A pose without tilt.
-#[derive(Clone, Copy, Debug)]
-struct Pose {
-    x: f64,
-    y: f64,
-    z: f64,
-    yaw: f64,
-}
 
 #[derive(Default)]
 struct Reader {
@@ -53,29 +43,10 @@ pub(super) fn read(text: &str, stem: String) -> Result<ImportedWorld, Faults> {
     let comment = format!("Converted from the SDF world {name}. Metres, degrees.");
     Ok(ImportedWorld {
         text: reader.draft.write(&comment.replace(char::is_control, " "), &name),
+        files: Vec::new(),
         notes: reader.notes,
         name: stem,
     })
-}
-
-impl Pose {
-    const ORIGIN: Self = Self {
-        x: 0.0,
-        y: 0.0,
-        z: 0.0,
-        yaw: 0.0,
-    };
-
-    /// Returns a pose in this frame as one in the frame of this pose.
-    fn compose(self, inner: Self) -> Self {
-        let (sin, cos) = libm::sincos(self.yaw);
-        Self {
-            x: self.x + cos * inner.x - sin * inner.y,
-            y: self.y + sin * inner.x + cos * inner.y,
-            z: self.z + inner.z,
-            yaw: self.yaw + inner.yaw,
-        }
-    }
 }
 
 impl Reader {

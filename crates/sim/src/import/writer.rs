@@ -1,4 +1,4 @@
-//! The text of a world file with boxes and groups of equal circles. It decides nothing.
+//! The text of a world file with boxes, outlines and groups of equal circles. It decides nothing.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,8 +9,12 @@ pub(super) struct Draft {
     pub(super) boxes: Vec<DraftBox>,
     /// The centres of circles of one radius and height, in micrometres.
     pub(super) circles: BTreeMap<(i64, i64), Vec<[f64; 2]>>,
-    /// Where a robot called `robot` starts: m, m, degrees.
-    pub(super) start: Option<[f64; 3]>,
+    /// Closed outlines.
+    pub(super) walls: Vec<DraftWall>,
+    /// The file of a map.
+    pub(super) map: Option<String>,
+    /// The robots, and where they start: m, m, degrees.
+    pub(super) starts: Vec<(String, [f64; 3])>,
 }
 
 /// A box of a world to write.
@@ -21,6 +25,14 @@ pub(super) struct DraftBox {
     pub(super) size: [f64; 2],
     /// Degrees.
     pub(super) angle: f64,
+    pub(super) height: f64,
+}
+
+/// An outline of a world to write.
+#[derive(Debug)]
+pub(super) struct DraftWall {
+    pub(super) name: String,
+    pub(super) points: Vec<[f64; 2]>,
     pub(super) height: f64,
 }
 
@@ -36,15 +48,26 @@ impl Draft {
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.boxes.is_empty() && self.circles.is_empty()
+        self.boxes.is_empty() && self.circles.is_empty() && self.walls.is_empty() && self.map.is_none()
     }
 
     /// Returns the text. `comment` is its first line.
     pub(super) fn write(&self, comment: &str, name: &str) -> String {
         let mut text = format!("# {comment}\nname = {}\n", quoted(name));
-        if let Some([x, y, heading]) = self.start {
-            let [x, y, heading] = [x, y, heading].map(number);
-            text += &format!("\n[robots.robot]\nstart = {{ x = {x}, y = {y}, heading_deg = {heading} }}\n");
+        if let Some(map) = &self.map {
+            text += &format!("map = {}\n", quoted(map));
+        }
+        for (name, start) in &self.starts {
+            let (name, [x, y, heading]) = (key(name), start.map(number));
+            text += &format!("\n[robots.{name}]\nstart = {{ x = {x}, y = {y}, heading_deg = {heading} }}\n");
+        }
+        for DraftWall { name, points, height } in &self.walls {
+            let (name, height) = (quoted(name), number(*height));
+            let points: Vec<_> = points.iter().map(pair).collect();
+            let points = points.join(", ");
+            text += &format!(
+                "\n[[walls]]\nname = {name}\npoints = [{points}]\nclosed = true\nheight = {height}\n"
+            );
         }
         for DraftBox {
             name,
@@ -82,6 +105,16 @@ fn number(value: f64) -> String {
 
 fn pair([x, y]: &[f64; 2]) -> String {
     format!("[{}, {}]", number(*x), number(*y))
+}
+
+/// Returns a name as a key of TOML.
+fn key(name: &str) -> String {
+    let is_bare = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-');
+    if !name.is_empty() && name.chars().all(is_bare) {
+        name.to_owned()
+    } else {
+        quoted(name)
+    }
 }
 
 /// Returns a name as a text of TOML. World files refuse an empty one.

@@ -19,5 +19,6 @@ mod mutants;
 mod rays;
 mod robots;
 mod sensors;
+mod stage_worlds;
 mod wheels;
 mod worlds;

@@ -25,6 +25,7 @@ use crate::new::{self, Kind};
   jde new world hall
   jde new world barn --from worlds.txt               a folder of worlds, one for each line
   jde new world lab --from gazebo/lab.sdf
+  jde new world cave --from stage/simple.world
   jde new robot trolley
   jde new robot my-pioneer --from pioneer-3dx"
 )]
@@ -71,7 +72,7 @@ enum What {
     World {
         #[command(flatten)]
         name: Name,
-        /// Convert this file: a world in SDF, or a list of worlds in the form of the BARN challenge.
+        /// Convert this file: a world in SDF or of Stage, or a list of worlds in the form of the BARN challenge.
         #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
         from: Option<PathBuf>,
     },
