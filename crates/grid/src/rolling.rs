@@ -63,7 +63,7 @@ impl RollingGrid {
             cells: vec![Evidence::default(); side as usize * side as usize],
             scans: 0,
             ends: Vec::new(),
-            moving: Vec::new(),
+            moving: Vec::with_capacity(side as usize * side as usize),
         })
     }
 
