@@ -25,6 +25,14 @@ pub enum WorldError {
         /// The known name that is most similar to the requested one.
         nearest: Option<String>,
     },
+    /// A robot that does not come with jde.
+    #[error("there is no robot `{name}`: expected a file, `{name}.toml`, or one of `{known}`")]
+    UnknownModel {
+        /// The requested name.
+        name: String,
+        /// The names that come with jde.
+        known: String,
+    },
     /// The robot is in the world already.
     #[error("robot `{robot}` is in the world already: add it once and share its id")]
     AlreadyAdded {

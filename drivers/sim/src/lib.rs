@@ -279,13 +279,13 @@ robot_driver! {
 impl Robot {
     fn model(&self, cx: &Context) -> Result<RobotModel> {
         self.overrides(cx)
-            .over(models::find(self.model.get(cx).as_str())?)
+            .over(RobotModel::find(self.model.get(cx).as_str())?)
     }
 }
 
 impl Pioneer {
     fn model(&self, cx: &Context) -> Result<RobotModel> {
-        let mut model = models::find("pioneer-3dx")?;
+        let mut model = RobotModel::find("pioneer-3dx")?;
         model.config.footprint = Footprint::Circle {
             radius: self.radius.get(cx),
         };

@@ -1,9 +1,7 @@
-//! The robots that an application can name, and what it changes in a robot. It reads no world.
-
-use std::path::Path;
+//! What an application changes in a robot. It reads no world.
 
 use jde_schema::prelude::*;
-use jde_sim::{OdometryOrigin, RobotModel, SHIPPED_ROBOTS};
+use jde_sim::{OdometryOrigin, RobotModel};
 
 /// Beams that fit into a `LaserScan`, sonars that fit into a `RangeRing`, and cells that fit into a
 /// `LineSensor`.
@@ -23,27 +21,6 @@ pub(crate) struct Overrides {
     pub(crate) wheel_error: f64,
     /// m/s², for driving and for braking.
     pub(crate) acceleration: f64,
-}
-
-/// Returns the robot of a file, if the text ends with `.toml`, or else the shipped one of that name. An
-/// application resolves paths, so only the last part of the text is the name.
-pub(crate) fn find(model: &str) -> Result<RobotModel> {
-    let path = Path::new(model);
-    if path.extension().is_some_and(|extension| extension == "toml") {
-        return Ok(RobotModel::load(path)?);
-    }
-    let name = path.file_name().unwrap_or_default();
-    match SHIPPED_ROBOTS.iter().find(|(known, _)| name == *known) {
-        Some((name, text)) => Ok(RobotModel::parse(text, name)?),
-        None => {
-            let known = SHIPPED_ROBOTS.map(|(known, _)| known).join("`, `");
-            let name = name.display();
-            Err(
-                format!("there is no robot `{name}`: expected a file, `{name}.toml`, or one of `{known}`")
-                    .into(),
-            )
-        }
-    }
 }
 
 impl Overrides {

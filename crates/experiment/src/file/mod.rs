@@ -15,6 +15,7 @@ use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding, Faults, Override};
 use jde_board::value::{Value, decode};
 use jde_document::{FaultReport, Section, quote};
+use jde_sim::{Footprint, RobotModel};
 
 use crate::applications::Applications;
 use crate::experiment::{Experiment, Mission, Variant, WORLD};
@@ -137,9 +138,7 @@ pub fn read(
             Value::Text(path) => Some(PathBuf::from(path)),
             _ => None,
         }),
-        robot_radius: initial(&application, "radius")
-            .and_then(|radius| radius.as_number())
-            .unwrap_or_default(),
+        robot: robot(&application),
         columns,
     };
     if experiment.drives() > Experiment::MAX_DRIVES {
@@ -222,6 +221,15 @@ fn initial(application: &Application, name: &str) -> Option<Value> {
         return None;
     };
     Some(decode(&robot.schema.ports[place].value_type, initial).into_only_field())
+}
+
+/// The body of the simulated robot: of its robot file, or a disc of its radius.
+fn robot(application: &Application) -> Option<Footprint> {
+    if let Some(Value::Text(model)) = initial(application, "model") {
+        return Some(RobotModel::find(&model).ok()?.config.footprint);
+    }
+    let radius = initial(application, "radius")?.as_number()?;
+    Some(Footprint::Circle { radius })
 }
 
 fn stem(file: &Path) -> String {
