@@ -3,10 +3,10 @@
 
 use std::hint::black_box;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 use jde_board::Access;
 use jde_loader::{Plugins, SearchPath};
-use jde_paths::{Level, Periods, ends, variable};
+use jde_paths::{Base, Drive, Level, Periods, SPEED, Watch, ends, surroundings, variable};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
@@ -46,7 +46,11 @@ impl Schema for Echo {
     }
 }
 
-static PLUGIN: raw::Plugin = jde_schema::plugin!("paths", "Schemas on the hot paths.", [Act, Echo]);
+static PLUGIN: raw::Plugin = jde_schema::plugin!(
+    "paths",
+    "Schemas on the hot paths.",
+    [Act, Echo, Watch, Drive, Base]
+);
 
 /// A motor schema that always wins.
 const MOTOR: &str = "roots = [\"act\"]\n[schemas.act]\ntype = \"paths/act\"\n";
@@ -64,6 +68,19 @@ const ECHOES: &str = r#"
     imports = { input = "one.out" }
 "#;
 
+/// A base whose driver reads each command. `GUARD` is the guard of the commands, or nothing.
+const DRIVE: &str = r#"
+    roots = ["drive"]
+    GUARD
+    [schemas.watch]
+    type = "paths/watch"
+    [schemas.base]
+    type = "paths/base"
+    [schemas.drive]
+    type = "paths/drive"
+    actuators = { base = "base.velocity" }
+"#;
+
 /// The name of a path, and the function that runs it.
 type Path = (&'static str, fn(u64) -> Result<()>);
 
@@ -75,6 +92,11 @@ const PATHS: &[Path] = &[
     ("change-among-100", change),
     ("iterate-a-winner", winner),
     ("iterate-two-that-perceive", echoes),
+    ("judge-by-720-points", judge),
+    ("drive-a-base", |times| drive("", times)),
+    ("drive-a-guarded-base", |times| {
+        drive("root = { guard = \"watch\" }", times)
+    }),
 ];
 
 fn main() -> Result<()> {
@@ -139,6 +161,25 @@ fn winner(times: u64) -> Result<()> {
 
 fn echoes(times: u64) -> Result<()> {
     periods(ECHOES, times)
+}
+
+fn judge(times: u64) -> Result<()> {
+    let (around, command) = (surroundings(), Twist::planar(SPEED, 0.0));
+    for _ in 0..times {
+        let verdict = black_box(&around).judge(Duration::from_millis(25), black_box(&command));
+        ensure!(verdict.is_ok(), "the command is refused");
+    }
+    Ok(())
+}
+
+fn drive(guard: &str, times: u64) -> Result<()> {
+    let mut plugins = Plugins::new(SearchPath::default());
+    plugins.link(&PLUGIN)?;
+    let mut periods = Periods::of(&DRIVE.replace("GUARD", guard), &plugins)?;
+    periods.pass(times);
+    let speed = periods.value("base.speed")?;
+    ensure!(speed == Some(SPEED), "the base is commanded {speed:?} m/s");
+    Ok(())
 }
 
 fn periods(text: &str, times: u64) -> Result<()> {

@@ -6,6 +6,7 @@ use jde_app::Override;
 use jde_conditions::Expression;
 use jde_core::Nanos;
 use jde_host::Mock;
+use jde_sim::Footprint;
 use serde_json::Value;
 
 use crate::drive::measure::Measure;
@@ -53,8 +54,8 @@ pub struct Experiment {
     pub recordings: Vec<PathBuf>,
     /// The world of the simulated robot where no axis chooses another.
     pub world: Option<PathBuf>,
-    /// The radius of the simulated robot, m; 0 if there is none.
-    pub robot_radius: f64,
+    /// The body of the simulated robot, if there is one.
+    pub robot: Option<Footprint>,
     /// The columns of the results.
     pub columns: Columns,
 }

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use jde_sim::Footprint;
+
 use crate::result::{Columns, DriveResult};
 use crate::store::{replace, sorted, write_results};
 use crate::{csv, junit, page};
@@ -19,8 +21,8 @@ pub struct Summary<'a> {
     pub results: &'a [DriveResult],
     /// The world file of a drive; `None` if it has none.
     pub world: &'a dyn Fn(&DriveResult) -> Option<PathBuf>,
-    /// The radius of the robot, m; 0 if unknown.
-    pub robot_radius: f64,
+    /// The body of the robot, if it is known.
+    pub robot: Option<&'a Footprint>,
     /// The command that repeats a drive, by its number.
     pub command: &'a dyn Fn(usize) -> String,
 }
@@ -84,7 +86,7 @@ mod tests {
                 columns: &columns,
                 results,
                 world: &|_| None,
-                robot_radius: 0.0,
+                robot: None,
                 command: &|drive| format!("jde experiment safe --drive {drive}"),
             };
             write_all(folder.path(), &summary).unwrap();

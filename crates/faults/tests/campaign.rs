@@ -6,7 +6,9 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 /// The plugins of the applications of the campaign.
-const PLUGINS: [&str; 7] = ["fault", "sim", "example", "goon", "vff", "stop", "teleop"];
+const PLUGINS: [&str; 8] = [
+    "fault", "sim", "example", "goon", "vff", "stop", "teleop", "guard",
+];
 
 /// Runs a campaign.
 fn faults(arguments: &[&str]) -> Output {
@@ -43,6 +45,15 @@ fn r1_r5_r7_r9_r11_hold_under_all_faults_in_lockstep() {
     };
     assert_eq!((demo + hundred, survived), (40, 40), "{sum}");
     assert!(effective > 15, "{sum}");
+}
+
+/// The commands of a hostile schema are random, ahead and back, near obstacles.
+#[test]
+fn r18_a_guarded_robot_touches_nothing_whatever_is_commanded() {
+    let run = faults(&[
+        "--only", "lockstep", "--kind", "reckless", "--count", "40", "--seed", "5",
+    ]);
+    assert_eq!(run.status.code(), Some(0), "{}", stdout(&run));
 }
 
 /// Delays on a machine that runs many tests are not faults, so this test does not judge periods.
@@ -83,6 +94,12 @@ fn a_campaign_fails_when_an_invariant_is_violated() {
         ("stranger", "R7: `", "stop-all", "8"),
         ("brake", "` is in force, at ", "stop-all", "8"),
         ("motion", "motion: the robot moves", "stop-all", "8"),
+        (
+            "collision",
+            "R18: the robot is guarded, and touches",
+            "reckless",
+            "8",
+        ),
         ("turn", "R11: `", "stop-all", "8"),
         ("recovery", "and it has no turns any more", "panic", "16"),
         ("value", "values: `", "panic", "16"),

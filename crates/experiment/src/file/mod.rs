@@ -15,7 +15,7 @@ use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding, Faults, Override};
 use jde_board::value::{Value, decode};
 use jde_document::{FaultReport, Section, quote};
-use jde_sim::RobotModel;
+use jde_sim::{Footprint, RobotModel};
 
 use crate::applications::Applications;
 use crate::experiment::{Experiment, Mission, Variant, WORLD};
@@ -138,7 +138,7 @@ pub fn read(
             Value::Text(path) => Some(PathBuf::from(path)),
             _ => None,
         }),
-        robot_radius: robot_radius(&application).unwrap_or_default(),
+        robot: robot(&application),
         columns,
     };
     if experiment.drives() > Experiment::MAX_DRIVES {
@@ -223,12 +223,13 @@ fn initial(application: &Application, name: &str) -> Option<Value> {
     Some(decode(&robot.schema.ports[place].value_type, initial).into_only_field())
 }
 
-/// Returns the radius of the simulated robot in metres, by its own modulation or by the robot that it names.
-fn robot_radius(application: &Application) -> Option<f64> {
-    match initial(application, "radius").or_else(|| initial(application, "model"))? {
-        Value::Text(model) => Some(RobotModel::find(&model).ok()?.config.footprint.radius()),
-        radius => radius.as_number(),
+/// The body of the simulated robot: of its robot file, or a disc of its radius.
+fn robot(application: &Application) -> Option<Footprint> {
+    if let Some(Value::Text(model)) = initial(application, "model") {
+        return Some(RobotModel::find(&model).ok()?.config.footprint);
     }
+    let radius = initial(application, "radius")?.as_number()?;
+    Some(Footprint::Circle { radius })
 }
 
 fn stem(file: &Path) -> String {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use jde_report::experiment::{FailedDrive, FailureMap, IN_FULL};
 use jde_report::{Drive, FailurePlace, PathPoint, RobotPath, Takeover};
+use jde_sim::Footprint;
 
 use super::Page;
 use super::worlds::Worlds;
@@ -62,7 +63,7 @@ pub(super) fn failures(page: &Page<'_>, worlds: &mut Worlds<'_>) -> Vec<FailedDr
                     ground.shapes.clear();
                     ground.paint.clear();
                 }
-                drive(failure, ground)
+                drive(failure, ground, page.summary.robot.cloned())
             });
             let failure = result.failure.as_ref();
             FailedDrive {
@@ -85,7 +86,7 @@ fn axes(page: &Page<'_>, result: &DriveResult) -> String {
 }
 
 /// The path of a robot until it failed, on its world.
-fn drive(failure: &Failure, ground: Drive) -> Drive {
+fn drive(failure: &Failure, ground: Drive, body: Option<Footprint>) -> Drive {
     let mut names: Vec<String> = Vec::new();
     let mut winners: Vec<Option<usize>> = Vec::new();
     let mut runs = failure.winners.iter().peekable();
@@ -123,6 +124,7 @@ fn drive(failure: &Failure, ground: Drive) -> Drive {
         schema_names: names,
         paths: vec![RobotPath {
             points,
+            body,
             ..RobotPath::default()
         }],
         ..ground

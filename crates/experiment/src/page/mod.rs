@@ -164,7 +164,7 @@ mod tests {
             columns: &columns,
             results,
             world: &|_| world.map(std::path::Path::to_owned),
-            robot_radius: 0.25,
+            robot: None,
             command: &|drive| format!("jde experiment safe --drive {drive}"),
         })
     }

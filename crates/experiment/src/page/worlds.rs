@@ -17,8 +17,9 @@ pub(super) struct Worlds<'a> {
 }
 
 /// A world to draw on.
+#[derive(Default)]
 pub(super) struct Ground {
-    /// Its bounds, shapes and paint, and the robot's radius.
+    /// Its bounds, shapes and paint.
     pub(super) drive: Drive,
     /// Why it is not drawn; empty if it is.
     pub(super) note: String,
@@ -34,31 +35,17 @@ impl<'a> Worlds<'a> {
 
     /// The world of a drive, and its file if it has one.
     pub(super) fn of(&mut self, result: &DriveResult) -> (Option<PathBuf>, Rc<Ground>) {
-        let radius = self.summary.robot_radius;
         let Some(path) = (self.summary.world)(result) else {
-            return (None, Rc::new(Ground::empty(radius)));
+            return (None, Rc::default());
         };
         let read = self.read.entry(path.clone());
-        let ground = read
-            .or_insert_with(|| Rc::new(Ground::read(&path, radius)))
-            .clone();
+        let ground = read.or_insert_with(|| Rc::new(Ground::read(&path))).clone();
         (Some(path), ground)
     }
 }
 
 impl Ground {
-    fn empty(radius: f64) -> Self {
-        Self {
-            drive: Drive {
-                robot_radius: radius,
-                ..Drive::default()
-            },
-            note: String::new(),
-        }
-    }
-
-    fn read(path: &Path, radius: f64) -> Self {
-        let empty = Self::empty(radius);
+    fn read(path: &Path) -> Self {
         // The seed moves nothing at the start.
         match World::load(path, 0) {
             Ok(world) => Self {
@@ -67,13 +54,13 @@ impl Ground {
                     bounds: Some(world.bounds()),
                     shapes: world.shapes().map(Obstacle::from).collect(),
                     paint: world.paint().map(Paint::from).collect(),
-                    ..empty.drive
+                    ..Drive::default()
                 },
                 note: String::new(),
             },
             Err(error) => Self {
                 note: format!("The world is not drawn: {error}"),
-                ..empty
+                ..Self::default()
             },
         }
     }

@@ -1,4 +1,4 @@
-//! Checks that nothing moves without authority. When no command is in force any more, the simulated robot
+//! Checks that nothing moves without authority, and that a guarded robot touches nothing (R18). When no command is in force any more, the simulated robot
 //! must slow down at its braking rate and stop.
 
 use std::collections::BTreeMap;
@@ -30,6 +30,8 @@ const FALSE_SPEED: f64 = 9.0;
 /// The state of each robot and device when it was last driven.
 #[derive(Default)]
 pub(super) struct Motion {
+    /// The contacts of the robot so far.
+    collisions: u64,
     last: BTreeMap<&'static str, LastSpeeds>,
 }
 
@@ -55,6 +57,21 @@ impl Motion {
             last.at = now;
         }
         if let Some(truth) = fresh::<Truth>(handle, "pioneer.truth", now, ROBOT_DELAY + slack) {
+            let collisions = truth.collisions + u64::from(state.take_tamper(Tamper::Collision));
+            let is_guarded = handle
+                .application()
+                .groups
+                .iter()
+                .any(|group| group.guard.is_some());
+            if is_guarded && collisions > self.collisions {
+                state.report(format!(
+                    "R18: the robot is guarded, and touches something at {:.2} m, {:.2} m, at {:.6} s",
+                    truth.pose.x,
+                    truth.pose.y,
+                    now as f64 / 1e9
+                ));
+            }
+            self.collisions = collisions;
             let (mut linear, angular) = (truth.twist.linear.x.abs(), truth.twist.angular.z.abs());
             if driven {
                 (last.linear, last.angular) = (linear, angular);

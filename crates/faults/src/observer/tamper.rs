@@ -11,6 +11,8 @@ pub enum Tamper {
     Brake,
     /// A robot at rest appears to move.
     Motion,
+    /// A guarded robot appears to touch something.
+    Collision,
     /// A turn is hidden.
     Turn,
     /// The turns of a schema whose faults have ended are hidden.

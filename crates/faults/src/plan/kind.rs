@@ -21,6 +21,8 @@ pub enum Kind {
     Nan,
     /// Commands are far out of range.
     Beyond,
+    /// Commands are random, whatever is in the way.
+    Reckless,
     /// Hundreds of publications, commands and log lines in each iteration.
     Flood,
     /// Commands and wakes without authority.
@@ -113,6 +115,7 @@ impl Kind {
             Self::Silence => (Schema, ANY, &["silence"]),
             Self::Nan => (Schema, ANY, &["nan", "infinity"]),
             Self::Beyond => (Schema, MOTOR, &["beyond"]),
+            Self::Reckless => (Schema, MOTOR, &["reckless"]),
             Self::Flood => (Schema, MOTOR_OR_EYE, &["flood"]),
             Self::Trespass => (Schema, MOTOR, &["trespass"]),
             Self::Chatter => (Schema, MOTOR, &["chatter"]),
@@ -166,7 +169,9 @@ impl Kind {
     pub fn places(self, target: TargetKind) -> &'static [&'static str] {
         match (self, target) {
             (Self::Trespass | Self::Chatter, _) => &["check"],
-            (Self::Silence | Self::Nan | Self::Beyond | Self::Flood | Self::Meddle, _) => &["iterate"],
+            (Self::Silence | Self::Nan | Self::Beyond | Self::Reckless | Self::Flood | Self::Meddle, _) => {
+                &["iterate"]
+            }
             // Frequent calls are listed twice, since some of the others are too rare to occur in time.
             (_, TargetKind::Motor) => &[
                 "check",

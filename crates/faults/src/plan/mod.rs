@@ -199,6 +199,10 @@ fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
             // A fault of a whole process has no trouble, and is not planned here: see `fits`.
             let trouble = rng.pick(kind.troubles());
             let place = rng.pick(kind.places(target));
+            if kind == Kind::Reckless {
+                // Until the robot is fast.
+                duration = rng.between(1000, 4000) * MS;
+            }
             if ["awake", "sleep", "arbitrate", "end"].contains(&place) {
                 // These calls are rare.
                 duration = rng.between(200, 1000) * MS;

@@ -7,7 +7,7 @@ use jde_app::{Application, Binding, InstanceConfig};
 use jde_board::value::{self, Value};
 use jde_host::Handle;
 use jde_report::{Drive, Obstacle, Paint, PathPoint, Picture, PictureError, RobotPath, Takeover, Target};
-use jde_sim::{RobotConfig, RobotModel, World};
+use jde_sim::{Footprint, RobotModel, World};
 
 use crate::failure::Failure;
 use crate::session::{DriveTrace, PathSample, RunData};
@@ -52,7 +52,7 @@ pub(crate) fn draw(
         paths: trace
             .paths
             .iter()
-            .map(|(robot, path)| robot_path(&application.instances[*robot].name, path))
+            .map(|(robot, path)| robot_path(&application.instances[*robot], path))
             .collect(),
         targets: targets(trace),
         takeover_count: takeovers.len() as u64,
@@ -65,7 +65,6 @@ pub(crate) fn draw(
         drive.bounds = Some(world.bounds());
         drive.shapes = world.shapes().map(Obstacle::from).collect();
         drive.paint = world.paint().map(Paint::from).collect();
-        drive.robot_radius = radius(application);
     }
     Picture::of_drive(&drive).save(file).map_err(|error| match error {
         PictureError::Write { path, error } => Failure::File { path, error },
@@ -73,7 +72,7 @@ pub(crate) fn draw(
     })
 }
 
-fn robot_path(robot: &str, path: &[PathSample]) -> RobotPath {
+fn robot_path(robot: &InstanceConfig, path: &[PathSample]) -> RobotPath {
     let steps = path.windows(2).map(|pair| [pair[0].pose, pair[1].pose]);
     let moment = |sample: &PathSample| PathPoint {
         time: sample.time as f64 / 1e9,
@@ -83,7 +82,8 @@ fn robot_path(robot: &str, path: &[PathSample]) -> RobotPath {
         winner: sample.acting,
     };
     RobotPath {
-        robot: robot.to_owned(),
+        robot: robot.name.clone(),
+        body: body(robot),
         distance: steps.map(|[from, to]| (to.x - from.x).hypot(to.y - from.y)).sum(),
         points: path.iter().map(moment).collect(),
     }
@@ -118,17 +118,16 @@ fn takeovers(trace: &DriveTrace, data: &RunData) -> Vec<Takeover> {
         .collect()
 }
 
-/// Returns the radius of the simulated robot: the configured one, or the simulator's default.
-fn radius(application: &Application) -> f64 {
-    let configured = application.instances.iter().find_map(|instance| {
-        modulation(instance, WORLD, FILE)?;
-        match modulation(instance, "radius", "m").or_else(|| modulation(instance, "model", "path"))? {
-            Value::Float(radius) => Some(radius),
-            Value::Text(model) => Some(RobotModel::find(&model).ok()?.config.footprint.radius()),
-            _ => None,
-        }
-    });
-    configured.unwrap_or_else(|| RobotConfig::default().footprint.radius())
+/// Returns the body of a simulated robot: that of its robot file, or a disc of its radius.
+fn body(robot: &InstanceConfig) -> Option<Footprint> {
+    modulation(robot, WORLD, FILE)?;
+    if let Some(Value::Text(model)) = modulation(robot, "model", "path") {
+        return Some(RobotModel::find(&model).ok()?.config.footprint);
+    }
+    match modulation(robot, "radius", "m")? {
+        Value::Float(radius) => Some(Footprint::Circle { radius }),
+        _ => None,
+    }
 }
 
 /// Returns the initial value of a modulation. A type of one field yields the value of that field.

@@ -8,7 +8,7 @@ use jde_board::value::{self, Value};
 use jde_core::Nanos;
 use jde_log::{Channel, Message, Recording};
 use jde_ros::{cdr, definition};
-use jde_sim::{RobotConfig, RobotModel, World};
+use jde_sim::{Footprint, RobotModel, World};
 use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 use super::columns::Columns;
@@ -33,7 +33,6 @@ pub(crate) struct DriveCollector {
     /// the recording began later.
     found: BTreeMap<usize, (f64, f64)>,
     world: Option<(PathBuf, Result<World, String>)>,
-    radius: Option<f64>,
     folder: Option<PathBuf>,
     seed: u64,
 }
@@ -46,7 +45,6 @@ struct Topics {
     other_missions: usize,
     route: Option<String>,
     world: Option<Channel>,
-    radius: Option<Channel>,
     /// Robots that are not drawn, since their odometry has a frame of its own.
     left_out: Vec<String>,
 }
@@ -77,7 +75,6 @@ impl DriveCollector {
             route: Vec::new(),
             found: BTreeMap::new(),
             world: None,
-            radius: None,
             folder: metadata("folder").map(PathBuf::from),
             seed: metadata("seed").and_then(|seed| seed.parse().ok()).unwrap_or(0),
         }
@@ -107,21 +104,8 @@ impl DriveCollector {
             if let Some(Value::Text(path)) = single(channel, message).filter(|_| time <= columns.to) {
                 self.world(&path);
             }
-        } else if let Some(channel) = self
-            .topics
-            .radius
-            .as_ref()
-            .filter(|radius| radius.topic == *topic)
-            && let Some(value) = single(channel, message)
-        {
-            self.radius = match value {
-                Value::Float(radius) => Some(radius),
-                Value::Text(model) => {
-                    let model = RobotModel::find(&model).ok();
-                    model.map(|model| model.config.footprint.radius())
-                }
-                _ => None,
-            };
+        } else {
+            self.body(message);
         }
     }
 
@@ -189,6 +173,7 @@ impl DriveCollector {
             scans.extend(robot.scans.into_items().into_iter().flatten());
             RobotPath {
                 robot: robot.name,
+                body: robot.body,
                 points: robot.path.into_items(),
                 distance: robot.distance,
             }
@@ -208,10 +193,6 @@ impl DriveCollector {
                 drive.bounds = Some(world.bounds());
                 drive.shapes = world.shapes().map(Obstacle::from).collect();
                 drive.paint = world.paint().map(Paint::from).collect();
-                drive.robot_radius = self
-                    .radius
-                    .filter(|radius| *radius > 0.0)
-                    .unwrap_or_else(|| RobotConfig::default().footprint.radius());
             }
             Some((_, Ok(_))) => remarks.push(
                 "walls are not drawn, because the recording has no ground truth of the robot's pose"
@@ -247,6 +228,25 @@ impl DriveCollector {
     /// Whether the walls are drawn, which makes laser points unnecessary.
     fn shows_walls(&self) -> bool {
         matches!(self.world, Some((_, Ok(_)))) && self.robots.iter().any(|robot| robot.truth_topic.is_some())
+    }
+
+    /// Takes a modulation that states the body of a robot.
+    fn body(&mut self, message: &Message) {
+        for robot in &mut self.robots {
+            let own = robot.body_channels.iter();
+            let Some(channel) = own.clone().find(|own| own.topic == message.channel.topic) else {
+                continue;
+            };
+            robot.body = match single(channel, message) {
+                Some(Value::Float(radius)) if radius > 0.0 => Some(Footprint::Circle { radius }),
+                Some(Value::Text(model)) => {
+                    let folder = self.folder.clone().unwrap_or_default();
+                    let model = RobotModel::find(&folder.join(model).to_string_lossy());
+                    model.ok().map(|model| model.config.footprint)
+                }
+                _ => None,
+            };
+        }
     }
 
     fn mission(&mut self, mission: Mission) {
@@ -369,7 +369,20 @@ impl Topics {
             own.or(topics.first().filter(|_| is_single)).cloned()
         };
         let count = naming_topics.len();
+        let bodies = |robot: &str| {
+            let own = recording.channels().filter(|channel| {
+                let metadata = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
+                let name = metadata("variable").strip_prefix(robot);
+                metadata("access") == "modulation"
+                    && matches!(
+                        (name, metadata("unit")),
+                        (Some(".model"), "path") | (Some(".radius"), "m")
+                    )
+            });
+            own.cloned().collect()
+        };
         let robots = naming_topics.iter().map(|topic| Robot {
+            body_channels: bodies(schema_name(&owner(topic).unwrap_or_default())),
             truth_topic: of(topic, &truths),
             odometry_topic: of(topic, &odometries),
             laser_topic: of(topic, &lasers),
@@ -392,9 +405,6 @@ impl Topics {
         let world = variable(".world", "path");
         let topics = Self {
             route: routes.into_iter().find(|topic| owner(topic) == mission_owner),
-            radius: world
-                .as_ref()
-                .and_then(|_| variable(".radius", "m").or_else(|| variable(".model", "path"))),
             world,
             mission,
             other_missions: missions.len().saturating_sub(1),

@@ -2,7 +2,8 @@
 //! knows no other robot and no world.
 
 use jde_core::Nanos;
-use jde_log::Message;
+use jde_log::{Channel, Message};
+use jde_sim::Footprint;
 use jde_types::{LaserScan, Odometry, Pose2D, Truth};
 
 use super::columns::Columns;
@@ -22,6 +23,9 @@ pub(super) struct Robot {
     pub(super) truth_topic: Option<String>,
     pub(super) odometry_topic: Option<String>,
     pub(super) laser_topic: Option<String>,
+    /// The modulations that name its robot file, or state the radius of its body.
+    pub(super) body_channels: Vec<Channel>,
+    pub(super) body: Option<Footprint>,
     pub(super) truth: Option<TruthRange>,
     pub(super) odometry: Option<Pose2D>,
     pub(super) pose: Option<Pose2D>,
@@ -50,6 +54,8 @@ impl Robot {
             truth_topic: None,
             odometry_topic: None,
             laser_topic: None,
+            body_channels: Vec::new(),
+            body: None,
             truth: None,
             odometry: None,
             pose: None,

@@ -2,7 +2,7 @@
 //!
 //! It draws nothing.
 
-use jde_sim::{Bounds, Outline};
+use jde_sim::{Bounds, Footprint, Outline};
 use tiny_skia::Rect;
 
 use super::Drive;
@@ -182,9 +182,11 @@ fn shown(drive: &Drive) -> Bounds {
         .iter()
         .flat_map(|bounds| [bounds.min, bounds.max])
         .collect();
-    let radius = drive.robot_radius;
-    for at in drive.places() {
-        points.extend([[at.x - radius, at.y - radius], [at.x + radius, at.y + radius]]);
+    for path in &drive.paths {
+        let radius = path.body.as_ref().map_or(0.0, Footprint::radius);
+        for at in &path.points {
+            points.extend([[at.x - radius, at.y - radius], [at.x + radius, at.y + radius]]);
+        }
     }
     points.extend(drive.targets.iter().map(|target| [target.x, target.y]));
     if drive.bounds.is_none() {

@@ -150,8 +150,8 @@ fn sign(drawing: &mut Drawing, sign: Sign, (x, y): (f32, f32), palette: &Palette
             drawing.polyline(&[(x - SIGN / 2.0 + 3.0, y), (x + SIGN / 2.0 - 3.0, y)], line);
         }
         Sign::Takeover => path::takeover(drawing, (x, y), ColorRole::Soft),
-        Sign::Start => path::robot(drawing, (x, y), 11.0, 0.0, path::Robot::Start),
-        Sign::End => path::robot(drawing, (x, y), 11.0, 0.0, path::Robot::End),
+        Sign::Start => path::robot(drawing, (x, y), &path::Body::disc(11.0), 0.0, path::Robot::Start),
+        Sign::End => path::robot(drawing, (x, y), &path::Body::disc(11.0), 0.0, path::Robot::End),
         Sign::Reached => path::badge(drawing, (x, y), "n", true),
         Sign::Missed => path::badge(drawing, (x, y), "n", false),
         Sign::Moving => ground::moving_disc(drawing, (x, y), 10.0),

@@ -12,7 +12,7 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-use jde_sim::{Bounds, Outline, Shape};
+use jde_sim::{Bounds, Footprint, Outline, Shape};
 
 use crate::drawing::Drawing;
 #[cfg(feature = "recordings")]
@@ -49,8 +49,6 @@ pub struct Drive {
     pub takeovers: Vec<Takeover>,
     /// The number of takeovers; more than [`Drive::takeovers`] holds if some were left out.
     pub takeover_count: u64,
-    /// The robot's radius, metres; 0 if unknown.
-    pub robot_radius: f64,
 }
 
 /// The path of one robot.
@@ -58,6 +56,8 @@ pub struct Drive {
 pub struct RobotPath {
     /// Its name, which distinguishes it from other robots.
     pub robot: String,
+    /// Its body, if it is known.
+    pub body: Option<Footprint>,
     /// Poses and winners, in order of time.
     pub points: Vec<PathPoint>,
     /// The driven distance, metres. [`RobotPath::points`] may be shorter, since some may be left out.
@@ -234,10 +234,5 @@ fn finite(drive: &Drive) -> Drive {
     drive
         .takeovers
         .retain(|takeover| is_placed(&[takeover.x, takeover.y]));
-    drive.robot_radius = if is_placed(&[drive.robot_radius]) {
-        drive.robot_radius.max(0.0)
-    } else {
-        0.0
-    };
     drive
 }

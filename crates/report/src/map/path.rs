@@ -1,9 +1,11 @@
 //! The robots' paths in the colours of the winners, with takeovers, targets, starts and ends.
 
+use jde_sim::Footprint;
+
 use super::frame::Frame;
 use super::palette::Palette;
 use super::{Drive, PathPoint};
-use crate::drawing::{Align, ColorRole, Drawing, Line};
+use crate::drawing::{Align, ColorRole, Drawing, Line, Shape};
 
 /// Width of the path's line, and of the white on either side that separates it from lines below, pixels.
 const PATH_WIDTH: f32 = 3.0;
@@ -12,7 +14,7 @@ const OUTLINE_WIDTH: f32 = 2.0;
 const ARROWS: f32 = 170.0;
 /// Least distance between an arrow and the mark of a takeover, pixels.
 const ARROW_CLEARANCE: f32 = 16.0;
-/// Least radius of a robot, also if its radius is unknown, pixels.
+/// Least radius of a robot, also if its body is unknown, pixels.
 const LEAST_ROBOT: f32 = 9.0;
 /// Pixels from the centre of a target's cross to its ends, the radius of its badge, and the badge's offset in
 /// each direction.
@@ -29,6 +31,43 @@ const MERGE_DISTANCE: f32 = 0.5;
 pub(super) enum Robot {
     Start,
     End,
+}
+
+/// The body of a robot in pixels, ahead and to the left of its centre.
+pub(super) struct Body {
+    /// Its corners; none for a disc.
+    corners: Vec<(f32, f32)>,
+    /// The radius of the disc around it.
+    radius: f32,
+    /// How far it reaches to each side at least.
+    inner: f32,
+}
+
+impl Body {
+    /// A disc.
+    pub(super) fn disc(radius: f32) -> Self {
+        Self {
+            corners: Vec::new(),
+            radius,
+            inner: radius,
+        }
+    }
+
+    /// The body on a map, larger than it is if nobody could see it otherwise.
+    fn of(frame: &Frame, body: Option<&Footprint>) -> Self {
+        let Some(body) = body else {
+            return Self::disc(LEAST_ROBOT);
+        };
+        let radius = frame.pixels(body.radius()).max(LEAST_ROBOT);
+        let scale = f64::from(radius) / body.radius();
+        let pixels = |metres: f64| (metres * scale) as f32;
+        let [[back, right], [ahead, left]] = body.extent();
+        Self {
+            corners: body.corners().map(|[x, y]| (pixels(x), pixels(y))).collect(),
+            radius,
+            inner: pixels(ahead.min(left).min(-back).min(-right)).max(LEAST_ROBOT / 2.0),
+        }
+    }
 }
 
 /// Draws the whole drive.
@@ -55,17 +94,18 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
     for at in &drive.targets {
         cross(drawing, frame.at(at.x, at.y));
     }
-    let radius = frame.pixels(drive.robot_radius).max(LEAST_ROBOT);
     let mut robots = Vec::new();
     for path in &drive.paths {
+        let body = Body::of(frame, path.body.as_ref());
+        let radius = body.radius;
         let ends = path.points.first().zip(path.points.last());
         for (at, which) in ends
             .iter()
             .flat_map(|(first, last)| [(first, Robot::Start), (last, Robot::End)])
         {
             let place = frame.at(at.x, at.y);
-            robot(drawing, place, radius, at.heading, which);
-            robots.push(place);
+            robot(drawing, place, &body, at.heading, which);
+            robots.push((place, radius));
             if drive.paths.len() > 1 && which == Robot::End {
                 let name_place = (place.0 + radius + NAME / 3.0, place.1);
                 drawing.label(&path.robot, NAME, name_place, Align::Left, ColorRole::Ink);
@@ -73,7 +113,7 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, drive: &Drive, palette:
         }
     }
     for at in &drive.targets {
-        let place = badge_place(frame.at(at.x, at.y), &runs, &robots, radius);
+        let place = badge_place(frame.at(at.x, at.y), &runs, &robots);
         badge(drawing, place, &at.number.to_string(), at.reached);
     }
 }
@@ -111,33 +151,29 @@ pub(super) fn badge(drawing: &mut Drawing, (x, y): (f32, f32), number: &str, rea
     }
 }
 
-/// Draws a robot from above: a disc with a wedge in its heading; the one at the start is faded.
-pub(super) fn robot(drawing: &mut Drawing, (x, y): (f32, f32), radius: f32, heading: f64, which: Robot) {
+/// Draws a robot from above, with a wedge in its heading; the one at the start is faded.
+pub(super) fn robot(drawing: &mut Drawing, (x, y): (f32, f32), body: &Body, heading: f64, which: Robot) {
+    let (sin, cos) = (heading.sin() as f32, heading.cos() as f32);
     // Pixels count downwards, headings counter-clockwise.
-    let ahead = |angle: f64, distance: f32| {
-        let angle = heading + angle;
-        (
-            x + angle.cos() as f32 * distance,
-            y - angle.sin() as f32 * distance,
-        )
+    let place = |(ahead, left): (f32, f32)| (x + cos * ahead - sin * left, y - sin * ahead - cos * left);
+    let shape = if body.corners.is_empty() {
+        Shape::Disc((x, y), body.radius)
+    } else {
+        Shape::Area(body.corners.iter().copied().map(place).collect())
     };
-    let wedge = [
-        ahead(0.0, radius * 0.82),
-        ahead(2.4, radius * 0.62),
-        ahead(-2.4, radius * 0.62),
-    ];
-    match which {
-        Robot::Start => {
-            drawing.disc((x, y), radius, ColorRole::Paper.faded(0.75));
-            drawing.ring((x, y), radius, Line::new(ColorRole::Ink, 1.5).dashed(4.0, 3.0));
-            drawing.polygon(&wedge, ColorRole::Edge);
-        }
-        Robot::End => {
-            drawing.disc((x, y), radius, ColorRole::Paper.faded(0.9));
-            drawing.ring((x, y), radius, Line::new(ColorRole::Ink, 2.0));
-            drawing.polygon(&wedge, ColorRole::Ink);
-        }
-    }
+    let wedge = [(0.82, 0.0), (-0.457, 0.419), (-0.457, -0.419)]
+        .map(|(ahead, left)| place((body.inner * ahead, body.inner * left)));
+    let (opacity, line, ink) = match which {
+        Robot::Start => (
+            0.75,
+            Line::new(ColorRole::Ink, 1.5).dashed(4.0, 3.0),
+            ColorRole::Edge,
+        ),
+        Robot::End => (0.9, Line::new(ColorRole::Ink, 2.0), ColorRole::Ink),
+    };
+    drawing.fill(shape.clone(), ColorRole::Paper.faded(opacity));
+    drawing.stroke(shape, line);
+    drawing.polygon(&wedge, ink);
 }
 
 fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
@@ -148,7 +184,7 @@ fn cross(drawing: &mut Drawing, (x, y): (f32, f32)) {
 }
 
 /// The diagonal of a target on which its badge hides no robot and the least of the path.
-fn badge_place((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius: f32) -> (f32, f32) {
+fn badge_place((x, y): (f32, f32), runs: &[&Run], robots: &[((f32, f32), f32)]) -> (f32, f32) {
     let candidates = [(1.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(right, down)| (x + right * BESIDE, y + down * BESIDE));
     let hidden_count = |(x, y): (f32, f32)| {
@@ -158,7 +194,8 @@ fn badge_place((x, y): (f32, f32), runs: &[&Run], robots: &[(f32, f32)], radius:
             .flat_map(|(_, points)| points)
             .filter(within(BADGE + PATH_WIDTH))
             .count();
-        (robots.iter().filter(within(BADGE + radius)).count(), covered)
+        let is_hidden = |&&(place, radius): &&((f32, f32), f32)| within(BADGE + radius)(&&place);
+        (robots.iter().filter(is_hidden).count(), covered)
     };
     candidates
         .into_iter()
@@ -220,5 +257,47 @@ fn arrows(drawing: &mut Drawing, runs: &[Run], takeovers: &[(f32, f32)], palette
             }
             next -= length;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::RobotPath;
+
+    #[test]
+    fn a_robot_is_as_long_and_as_wide_as_its_body_unless_nobody_could_see_it() {
+        let corners = [[0.6, 0.2], [-0.3, 0.2], [-0.3, -0.2], [0.6, -0.2]];
+        let body = Footprint::polygon(&corners).expect("a convex polygon");
+        let at = |x: f64| PathPoint {
+            time: x,
+            x,
+            y: 0.0,
+            heading: 0.0,
+            winner: None,
+        };
+        let of = |length: f64| {
+            let drive = Drive {
+                paths: vec![RobotPath {
+                    points: vec![at(0.0), at(length)],
+                    body: Some(body.clone()),
+                    ..RobotPath::default()
+                }],
+                ..Drive::default()
+            };
+            let frame = Frame::within(&drive, &[], false, 800.0, 600.0);
+            (Body::of(&frame, Some(&body)), frame.pixels(1.0))
+        };
+        let (body, metre) = of(4.0);
+        let ahead = body.corners.iter().map(|corner| corner.0).fold(0.0, f32::max);
+        let left = body.corners.iter().map(|corner| corner.1).fold(0.0, f32::max);
+        assert!((ahead - 0.6 * metre).abs() < 0.01 && (left - 0.2 * metre).abs() < 0.01);
+        let (small, metre) = of(4000.0);
+        assert!(
+            0.6 * metre < 1.0 && (small.radius - LEAST_ROBOT).abs() < 0.01,
+            "{}",
+            small.radius
+        );
+        assert_eq!(small.corners.len(), 4);
     }
 }

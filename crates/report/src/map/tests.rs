@@ -59,6 +59,7 @@ fn room() -> Drive {
         ],
         paths: vec![RobotPath {
             points: path,
+            body: Some(Footprint::Circle { radius: 0.25 }),
             ..RobotPath::default()
         }],
         schema_names: vec!["goon".to_owned(), "vff".to_owned()],
@@ -81,7 +82,6 @@ fn room() -> Drive {
             y: 2.0,
             to: 1,
         }],
-        robot_radius: 0.25,
         ..Drive::default()
     }
 }
@@ -386,6 +386,7 @@ fn every_robot_has_its_path_and_its_name() {
         robot: "right".to_owned(),
         points: vec![point(0.0, 2.0, 1.0, Some(1)), point(4.0, 8.0, 1.0, Some(1))],
         distance: 6.0,
+        ..RobotPath::default()
     });
     let vff = Palette::of(&drive).tone(Some(1)).light();
     assert_eq!(probe(&drive, 4.6, 1.0), vff);

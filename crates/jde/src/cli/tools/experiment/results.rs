@@ -39,7 +39,7 @@ impl<'e> Results<'e> {
             columns: &self.experiment.columns,
             results: &self.results,
             world: &|result| self.experiment.world_of(result.drive),
-            robot_radius: self.experiment.robot_radius,
+            robot: self.experiment.robot.as_ref(),
             command: &command,
         };
         summary::write_all(&self.folder, &summary)
