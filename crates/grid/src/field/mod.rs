@@ -10,7 +10,7 @@ mod descent;
 mod queue;
 mod wave;
 
-use crate::costmap::Costmap;
+use crate::costmap::{Costmap, LETHAL};
 use crate::geometry::{Cell, Geometry};
 use crate::price::{Prices, UNIT};
 use crate::route::{PlanError, Route, check_ends};
@@ -29,8 +29,11 @@ pub struct Field {
     /// The place of the goal.
     origin: usize,
     prices: Prices,
-    /// The cells row by row, with a border of closed ones, so that every cell has four neighbours.
-    places: Vec<Place>,
+    /// The costs of the cells row by row, with a border of closed ones, so that every cell has four neighbours.
+    costs: Vec<u8>,
+    /// Both prices of the places, each as its complement: a place that no wave has reached is zero, and its
+    /// memory is not touched.
+    complements: Vec<[u32; 2]>,
     /// Places of a row, those of the border included.
     stride: usize,
     /// Where to propagate, by the lower of both prices. Entries in an older bucket are passed over.
@@ -39,23 +42,14 @@ pub struct Field {
     propagated: u64,
 }
 
-/// A cell of the field.
+/// The prices of a cell.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     /// The price to the goal, as it was last propagated.
     known: u32,
     /// The price to the goal by the neighbours' known prices. Where both differ, the cell is in `open`.
     due: u32,
-    /// The price of the cell's own crossing; 0 if it is closed.
-    crossing: u16,
 }
-
-/// A closed cell.
-const CLOSED: Place = Place {
-    known: UNREACHED,
-    due: UNREACHED,
-    crossing: 0,
-};
 
 impl Place {
     /// The bucket of a place that is open.
@@ -72,7 +66,7 @@ impl Field {
     /// Returns the field of a goal, not yet propagated: [`Field::route`] does so as far as necessary, and
     /// [`Field::settle`] everywhere.
     ///
-    /// Takes 12 bytes of memory for each cell.
+    /// Takes 9 bytes of memory for each cell.
     ///
     /// # Errors
     /// If the goal is outside the map or closed.
@@ -81,23 +75,22 @@ impl Field {
         let geometry = *costs.geometry();
         let width = geometry.width() as usize;
         let stride = width + 2;
-        let mut places = Vec::with_capacity(stride * (geometry.height() as usize + 2));
-        places.resize(stride, CLOSED);
+        let count = stride * (geometry.height() as usize + 2);
+        let mut padded = Vec::with_capacity(count);
+        padded.resize(stride, LETHAL);
         for row in costs.costs().chunks_exact(width) {
-            places.push(CLOSED);
-            places.extend(row.iter().map(|&cost| Place {
-                crossing: prices.of(cost),
-                ..CLOSED
-            }));
-            places.push(CLOSED);
+            padded.push(LETHAL);
+            padded.extend_from_slice(row);
+            padded.push(LETHAL);
         }
-        places.resize(places.len() + stride, CLOSED);
+        padded.resize(count, LETHAL);
         let mut field = Self {
             geometry,
             goal,
             origin: 0,
             prices: prices.clone(),
-            places,
+            costs: padded,
+            complements: vec![[0; 2]; count],
             stride,
             open: Queue::default(),
             propagated: 0,
@@ -121,8 +114,9 @@ impl Field {
         let geometry = self.geometry;
         for &cell in changed.iter().filter(|&&cell| geometry.contains(cell)) {
             let index = self.place(cell);
-            let crossing = self.prices.at(costs, cell);
-            if core::mem::replace(&mut self.places[index].crossing, crossing) != crossing {
+            let cost = costs.get(cell);
+            let before = core::mem::replace(&mut self.costs[index], cost);
+            if self.prices.of(before) != self.prices.of(cost) {
                 self.review(index);
             }
         }
@@ -167,19 +161,19 @@ impl Field {
             return Err(PlanError::GoalClosed);
         }
         let index = self.place(start);
-        if self.places[index].crossing == 0 {
+        if self.crossing(index) == 0 {
             return Err(PlanError::StartClosed);
         }
         // The price of the start may rise while the field settles up to it.
         while let Some(first) = self.open.first() {
-            let Place { known, due, .. } = self.places[index];
+            let Place { known, due } = self.read(index);
             let reach = bucket(known.max(due).saturating_add(BEYOND_START));
             if first > reach {
                 break;
             }
             self.settle_to(reach.min(first + bucket(BEYOND_START)));
         }
-        if self.places[index].known == UNREACHED {
+        if self.read(index).known == UNREACHED {
             return Err(PlanError::Unreachable);
         }
         Ok(self.descend(start))
@@ -191,20 +185,27 @@ impl Field {
             && let Some(index) = self.open.take()
         {
             let index = index as usize;
-            let place = self.places[index];
-            let Place { known, due, .. } = place;
+            let place = self.read(index);
+            let Place { known, due } = place;
             if known == due || place.bucket() != first {
                 continue;
             }
             self.propagated += 1;
             // A price that rises is withdrawn first, so that no neighbour keeps it alive.
-            self.places[index].known = if known > due { due } else { UNREACHED };
+            let known_now = if known > due { due } else { UNREACHED };
+            self.write(
+                index,
+                Place {
+                    known: known_now,
+                    due,
+                },
+            );
             if known < due && due != UNREACHED {
                 self.open.push(bucket(due), index as u32);
             }
             for next in [index + 1, index + self.stride, index - 1, index - self.stride] {
                 // A price follows from lower ones only, before the change and after it.
-                if known.min(due) < self.places[next].due {
+                if known.min(due) < self.read(next).due {
                     self.review(next);
                 }
             }
@@ -214,9 +215,9 @@ impl Field {
     /// Computes the price that is due in a place within the border.
     #[inline]
     fn review(&mut self, index: usize) {
-        let known = |index: usize| self.places[index].known;
-        let place = self.places[index];
-        let due = match place.crossing {
+        let known = |index: usize| self.read(index).known;
+        let place = self.read(index);
+        let due = match self.crossing(index) {
             0 => UNREACHED,
             _ if index == self.origin => 0,
             crossing => arrival(
@@ -227,7 +228,7 @@ impl Field {
         };
         if due != place.due {
             let reviewed = Place { due, ..place };
-            self.places[index] = reviewed;
+            self.write(index, reviewed);
             let was_open = place.due != place.known && place.bucket() == reviewed.bucket();
             if due != place.known && !was_open {
                 self.open.push(reviewed.bucket(), index as u32);
@@ -240,20 +241,37 @@ impl Field {
         (cell.y as usize + 1) * self.stride + cell.x as usize + 1
     }
 
-    fn at(&self, cell: Cell) -> Place {
-        if self.geometry.contains(cell) {
-            self.places[self.place(cell)]
-        } else {
-            CLOSED
-        }
+    #[inline]
+    fn read(&self, index: usize) -> Place {
+        let [known, due] = self.complements[index].map(|complement| !complement);
+        Place { known, due }
+    }
+
+    #[inline]
+    fn write(&mut self, index: usize, Place { known, due }: Place) {
+        self.complements[index] = [!known, !due];
+    }
+
+    /// The price of the crossing of a place; 0 if it is closed.
+    #[inline]
+    fn crossing(&self, index: usize) -> u16 {
+        self.prices.of(self.costs[index])
     }
 
     fn known_at(&self, cell: Cell) -> u32 {
-        self.at(cell).known
+        if self.geometry.contains(cell) {
+            self.read(self.place(cell)).known
+        } else {
+            UNREACHED
+        }
     }
 
     fn crossing_at(&self, cell: Cell) -> u16 {
-        self.at(cell).crossing
+        if self.geometry.contains(cell) {
+            self.crossing(self.place(cell))
+        } else {
+            0
+        }
     }
 }
 
