@@ -98,7 +98,7 @@ fn a_campaign_fails_when_an_invariant_is_violated() {
             "collision",
             "R18: the robot is guarded, and touches",
             "reckless",
-            "8",
+            "40",
         ),
         ("turn", "R11: `", "stop-all", "8"),
         ("recovery", "and it has no turns any more", "panic", "16"),

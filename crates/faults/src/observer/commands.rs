@@ -130,7 +130,7 @@ impl Commands {
                 port.orphan = None;
                 continue;
             };
-            let status = state.history.status(newest.writer as usize, now);
+            let status = state.history.status(newest.writer as usize, newest.time, now);
             let reason = match status {
                 AuthorityStatus::Orphan(group) => format!("R9: group {group} has no winner"),
                 AuthorityStatus::TakenOver(winner) => {

@@ -128,9 +128,19 @@ impl History {
         false
     }
 
-    /// The status of this schema's command. The highest group on its path in which another schema or none won
+    /// Whether the father of a group took over a command that was given at that time, and none of the group
+    /// has won since (R7). So it is after a guard refused the command of whoever won meanwhile (R18).
+    fn father_took_over(&self, group: usize, given: Nanos) -> Option<usize> {
+        let father = self.fathers[group]?;
+        let (begin, end) = *self.spans[father].back()?;
+        let has_won = |member: &usize| self.spans[*member].back().is_some_and(|(won, _)| *won >= begin);
+        let takes_over = end.is_none() && begin >= given && !self.members[group].iter().any(has_won);
+        takes_over.then_some(father)
+    }
+
+    /// The status of this schema's command, given at this time. The highest group on its path in which another schema or none won
     /// determines it: groups below sleep for that reason and need not brake.
-    pub(crate) fn status(&self, writer: usize, now: Nanos) -> AuthorityStatus {
+    pub(crate) fn status(&self, writer: usize, given: Nanos, now: Nanos) -> AuthorityStatus {
         let mut status = AuthorityStatus::Holds;
         let mut at = Some(writer);
         while let Some((schema, group)) = at.and_then(|schema| Some((schema, self.group_of[schema]?))) {
@@ -141,7 +151,10 @@ impl History {
                 None if self.holds.get(&group).is_some_and(|until| *until >= now) => {
                     status = AuthorityStatus::HeldByPolicy
                 }
-                None => status = AuthorityStatus::Orphan(group),
+                None => {
+                    let father = self.father_took_over(group, given);
+                    status = father.map_or(AuthorityStatus::Orphan(group), AuthorityStatus::TakenOver);
+                }
             }
             at = self.fathers[group];
         }

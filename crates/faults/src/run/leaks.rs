@@ -9,6 +9,9 @@ use super::wait_within;
 const RETURN_TIMEOUT: Duration = Duration::from_secs(5);
 /// Allowed growth of the process per case, bytes: heap fragmentation.
 const GROWTH: u64 = 96 << 10;
+/// Allowed growth after the warm-up however many cases follow, bytes: cases of one kind differ in what they
+/// need at most.
+const SPREAD: u64 = 2 << 20;
 /// Cases until the heap has reached the size that one case needs.
 const WARMUP_CASES: u64 = 10;
 /// Memory of a call that never returns, bytes: its stack, its part of the heap, and the variables of its
@@ -118,7 +121,10 @@ impl LeakDetector {
             return;
         };
         let (cases, calls) = (self.similar - WARMUP_CASES, self.leftovers.calls - warm_calls);
-        let (allowed, now) = (warm + GROWTH * cases + LEFTOVER_BYTES * calls, resident());
+        let (allowed, now) = (
+            warm + SPREAD + GROWTH * cases + LEFTOVER_BYTES * calls,
+            resident(),
+        );
         if now > allowed {
             self.grown.get_or_insert(format!(
                 "leak: {:.1} MB of memory after {cases} cases, where {:.1} MB are allowed",
