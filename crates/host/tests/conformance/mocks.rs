@@ -133,8 +133,8 @@ fn a_mock_that_was_unloaded_continues_after_a_load(executor: Executor) {
     let left = app.index("left");
     app.operator().unload(left).expect("a motor schema");
     app.until_line("robot velocity 0");
-    app.operator().load(left).expect("it is unloaded");
     let before = app.scenario.count("robot velocity 0.4");
+    app.operator().load(left).expect("it is unloaded");
     app.until(|app| app.scenario.count("robot velocity 0.4") > before);
     app.stop();
 }
