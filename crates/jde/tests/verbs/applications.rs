@@ -57,6 +57,37 @@ fn navigate_gets_out_of_where_it_is_stuck_or_gives_up_in_words() {
 }
 
 #[test]
+fn barn_crosses_narrow_worlds_that_it_does_not_know_at_more_than_1_m_per_second() {
+    for world in ["000", "190", "264", "282"] {
+        let result = run("barn", &["--set", &barn(world)]);
+        assert_eq!(result["outcome"], "done", "{world}: {result}");
+        assert!(
+            result["sim_seconds"].as_f64().is_some_and(|time| time < 10.0),
+            "{world}: {result}"
+        );
+    }
+}
+
+#[test]
+fn barn_dwa_crosses_an_easy_world() {
+    let result = run("barn-dwa", &["--set", &barn("108")]);
+    assert_eq!(result["outcome"], "done", "{result}");
+}
+
+/// The option that takes a world of BARN.
+fn barn(world: &str) -> String {
+    let file = root().join("worlds/barn").join(world).with_extension("toml");
+    format!("robot.world={}", file.display())
+}
+
+#[test]
+fn line_keeps_to_its_track_and_stands_before_a_crate() {
+    let mut command = jde_with_plugins(&["experiment", "line", "--drive", "0"]);
+    let output = output_of(command.current_dir(root()));
+    assert_eq!(output.status, Some(0), "{output:?}");
+}
+
+#[test]
 fn patrol_skips_the_place_under_a_table_that_its_map_does_not_know() {
     let result = run("patrol", &["--for", "60s"]);
     assert!(result["reached"].as_u64() >= Some(3), "{result}");
