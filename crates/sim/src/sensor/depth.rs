@@ -23,7 +23,7 @@ pub struct DepthConfig {
 impl Default for DepthConfig {
     fn default() -> Self {
         // Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data for indoor mapping
-        // applications", Sensors 12(2), 2012: half a pixel of disparity, measured from 0.5 m to 5 m.
+        // applications", Sensors 12(2), 2012: half a step of the disparity, and depths up to 5 m.
         Self {
             range_min: 0.5,
             range_max: 5.0,

@@ -40,6 +40,7 @@ impl World {
         picture: &mut [u8],
         depths: &mut [f32],
     ) -> Result<(), WorldError> {
+        camera.check()?;
         depth.check()?;
         super::readings::check_buffer("depths", depths.len(), camera.pixels())?;
         let near = self.draw(robot, camera, picture)?;
