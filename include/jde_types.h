@@ -735,7 +735,7 @@ static const jde_type jde_range_ring_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_range_ring_fields), "jde_msgs/msg/RangeRing", "A ring of up to 32 range sensors of one type around a base.",
     sizeof(jde_range_ring), 8u, jde_range_ring_fields};
 
-/** sensor_msgs/msg/Image: An image of up to 640 × 480 pixels of three bytes. */
+/** sensor_msgs/msg/Image: An image of up to 640 × 480 pixels of three bytes, or 640 × 360 depths. */
 typedef struct jde_image {
     /** Time, and the frame of the camera: x to the right of the image, y down, z into it. */
     jde_header header;
@@ -743,7 +743,7 @@ typedef struct jde_image {
     uint32_t height;
     /** Columns. */
     uint32_t width;
-    /** Format of a pixel: "rgb8", "bgr8", "mono8". */
+    /** Format of a pixel: "rgb8", "bgr8", "mono8"; "32FC1" for a depth in metres (REP-118). */
     struct { uint32_t length; char bytes[28]; } encoding;
     /** Whether numbers of several bytes begin with the most significant byte. */
     uint8_t is_bigendian;
@@ -764,7 +764,7 @@ static const jde_field jde_image_fields[] = {
     JDE_FIELD("width", offsetof(jde_image, width), 0u, JDE_U32, JDE_ONE, 1u,
               "Columns.", "", NULL),
     JDE_FIELD("encoding", offsetof(jde_image, encoding.bytes), offsetof(jde_image, encoding.length), JDE_U8, JDE_TEXT, 28u,
-              "Format of a pixel: \"rgb8\", \"bgr8\", \"mono8\".", "", NULL),
+              "Format of a pixel: \"rgb8\", \"bgr8\", \"mono8\"; \"32FC1\" for a depth in metres (REP-118).", "", NULL),
     JDE_FIELD("is_bigendian", offsetof(jde_image, is_bigendian), 0u, JDE_U8, JDE_ONE, 1u,
               "Whether numbers of several bytes begin with the most significant byte.", "", NULL),
     JDE_FIELD("_", offsetof(jde_image, padding_105), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
@@ -774,7 +774,7 @@ static const jde_field jde_image_fields[] = {
               "Rows, from top to bottom.", "", NULL),
 };
 static const jde_type jde_image_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_image_fields), "sensor_msgs/msg/Image", "An image of up to 640 × 480 pixels of three bytes.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_image_fields), "sensor_msgs/msg/Image", "An image of up to 640 × 480 pixels of three bytes, or 640 × 360 depths.",
     sizeof(jde_image), 4u, jde_image_fields};
 
 /** jde_msgs/msg/PanTilt: Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none. */

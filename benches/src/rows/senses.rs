@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{consume, interleave};
-use jde_sim::{CameraConfig, RobotConfig, RobotId, SonarConfig, Twist2, World};
+use jde_sim::{CameraConfig, DepthConfig, RobotConfig, RobotId, SonarConfig, Twist2, World};
 
 use crate::scope::Scope;
 
@@ -48,13 +48,24 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
                 ..CameraConfig::default()
             };
             let mut picture = vec![0; camera.bytes()];
-            let side =
-                &mut |times| (0..times).for_each(|_| consume(world.picture(robot, &camera, &mut picture)));
-            let [rounds] = interleave(scope.effort(), [side]);
-            lines.push(line(
-                format!("picture, {width} x {height}, {name}"),
-                rounds.median(),
-            ));
+            let (mut colors, mut depths) = (picture.clone(), vec![0.0; camera.pixels()]);
+            let configs = (&camera, &DepthConfig::default());
+            let [plain, with_depths] = interleave(
+                scope.effort(),
+                [
+                    &mut |times| {
+                        (0..times).for_each(|_| consume(world.picture(robot, &camera, &mut picture)));
+                    },
+                    &mut |times| {
+                        (0..times).for_each(|_| {
+                            consume(world.picture_with_depths(robot, configs, &mut colors, &mut depths));
+                        });
+                    },
+                ],
+            );
+            let what = format!("picture, {width} x {height}, {name}");
+            lines.push(line(format!("{what}, with depths"), with_depths.median()));
+            lines.push(line(what, plain.median()));
         }
     }
     Ok(lines)

@@ -132,8 +132,8 @@ pub use model::{LaserModel, RobotModel, SampledSensor};
 pub use odometer::{Encoders, Odometry};
 pub use robot::Truth;
 pub use sensor::{
-    BUMPER_HEADINGS, Bumpers, ImuConfig, ImuReading, LaserConfig, LineSensorConfig, PositionConfig,
-    SonarConfig,
+    BUMPER_HEADINGS, Bumpers, DepthConfig, ImuConfig, ImuReading, LaserConfig, LineSensorConfig,
+    PositionConfig, SonarConfig,
 };
 pub use shape::{Figure, Outline, Shape};
 pub use shipped::SHIPPED_ROBOTS;

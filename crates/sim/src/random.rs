@@ -18,6 +18,7 @@ pub(crate) enum Purpose {
     ImuBias = 7,
     Position = 8,
     Outage = 9,
+    Depth = 10,
 }
 
 /// The draws of one sensor of one robot at one step of the world.

@@ -3,7 +3,7 @@
 
 use crate::{Flag, Header, Padding, Point2D, Quaternion, Seq, Text, Value, Vector3};
 
-/// An image of up to 640 × 480 pixels of three bytes.
+/// An image of up to 640 × 480 pixels of three bytes, or 640 × 360 depths.
 #[derive(Clone, Copy, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "sensor_msgs/msg/Image")]
@@ -14,7 +14,7 @@ pub struct Image {
     pub height: u32,
     /// Columns.
     pub width: u32,
-    /// Format of a pixel: "rgb8", "bgr8", "mono8".
+    /// Format of a pixel: "rgb8", "bgr8", "mono8"; "32FC1" for a depth in metres (REP-118).
     pub encoding: Text<28>,
     /// Whether numbers of several bytes begin with the most significant byte.
     pub is_bigendian: u8,

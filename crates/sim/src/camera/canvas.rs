@@ -34,6 +34,11 @@ impl<'a> Canvas<'a> {
         let (colors, _) = self.colors[3 * from..3 * to].as_chunks_mut::<3>();
         colors.iter_mut().zip(&mut self.near[from..to])
     }
+
+    /// Returns the inverse depths of all pixels, by rows from the top.
+    pub(super) fn into_near(self) -> Vec<f32> {
+        self.near
+    }
 }
 
 /// Returns the range of pixels whose middles lie between two positions along a row or column of `count`

@@ -29,6 +29,9 @@ pub(super) fn draw((floor, light): (&Floor, &Light), view: &View, rays: &Rays, c
             *pixel = if ray[2] >= 0.0 {
                 sky(light.sky, ray)
             } else {
+                if view.eye[2] > 0.0 {
+                    *near = (-ray[2] / view.eye[2]) as f32;
+                }
                 let patch = patch(view.eye, ray, rays);
                 let bare = bare.map(|part| part * (1.0 - FAINT * line(&patch)));
                 floor.mean(&patch, bare, shade).map(|part| (part + 0.5) as u8)

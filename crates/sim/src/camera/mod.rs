@@ -5,8 +5,8 @@
 //! would bend under a tilt. All arithmetic is that of IEEE 754 and libm: the same world gives the same bytes
 //! anywhere.
 //!
-//! There is no model of lenses, blur, shadows or noise. A picture never shows the robot that carries the
-//! camera.
+//! The depth buffer is also what a depth camera measures. There is no model of lenses, blur or shadows, and
+//! colours have no noise. A picture never shows the robot that carries the camera.
 
 mod canvas;
 mod figure;
@@ -71,9 +71,14 @@ impl Default for CameraConfig {
 }
 
 impl CameraConfig {
+    /// Returns the pixels of a picture.
+    pub fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
     /// Returns the bytes of a picture: three a pixel.
     pub fn bytes(&self) -> usize {
-        3 * self.width * self.height
+        3 * self.pixels()
     }
 
     /// Returns the focal length in pixels: the factor from the tangent of an angle to pixels.

@@ -65,8 +65,9 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Draws the picture: three bytes a pixel, rows from the top.
-    pub(crate) fn draw(mut self, picture: &mut [u8]) {
+    /// Draws the picture: three bytes a pixel, rows from the top. Returns the inverse of each pixel's depth in
+    /// metres; 0 for the sky.
+    pub(crate) fn draw(mut self, picture: &mut [u8]) -> Vec<f32> {
         let rays = self.view.rays();
         let mut canvas = Canvas::new(self.view.width, self.view.height, picture);
         // From near to far: most hidden pixels are then rejected before a colour is written.
@@ -78,6 +79,7 @@ impl<'a> Renderer<'a> {
             round.draw(*color, self.light, &self.view, &rays, &mut canvas);
         }
         floor::draw((self.floor, self.light), &self.view, &rays, &mut canvas);
+        canvas.into_near()
     }
 
     fn add_round(&mut self, round: Round, color: Color) {

@@ -3,6 +3,7 @@
 //! Reading changes nothing: the same sensor at the same time gives the same values, noise included.
 
 mod bumper;
+mod depth;
 mod imu;
 mod laser;
 mod line;
@@ -10,6 +11,7 @@ mod position;
 mod sonar;
 
 pub use bumper::{BUMPER_HEADINGS, Bumpers};
+pub use depth::DepthConfig;
 pub use imu::{ImuConfig, ImuReading};
 pub use laser::LaserConfig;
 pub use line::LineSensorConfig;

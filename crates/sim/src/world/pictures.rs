@@ -1,4 +1,4 @@
-//! Camera pictures of a world.
+//! Camera pictures of a world, and their depths.
 //!
 //! A picture shows the present time and changes nothing.
 
@@ -6,6 +6,8 @@ use super::{RobotId, World};
 use crate::camera::{CameraConfig, Renderer};
 use crate::error::WorldError;
 use crate::loose::LooseShape;
+use crate::random::Purpose;
+use crate::sensor::DepthConfig;
 
 impl World {
     /// Fills `picture` with the view of a camera on a robot: RGB, three bytes a pixel, rows from the top.
@@ -20,6 +22,40 @@ impl World {
         camera: &CameraConfig,
         picture: &mut [u8],
     ) -> Result<(), WorldError> {
+        self.draw(robot, camera, picture).map(|_| ())
+    }
+
+    /// Fills `picture` as [`World::picture`] does, and `depths` with metres along the optical axis, one value a
+    /// pixel, rows from the top; +∞ is nothing in the range, -∞ is too near (REP-118, REP-117).
+    ///
+    /// A pixel's depth is that of the point whose colour it has.
+    ///
+    /// # Errors
+    /// A buffer whose length is not [`CameraConfig::bytes`] or [`CameraConfig::pixels`], an invalid number in a
+    /// configuration.
+    pub fn picture_with_depths(
+        &self,
+        robot: RobotId,
+        (camera, depth): (&CameraConfig, &DepthConfig),
+        picture: &mut [u8],
+        depths: &mut [f32],
+    ) -> Result<(), WorldError> {
+        camera.check()?;
+        depth.check()?;
+        super::readings::check_buffer("depths", depths.len(), camera.pixels())?;
+        let near = self.draw(robot, camera, picture)?;
+        let noise = self.noise(robot, Purpose::Depth, depth.stream);
+        depth.measure(&near, &noise, depths);
+        Ok(())
+    }
+
+    /// Fills `picture`, and returns the inverse of each pixel's depth.
+    fn draw(
+        &self,
+        robot: RobotId,
+        camera: &CameraConfig,
+        picture: &mut [u8],
+    ) -> Result<Vec<f32>, WorldError> {
         camera.check()?;
         super::readings::check_buffer("picture", picture.len(), camera.bytes())?;
         let head = (self.head(robot), &self.config(robot).head);
@@ -52,7 +88,6 @@ impl World {
         for (other, _) in self.robots().filter(|(other, _)| *other != robot) {
             renderer.add_robot(self.truth(other).pose, self.config(other));
         }
-        renderer.draw(picture);
-        Ok(())
+        Ok(renderer.draw(picture))
     }
 }

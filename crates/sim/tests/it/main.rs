@@ -2,6 +2,7 @@
 
 mod bumpers;
 mod cameras;
+mod depths;
 mod edits;
 mod faults;
 mod floors;

@@ -4,17 +4,20 @@
 use core::time::Duration;
 
 use jde_schema::prelude::*;
-use jde_sim::{CameraConfig, CameraMount, RobotId, World};
+use jde_sim::{CameraConfig, CameraMount, DepthConfig, RobotId, World};
 
 use crate::worlds;
 
 /// Capacity of an image, bytes.
-const MAX_PIXELS: usize = 640 * 480 * 3;
+const MAX_BYTES: usize = 640 * 480 * 3;
+/// Bytes of a depth.
+const DEPTH_BYTES: usize = size_of::<f32>();
 
 /// How long the camera waits for its robot before it warns.
 const WARNING_DELAY: Duration = Duration::from_secs(2);
 
-/// A camera on a robot of a simulated world. Two of them side by side on the head are a stereo pair.
+/// A camera on a robot of a simulated world. Two of them side by side on the head are a stereo pair. With
+/// `with_depth` it is a depth camera, whose defaults are those of a Kinect.
 ///
 /// It shows the world at the time of its iteration, however rarely the robot's driver iterates: robots
 /// continue meanwhile by their last commands. While the robot is not in the world it waits, and warns after
@@ -52,13 +55,32 @@ pub struct Camera {
     /// Whether the pan-tilt head carries and turns it; otherwise the body carries it.
     #[modulation(default = Flag::new(true), fixed)]
     on_head: Modulation<Flag>,
+    /// Whether it measures depths.
+    #[modulation(default = Flag::new(false), fixed)]
+    with_depth: Modulation<Flag>,
+    /// Shortest depth that it measures.
+    #[modulation(default = 0.5, unit = "m", min = 0.0, fixed)]
+    depth_min: Modulation<f64>,
+    /// Longest depth that it measures.
+    #[modulation(default = 5.0, unit = "m", fixed)]
+    depth_max: Modulation<f64>,
+    /// Standard deviation of a depth of 1 m; that of other depths grows with the square of the depth, as for
+    /// structured light.
+    #[modulation(default = 0.001425, unit = "m", min = 0.0, fixed)]
+    depth_noise: Modulation<f64>,
     /// The picture, "rgb8", in the frame of the camera by REP-103: x to the right, y down, z into the
     /// picture. Stamped with the world's time.
     #[export]
     image: Export<Image>,
+    /// The depths of the picture's pixels, "32FC1": metres along the optical axis; +∞ is nothing in the range,
+    /// -∞ is too near (REP-118, REP-117). Frame and stamp are those of the picture. None without `with_depth`.
+    #[export]
+    depth: Export<Image>,
     /// The world of its robot; set when it wakes.
     key: Option<worlds::Key>,
     capture: CaptureState,
+    /// The depths of the picture in progress, in metres.
+    depths: Vec<f32>,
 }
 
 /// The state of the pictures.
@@ -79,6 +101,7 @@ impl Schema for Camera {
     fn awake(&mut self, cx: &Context) -> Result {
         self.check_names(cx)?;
         self.check_config(cx)?;
+        self.check_depth_config(cx)?;
         self.key = Some(worlds::Key::new(cx.application(), self.world.get(cx).as_str()));
         // After a sleep, the world is shown again even if its time is the same.
         self.capture = CaptureState::Woken;
@@ -114,6 +137,7 @@ impl Schema for Camera {
 impl Inspect for Camera {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         problems.expect(&self.width, self.check_config(cx));
+        problems.expect(&self.depth_max, self.check_depth_config(cx));
         let world = self
             .check_names(cx)
             .and_then(|()| Ok(World::load(self.world.get(cx).as_str(), cx.seed())?));
@@ -140,24 +164,33 @@ impl Camera {
     fn check_config(&self, cx: &Context) -> Result {
         let config = self.config(cx);
         config.check()?;
-        if config.bytes() > MAX_PIXELS {
-            return Err(format!(
-                "a picture of {} x {} pixels has {} bytes: expected at most {MAX_PIXELS}, as 640 x 480 have; lower width or height",
-                config.width,
-                config.height,
-                config.bytes()
-            )
-            .into());
+        check_capacity(&config, "a picture", config.bytes(), "640 x 480")?;
+        if self.with_depth.get(cx).get() {
+            check_capacity(
+                &config,
+                "a depth image",
+                DEPTH_BYTES * config.pixels(),
+                "640 x 360",
+            )?;
         }
         Ok(())
     }
 
-    /// Retracts the picture, and warns once if the robot remains absent.
+    /// Checks that the configuration of the depths is valid.
+    fn check_depth_config(&self, cx: &Context) -> Result {
+        if let Some(depth) = self.depth_config(cx) {
+            depth.check()?;
+        }
+        Ok(())
+    }
+
+    /// Retracts the picture and its depths, and warns once if the robot remains absent.
     fn wait_for_robot(&mut self, cx: &Context) {
         self.capture = match self.capture {
             CaptureState::Woken => CaptureState::Waiting(cx.now()),
             CaptureState::Published(_) => {
                 self.image.retract(cx);
+                self.depth.retract(cx);
                 CaptureState::Waiting(cx.now())
             }
             CaptureState::Waiting(since) if cx.now().saturating_sub(since) >= WARNING_DELAY => {
@@ -175,16 +208,25 @@ impl Camera {
     }
 
     fn take(&mut self, cx: &Context, world: &World, robot: RobotId) -> Result {
-        let config = self.config(cx);
+        let (config, depth_config) = (self.config(cx), self.depth_config(cx));
         let time = Duration::from_nanos(world.now());
         let mut image = self.image.loan(cx);
-        image.header = Header::new(time, "camera");
-        (image.width, image.height) = (config.width as u32, config.height as u32);
-        image.encoding = Text::new("rgb8");
-        image.is_bigendian = 0;
-        image.padding = Padding::ZERO;
-        image.step = 3 * config.width as u32;
-        world.picture(robot, &config, image.data.resize(config.bytes()))?;
+        describe(&mut image, &config, time, ("rgb8", 3));
+        let picture = image.data.resize(config.bytes());
+        if let Some(depth_config) = &depth_config {
+            self.depths.resize(config.pixels(), 0.0);
+            world.picture_with_depths(robot, (&config, depth_config), picture, &mut self.depths)?;
+            let mut depth = self.depth.loan(cx);
+            describe(&mut depth, &config, time, ("32FC1", DEPTH_BYTES));
+            let bytes = depth.data.resize(DEPTH_BYTES * config.pixels());
+            let (places, _) = bytes.as_chunks_mut::<DEPTH_BYTES>();
+            for (place, depth) in places.iter_mut().zip(&self.depths) {
+                *place = depth.to_le_bytes();
+            }
+            depth.publish_at(time);
+        } else {
+            world.picture(robot, &config, picture)?;
+        }
         image.publish_at(time);
         Ok(())
     }
@@ -203,6 +245,39 @@ impl Camera {
             yaw: self.yaw.get(cx),
         }
     }
+
+    /// Returns what it measures of depths; `None` if it measures none.
+    fn depth_config(&self, cx: &Context) -> Option<DepthConfig> {
+        self.with_depth.get(cx).get().then(|| DepthConfig {
+            range_min: self.depth_min.get(cx),
+            range_max: self.depth_max.get(cx),
+            sigma: self.depth_noise.get(cx),
+            // The seed depends on the name of this schema: each camera has noise of its own.
+            stream: cx.seed() as u16,
+        })
+    }
+}
+
+fn check_capacity(config: &CameraConfig, what: &str, bytes: usize, largest: &str) -> Result {
+    if bytes > MAX_BYTES {
+        let (width, height) = (config.width, config.height);
+        return Err(format!(
+            "{what} of {width} x {height} pixels has {bytes} bytes: expected at most {MAX_BYTES}, as {largest} have; \
+             lower width or height"
+        )
+        .into());
+    }
+    Ok(())
+}
+
+/// Fills the fields of an image beside its data.
+fn describe(image: &mut Image, config: &CameraConfig, time: Duration, (encoding, bytes): (&str, usize)) {
+    image.header = Header::new(time, "camera");
+    (image.width, image.height) = (config.width as u32, config.height as u32);
+    image.encoding = Text::truncated(encoding);
+    image.is_bigendian = 0;
+    image.padding = Padding::ZERO;
+    image.step = (bytes * config.width) as u32;
 }
 
 /// Returns the robot that carries it; `None` while it is not in the world.

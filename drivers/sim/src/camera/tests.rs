@@ -250,5 +250,80 @@ fn invalid_settings_are_refused_with_a_remedy() {
     let mut large = camera(&path, "carrier");
     large.set("width", 1280_u32);
     large.set("height", 720_u32);
-    assert_refused(large, &["1280 x 720", "921600"]);
+    assert_refused(large, &["a picture of 1280 x 720", "921600"]);
+    let mut large = depth_camera(&path);
+    large.set("width", 640_u32);
+    large.set("height", 480_u32);
+    assert_refused(large, &["a depth image of 640 x 480", "1228800", "640 x 360"]);
+    let mut empty = depth_camera(&path);
+    empty.set("depth_max", 0.4);
+    assert_refused(empty, &["depth range_max is 0.4"]);
+}
+
+fn depth_camera(world: &str) -> Bench<Camera> {
+    let mut bench = camera(world, "carrier");
+    bench.set("with_depth", Flag::new(true));
+    bench
+}
+
+/// The depths of a camera, in metres.
+fn depths(bench: &mut Bench<Camera>) -> Vec<f32> {
+    bench.iterate().expect("it measures");
+    let depth: &Image = bench.exported_in_place("depth").expect("the robot is there");
+    let (places, rest) = depth.data.as_slice().as_chunks::<4>();
+    assert!(rest.is_empty());
+    places.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
+}
+
+#[test]
+fn a_depth_image_has_the_geometry_and_the_time_of_the_picture() {
+    let (_folder, path) = file(HALL);
+    let mut robot = Robot::awake(&path, "carrier");
+    robot.idle(0.5);
+    let mut camera = depth_camera(&path);
+    camera.set("depth_max", 100.0);
+    camera.set("depth_noise", 0.0);
+    camera.awake().expect("its configuration is valid");
+    let depths = depths(&mut camera);
+    let depth: &Image = camera.exported_in_place("depth").expect("it has measured");
+    assert_eq!((depth.width, depth.height, depth.step), (320, 240, 1280));
+    assert_eq!(depth.encoding.as_str(), "32FC1");
+    assert_eq!(depth.header, image(&camera).expect("it has a picture").header);
+    assert_eq!(camera.exported_at("depth"), camera.exported_at("image"));
+    assert_eq!(depths.len(), 320 * 240);
+    // The wall is 6 m ahead of the robot's middle, and 5.95 m ahead of the head; the ball is 2 m away.
+    assert!((depths[100 * 320 + 160] - 5.95).abs() < 1e-4);
+    let [u, v] = red(image(&camera).expect("it has a picture"));
+    let ball = depths[v as usize * 320 + u as usize];
+    assert!((1.9..2.0).contains(&ball), "{ball}");
+    drop(robot);
+    camera.iterate().expect("it waits");
+    assert!(camera.exported_in_place::<Image>("depth").is_none());
+}
+
+#[test]
+fn two_runs_measure_the_same_depths_with_noise() {
+    let run = |noise: f64| {
+        let (_folder, path) = file(HALL);
+        let mut robot = Robot::awake(&path, "carrier");
+        robot.idle(0.5);
+        let mut camera = depth_camera(&path);
+        camera.set("depth_noise", noise);
+        camera.awake().expect("its configuration is valid");
+        depths(&mut camera)
+    };
+    let first = run(0.001);
+    assert!(first == run(0.001));
+    assert!(first != run(0.0));
+}
+
+#[test]
+fn a_camera_without_depth_exports_none() {
+    let (_folder, path) = file(HALL);
+    let mut robot = Robot::awake(&path, "carrier");
+    robot.idle(0.5);
+    let mut camera = awake(&path, "carrier");
+    camera.iterate().expect("it takes a picture");
+    assert!(image(&camera).is_some());
+    assert!(camera.exported_in_place::<Image>("depth").is_none());
 }
