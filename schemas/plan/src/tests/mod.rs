@@ -1,5 +1,7 @@
 //! Paths over small maps, and the words for all that has none.
 
+mod zones;
+
 use jde_schema::bench::Bench;
 
 use super::*;
