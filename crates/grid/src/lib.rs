@@ -36,7 +36,7 @@ pub use costmap::{Costmap, Inflation, InflationError};
 pub use distance::{Distances, NO_SOURCE, squared_distances};
 pub use field::Field;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
-pub use layers::{Drawing, Layers};
+pub use layers::{Drawing, Lanes, Layers};
 pub use line::walk;
 pub use nearest::nearest_open;
 pub use occupancy::{Occupancy, OccupancyGrid};

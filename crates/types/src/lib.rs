@@ -44,7 +44,7 @@ pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
 pub use value::Value;
-pub use zones::{Zone, Zones};
+pub use zones::{Lanes, Strip, Zone, Zones};
 
 /// Returns the descriptions of all standard types, each after the types that it contains. Texts and arrays on
 /// their own are left out, because each capacity is a type of its own.
@@ -82,6 +82,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Footprint::describe(),
         Zone::describe(),
         Zones::describe(),
+        Strip::describe(),
+        Lanes::describe(),
         LaserScan::describe(),
         Range::describe(),
         RangeRing::describe(),

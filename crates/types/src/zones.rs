@@ -20,7 +20,34 @@ pub struct Zones {
     pub zones: Seq<Zone, 16>,
 }
 
+/// A strip of the floor: a line with a width, in files `{ width = 0.6, points = [[1, 1], [4, 1]] }`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Strip")]
+pub struct Strip {
+    /// The width.
+    #[value(unit = "m")]
+    pub width: f64,
+    /// At least two points, in order, in the frame of the map.
+    pub points: Seq<Point2D, 32>,
+}
+
+/// Lanes, the strips that paths prefer, of which up to 16 fit: in files
+/// `{ lanes = [{ width = 0.6, points = [[1, 1], ...] }, ...] }`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Lanes")]
+pub struct Lanes {
+    /// The strips; they may cross and overlap.
+    pub lanes: Seq<Strip, 16>,
+}
+
 impl Zones {
     /// No area.
     pub const EMPTY: Self = Self { zones: Seq::new() };
+}
+
+impl Lanes {
+    /// No lane.
+    pub const EMPTY: Self = Self { lanes: Seq::new() };
 }

@@ -1,92 +1,160 @@
 //! What an operator draws on the panel, and the drawing of it and of what the application states. It refuses
-//! zones that enclose nothing.
+//! zones that enclose nothing, and lanes that lead nowhere.
 
-use jde_grid::Drawing;
-use jde_schema::types::{Point2D, Zone, Zones};
+use jde_grid::{Drawing, Lanes as DrawnLanes};
+use jde_schema::types::{Lanes, Point2D, Strip, Zone, Zones};
 
-/// The farthest corner from the origin, in metres, as for the origin of a map.
+/// The farthest point from the origin, in metres, as for the origin of a map.
 const FARTHEST: f64 = 1e6;
 
-/// Why a keep-out zone is refused.
+/// Why a keep-out zone or a lane is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub(crate) enum ZoneError {
-    /// It has too few corners.
-    #[error("keep-out zone {zone} has {corners} corners: give it three or more")]
-    Corners {
+pub(crate) enum DrawnError {
+    /// It has too few points.
+    #[error("{what} {number} has {given} points: give it {least} or more")]
+    Points {
+        /// "keep-out zone" or "lane".
+        what: &'static str,
         /// Its number, from 1 on.
-        zone: usize,
+        number: usize,
         /// How many it has.
-        corners: usize,
+        given: usize,
+        /// How many it needs.
+        least: usize,
     },
-    /// A corner is on no map.
-    #[error("keep-out zone {zone} has a corner at ({x}, {y}) m: expected numbers up to {FARTHEST} m")]
+    /// A point is on no map.
+    #[error("{what} {number} has a point at ({x}, {y}) m: expected numbers up to {FARTHEST} m")]
     Far {
+        /// "keep-out zone" or "lane".
+        what: &'static str,
         /// Its number, from 1 on.
-        zone: usize,
+        number: usize,
         /// x in metres.
         x: f64,
         /// y in metres.
         y: f64,
     },
+    /// The width of a lane is none.
+    #[error("lane {number} is {width} m wide: expected more than 0, up to {FARTHEST} m")]
+    Width {
+        /// Its number, from 1 on.
+        number: usize,
+        /// The width in metres.
+        width: f64,
+    },
 }
 
 /// What an operator has drawn.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Drawn {
-    /// The corners of the zone that is being drawn.
-    pub(crate) corners: Zone,
+    /// The points of the zone or lane that is being drawn.
+    pub(crate) points: Zone,
+    /// The width of the next lane, m.
+    pub(crate) width: f64,
     /// The zones that are complete.
     pub(crate) zones: Zones,
+    /// The lanes that are complete.
+    pub(crate) lanes: Lanes,
+}
+
+impl Default for Drawn {
+    fn default() -> Self {
+        Self {
+            points: Zone::default(),
+            // Wider than most robots, so that there is room beside small obstacles.
+            width: 1.0,
+            zones: Zones::EMPTY,
+            lanes: Lanes::EMPTY,
+        }
+    }
 }
 
 impl Drawn {
-    /// Returns the drawing of the application's zones and the operator's, `margin` metres wider.
-    pub(crate) fn over(&self, zones: &Zones, margin: f64) -> Result<Drawing, ZoneError> {
-        check(zones)?;
-        let all = zones.zones.iter().chain(&self.zones.zones);
+    /// Returns the drawing of the application's zones and lanes and the operator's. The zones are `margin`
+    /// metres wider; `lanes` has the prices, if there are lanes.
+    pub(crate) fn over(
+        &self,
+        (zones, stated): (&Zones, &Lanes),
+        margin: f64,
+        lanes: DrawnLanes,
+    ) -> Result<Drawing, DrawnError> {
+        check_zones(zones)?;
+        check_lanes(stated)?;
+        let zones = zones.zones.iter().chain(&self.zones.zones);
+        let lines = stated.lanes.iter().chain(&self.lanes.lanes);
+        let lines: Vec<_> = lines.map(|lane| (pairs(&lane.points), lane.width)).collect();
         Ok(Drawing {
-            zones: all.map(corners).collect(),
+            zones: zones.map(|zone| pairs(&zone.corners)).collect(),
             margin,
+            lanes: (!lines.is_empty()).then_some(DrawnLanes { lines, ..lanes }),
         })
     }
 
-    /// Adds a corner to the zone that is being drawn. Returns whether it has room for it.
-    pub(crate) fn add_corner(&mut self, x: f64, y: f64) -> bool {
-        x.abs().max(y.abs()) <= FARTHEST && self.corners.corners.push(Point2D { x, y }).is_ok()
+    /// Adds a point to what is being drawn. Returns whether there is room for it.
+    pub(crate) fn add_point(&mut self, x: f64, y: f64) -> bool {
+        x.abs().max(y.abs()) <= FARTHEST && self.points.corners.push(Point2D { x, y }).is_ok()
     }
 
-    /// Whether the zone that is being drawn has enough corners.
-    pub(crate) fn can_close(&self) -> bool {
-        self.corners.corners.len() >= 3
+    /// Makes a zone of the points, and returns it; `None` if they are too few, or there is no room for it.
+    pub(crate) fn complete_zone(&mut self) -> Option<Zone> {
+        let zone = self.points;
+        let is_added = zone.corners.len() >= 3 && self.zones.zones.push(zone).is_ok();
+        self.taken(is_added).then_some(zone)
     }
 
-    /// Completes the zone that is being drawn, and returns it; `None` if it has too few corners, or there is no
-    /// room for it.
-    pub(crate) fn close(&mut self) -> Option<Zone> {
-        let zone = Some(self.corners).filter(|_| self.can_close())?;
-        self.zones.zones.push(zone).ok()?;
-        self.corners = Zone::default();
-        Some(zone)
+    /// Makes a lane of the points, and returns its strip; `None` if they are too few, or there is no room for it.
+    pub(crate) fn complete_strip(&mut self) -> Option<Strip> {
+        let lane = Strip {
+            width: self.width,
+            points: self.points.corners,
+        };
+        let is_added = lane.points.len() >= 2 && self.lanes.lanes.push(lane).is_ok();
+        self.taken(is_added).then_some(lane)
+    }
+
+    fn taken(&mut self, is_added: bool) -> bool {
+        if is_added {
+            self.points.corners.clear();
+        }
+        is_added
     }
 }
 
 /// Checks zones that a file or an operator states.
-pub(crate) fn check(zones: &Zones) -> Result<(), ZoneError> {
-    for (index, Zone { corners }) in zones.zones.iter().enumerate() {
-        let zone = index + 1;
-        if corners.len() < 3 {
-            let corners = corners.len();
-            return Err(ZoneError::Corners { zone, corners });
-        }
-        let is_far = |corner: &&Point2D| corner.x.abs().max(corner.y.abs()) > FARTHEST;
-        if let Some(&Point2D { x, y }) = corners.iter().find(is_far) {
-            return Err(ZoneError::Far { zone, x, y });
+pub(crate) fn check_zones(zones: &Zones) -> Result<(), DrawnError> {
+    let mut zones = zones.zones.iter().enumerate();
+    zones.try_for_each(|(index, zone)| check(("keep-out zone", index + 1), &zone.corners, 3))
+}
+
+/// Checks lanes that a file or an operator states.
+pub(crate) fn check_lanes(lanes: &Lanes) -> Result<(), DrawnError> {
+    for (index, &Strip { width, ref points }) in lanes.lanes.iter().enumerate() {
+        let number = index + 1;
+        check(("lane", number), points, 2)?;
+        if width <= 0.0 || width > FARTHEST {
+            return Err(DrawnError::Width { number, width });
         }
     }
     Ok(())
 }
 
-/// The corners of a zone.
-pub(crate) fn corners(zone: &Zone) -> Vec<(f64, f64)> {
-    zone.corners.iter().map(|corner| (corner.x, corner.y)).collect()
+fn check((what, number): (&'static str, usize), points: &[Point2D], least: usize) -> Result<(), DrawnError> {
+    if points.len() < least {
+        return Err(DrawnError::Points {
+            what,
+            number,
+            given: points.len(),
+            least,
+        });
+    }
+    let is_far = |point: &&Point2D| point.x.abs().max(point.y.abs()) > FARTHEST;
+    match points.iter().find(is_far) {
+        Some(&Point2D { x, y }) => Err(DrawnError::Far { what, number, x, y }),
+        None => Ok(()),
+    }
+}
+
+/// The points as pairs, in metres.
+pub(crate) fn pairs(points: &[Point2D]) -> Vec<(f64, f64)> {
+    points.iter().map(|point| (point.x, point.y)).collect()
 }

@@ -8,11 +8,13 @@ mod memory;
 mod panel;
 mod situation;
 
-use jde_grid::{Angles, Field, Inflation, PlanError, Prices, Route as Way, Unknown};
+use jde_grid::{
+    Angles, Drawing, Field, Inflation, Lanes as DrawnLanes, PlanError, Prices, Route as Way, Unknown,
+};
 use jde_schema::prelude::*;
-use jde_schema::types::Zones;
+use jde_schema::types::{Lanes, Zones};
 
-use drawn::Drawn;
+use drawn::{Drawn, DrawnError};
 use ends::Ends;
 use followed::{Change, Followed};
 use situation::Situation;
@@ -79,6 +81,12 @@ pub struct Plan {
     /// them on the panel.
     #[modulation(default = Zones::EMPTY)]
     keep_out: Modulation<Zones>,
+    /// Preferred lanes, in the frame of the map. An operator draws more of them on the panel.
+    #[modulation(default = Lanes::EMPTY)]
+    lanes: Modulation<Lanes>,
+    /// How many times its length a way off the lanes costs more, if there are lanes.
+    #[modulation(default = 2.0, min = 0.0, max = 20.0)]
+    off_lanes: Modulation<f64>,
     /// The path, from the robot to the target.
     #[export]
     path: Export<Path>,
@@ -110,7 +118,8 @@ impl Schema for Plan {
 
 impl Inspect for Plan {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(&self.keep_out, drawn::check(&self.keep_out.sample(cx)));
+        problems.expect(&self.keep_out, drawn::check_zones(&self.keep_out.sample(cx)));
+        problems.expect(&self.lanes, drawn::check_lanes(&self.lanes.sample(cx)));
     }
 }
 
@@ -121,7 +130,8 @@ impl Plan {
         let map = self.map.get(cx).ok_or(Situation::NoMap)?;
         let pose = self.pose.get(cx).ok_or(Situation::NoPose)?;
         let inflation = self.inflation(cx);
-        let drawing = self.drawn.over(&self.keep_out.sample(cx), inflation.inscribed)?;
+        let drawing = self.drawing(cx)?;
+        let prices = self.prices(cx, &drawing);
         let map = (map.value(), map.sequence());
         let change = Followed::follow(&mut self.followed, map, inflation, drawing);
         match &change {
@@ -134,7 +144,7 @@ impl Plan {
         }
         change?;
         let robot = pose.pose2d();
-        let way = self.way(cx, (robot.x, robot.y), (target.x, target.y))?;
+        let way = self.way(cx, prices, (robot.x, robot.y), (target.x, target.y))?;
         let points = self.points(&way, (robot.x, robot.y), (target.x, target.y));
         let path = path(&pose.header.frame_id, cx, &points);
         let situation = Situation::Path {
@@ -146,8 +156,13 @@ impl Plan {
         Ok(situation)
     }
 
-    fn way(&mut self, cx: &Context, robot: (f64, f64), target: (f64, f64)) -> Result<Way, Situation> {
-        let prices = self.prices(cx);
+    fn way(
+        &mut self,
+        cx: &Context,
+        prices: Prices,
+        robot: (f64, f64),
+        target: (f64, f64),
+    ) -> Result<Way, Situation> {
         let followed = self.followed.as_ref().ok_or(Situation::NoMap)?;
         let ends = Ends {
             followed,
@@ -212,13 +227,31 @@ impl Plan {
         }
     }
 
-    fn prices(&self, cx: &Context) -> Prices {
-        let unknown = if self.unknown.get(cx) {
+    /// What the application states and the operator has drawn.
+    fn drawing(&self, cx: &Context) -> Result<Drawing, DrawnError> {
+        let lanes = DrawnLanes {
+            lines: Vec::new(),
+            weight: self.clearance.get(cx),
+            aside: self.off_lanes.get(cx),
+            unknown: self.unknown(cx),
+        };
+        let stated = (&*self.keep_out.sample(cx), &*self.lanes.sample(cx));
+        self.drawn.over(stated, self.inscribed.get(cx), lanes)
+    }
+
+    fn prices(&self, cx: &Context, drawing: &Drawing) -> Prices {
+        match &drawing.lanes {
+            Some(lanes) => lanes.prices(),
+            None => Prices::new(self.clearance.get(cx), self.unknown(cx)),
+        }
+    }
+
+    fn unknown(&self, cx: &Context) -> Unknown {
+        if self.unknown.get(cx) {
             Unknown::Open
         } else {
             Unknown::Closed
-        };
-        Prices::new(self.clearance.get(cx), unknown)
+        }
     }
 }
 

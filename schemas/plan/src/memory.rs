@@ -7,12 +7,16 @@ use super::Plan;
 impl Memory for Plan {
     fn save(&self, _: &Context, saving: &mut Saving) {
         saving.put(&self.drawn.zones);
-        saving.put(&self.drawn.corners);
+        saving.put(&self.drawn.lanes);
+        saving.put(&self.drawn.points);
+        saving.put(&self.drawn.width);
     }
 
     fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
         self.drawn.zones = saved.take()?;
-        self.drawn.corners = saved.take()?;
+        self.drawn.lanes = saved.take()?;
+        self.drawn.points = saved.take()?;
+        self.drawn.width = saved.take()?;
         Ok(())
     }
 }

@@ -1,16 +1,18 @@
-//! The panel: the map's outline and obstacles, the path, the target, what came of planning, and keep-out zones, which
-//! an operator draws by clicks.
+//! The panel: the map's outline and obstacles, the path, the target, what came of planning, and keep-out zones and
+//! lanes, which an operator draws by clicks.
 
 use jde_grid::costmap::LETHAL;
 use jde_grid::{Costmap, Geometry};
 use jde_schema::panel::Plane;
 use jde_schema::prelude::*;
-use jde_schema::types::Zone;
+use jde_schema::types::{Lanes, Point2D, Strip, Zone, Zones};
 
 use super::{Plan, drawn};
 
 /// Most points for the obstacles. Of a map with more, only every so many columns and rows are drawn.
 const MOST_CELLS: usize = 20_000;
+/// The widths of lanes that an operator can choose, m.
+const WIDTHS: core::ops::RangeInclusive<f64> = 0.1..=5.0;
 
 impl Panel for Plan {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
@@ -35,7 +37,7 @@ impl Panel for Plan {
             area.points(obstacles(followed.obstacles()))
                 .ink(Ink::Plain)
                 .width(2.0);
-            self.draw_zones(cx, area);
+            self.draw_layers(cx, area);
             area.line(self.points.iter().copied()).ink(Ink::Good).width(2.0);
             if let Some(target) = self.target.get(cx).get() {
                 area.circle(target, 0.15).ink(Ink::Goal);
@@ -44,51 +46,79 @@ impl Panel for Plan {
                 area.robot(&pose.pose2d());
             }
         });
-        pen.text("Click on the map for the corners of a keep-out zone.");
+        pen.text("Click on the map for the corners of a keep-out zone, or the points of a lane.");
+        let drawn = &self.drawn;
+        let points = drawn.points.corners.len();
         pen.row(|pen| {
-            let drawn = &self.drawn;
-            pen.button("close", "Complete zone").enabled(drawn.can_close());
-            pen.button("discard", "Discard corners")
-                .enabled(!drawn.corners.corners.is_empty());
-            pen.button("clear", "Clear drawn zones")
-                .enabled(!drawn.zones.zones.is_empty());
+            pen.button("zone", "Complete zone").enabled(points >= 3);
+            pen.button("lane", "Complete lane").enabled(points >= 2);
+            pen.button("discard", "Discard points").enabled(points > 0);
+            let is_drawn = !(drawn.zones.zones.is_empty() && drawn.lanes.lanes.is_empty());
+            pen.button("clear", "Clear what is drawn").enabled(is_drawn);
         });
+        pen.slider("width", "Width of the lane", drawn.width, WIDTHS, "m");
     }
 
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         let by = gesture.by();
+        let drawn = &mut self.drawn;
         if let Some([x, y, _]) = gesture.clicked("map") {
-            if !self.drawn.add_corner(x, y) {
+            if !drawn.add_point(x, y) {
                 warn!(
                     cx,
-                    "the corner at {x:.2}, {y:.2} of {by} does not fit into the zone"
+                    "there is no room for another point of {by}, at {x:.2}, {y:.2}"
                 );
             }
-        } else if gesture.pressed("close") {
-            match self.drawn.close() {
-                Some(zone) => info!(cx, "{by} drew the keep-out zone {}", in_a_file(&zone)),
+        } else if let Some(width) = gesture.moved("width") {
+            drawn.width = width;
+        } else if gesture.pressed("zone") {
+            match drawn.complete_zone() {
+                Some(Zone { corners }) => {
+                    info!(
+                        cx,
+                        "{by} drew the keep-out zone {{ corners = {} }}",
+                        in_a_file(&corners)
+                    );
+                }
                 None => warn!(cx, "there is no room for another keep-out zone of {by}"),
             }
+        } else if gesture.pressed("lane") {
+            match drawn.complete_strip() {
+                Some(Strip { width, points }) => {
+                    let points = in_a_file(&points);
+                    info!(
+                        cx,
+                        "{by} drew the lane {{ width = {width:.2}, points = {points} }}"
+                    );
+                }
+                None => warn!(cx, "there is no room for another lane of {by}"),
+            }
         } else if gesture.pressed("discard") {
-            self.drawn.corners.corners.clear();
+            drawn.points.corners.clear();
         } else if gesture.pressed("clear") {
-            self.drawn.zones.zones.clear();
-            info!(cx, "{by} cleared the drawn keep-out zones");
+            (drawn.zones, drawn.lanes) = (Zones::EMPTY, Lanes::EMPTY);
+            info!(cx, "{by} cleared the drawn keep-out zones and lanes");
         }
         Ok(())
     }
 }
 
 impl Plan {
-    /// Draws the zones, and the corners of the one that is being drawn.
-    fn draw_zones(&self, cx: &Context, area: &mut Plane) {
-        let stated = self.keep_out.sample(cx);
-        for zone in stated.zones.iter().chain(&self.drawn.zones.zones) {
-            area.outline(drawn::corners(zone)).ink(Ink::Bad).width(2.0);
+    /// Draws lanes and zones, and the points of the next.
+    fn draw_layers(&self, cx: &Context, area: &mut Plane) {
+        let (zones, lanes) = (self.keep_out.sample(cx), self.lanes.sample(cx));
+        for lane in lanes.lanes.iter().chain(&self.drawn.lanes.lanes) {
+            area.line(drawn::pairs(&lane.points)).ink(Ink::Accent).width(3.0);
+            for point in drawn::pairs(&lane.points) {
+                area.circle(point, lane.width.abs() / 2.0).ink(Ink::Accent);
+            }
         }
-        let corners = drawn::corners(&self.drawn.corners);
-        area.line(corners.iter().copied()).ink(Ink::Warn).width(2.0);
-        area.points(corners).ink(Ink::Warn).width(6.0);
+        for zone in zones.zones.iter().chain(&self.drawn.zones.zones) {
+            area.outline(drawn::pairs(&zone.corners)).ink(Ink::Bad).width(2.0);
+        }
+        let points = drawn::pairs(&self.drawn.points.corners);
+        area.line(points.iter().copied()).ink(Ink::Warn).width(2.0);
+        area.points(points).ink(Ink::Warn).width(6.0);
     }
 }
 
@@ -115,11 +145,8 @@ fn obstacles(costs: &Costmap) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// A zone as the key `keep_out` takes it.
-fn in_a_file(zone: &Zone) -> String {
-    let corners: Vec<_> = drawn::corners(zone)
-        .iter()
-        .map(|(x, y)| format!("[{x:.2}, {y:.2}]"))
-        .collect();
-    format!("{{ corners = [{}] }}", corners.join(", "))
+/// Points as a file has them.
+fn in_a_file(points: &[Point2D]) -> String {
+    let points = points.iter().map(|Point2D { x, y }| format!("[{x:.2}, {y:.2}]"));
+    format!("[{}]", points.collect::<Vec<_>>().join(", "))
 }

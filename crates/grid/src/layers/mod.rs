@@ -1,10 +1,14 @@
-//! What an operator draws on a map, as costs over those of the obstacles: keep-out zones. It changes no
-//! obstacle, and costs decay around obstacles alone.
+//! What an operator draws on a map, as costs over those of the obstacles: keep-out zones and preferred lanes. It
+//! changes no obstacle, and costs decay around obstacles alone.
+
+mod lanes;
 
 use crate::costmap::{Costmap, INSCRIBED, LETHAL, MAX_PASSABLE, UNKNOWN};
 use crate::geometry::{Cell, Geometry};
 use crate::route::Point;
 use crate::span::{inside, near_segment};
+pub use lanes::Lanes;
+use lanes::Table;
 
 /// What is drawn on a map, in metres in its frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +18,21 @@ pub struct Drawing {
     /// How far the centre of the robot must stay away from a zone. No way passes through a zone that is
     /// thinner than a cell, whatever the margin.
     pub margin: f64,
+    /// Preferred lanes. With them, the prices of a way are [`Lanes::prices`].
+    pub lanes: Option<Lanes>,
+}
+
+/// What the drawing makes of a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mark {
+    /// The cell is in a zone.
+    Closed,
+    /// There are lanes, but not here.
+    Aside,
+    /// The cell is on a lane.
+    Lane,
+    /// Nothing is drawn here.
+    Plain,
 }
 
 /// The costs of a map with a drawing on it.
@@ -26,8 +45,10 @@ pub struct Drawing {
 pub struct Layers {
     costs: Costmap,
     drawing: Drawing,
-    /// Whether a cell is in a zone; empty without zones.
-    zones: Vec<bool>,
+    /// Empty if nothing is drawn.
+    marks: Vec<Mark>,
+    /// The costs on the lanes and off them, if there are lanes.
+    tables: Option<Box<[Table; 2]>>,
 }
 
 impl Layers {
@@ -37,7 +58,8 @@ impl Layers {
         let mut layers = Self {
             costs: base.clone(),
             drawing: Drawing::default(),
-            zones: Vec::new(),
+            marks: Vec::new(),
+            tables: None,
         };
         layers.draw(base, drawing);
         layers
@@ -69,10 +91,12 @@ impl Layers {
             return Vec::new();
         }
         let geometry = *self.costs.geometry();
-        let zones = core::mem::replace(&mut self.zones, closed(&geometry, &drawing));
+        let marks = core::mem::replace(&mut self.marks, marks(&geometry, &drawing));
+        let both = |lanes: &Lanes| Box::new([lanes.table(0.0), lanes.table(lanes.aside)]);
+        let tables = core::mem::replace(&mut self.tables, drawing.lanes.as_ref().map(both));
         self.drawing = drawing;
-        let at = |zones: &[bool], index: usize| zones.get(index).copied().unwrap_or(false);
-        let differs = |&index: &usize| at(&zones, index) != at(&self.zones, index);
+        let at = |marks: &[Mark], index: usize| marks.get(index).copied().unwrap_or(Mark::Plain);
+        let differs = |&index: &usize| tables != self.tables || at(&marks, index) != at(&self.marks, index);
         let changed: Vec<Cell> = (0..geometry.cells())
             .filter(differs)
             .map(|index| geometry.cell(index))
@@ -96,38 +120,73 @@ impl Layers {
     #[must_use]
     pub fn is_in_zone(&self, cell: Cell) -> bool {
         let geometry = self.costs.geometry();
-        geometry.contains(cell) && self.zones.get(geometry.index(cell)) == Some(&true)
+        geometry.contains(cell) && self.marks.get(geometry.index(cell)) == Some(&Mark::Closed)
     }
 
     /// The cost over that of the map.
     fn over(&self, base: u8, index: usize) -> u8 {
-        match (base, self.zones.get(index)) {
-            (0..=MAX_PASSABLE | UNKNOWN, Some(true)) => INSCRIBED,
-            (INSCRIBED | LETHAL, Some(true)) | (_, Some(false) | None) => base,
+        let table = |off: usize| {
+            self.tables
+                .as_ref()
+                .map_or(base, |tables| tables[off][usize::from(base)])
+        };
+        match self.marks.get(index).copied().unwrap_or(Mark::Plain) {
+            Mark::Plain => base,
+            Mark::Lane => table(0),
+            Mark::Aside => table(1),
+            Mark::Closed => match base {
+                0..=MAX_PASSABLE | UNKNOWN => INSCRIBED,
+                INSCRIBED | LETHAL => base,
+            },
         }
     }
 }
 
-/// Which cells are in zones; empty without zones.
-fn closed(geometry: &Geometry, drawing: &Drawing) -> Vec<bool> {
-    if drawing.zones.is_empty() {
+/// What the drawing makes of each cell; empty if nothing is drawn.
+fn marks(geometry: &Geometry, drawing: &Drawing) -> Vec<Mark> {
+    let lanes = drawing.lanes.as_ref().map_or(&[][..], |lanes| &lanes.lines);
+    if drawing.zones.is_empty() && drawing.lanes.is_none() {
         return Vec::new();
     }
-    // Within half a diagonal of a cell, an outline passes no two cells without closing one of them.
-    let radius = (drawing.margin / geometry.resolution()).max(core::f64::consts::FRAC_1_SQRT_2);
-    let mut cells = vec![false; geometry.cells()];
+    let elsewhere = if drawing.lanes.is_some() {
+        Mark::Aside
+    } else {
+        Mark::Plain
+    };
+    let mut marks = vec![elsewhere; geometry.cells()];
+    let grid =
+        |points: &[Point]| -> Vec<Point> { points.iter().map(|&point| geometry.to_grid(point)).collect() };
+    // Within half a diagonal of a cell, a line passes no two cells without marking one of them.
+    let radius = |metres: f64| (metres / geometry.resolution()).max(core::f64::consts::FRAC_1_SQRT_2);
+    for (points, width) in lanes {
+        let points = grid(points);
+        let legs = || points.windows(2).map(|leg| (leg[0], leg[1]));
+        let near = |y| legs().filter_map(move |leg| near_segment(leg, radius(width / 2.0), y));
+        fill(geometry, &mut marks, Mark::Lane, |y| near(y).collect());
+    }
     for zone in &drawing.zones {
-        let corners: Vec<Point> = zone.iter().map(|&corner| geometry.to_grid(corner)).collect();
-        for (row, cells) in cells.chunks_exact_mut(geometry.width() as usize).enumerate() {
-            let y = row as f64 + 0.5;
-            let edges = corners.iter().zip(corners.iter().cycle().skip(1));
-            let near = edges.filter_map(|(&a, &b)| near_segment((a, b), radius, y));
-            for part in inside(&corners, y).into_iter().chain(near) {
-                centres(cells, part).fill(true);
-            }
+        let corners = grid(zone);
+        let edges = || {
+            corners
+                .iter()
+                .copied()
+                .zip(corners.iter().copied().cycle().skip(1))
+        };
+        let near = |y| edges().filter_map(move |edge| near_segment(edge, radius(drawing.margin), y));
+        fill(geometry, &mut marks, Mark::Closed, |y| {
+            inside(&corners, y).into_iter().chain(near(y)).collect()
+        });
+    }
+    marks
+}
+
+/// Marks the cells whose centres are in these parts of their rows.
+fn fill(geometry: &Geometry, marks: &mut [Mark], mark: Mark, parts: impl Fn(f64) -> Vec<(f64, f64)>) {
+    for (row, cells) in marks.chunks_exact_mut(geometry.width() as usize).enumerate() {
+        for part in parts(row as f64 + 0.5) {
+            centres(cells, part).fill(mark);
         }
     }
-    cells
 }
 
 /// The cells of a row whose centres are in a part of it.

@@ -1,12 +1,11 @@
 //! Keep-out zones: stated, drawn on the panel, around the robot and around the target.
 
-use jde_schema::panel::{Button, Touch};
 use jde_schema::types::{Point2D, Zone};
 
 use super::*;
 
 /// A room of 2 × 1 m without walls.
-const OPEN: [&str; 10] = ["...................."; 10];
+pub(super) const OPEN: [&str; 10] = ["...................."; 10];
 
 /// From the lower edge to 0.6 m, in the middle between `LEFT` and `RIGHT`.
 const MIDDLE: [(f64, f64); 4] = [(0.9, -0.1), (1.2, -0.1), (1.2, 0.6), (0.9, 0.6)];
@@ -20,7 +19,7 @@ fn zones(zones: &[&[(f64, f64)]]) -> Zones {
     }
 }
 
-fn click(bench: &mut Bench<Plan>, corners: &[(f64, f64)]) {
+pub(super) fn click(bench: &mut Bench<Plan>, corners: &[(f64, f64)]) {
     for &(x, y) in corners {
         let at = [x, y, 0.0];
         let button = Button::Primary;
@@ -30,7 +29,7 @@ fn click(bench: &mut Bench<Plan>, corners: &[(f64, f64)]) {
     }
 }
 
-fn press(bench: &mut Bench<Plan>, button: &str) {
+pub(super) fn press(bench: &mut Bench<Plan>, button: &str) {
     bench.touch(button, Touch::Pressed).expect("a press");
 }
 
@@ -85,10 +84,10 @@ fn an_operator_draws_zones_by_clicks_and_clears_them() {
     let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
     let straight = state(&mut bench);
     click(&mut bench, &MIDDLE[..2]);
-    press(&mut bench, "close");
+    press(&mut bench, "zone");
     click(&mut bench, &MIDDLE[2..]);
     assert_eq!(state(&mut bench), straight, "it is not complete");
-    press(&mut bench, "close");
+    press(&mut bench, "zone");
     let drawn = bench.log().last().expect("a message").1.clone();
     let in_a_file = "{ corners = [[0.90, -0.10], [1.20, -0.10], [1.20, 0.60], [0.90, 0.60]] }";
     assert!(drawn.ends_with(in_a_file), "{drawn}");
@@ -96,7 +95,7 @@ fn an_operator_draws_zones_by_clicks_and_clears_them() {
     assert_ne!(around, straight);
     click(&mut bench, &[(0.1, 0.1), (0.2, 0.1), (0.2, 0.2)]);
     press(&mut bench, "discard");
-    press(&mut bench, "close");
+    press(&mut bench, "zone");
     assert_eq!(state(&mut bench), around, "the discarded corners are no zone");
     press(&mut bench, "clear");
     assert_eq!(state(&mut bench), straight);
@@ -107,7 +106,7 @@ fn more_corners_and_zones_than_fit_are_refused_in_words() {
     let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
     for _ in 0..17 {
         click(&mut bench, &MIDDLE);
-        press(&mut bench, "close");
+        press(&mut bench, "zone");
     }
     let full = |bench: &Bench<Plan>, words: &str| {
         bench
@@ -117,20 +116,20 @@ fn more_corners_and_zones_than_fit_are_refused_in_words() {
     };
     assert!(full(&bench, "there is no room for another keep-out zone"));
     click(&mut bench, &[(0.5, 0.5); 33]);
-    assert!(full(&bench, "the corner at 0.50, 0.50"));
+    assert!(full(&bench, "there is no room for another point"));
 }
 
 #[test]
 fn a_reload_keeps_what_is_drawn() {
     let mut first = bench(&map(&OPEN), LEFT, RIGHT);
     click(&mut first, &MIDDLE);
-    press(&mut first, "close");
+    press(&mut first, "zone");
     click(&mut first, &MIDDLE[..2]);
     let saved = first.save().expect("it saves");
     let mut second = bench(&map(&OPEN), LEFT, RIGHT);
     second.restore(&saved).expect("it restores");
     assert_eq!(state(&mut second), state(&mut first));
-    assert_eq!(second.schema().drawn.corners.corners.len(), 2);
+    assert_eq!(second.schema().drawn.points.corners.len(), 2);
 }
 
 #[test]
@@ -201,11 +200,11 @@ fn zones_that_enclose_nothing_are_refused_before_the_start_and_while_it_runs() {
     for (wrong, words) in [
         (
             zones(&[&MIDDLE, &MIDDLE[..2]]),
-            "keep-out zone 2 has 2 corners: give it three or more",
+            "keep-out zone 2 has 2 points: give it 3 or more",
         ),
         (
             zones(&[&[(0.0, 0.0), (1.0, 0.0), (0.0, 1e300)]]),
-            "keep-out zone 1 has a corner at (0, 1",
+            "keep-out zone 1 has a point at (0, 1",
         ),
     ] {
         bench.set("keep_out", wrong);
@@ -227,7 +226,7 @@ fn the_panel_shows_zones_and_the_corners_of_the_next() {
     let before = bench.draw().expect("the panel is drawn").shapes("map").len();
     bench.set("keep_out", zones(&[&MIDDLE]));
     click(&mut bench, &MIDDLE);
-    press(&mut bench, "close");
+    press(&mut bench, "zone");
     let after = bench.draw().expect("the panel is drawn");
     assert_eq!(after.shapes("map").len(), before + 2);
 }
