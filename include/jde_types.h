@@ -599,6 +599,77 @@ static const jde_type jde_footprint_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_footprint_fields), "jde_msgs/msg/Footprint", "The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`.",
     sizeof(jde_footprint), 8u, jde_footprint_fields};
 
+/** jde_msgs/msg/Zone: An area of the floor: a polygon, in files `{ corners = [[1, 1], [2, 1], [2, 2]] }`. */
+typedef struct jde_zone {
+    /** At least three corners, in order, in the frame of the map. The last is connected to the first. */
+    struct { uint32_t length; uint32_t spare; jde_point2d items[32]; } corners;
+} jde_zone;
+
+typedef char jde_zone_has_its_size[sizeof(jde_zone) == 520 ? 1 : -1];
+
+static const jde_field jde_zone_fields[] = {
+    JDE_FIELD("corners", offsetof(jde_zone, corners.items), offsetof(jde_zone, corners.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "At least three corners, in order, in the frame of the map. The last is connected to the first.", "", &jde_point2d_type),
+};
+static const jde_type jde_zone_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_zone_fields), "jde_msgs/msg/Zone", "An area of the floor: a polygon, in files `{ corners = [[1, 1], [2, 1], [2, 2]] }`.",
+    sizeof(jde_zone), 8u, jde_zone_fields};
+
+/** jde_msgs/msg/Zones: Areas of the floor, of which up to 16 fit: in files `{ zones = [{ corners = [[1, 1], ...] }, ...] }`. */
+typedef struct jde_zones {
+    /** The areas; they may overlap. */
+    struct { uint32_t length; uint32_t spare; jde_zone items[16]; } zones;
+} jde_zones;
+
+typedef char jde_zones_has_its_size[sizeof(jde_zones) == 8328 ? 1 : -1];
+
+static const jde_field jde_zones_fields[] = {
+    JDE_FIELD("zones", offsetof(jde_zones, zones.items), offsetof(jde_zones, zones.length), JDE_STRUCT, JDE_SEQUENCE, 16u,
+              "The areas; they may overlap.", "", &jde_zone_type),
+};
+static const jde_type jde_zones_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_zones_fields), "jde_msgs/msg/Zones", "Areas of the floor, of which up to 16 fit: in files `{ zones = [{ corners = [[1, 1], ...] }, ...] }`.",
+    sizeof(jde_zones), 8u, jde_zones_fields};
+
+/** jde_msgs/msg/Strip: A strip of the floor: a line with a width, in files `{ width = 0.6, points = [[1, 1], [4, 1]] }`. */
+typedef struct jde_strip {
+    /** The width. [m] */
+    double width;
+    /** At least two points, in order, in the frame of the map. */
+    struct { uint32_t length; uint32_t spare; jde_point2d items[32]; } points;
+} jde_strip;
+
+typedef char jde_strip_has_its_size[sizeof(jde_strip) == 528 ? 1 : -1];
+
+static const jde_field jde_strip_fields[] = {
+    JDE_FIELD("width", offsetof(jde_strip, width), 0u, JDE_F64, JDE_ONE, 1u,
+              "The width.", "m", NULL),
+    JDE_FIELD("points", offsetof(jde_strip, points.items), offsetof(jde_strip, points.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "At least two points, in order, in the frame of the map.", "", &jde_point2d_type),
+};
+static const jde_type jde_strip_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_strip_fields), "jde_msgs/msg/Strip", "A strip of the floor: a line with a width, in files `{ width = 0.6, points = [[1, 1], [4, 1]] }`.",
+    sizeof(jde_strip), 8u, jde_strip_fields};
+
+/**
+ * jde_msgs/msg/Lanes: Lanes, the strips that paths prefer, of which up to 16 fit: in files
+ * `{ lanes = [{ width = 0.6, points = [[1, 1], ...] }, ...] }`.
+ */
+typedef struct jde_lanes {
+    /** The strips; they may cross and overlap. */
+    struct { uint32_t length; uint32_t spare; jde_strip items[16]; } lanes;
+} jde_lanes;
+
+typedef char jde_lanes_has_its_size[sizeof(jde_lanes) == 8456 ? 1 : -1];
+
+static const jde_field jde_lanes_fields[] = {
+    JDE_FIELD("lanes", offsetof(jde_lanes, lanes.items), offsetof(jde_lanes, lanes.length), JDE_STRUCT, JDE_SEQUENCE, 16u,
+              "The strips; they may cross and overlap.", "", &jde_strip_type),
+};
+static const jde_type jde_lanes_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_lanes_fields), "jde_msgs/msg/Lanes", "Lanes, the strips that paths prefer, of which up to 16 fit: in files\n`{ lanes = [{ width = 0.6, points = [[1, 1], ...] }, ...] }`.",
+    sizeof(jde_lanes), 8u, jde_lanes_fields};
+
 /** sensor_msgs/msg/LaserScan: One scan of a laser scanner with up to 1088 beams. */
 typedef struct jde_laser_scan {
     /** Time of the first beam, and the frame of the scanner: x ahead, angles counter-clockwise about z. */

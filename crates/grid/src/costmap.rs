@@ -148,6 +148,12 @@ impl Costmap {
         }
     }
 
+    /// Sets the cost of a cell of the grid. Returns whether it was another one.
+    pub(crate) fn set(&mut self, cell: Cell, cost: u8) -> bool {
+        let place = &mut self.costs[self.geometry.index(cell)];
+        core::mem::replace(place, cost) != cost
+    }
+
     /// Returns the costs row by row from the origin.
     #[must_use]
     pub fn costs(&self) -> &[u8] {

@@ -19,6 +19,7 @@ pub mod costmap;
 mod distance;
 mod field;
 mod geometry;
+mod layers;
 mod line;
 #[cfg(test)]
 mod maps;
@@ -28,11 +29,14 @@ mod price;
 mod rolling;
 mod route;
 mod search;
+mod span;
+mod way_out;
 
 pub use costmap::{Costmap, Inflation, InflationError};
 pub use distance::{Distances, NO_SOURCE, squared_distances};
 pub use field::Field;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
+pub use layers::{Drawing, Lanes, Layers};
 pub use line::walk;
 pub use nearest::nearest_open;
 pub use occupancy::{Occupancy, OccupancyGrid};
@@ -40,3 +44,4 @@ pub use price::{MAX_WEIGHT, Prices, UNIT, Unknown};
 pub use rolling::{Ray, RollingGrid};
 pub use route::{PlanError, Point, Route};
 pub use search::{Angles, plan};
+pub use way_out::way_out;

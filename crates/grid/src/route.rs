@@ -98,7 +98,7 @@ pub(crate) fn center(cell: Cell) -> Point {
 }
 
 /// The distance of a point to a segment.
-fn away((x, y): Point, (ax, ay): Point, (bx, by): Point) -> f64 {
+pub(crate) fn away((x, y): Point, (ax, ay): Point, (bx, by): Point) -> f64 {
     let (dx, dy) = (bx - ax, by - ay);
     let square = dx * dx + dy * dy;
     let along = if square > 0.0 {

@@ -22,6 +22,7 @@ mod seq;
 mod stamp;
 mod text;
 mod value;
+mod zones;
 
 pub use blobs::{ColorBlob, ColorBlobs};
 pub use geometry::{
@@ -43,6 +44,7 @@ pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
 pub use text::{Text, TooLong};
 pub use value::Value;
+pub use zones::{Lanes, Strip, Zone, Zones};
 
 /// Returns the descriptions of all standard types, each after the types that it contains. Texts and arrays on
 /// their own are left out, because each capacity is a type of its own.
@@ -78,6 +80,10 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Path::describe(),
         Route::describe(),
         Footprint::describe(),
+        Zone::describe(),
+        Zones::describe(),
+        Strip::describe(),
+        Lanes::describe(),
         LaserScan::describe(),
         Range::describe(),
         RangeRing::describe(),

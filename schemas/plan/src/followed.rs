@@ -1,8 +1,9 @@
-//! The costs of a map, which follow it: changed cells are repaired, a map of another place or size begins
-//! anew. It plans nothing.
+//! The costs of a map and of what is drawn on it, which follow both: changed cells are repaired, a map of another
+//! place or size begins anew. It plans nothing.
 
 use jde_grid::{
-    Cell, Costmap, Geometry, GeometryError, Inflation, InflationError, Occupancy, OccupancyGrid as Grid,
+    Cell, Costmap, Drawing, Geometry, GeometryError, Inflation, InflationError, Layers, Occupancy,
+    OccupancyGrid as Grid,
 };
 use jde_schema::types::OccupancyGrid;
 
@@ -25,10 +26,12 @@ pub(crate) enum MapError {
     Inflation(#[from] InflationError),
 }
 
-/// The costs of the newest map.
+/// The costs of the newest map and drawing.
 pub(crate) struct Followed {
     grid: Grid,
-    costs: Costmap,
+    /// The costs of the map alone.
+    obstacles: Costmap,
+    layers: Layers,
     inflation: Inflation,
     /// The map's number, so that the same map is not compared again.
     sequence: u64,
@@ -43,24 +46,29 @@ pub(crate) enum Change {
 }
 
 impl Followed {
-    /// Follows the map with this number. Whatever was followed before is replaced if it had another place,
+    /// Follows the map with this number, and the drawing. Whatever was followed before is replaced if it had another place,
     /// size or inflation; after an error nothing is followed.
     pub(crate) fn follow(
         followed: &mut Option<Self>,
         (map, sequence): (&OccupancyGrid, u64),
         inflation: Inflation,
+        drawing: Drawing,
     ) -> Result<Change, MapError> {
         let geometry = geometry(map).inspect_err(|_| *followed = None)?;
         if let Some(same) = followed
-            && same.costs.geometry() == &geometry
+            && same.obstacles.geometry() == &geometry
             && same.inflation == inflation
         {
-            return Ok(Change::Cells(same.repair(map, sequence)));
+            let mut changed = same.repair(map, sequence);
+            changed.extend(same.layers.draw(&same.obstacles, drawing));
+            return Ok(Change::Cells(changed));
         }
         *followed = None;
         let grid = Grid::from_ros(geometry, &map.data).ok_or_else(|| cells(map, &geometry))?;
+        let obstacles = Costmap::new(&grid, &inflation)?;
         *followed = Some(Self {
-            costs: Costmap::new(&grid, &inflation)?,
+            layers: Layers::new(&obstacles, drawing),
+            obstacles,
             grid,
             inflation,
             sequence,
@@ -68,16 +76,31 @@ impl Followed {
         Ok(Change::All)
     }
 
-    /// The costs.
+    /// The costs, with the drawing.
     pub(crate) const fn costs(&self) -> &Costmap {
-        &self.costs
+        self.layers.costs()
+    }
+
+    /// The costs without the drawing.
+    pub(crate) const fn obstacles(&self) -> &Costmap {
+        &self.obstacles
+    }
+
+    /// Whether the centre of the robot is too close to a keep-out zone in this cell.
+    pub(crate) fn is_in_zone(&self, cell: Cell) -> bool {
+        self.layers.is_in_zone(cell)
+    }
+
+    /// Whether there are keep-out zones.
+    pub(crate) const fn has_zones(&self) -> bool {
+        !self.layers.drawing().zones.is_empty()
     }
 
     fn repair(&mut self, map: &OccupancyGrid, sequence: u64) -> Vec<Cell> {
         if core::mem::replace(&mut self.sequence, sequence) == sequence {
             return Vec::new();
         }
-        let geometry = *self.costs.geometry();
+        let geometry = *self.obstacles.geometry();
         let mut changed = Vec::new();
         for (index, &number) in map.data.iter().enumerate() {
             let cell = geometry.cell(index);
@@ -85,7 +108,8 @@ impl Followed {
                 changed.push(cell);
             }
         }
-        self.costs.update(&self.grid, &changed)
+        let changed = self.obstacles.update(&self.grid, &changed);
+        self.layers.update(&self.obstacles, &changed)
     }
 }
 

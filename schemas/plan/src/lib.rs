@@ -1,13 +1,21 @@
-//! Plans a path over a map to a target. It commands nothing, and it knows only the obstacles of the map.
+//! Plans a path over a map to a target. It commands nothing, and it knows only the obstacles of the map and what
+//! an operator draws on it.
 
+mod drawn;
+mod ends;
 mod followed;
+mod memory;
 mod panel;
 mod situation;
 
-use jde_grid::costmap::LETHAL;
-use jde_grid::{Angles, Cell, Field, Inflation, PlanError, Prices, Route as Way, Unknown, nearest_open};
+use jde_grid::{
+    Angles, Drawing, Field, Inflation, Lanes as DrawnLanes, PlanError, Prices, Route as Way, Unknown,
+};
 use jde_schema::prelude::*;
+use jde_schema::types::{Lanes, Zones};
 
+use drawn::{Drawn, DrawnError};
+use ends::Ends;
 use followed::{Change, Followed};
 use situation::Situation;
 
@@ -30,8 +38,8 @@ enum Planner {
 /// Exports the path from the robot to the target, or says why there is none.
 ///
 /// The map, the pose and the target are in one frame. A robot that is too close to an obstacle, although its centre
-/// is in none, is led out of there first. A path is never older than the last iteration: without
-/// a way it is retracted.
+/// is in none, is led out of there first, and so is one in a keep-out zone. A path is never older than the last
+/// iteration: without a way it is retracted.
 #[derive(Describe)]
 // A map of a thousand by a thousand cells takes up to 0.3 s with A*, most others a tenth of it.
 #[schema(perceptive, period = "500ms", budget = "400ms")]
@@ -69,6 +77,16 @@ pub struct Plan {
     /// Whether the way may lead through unknown cells.
     #[modulation(default = false)]
     unknown: Modulation<bool>,
+    /// Keep-out zones, in the frame of the map: the path leads `inscribed` around them. An operator draws more of
+    /// them on the panel.
+    #[modulation(default = Zones::EMPTY)]
+    keep_out: Modulation<Zones>,
+    /// Preferred lanes, in the frame of the map. An operator draws more of them on the panel.
+    #[modulation(default = Lanes::EMPTY)]
+    lanes: Modulation<Lanes>,
+    /// How many times its length a way off the lanes costs more, if there are lanes.
+    #[modulation(default = 2.0, min = 0.0, max = 20.0)]
+    off_lanes: Modulation<f64>,
     /// The path, from the robot to the target.
     #[export]
     path: Export<Path>,
@@ -79,20 +97,29 @@ pub struct Plan {
     /// The field of prices to the last target, with the prices that it was made from.
     field: Option<(Prices, Field)>,
     situation: Option<Situation>,
+    /// What an operator has drawn on the panel.
+    drawn: Drawn,
     /// The points of the last path, in metres; none without a path.
-    drawn: Vec<(f64, f64)>,
+    points: Vec<(f64, f64)>,
 }
 
 impl Schema for Plan {
     fn iterate(&mut self, cx: &Context) -> Result {
         let situation = self.plan(cx).unwrap_or_else(|situation| {
             self.path.retract(cx);
-            self.drawn.clear();
+            self.points.clear();
             situation
         });
         self.state.write(cx, Text::truncated(&situation.to_string()));
         self.situation = Some(situation);
         Ok(())
+    }
+}
+
+impl Inspect for Plan {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.keep_out, drawn::check_zones(&self.keep_out.sample(cx)));
+        problems.expect(&self.lanes, drawn::check_lanes(&self.lanes.sample(cx)));
     }
 }
 
@@ -103,7 +130,10 @@ impl Plan {
         let map = self.map.get(cx).ok_or(Situation::NoMap)?;
         let pose = self.pose.get(cx).ok_or(Situation::NoPose)?;
         let inflation = self.inflation(cx);
-        let change = Followed::follow(&mut self.followed, (map.value(), map.sequence()), inflation);
+        let drawing = self.drawing(cx)?;
+        let prices = self.prices(cx, &drawing);
+        let map = (map.value(), map.sequence());
+        let change = Followed::follow(&mut self.followed, map, inflation, drawing);
         match &change {
             Ok(Change::Cells(cells)) => {
                 if let (Some((_, field)), Some(followed)) = (&mut self.field, &self.followed) {
@@ -114,7 +144,7 @@ impl Plan {
         }
         change?;
         let robot = pose.pose2d();
-        let way = self.way(cx, (robot.x, robot.y), (target.x, target.y))?;
+        let way = self.way(cx, prices, (robot.x, robot.y), (target.x, target.y))?;
         let points = self.points(&way, (robot.x, robot.y), (target.x, target.y));
         let path = path(&pose.header.frame_id, cx, &points);
         let situation = Situation::Path {
@@ -122,29 +152,29 @@ impl Plan {
             cut: path.poses.len() < points.len(),
         };
         self.path.write(cx, path);
-        self.drawn = points;
+        self.points = points;
         Ok(situation)
     }
 
-    fn way(&mut self, cx: &Context, robot: (f64, f64), target: (f64, f64)) -> Result<Way, Situation> {
-        let prices = self.prices(cx);
-        let costs = self.followed.as_ref().ok_or(Situation::NoMap)?.costs();
-        let geometry = costs.geometry();
-        let goal = geometry.cell_at(target).ok_or(PlanError::GoalOutside)?;
-        let robot = geometry.cell_at(robot).ok_or(PlanError::StartOutside)?;
-        let nearest = |cell: Cell, distance: f64| {
-            nearest_open(costs, &prices, cell, distance / geometry.resolution()).unwrap_or(cell)
+    fn way(
+        &mut self,
+        cx: &Context,
+        prices: Prices,
+        robot: (f64, f64),
+        target: (f64, f64),
+    ) -> Result<Way, Situation> {
+        let followed = self.followed.as_ref().ok_or(Situation::NoMap)?;
+        let ends = Ends {
+            followed,
+            prices: &prices,
         };
-        let goal = nearest(goal, self.tolerance.get(cx));
-        // A robot whose centre is in an obstacle does not know to which side it belongs.
-        let start = match costs.get(robot) {
-            LETHAL => robot,
-            _ => nearest(robot, 2.0 * self.circumscribed.get(cx)),
-        };
+        let goal = ends.goal(target, self.tolerance.get(cx))?;
+        let (mut points, start) = ends.start(robot, 2.0 * self.circumscribed.get(cx))?;
+        let costs = followed.costs();
         let search = |angles| jde_grid::plan(costs, &prices, angles, start, goal);
-        let mut way = match self.planner.get(cx) {
-            Planner::Grid => search(Angles::Eight)?,
-            Planner::AnyAngle => search(Angles::Any)?,
+        let way = match self.planner.get(cx) {
+            Planner::Grid => search(Angles::Eight),
+            Planner::AnyAngle => search(Angles::Any),
             Planner::Gradient => {
                 let is_same = |(made, field): &(Prices, Field)| *made == prices && field.goal() == goal;
                 let mut field = match self.field.take().filter(is_same) {
@@ -153,14 +183,15 @@ impl Plan {
                 };
                 let way = field.route(start);
                 self.field = Some((prices, field));
-                way?
+                way
             }
         };
-        if start != robot {
-            way.points
-                .insert(0, (f64::from(robot.x) + 0.5, f64::from(robot.y) + 0.5));
-        }
-        Ok(way)
+        let way = way.map_err(|error| match error {
+            PlanError::Unreachable if followed.has_zones() => Situation::NoWayOutside,
+            other => other.into(),
+        })?;
+        points.extend(way.points);
+        Ok(Way { points, ..way })
     }
 
     /// The points of the path in metres. Its ends are robot and target themselves, not the centres of their
@@ -196,13 +227,31 @@ impl Plan {
         }
     }
 
-    fn prices(&self, cx: &Context) -> Prices {
-        let unknown = if self.unknown.get(cx) {
+    /// What the application states and the operator has drawn.
+    fn drawing(&self, cx: &Context) -> Result<Drawing, DrawnError> {
+        let lanes = DrawnLanes {
+            lines: Vec::new(),
+            weight: self.clearance.get(cx),
+            aside: self.off_lanes.get(cx),
+            unknown: self.unknown(cx),
+        };
+        let stated = (&*self.keep_out.sample(cx), &*self.lanes.sample(cx));
+        self.drawn.over(stated, self.inscribed.get(cx), lanes)
+    }
+
+    fn prices(&self, cx: &Context, drawing: &Drawing) -> Prices {
+        match &drawing.lanes {
+            Some(lanes) => lanes.prices(),
+            None => Prices::new(self.clearance.get(cx), self.unknown(cx)),
+        }
+    }
+
+    fn unknown(&self, cx: &Context) -> Unknown {
+        if self.unknown.get(cx) {
             Unknown::Open
         } else {
             Unknown::Closed
-        };
-        Prices::new(self.clearance.get(cx), unknown)
+        }
     }
 }
 

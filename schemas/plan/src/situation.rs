@@ -4,6 +4,7 @@ use core::fmt;
 
 use jde_grid::PlanError;
 
+use crate::drawn::DrawnError;
 use crate::followed::MapError;
 
 /// What came of the last iteration.
@@ -24,13 +25,27 @@ pub(crate) enum Situation {
     NoPose,
     /// The map or the footprint is wrong.
     BadMap(MapError),
+    /// A keep-out zone or a lane is wrong.
+    BadDrawing(DrawnError),
     /// The map has no way.
     NoWay(PlanError),
+    /// The map may have a way, but not outside the keep-out zones.
+    NoWayOutside,
+    /// No way leads the robot out of a keep-out zone.
+    NoWayOut,
+    /// The target is in a keep-out zone, or too close to one.
+    TargetInZone,
 }
 
 impl From<MapError> for Situation {
     fn from(error: MapError) -> Self {
         Self::BadMap(error)
+    }
+}
+
+impl From<DrawnError> for Situation {
+    fn from(error: DrawnError) -> Self {
+        Self::BadDrawing(error)
     }
 }
 
@@ -49,7 +64,11 @@ impl fmt::Display for Situation {
             Self::NoMap => f.write_str("there is no map"),
             Self::NoPose => f.write_str("the place of the robot is not known"),
             Self::BadMap(error) => error.fmt(f),
+            Self::BadDrawing(error) => error.fmt(f),
             Self::NoWay(error) => error.fmt(f),
+            Self::NoWayOutside => f.write_str("no way leads to the goal outside the keep-out zones"),
+            Self::NoWayOut => f.write_str("no way leads the robot out of the keep-out zone"),
+            Self::TargetInZone => f.write_str("the goal is in a keep-out zone"),
         }
     }
 }

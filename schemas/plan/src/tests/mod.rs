@@ -1,6 +1,10 @@
 //! Paths over small maps, and the words for all that has none.
 
+mod lanes;
+mod zones;
+
 use jde_schema::bench::Bench;
+use jde_schema::panel::{Button, Touch};
 
 use super::*;
 
