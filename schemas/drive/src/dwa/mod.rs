@@ -20,7 +20,7 @@ const PERIOD: f64 = 0.05;
 
 /// Follows a path among the obstacles of a map by the best of many arcs.
 ///
-/// It is ready while it has a path, a pose, a map with the robot on it, and a scan that measures something. The
+/// It is ready while it has a path, a pose, a map, and a scan that measures something. Off the map it stands. The
 /// arcs avoid what the map has; before the command acts, it is checked against the newest scan. If every arc
 /// touches something, it backs with `escape` as far as the map is free, or stands and states the reason.
 #[derive(Describe)]
@@ -218,17 +218,17 @@ impl Dwa {
     fn choose(&mut self, cx: &Context, now: &Travel, samples: &Samples) -> Option<Twist> {
         self.pursuit = Pursuit::Missing;
         let map = self.map.get(cx)?;
+        let half = samples.speed.1 * samples.horizon + self.body.as_ref()?.reach() + self.padding.get(cx);
+        let costs = (self.reach.get(cx), self.decay.get(cx));
+        // It refuses a map that is none, before anything is computed from its numbers.
+        self.window = Window::new(&map, &now.pose, half, costs);
+        let window = self.window.as_ref()?;
         let resolution = f64::from(map.info.resolution);
         if self.perimeter.as_ref().map(Perimeter::spacing) != Some(resolution) {
             let (footprint, padding) = (self.footprint.get(cx), self.padding.get(cx));
             self.perimeter = Some(Perimeter::new(&footprint, padding, resolution));
         }
         let (perimeter, track) = (self.perimeter.as_ref()?, &self.track);
-        let body_reach = self.body.as_ref()?.reach() + self.padding.get(cx);
-        let half = samples.speed.1 * samples.horizon + body_reach;
-        let costs = (self.reach.get(cx), self.decay.get(cx));
-        self.window = Window::new(&map, &now.pose, half, costs);
-        let window = self.window.as_ref()?;
         let scene = Scene {
             window,
             perimeter,

@@ -127,17 +127,35 @@ fn before_what_only_the_laser_sees_it_stops_and_says_where_it_is() {
     );
 }
 
+/// A robot that cannot turn on the spot, with a wall too near ahead.
+fn enclosed(behind: f64) -> Loop<Dwa> {
+    let walls = room((behind, -0.32), (0.38, 0.38));
+    let mut world = world(walls, Pose2D::ORIGIN, &[(0.0, 0.0), (4.0, 0.0)]);
+    world.bench.set("slow", 0.2);
+    world.bench.set("spot_turn", 2.0);
+    world.bench.iterate().expect("it iterates");
+    assert_eq!(note(&world.bench), "every arc touches something");
+    world
+}
+
 #[test]
 fn boxed_in_it_stands_and_says_so() {
-    // No wall is touched, and every arc would touch one with the padding.
-    let walls = room((-0.32, -0.32), (0.38, 0.38));
-    let mut world = world(walls, Pose2D::ORIGIN, &[(0.0, 0.0), (4.0, 0.0)]);
-    world.bench.set("escape", 0.0);
-    world.bench.set("slow", 0.2);
-    world.bench.iterate().expect("it iterates");
+    let mut world = enclosed(-0.32);
     world.drive_while(5, |_| true);
     assert!(world.clearance > 0.0, "{}", world.clearance);
     assert!(world.distance < 0.1, "{}", world.distance);
+}
+
+#[test]
+fn before_a_wall_it_backs_as_far_as_the_map_is_free() {
+    let mut world = enclosed(-1.5);
+    assert_eq!(world.bench.commanded("base"), Some(Twist::planar(-0.1, 0.0)));
+    world.drive_while(5, |world| world.distance < 0.1);
+    assert!(
+        world.travel.pose.x < -0.05 && world.clearance > 0.0,
+        "{:?}",
+        world.travel.pose
+    );
 }
 
 #[test]
@@ -166,7 +184,8 @@ fn without_any_of_its_inputs_it_is_not_ready_and_stands() {
 fn a_map_without_the_robot_or_of_another_size_than_it_states_moves_nothing() {
     let places = [(0.0, 0.0), (4.0, 0.0)];
     type Spoil = fn(&mut OccupancyGrid);
-    let spoils: [Spoil; 3] = [
+    let spoils: [Spoil; 4] = [
+        |map| map.info.resolution = 0.0,
         |map| map.info.origin.position.x = 100.0,
         |map| map.info.width = 7,
         |map| map.info.resolution = f32::NAN,
