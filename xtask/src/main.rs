@@ -17,6 +17,7 @@ mod peers;
 mod player;
 mod prerequisites;
 mod programs;
+mod pytest;
 mod python;
 mod ros2;
 mod shell;

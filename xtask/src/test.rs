@@ -11,7 +11,7 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
-use crate::{clusters, demo, extending, headers, lints, peers, prerequisites, shell, tidy, valgrind};
+use crate::{clusters, demo, extending, headers, lints, peers, prerequisites, pytest, shell, tidy, valgrind};
 
 /// The context of every step.
 pub(crate) struct Context {
@@ -139,6 +139,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: peers::run,
+    },
+    Step {
+        name: "python",
+        title: "the Python package: its style, its types and its tests",
+        help: "see above; `PYTHONPATH=target/python target/pytest/bin/python -m pytest crates/python` runs the tests again",
+        is_heavy: true,
+        needs: &["build"],
+        run: pytest::run,
     },
     Step {
         name: "dask",

@@ -1,0 +1,3 @@
+"""The extension module: `crates/python/src`."""
+
+__version__: str
