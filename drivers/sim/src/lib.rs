@@ -4,22 +4,23 @@
 
 mod camera;
 mod edits;
+mod entry;
 mod laser;
 mod models;
-mod ports;
 mod scenery;
 mod sense;
 mod worlds;
 
 use jde_schema::prelude::*;
 use jde_schema::types::{Movers, Scenery};
-use jde_sim::{Footprint, RobotModel, World, WorldError};
+use jde_sim::{HeadCommand, RobotModel, Twist2, World, WorldError};
 
 pub use camera::Camera;
 pub use edits::EditCount;
+use entry::{ActiveRobot, Entry};
 pub use laser::Laser;
 use models::Overrides;
-use ports::{ActiveRobot, Entry, Ports};
+use scenery::PUBLISH_PERIOD;
 
 /// A head command that holds both axes.
 const HOLD: PanTilt = PanTilt {
@@ -42,265 +43,208 @@ pub struct Start {
     pub pose: Seq<Pose2D, 1>,
 }
 
-/// Declares a driver of a robot: the ports that all have, and its own modulations, among them those of
-/// [`Overrides`]. Its function `model` returns the robot. `$blamed` is the modulation whose value is wrong if it
-/// cannot.
-macro_rules! robot_driver {
-    ($(#[$doc:meta])* $name:ident, $blamed:ident, { $($own:tt)* }) => {
-        $(#[$doc])*
-        ///
-        /// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom`
-        /// equals the world's frame except for the drift of the wheels.
-        #[derive(Describe)]
-        #[schema(driver, period = "50ms", budget = "50ms")]
-        pub struct $name {
-            /// The world file.
-            #[modulation(default = "", unit = "file", fixed)]
-            world: Modulation<Text<1024>>,
-            /// The robot's name in the world file; empty for the name of this schema.
-            #[modulation(default = "", fixed)]
-            robot: Modulation<Text<60>>,
-            /// Where it starts instead of at its start in the world file:
-            /// `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
-            #[modulation(default = Start { pose: Seq::new() }, fixed)]
-            start: Modulation<Start>,
-            /// Changes of the world while it runs. Each write takes effect once, at the next iteration.
-            #[modulation(default = "")]
-            edit: Modulation<Text<4096>>,
-            $($own)*
-            /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car
-            /// drives the curvature of the command.
-            #[command(neutral = Twist::ZERO, validity = "500ms")]
-            velocity: Command<Twist>,
-            /// Position of the pan-tilt head, and its speeds, whose signs are ignored; a speed of 0 holds its
-            /// axis. Without a new command the head continues to the last position and stays there, so a
-            /// command is valid for an hour.
-            #[command(neutral = HOLD, validity = "3600s")]
-            head: Command<PanTilt>,
-            /// The scan of the first laser, in the laser's own frame.
-            #[export]
-            laser: Export<LaserScan>,
-            /// The sonars, in the order of the robot's file. A Pioneer has eight ahead from left to right,
-            /// then eight behind from right to left.
-            #[export]
-            sonars: Export<RangeRing>,
-            /// What the cells of the line sensor see of the floor, in the order of the robot's file.
-            #[export]
-            line_sensor: Export<LineSensor>,
-            /// What the inertial unit measures, in its own frame. It estimates no orientation.
-            #[export]
-            imu: Export<Imu>,
-            /// The position in the frame of the world; none in an outage.
-            #[export]
-            position: Export<PositionFix>,
-            /// Pose and velocity from the wheels.
-            #[export]
-            odometry: Export<Odometry>,
-            /// Five bumpers ahead, five behind, and whether the wheels are blocked.
-            #[export]
-            bumpers: Export<Bumpers>,
-            /// Position and speed of the head.
-            #[export]
-            pan_tilt: Export<PanTilt>,
-            /// Voltage, current and charge of three lead-acid blocks.
-            #[export]
-            battery: Export<BatteryState>,
-            /// The counts of the wheels.
-            #[export]
-            encoders: Export<WheelEncoders>,
-            /// Always connected. Its stamp is the time at which the robot entered its world, and its note
-            /// names the world.
-            #[export]
-            connection: Export<Connection>,
-            /// The true state of the robot, for measurements. A schema that steers by it would work only in
-            /// the simulator.
-            #[export]
-            truth: Export<Truth>,
-            /// The static objects of the world, published when the robot enters it and when they change; for
-            /// windows. No robot has such a sensor.
-            #[export]
-            scenery: Export<Scenery>,
-            /// The objects that move or can be moved, ten times per second; for windows. No robot has such a
-            /// sensor.
-            #[export]
-            movers: Export<Movers>,
-            /// The changes of the world that this robot's driver has made or refused; published when they
-            /// change.
-            #[export]
-            edits: Export<EditCount>,
-            active: Option<ActiveRobot>,
-        }
-
-        impl $name {
-            /// Returns what the modulations say about the entry into the world.
-            fn entry(&self, cx: &Context) -> Entry {
-                Entry::new(cx, &self.world, &self.robot, &self.start)
-            }
-
-            fn overrides(&self, cx: &Context) -> Overrides {
-                Overrides {
-                    laser_range: self.laser_range.get(cx),
-                    laser_noise: self.laser_noise.get(cx),
-                    sonar_noise: self.sonar_noise.get(cx),
-                    wheel_error: self.wheel_error.get(cx),
-                    acceleration: self.acceleration.get(cx),
-                }
-            }
-        }
-
-        impl Schema for $name {
-            fn awake(&mut self, cx: &Context) -> Result {
-                if self.active.is_none() {
-                    self.active = Some(ActiveRobot::enter(cx, self.entry(cx), self.model(cx)?)?);
-                }
-                Ok(())
-            }
-
-            fn iterate(&mut self, cx: &Context) -> Result {
-                // Taken out during the iteration: after an error the driver drops its robot, which then
-                // stops.
-                let Some(mut active) = self.active.take() else {
-                    return Err("it is in no world".into());
-                };
-                let mut ports = Ports {
-                    edit: &self.edit,
-                    velocity: &self.velocity,
-                    head: &self.head,
-                    laser: &mut self.laser,
-                    sonars: &mut self.sonars,
-                    line_sensor: &mut self.line_sensor,
-                    imu: &mut self.imu,
-                    position: &mut self.position,
-                    odometry: &mut self.odometry,
-                    bumpers: &mut self.bumpers,
-                    pan_tilt: &mut self.pan_tilt,
-                    battery: &mut self.battery,
-                    encoders: &mut self.encoders,
-                    connection: &mut self.connection,
-                    truth: &mut self.truth,
-                    scenery: &mut self.scenery,
-                    movers: &mut self.movers,
-                    edits: &mut self.edits,
-                };
-                ports.iterate(cx, &mut active)?;
-                self.active = Some(active);
-                Ok(())
-            }
-
-            fn sleep(&mut self, _: &Context) {
-                if let Some(active) = &self.active {
-                    active.stop();
-                }
-            }
-        }
-
-        impl Inspect for $name {
-            fn inspect(&self, cx: &Context, problems: &mut Problems) {
-                let model = problems.expect(&self.$blamed, self.model(cx));
-                let entry = self.entry(cx);
-                let world = entry
-                    .path()
-                    .and_then(|path| Ok(World::load(path, cx.seed())?));
-                let (Some(mut world), Some(model)) = (problems.expect(&self.world, world), model) else {
-                    return;
-                };
-                match entry.find_or_add(&mut world, model.config) {
-                    Ok(_) => {}
-                    Err(error @ (WorldError::PlaceBlocked { .. } | WorldError::BadPlace { .. })) => {
-                        problems.wrong(&self.start, error);
-                    }
-                    Err(error) => problems.wrong(&self.robot, error),
-                }
-            }
-        }
-    };
-}
-
-robot_driver! {
-    /// A robot of a robot file in a simulated world. Several in one application share the world.
-    ///
-    /// It publishes the sensors that the robot has, each at its own rate where that is lower than that of the
-    /// driver. A `sim/laser` publishes a further laser.
-    Robot, model, {
-        /// The robot: a shipped one, such as `turtlebot4`, or a robot file, `my-robot.toml`.
-        #[modulation(default = "pioneer-3dx", unit = "path", fixed)]
-        model: Modulation<Text<1024>>,
-        /// Greatest range of the first laser; negative for that of the file.
-        #[modulation(default = -1.0, unit = "m", fixed)]
-        laser_range: Modulation<f64>,
-        /// Standard deviation of the lasers' ranges; negative for that of the file.
-        #[modulation(default = -1.0, unit = "m", fixed)]
-        laser_noise: Modulation<f64>,
-        /// Standard deviation of the sonars' ranges; negative for that of the file.
-        #[modulation(default = -1.0, unit = "m", fixed)]
-        sonar_noise: Modulation<f64>,
-        /// Standard deviation of each wheel's scale error, as a fraction; negative for that of the file. It
-        /// determines the drift of the odometry.
-        #[modulation(default = -1.0, max = 0.5, fixed)]
-        wheel_error: Modulation<f64>,
-        /// Greatest change of speed per second; negative for that of the file.
-        #[modulation(default = -1.0, unit = "m/s2", fixed)]
-        acceleration: Modulation<f64>,
-    }
-}
-
-robot_driver! {
-    /// A Pioneer P3-DX with a laser in a simulated world: a `sim/robot` of the model `pioneer-3dx`, with its
-    /// numbers as modulations. Several in one application share the world.
-    Pioneer, laser_range, {
-        /// Beams of the laser.
-        #[modulation(default = 180, min = 1, max = 1088, fixed)]
-        laser_beams: Modulation<u32>,
-        /// The angle that the laser covers, centred ahead.
-        #[modulation(default = core::f64::consts::PI, unit = "rad", min = 0.01, max = core::f64::consts::TAU, fixed)]
-        laser_view: Modulation<f64>,
-        /// Greatest range of the laser.
-        #[modulation(default = 8.0, unit = "m", min = 0.1, fixed)]
-        laser_range: Modulation<f64>,
-        /// Standard deviation of the laser's ranges.
-        #[modulation(default = 0.005, unit = "m", min = 0.0, fixed)]
-        laser_noise: Modulation<f64>,
-        /// Standard deviation of the sonars' ranges.
-        #[modulation(default = 0.01, unit = "m", min = 0.0, fixed)]
-        sonar_noise: Modulation<f64>,
-        /// Standard deviation of each wheel's scale error, as a fraction. It determines the drift of the
-        /// odometry.
-        #[modulation(default = 0.0002, min = 0.0, max = 0.5, fixed)]
-        wheel_error: Modulation<f64>,
-        /// Greatest change of speed per second.
-        #[modulation(default = 0.3, unit = "m/s2", min = 0.01, fixed)]
-        acceleration: Modulation<f64>,
-        /// Radius of the body.
-        #[modulation(default = 0.25, unit = "m", min = 0.01, max = 10.0, fixed)]
-        radius: Modulation<f64>,
-    }
+/// A robot of a robot file in a simulated world. Several in one application share the world.
+///
+/// It publishes the sensors that the robot has, each at its own rate where that is lower than that of the
+/// driver. A `sim/laser` publishes a further laser.
+///
+/// Frames by REP-105: the odometry starts at the robot's start pose in the world, so that `odom`
+/// equals the world's frame except for the drift of the wheels.
+#[derive(Describe)]
+#[schema(driver, period = "50ms", budget = "50ms")]
+pub struct Robot {
+    /// The world file.
+    #[modulation(default = "", unit = "file", fixed)]
+    world: Modulation<Text<1024>>,
+    /// The robot's name in the world file; empty for the name of this schema.
+    #[modulation(default = "", fixed)]
+    robot: Modulation<Text<60>>,
+    /// Where it starts instead of at its start in the world file:
+    /// `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
+    #[modulation(default = Start { pose: Seq::new() }, fixed)]
+    start: Modulation<Start>,
+    /// Changes of the world while it runs. Each write takes effect once, at the next iteration.
+    #[modulation(default = "")]
+    edit: Modulation<Text<4096>>,
+    /// The robot: a shipped one, such as `turtlebot4`, or a robot file, `my-robot.toml`.
+    #[modulation(default = "pioneer-3dx", unit = "path", fixed)]
+    model: Modulation<Text<1024>>,
+    /// Greatest range of the first laser; negative for that of the file.
+    #[modulation(default = -1.0, unit = "m", fixed)]
+    laser_range: Modulation<f64>,
+    /// Standard deviation of the lasers' ranges; negative for that of the file.
+    #[modulation(default = -1.0, unit = "m", fixed)]
+    laser_noise: Modulation<f64>,
+    /// Standard deviation of the sonars' ranges; negative for that of the file.
+    #[modulation(default = -1.0, unit = "m", fixed)]
+    sonar_noise: Modulation<f64>,
+    /// Standard deviation of each wheel's scale error, as a fraction; negative for that of the file. It
+    /// determines the drift of the odometry.
+    #[modulation(default = -1.0, max = 0.5, fixed)]
+    wheel_error: Modulation<f64>,
+    /// Greatest change of speed per second; negative for that of the file.
+    #[modulation(default = -1.0, unit = "m/s2", fixed)]
+    acceleration: Modulation<f64>,
+    /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car
+    /// drives the curvature of the command.
+    #[command(neutral = Twist::ZERO, validity = "500ms")]
+    velocity: Command<Twist>,
+    /// Position of the pan-tilt head, and its speeds, whose signs are ignored; a speed of 0 holds its
+    /// axis. Without a new command the head continues to the last position and stays there, so a
+    /// command is valid for an hour.
+    #[command(neutral = HOLD, validity = "3600s")]
+    head: Command<PanTilt>,
+    /// The scan of the first laser, in the laser's own frame.
+    #[export]
+    laser: Export<LaserScan>,
+    /// The sonars, in the order of the robot's file. A Pioneer has eight ahead from left to right,
+    /// then eight behind from right to left.
+    #[export]
+    sonars: Export<RangeRing>,
+    /// What the cells of the line sensor see of the floor, in the order of the robot's file.
+    #[export]
+    line_sensor: Export<LineSensor>,
+    /// What the inertial unit measures, in its own frame. It estimates no orientation.
+    #[export]
+    imu: Export<Imu>,
+    /// The position in the frame of the world; none in an outage.
+    #[export]
+    position: Export<PositionFix>,
+    /// Pose and velocity from the wheels.
+    #[export]
+    odometry: Export<Odometry>,
+    /// Five bumpers ahead, five behind, and whether the wheels are blocked.
+    #[export]
+    bumpers: Export<Bumpers>,
+    /// Position and speed of the head.
+    #[export]
+    pan_tilt: Export<PanTilt>,
+    /// Voltage, current and charge of three lead-acid blocks.
+    #[export]
+    battery: Export<BatteryState>,
+    /// The counts of the wheels.
+    #[export]
+    encoders: Export<WheelEncoders>,
+    /// Always connected. Its stamp is the time at which the robot entered its world, and its note
+    /// names the world.
+    #[export]
+    connection: Export<Connection>,
+    /// The true state of the robot, for measurements. A schema that steers by it would work only in
+    /// the simulator.
+    #[export]
+    truth: Export<Truth>,
+    /// The static objects of the world, published when the robot enters it and when they change; for
+    /// windows. No robot has such a sensor.
+    #[export]
+    scenery: Export<Scenery>,
+    /// The objects that move or can be moved, ten times per second; for windows. No robot has such a
+    /// sensor.
+    #[export]
+    movers: Export<Movers>,
+    /// The changes of the world that this robot's driver has made or refused; published when they
+    /// change.
+    #[export]
+    edits: Export<EditCount>,
+    active: Option<ActiveRobot>,
 }
 
 impl Robot {
+    /// Returns the robot of its file with the numbers of the application.
     fn model(&self, cx: &Context) -> Result<RobotModel> {
-        self.overrides(cx)
-            .over(RobotModel::find(self.model.get(cx).as_str())?)
+        let overrides = Overrides {
+            laser_range: self.laser_range.get(cx),
+            laser_noise: self.laser_noise.get(cx),
+            sonar_noise: self.sonar_noise.get(cx),
+            wheel_error: self.wheel_error.get(cx),
+            acceleration: self.acceleration.get(cx),
+        };
+        overrides.over(RobotModel::find(self.model.get(cx).as_str())?)
+    }
+
+    /// Steps the world to the present time, commands the robot and publishes what it senses.
+    fn step(&mut self, cx: &Context, active: &mut ActiveRobot) -> Result {
+        let twist = *self.velocity.get(cx).value();
+        let head = *self.head.get(cx).value();
+        let robot = active.claim.robot();
+        let mut world = active.claim.world();
+        // Up to now the last command applies; the new one applies from now on.
+        world.advance_to(cx.now().as_nanos() as u64);
+        let twist = Twist2 {
+            linear: twist.linear.x,
+            lateral: twist.linear.y,
+            angular: twist.angular.z,
+        };
+        world.command(robot, twist)?;
+        let head = HeadCommand {
+            pan: head.pan,
+            tilt: head.tilt,
+            pan_speed: head.pan_velocity,
+            tilt_speed: head.tilt_velocity,
+        };
+        world.command_head(robot, head)?;
+        let edits = self.edit(cx, &mut world, &active.claim);
+        if active.edits.replace(edits) != Some(edits) {
+            self.edits.write(cx, edits);
+        }
+        self.sense(cx, &world, robot, &active.model, &mut active.due)?;
+        self.publish_connection(cx, &world, active.since);
+        if active.scenery.replace(world.changes()) != Some(world.changes()) {
+            self.publish_scenery(cx, &world);
+        }
+        if scenery::is_time(&mut active.due.movers, cx.now(), PUBLISH_PERIOD) {
+            self.publish_movers(cx, &world, robot);
+        }
+        Ok(())
     }
 }
 
-impl Pioneer {
-    fn model(&self, cx: &Context) -> Result<RobotModel> {
-        let mut model = RobotModel::find("pioneer-3dx")?;
-        model.config.footprint = Footprint::Circle {
-            radius: self.radius.get(cx),
-        };
-        for laser in &mut model.lasers {
-            laser.config.beams = self.laser_beams.get(cx) as usize;
-            laser.config.field_of_view = self.laser_view.get(cx);
+impl Schema for Robot {
+    fn awake(&mut self, cx: &Context) -> Result {
+        if self.active.is_none() {
+            self.active = Some(ActiveRobot::enter(cx, Entry::new(cx, self), self.model(cx)?)?);
         }
-        self.overrides(cx).over(model)
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        // Taken out during the iteration: after an error the driver drops its robot, which then stops.
+        let Some(mut active) = self.active.take() else {
+            return Err("it is in no world".into());
+        };
+        self.step(cx, &mut active)?;
+        self.active = Some(active);
+        Ok(())
+    }
+
+    fn sleep(&mut self, _: &Context) {
+        if let Some(active) = &self.active {
+            active.stop();
+        }
+    }
+}
+
+impl Inspect for Robot {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let model = problems.expect(&self.model, self.model(cx));
+        let entry = Entry::new(cx, self);
+        let world = entry.path().and_then(|path| Ok(World::load(path, cx.seed())?));
+        let (Some(mut world), Some(model)) = (problems.expect(&self.world, world), model) else {
+            return;
+        };
+        match entry.find_or_add(&mut world, model.config) {
+            Ok(_) => {}
+            Err(error @ (WorldError::PlaceBlocked { .. } | WorldError::BadPlace { .. })) => {
+                problems.wrong(&self.start, error);
+            }
+            Err(error) => problems.wrong(&self.robot, error),
+        }
     }
 }
 
 jde_schema::export!(
     "sim",
     "Simulated robots, their cameras and lasers.",
-    [Robot, Pioneer, Camera, Laser]
+    [Robot, Camera, Laser]
 );
 
 #[cfg(test)]

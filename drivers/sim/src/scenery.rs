@@ -7,7 +7,7 @@ use jde_schema::prelude::*;
 use jde_schema::types::Thing;
 use jde_sim::{Color, Figure, Outline, Pose2, RobotId, Shape, World};
 
-use crate::ports::Ports;
+use crate::Robot;
 
 /// Period of the moving objects: smooth for viewers, and small in a recording.
 pub(crate) const PUBLISH_PERIOD: Duration = Duration::from_millis(100);
@@ -22,7 +22,7 @@ const FRAME: &str = "map";
 const SHELL: Color = Color::new(200, 34, 30);
 const ROBOT_HEIGHT: f32 = 0.4;
 
-impl Ports<'_> {
+impl Robot {
     /// Publishes the static objects, then the paint of the floor.
     pub(crate) fn publish_scenery(&mut self, cx: &Context, world: &World) {
         let mut scenery = self.scenery.loan(cx);

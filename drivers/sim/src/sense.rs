@@ -9,14 +9,14 @@ use jde_sim::{
     Twist2, World,
 };
 
-use crate::ports::{Due, Ports};
-use crate::{laser, scenery};
+use crate::entry::Due;
+use crate::{Robot, laser, scenery};
 
 /// Values of `BatteryState` for a discharging battery in good health.
 const DISCHARGING: u8 = 2;
 const GOOD: u8 = 1;
 
-impl Ports<'_> {
+impl Robot {
     /// Publishes the sensors that the robot has, those that are due.
     pub(crate) fn sense(
         &mut self,
@@ -33,7 +33,7 @@ impl Ports<'_> {
         if let Some(first) = model.lasers.first()
             && is_due(&mut due.laser, first.period)
         {
-            laser::publish(self.laser, cx, (world, robot), ("laser", &first.config))?;
+            laser::publish(&mut self.laser, cx, (world, robot), ("laser", &first.config))?;
         }
         if let Some(sonars) = &model.sonars
             && is_due(&mut due.sonars, sonars.period)
@@ -200,7 +200,7 @@ impl Ports<'_> {
     }
 }
 
-impl Ports<'_> {
+impl Robot {
     fn publish_imu(&mut self, cx: &Context, world: &World, robot: RobotId, config: &ImuConfig) -> Result {
         let reading = world.imu(robot, config)?;
         let vector = |[x, y, z]: [f64; 3]| Vector3 { x, y, z };

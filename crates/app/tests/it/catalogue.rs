@@ -116,7 +116,7 @@ fn plugins() -> Vec<Plugin> {
     let base = || port("base", "geometry_msgs/msg/Twist", Role::Actuator);
     let cruise = |name: &str, of: &str| port(name, of, Role::ChildModulation { child: 2 });
     vec![
-        plugin("sim", vec![pioneer()]),
+        plugin("sim", vec![robot()]),
         plugin(
             "teleop",
             vec![schema("teleop", Kind::Motor, vec![optional(laser()), base()])],
@@ -194,7 +194,7 @@ fn plugins() -> Vec<Plugin> {
     ]
 }
 
-fn pioneer() -> Schema {
+fn robot() -> Schema {
     let velocity = Role::Command {
         neutral: vec![0; 16],
         validity_ns: 500_000_000,
@@ -219,7 +219,7 @@ fn pioneer() -> Schema {
         modulation("quiet", "std_msgs/msg/Bool", (None, None)),
         modulation("weights", "jde_msgs/msg/Weights", (None, None)),
     ];
-    schema("pioneer", Kind::Driver, ports)
+    schema("robot", Kind::Driver, ports)
 }
 
 /// A guard of speeds.

@@ -153,7 +153,7 @@ apps/good.toml:18:1: there is a key `period` already
 #[test]
 fn all_faults_are_reported_in_the_order_of_the_file_with_options_last() {
     let edits = [
-        ("type  = \"sim/pioneer\"", "type  = \"sim/pionee\""),
+        ("type  = \"sim/robot\"", "type  = \"sim/robo\""),
         ("name    = \"safe-navigation\"", "nam = \"x\""),
         ("\"400 mm/s\"", "\"400 mm\""),
         ("dwell = \"500ms\"", "dwell = 0"),
@@ -207,7 +207,7 @@ fn an_application_with_too_many_schemas_is_refused() {
 #[test]
 fn a_long_text_is_shortened_in_a_message() {
     let long = "x".repeat(100_000);
-    let faults = catalogue::faults(&[("\"sim/pioneer\"", &format!("\"{long}\""))]);
+    let faults = catalogue::faults(&[("\"sim/robot\"", &format!("\"{long}\""))]);
     assert!(faults.len() < 1000, "{} bytes", faults.len());
     assert!(faults.contains("xxx...`"), "{faults}");
 }

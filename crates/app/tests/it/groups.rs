@@ -303,7 +303,7 @@ apps/good.toml:40:1: schema `near` is a guard, and its judgement runs in the hos
 fn r18_a_guard_judges_the_commands_of_one_actuator() {
     let second = (
         "[schemas.stop]\ntype      = \"stop\"\nimports   = { laser = \"pioneer.laser\" }\nactuators = { base = \"pioneer.velocity\" }",
-        "[schemas.other]\ntype = \"sim/pioneer\"\nworld = \"office.toml\"\n\n[schemas.stop]\ntype      = \"stop\"\nimports   = { laser = \"pioneer.laser\" }\nactuators = { base = \"other.velocity\" }",
+        "[schemas.other]\ntype = \"sim/robot\"\nworld = \"office.toml\"\n\n[schemas.stop]\ntype      = \"stop\"\nimports   = { laser = \"pioneer.laser\" }\nactuators = { base = \"other.velocity\" }",
     );
     check(
         &[(SETTINGS, "{ guard = \"near\" }"), second, NEAR],

@@ -188,24 +188,31 @@ apps/good.toml:17:1: unknown key `brake` in schema `example`
 #[test]
 fn an_unknown_type_is_reported_with_the_nearest_name() {
     check(
-        &[(r#""sim/pioneer""#, r#""sim/pionee""#)],
+        &[(r#""sim/robot""#, r#""sim/robo""#)],
         r#"
-apps/good.toml:7:9: plugin `sim` contains no schema `pionee`
-    help: did you mean `pioneer`?
+apps/good.toml:7:9: plugin `sim` contains no schema `robo`
+    help: did you mean `robot`?
 "#,
     );
     check(
-        &[(r#""sim/pioneer""#, r#""simm/pioneer""#)],
+        &[(r#""sim/robot""#, r#""sim/pioneer""#)],
+        r#"
+apps/good.toml:7:9: plugin `sim` contains no schema `pioneer`
+    help: its schemas: `robot`
+"#,
+    );
+    check(
+        &[(r#""sim/robot""#, r#""simm/robot""#)],
         r#"
 apps/good.toml:7:9: schema `pioneer`: plugin `simm` cannot be used: no folder has it
-    help: did you mean `sim/pioneer`?
+    help: did you mean `sim/robot`?
 "#,
     );
     check(
-        &[(r#""sim/pioneer""#, r#""pioneer""#)],
+        &[(r#""sim/robot""#, r#""robot""#)],
         r#"
-apps/good.toml:7:9: schema `pioneer`: plugin `pioneer` cannot be used: no folder has it
-    help: did you mean `sim/pioneer`?
+apps/good.toml:7:9: schema `pioneer`: plugin `robot` cannot be used: no folder has it
+    help: did you mean `sim/robot`?
 "#,
     );
     check(

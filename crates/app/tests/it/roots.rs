@@ -17,7 +17,7 @@ fn with<'a>(roots: &'a str, more: &'a str) -> [(&'a str, &'a str); 3] {
 
 const SECOND: &str = r#"
 [schemas.second]
-type  = "sim/pioneer"
+type  = "sim/robot"
 world = "office.toml"
 start = [4.0, 2.0, "90deg"]
 
@@ -29,7 +29,7 @@ actuators = { base = "second.velocity" }
 
 const CREW: &str = r#"
 [schemas.second]
-type  = "sim/pioneer"
+type  = "sim/robot"
 world = "office.toml"
 start = [4.0, 2.0, "90deg"]
 

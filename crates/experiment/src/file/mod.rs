@@ -223,13 +223,12 @@ fn initial(application: &Application, name: &str) -> Option<Value> {
     Some(decode(&robot.schema.ports[place].value_type, initial).into_only_field())
 }
 
-/// The body of the simulated robot: of its robot file, or a disc of its radius.
+/// The body of the simulated robot, from its robot file.
 fn robot(application: &Application) -> Option<Footprint> {
-    if let Some(Value::Text(model)) = initial(application, "model") {
-        return Some(RobotModel::find(&model).ok()?.config.footprint);
-    }
-    let radius = initial(application, "radius")?.as_number()?;
-    Some(Footprint::Circle { radius })
+    let Value::Text(model) = initial(application, "model")? else {
+        return None;
+    };
+    Some(RobotModel::find(&model).ok()?.config.footprint)
 }
 
 fn stem(file: &Path) -> String {

@@ -43,7 +43,7 @@ pub(super) fn build(root: &Root, rng: &mut Rng) -> TestApplication {
         "executor = \"{executor}\"\nname = \"hundred\"\nroots = {roots:?}\nroot = {}\n",
         group(rng, None)
     );
-    text += "[schemas.pioneer]\ntype = \"sim/pioneer\"\nworld = \"../worlds/corridor.toml\"\n";
+    text += "[schemas.pioneer]\ntype = \"sim/robot\"\nworld = \"../worlds/corridor.toml\"\n";
     let mut body = String::from("[schemas.arm]\ntype = \"fault/device\"\n");
     let mut schemas = vec![faulty_schema("arm", TargetKind::Device, false)];
     for eye in 0..EYES {

@@ -16,7 +16,7 @@ use crate::campaign::Campaign;
 use crate::plan::Kind;
 
 /// The demonstration's lines for its simulated robot and for its roots.
-const SIMULATED: &str = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
+const SIMULATED: &str = "type  = \"sim/robot\"\nworld = \"../worlds/office.toml\"\n";
 const ROOTS: &str = "roots   = [\"teleop\", \"example\"]";
 /// A root that is never ready by its own precondition, and that only crashes.
 const DRIFTER: &str = "\n[schemas.drifter]\ntype = \"fault/motor\"\non = 0\noff = 1\nactuators = { base = \"pioneer.velocity\" }\n";

@@ -64,10 +64,7 @@ fn in_process() -> DriverConfig {
     let world = folder.path().join("room.toml");
     fs::write(&world, ROOM).expect("a file");
     DriverConfig {
-        driver_toml: format!(
-            "type = \"sim/pioneer\"\nworld = {:?}",
-            world.display().to_string()
-        ),
+        driver_toml: format!("type = \"sim/robot\"\nworld = {:?}", world.display().to_string()),
         resources: Box::new(folder),
     }
 }

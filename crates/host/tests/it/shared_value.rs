@@ -24,7 +24,7 @@ roots   = ["near"]
 plugins = ["."]
 
 [schemas.pioneer]
-type  = "sim/pioneer"
+type  = "sim/robot"
 world = "world.toml"
 
 [schemas.camera]

@@ -118,16 +118,13 @@ fn takeovers(trace: &DriveTrace, data: &RunData) -> Vec<Takeover> {
         .collect()
 }
 
-/// Returns the body of a simulated robot: that of its robot file, or a disc of its radius.
+/// Returns the body of a simulated robot, from its robot file.
 fn body(robot: &InstanceConfig) -> Option<Footprint> {
     modulation(robot, WORLD, FILE)?;
-    if let Some(Value::Text(model)) = modulation(robot, "model", "path") {
-        return Some(RobotModel::find(&model).ok()?.config.footprint);
-    }
-    match modulation(robot, "radius", "m")? {
-        Value::Float(radius) => Some(Footprint::Circle { radius }),
-        _ => None,
-    }
+    let Value::Text(model) = modulation(robot, "model", "path")? else {
+        return None;
+    };
+    Some(RobotModel::find(&model).ok()?.config.footprint)
 }
 
 /// Returns the initial value of a modulation. A type of one field yields the value of that field.

@@ -15,7 +15,7 @@ fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
         "stop as brake",
         "vff as avoid",
         "goon as cruise",
-        "pioneer  sim/pioneer",
+        "pioneer  sim/robot",
     ]
     .map(|part| {
         check
@@ -159,7 +159,7 @@ fn describe_shows_ports_with_their_types_and_limits() {
     ] {
         assert!(describe.out.contains(part), "{part}: {}", describe.out);
     }
-    let by_type = output_of(&mut jde_with_plugins(&["describe", "sim/pioneer"]));
+    let by_type = output_of(&mut jde_with_plugins(&["describe", "sim/robot"]));
     assert!(by_type.out.contains("in force for 500 ms"), "{}", by_type.out);
 }
 
@@ -199,7 +199,7 @@ fn describe_shows_the_fields_of_a_value_type_and_the_ports_that_use_it() {
         "header.stamp.sec",
         "float32[<=1088] m",
         "exports",
-        "sim/pioneer",
+        "sim/robot",
         "imports",
         "stop/stop",
     ] {

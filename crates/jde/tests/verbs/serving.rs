@@ -88,7 +88,7 @@ fn signal(name: &str, process: &Child) {
 fn safe_navigation(folder: &Path, address: &str) -> String {
     let text =
         std::fs::read_to_string(root().join("apps/safe-navigation.toml")).expect("the application exists");
-    let simulated = "type  = \"sim/pioneer\"\nworld = \"../worlds/office.toml\"\n";
+    let simulated = "type  = \"sim/robot\"\nworld = \"../worlds/office.toml\"\n";
     assert!(text.contains(simulated));
     let real = format!("type  = \"p2os/pioneer\"\nport  = \"{address}\"\nstart = [3.55, 1.6, \"90deg\"]\n");
     let file = folder.join("safe-navigation.toml");

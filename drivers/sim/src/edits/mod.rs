@@ -3,7 +3,7 @@
 use jde_schema::prelude::*;
 use jde_sim::{Edits, RobotId, World};
 
-use crate::ports::Ports;
+use crate::Robot;
 use crate::worlds::RobotClaim;
 
 /// The changes of a world that a driver was requested to make.
@@ -37,7 +37,7 @@ impl EditProgress {
     }
 }
 
-impl Ports<'_> {
+impl Robot {
     /// Makes the changes of a new value of the modulation. Returns the count of all so far.
     pub(crate) fn edit(&self, cx: &Context, world: &mut World, claim: &RobotClaim) -> EditCount {
         let robot = claim.robot();

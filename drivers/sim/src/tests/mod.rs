@@ -23,7 +23,7 @@ const PERIOD: Duration = Duration::from_millis(50);
 
 /// A robot without noise on a test bench. Its command is renewed before each iteration.
 pub(crate) struct Robot {
-    pub(crate) bench: Bench<Pioneer>,
+    pub(crate) bench: Bench<crate::Robot>,
     pub(crate) now: Duration,
 }
 
@@ -179,10 +179,14 @@ fn the_laser_measures_the_walls_from_right_to_left() {
 #[test]
 fn a_beam_without_an_obstacle_is_infinite() {
     let (_folder, path) = file(ROOM);
+    let (_models, model) = file(
+        &include_str!("../../../../robots/pioneer-3dx.toml")
+            .replace("beams     = 180", "beams = 4")
+            .replace("view_deg  = 180", "view_deg = 360"),
+    );
     let mut robot = Robot::asleep(&path, "bench");
+    robot.bench.set("model", Text::<1024>::new(&model));
     robot.bench.set("laser_range", 3.5);
-    robot.bench.set("laser_beams", 4_u32);
-    robot.bench.set("laser_view", 2.0 * PI);
     robot.bench.awake().expect("it enters the world");
     robot.idle(0.05);
     let scan = robot.laser();
@@ -400,10 +404,10 @@ fn a_robot_has_one_driver() {
 }
 
 #[test]
-#[should_panic(expected = "`laser_range` is 0.01 m, and at least 0.1 m is allowed")]
+#[should_panic(expected = "`wheel_error` is 0.6, and at most 0.5 is allowed")]
 fn r8_numbers_out_of_range_are_refused() {
     let (_folder, path) = file(ROOM);
-    Robot::asleep(&path, "bench").bench.set("laser_range", 0.01);
+    Robot::asleep(&path, "bench").bench.set("wheel_error", 0.6);
 }
 
 #[test]

@@ -38,32 +38,20 @@ fn drive(bench: &mut Bench<crate::Robot>, from: Duration, twist: Twist, periods:
 #[test]
 fn the_default_robot_is_the_pioneer() {
     let (_folder, path) = file(ROOM);
-    let mut bench = Bench::<crate::Robot>::new();
-    bench.set("world", Text::<1024>::new(&path));
-    bench.awake().expect("it enters the world");
-    drive(&mut bench, Duration::ZERO, Twist::planar(0.3, 0.2), 40);
-    let (truth, laser): (Truth, LaserScan) = (
-        bench.exported("truth").expect("it has iterated"),
-        bench.exported("laser").expect("it has iterated"),
-    );
-    drop(bench);
-    let mut pioneer = Bench::<Pioneer>::new();
-    pioneer.set("world", Text::<1024>::new(&path));
-    pioneer.awake().expect("it enters the world");
-    for period in 1..=40 {
-        pioneer.command("velocity", &Twist::planar(0.3, 0.2));
-        pioneer.set_now(PERIOD * period);
-        pioneer.iterate().expect("it drives and senses");
-    }
-    assert_eq!(pioneer.exported::<Truth>("truth"), Some(truth));
-    let ranges = pioneer
-        .exported::<LaserScan>("laser")
-        .expect("it has iterated")
-        .ranges;
-    assert_eq!(ranges.as_slice(), laser.ranges.as_slice());
-    for sensor in ["sonars", "bumpers", "pan_tilt", "battery"] {
-        assert!(pioneer.exported_at(sensor).is_some(), "{sensor}");
-    }
+    let drive_a_little = |model: Option<&str>| {
+        let mut bench = Bench::<crate::Robot>::new();
+        bench.set("world", Text::<1024>::new(&path));
+        if let Some(model) = model {
+            bench.set("model", Text::<1024>::new(model));
+        }
+        bench.awake().expect("it enters the world");
+        drive(&mut bench, Duration::ZERO, Twist::planar(0.3, 0.2), 40);
+        for sensor in ["laser", "sonars", "bumpers", "pan_tilt", "battery"] {
+            assert!(bench.exported_at(sensor).is_some(), "{sensor}");
+        }
+        bench.exported::<Truth>("truth")
+    };
+    assert_eq!(drive_a_little(None), drive_a_little(Some("pioneer-3dx")));
 }
 
 #[test]
