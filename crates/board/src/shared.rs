@@ -39,6 +39,15 @@ impl Shared {
         Self { file, first, bytes }
     }
 
+    /// Returns zeroed memory of its own, of at least `bytes` bytes.
+    ///
+    /// # Errors
+    /// Errors of the system.
+    pub fn zeroed(bytes: usize) -> io::Result<Self> {
+        let bytes = bytes.next_multiple_of(PAGE);
+        Ok(Self::new(memory_file(bytes)?, 0, bytes))
+    }
+
     /// Returns the byte of the file at which to map it, a multiple of a page, and the number of bytes.
     #[must_use]
     pub fn extent(&self) -> (usize, usize) {

@@ -1,19 +1,28 @@
-//! What a process of its own costs: the same schema in lockstep, here and apart, and the time of the machine that an iteration takes.
+//! What a process of its own costs: the time of the machine that a turn of the same schema takes in lockstep, here and
+//! apart, beside the time of a byte through a pipe and back; and the share of a core of ten such schemas in real time.
 //!
 //! `cargo run --release -p jde-host --example apart`
 
+use std::error::Error;
+use std::io::{Read, Write};
 use std::path::Path;
-use std::time::Instant;
+use std::process::{self, Stdio};
+use std::result::Result;
+use std::time::{Duration, Instant};
 
 use jde_abi::raw;
-use jde_app::parse;
-use jde_host::{Lockstep, Options};
+use jde_app::{Application, parse};
+use jde_host::{Lockstep, Options, Running};
 use jde_isolation::{Program, serve};
 use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 
 /// What this program is called with to be the process of a schema.
 const SERVE: &str = "serve";
+/// What it is called with to return each byte.
+const ECHO: &str = "echo";
+/// The turns and the bytes of which the median is shown.
+const TURNS: u64 = 5000;
 
 /// Looks at a scan and commands a speed: what a behaviour does in an iteration.
 #[derive(Describe)]
@@ -28,7 +37,7 @@ struct Follow {
 }
 
 impl Schema for Follow {
-    fn iterate(&mut self, cx: &Context) -> Result {
+    fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
         let mut twist = Twist::ZERO;
         twist.linear.x = self.laser.get(cx).map_or(0.0, |laser| f64::from(laser.range_max));
         self.base.command(cx, twist);
@@ -49,7 +58,7 @@ struct Base {
 }
 
 impl Schema for Base {
-    fn iterate(&mut self, cx: &Context) -> Result {
+    fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
         let mut laser = self.laser.loan(cx);
         laser.range_max = 8.0;
         laser.publish();
@@ -70,29 +79,33 @@ const APPLICATION: &str = r#"
     actuators = { base = "base.velocity" }
 "#;
 
-fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn Error>> {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN)?;
-    if std::env::args().nth(1).as_deref() == Some(SERVE) {
-        return Ok(serve(&plugins)?);
+    match std::env::args().nth(1).as_deref() {
+        Some(SERVE) => return Ok(serve(&plugins)?),
+        Some(ECHO) => return echo(),
+        _ => {}
     }
-    let here = median(APPLICATION, &plugins)?;
-    let apart = median(
-        &APPLICATION.replace("\"cost/follow\"", "\"cost/follow\"\nisolate = \"process\""),
-        &plugins,
-    )?;
-    println!("here  {here:8.2} us for a period of both schemas");
+    let apart = APPLICATION.replace("\"cost/follow\"", "\"cost/follow\"\nisolate = \"process\"");
+    let (here, pipe, apart) = (turn(APPLICATION, &plugins)?, pipe()?, turn(&apart, &plugins)?);
+    let bytes = size_of::<LaserScan>();
+    println!("here  {here:8.2} us for a turn that reads a scan of {bytes} bytes and commands a speed");
     println!("apart {apart:8.2} us");
+    println!("pipe  {pipe:8.2} us for a byte to another process and back");
     println!(
-        "so {:.2} us more for an iteration that reads a scan of {} bytes and commands a speed",
-        apart - here,
-        size_of::<LaserScan>()
+        "share {:8.2} % of a core for ten at 20 Hz",
+        share(&plugins)? * 100.0
     );
     Ok(())
 }
 
-/// Median time of the machine for a period of the application, us.
-fn median(text: &str, plugins: &Plugins) -> std::result::Result<f64, Box<dyn std::error::Error>> {
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn configure(text: &str, plugins: &Plugins) -> Result<(Application, Options), Box<dyn Error>> {
     let application = parse(text, Path::new("cost.toml"), &[], plugins)?;
     let options = Options {
         isolation_program: Some(Program {
@@ -101,15 +114,82 @@ fn median(text: &str, plugins: &Plugins) -> std::result::Result<f64, Box<dyn std
         }),
         ..Options::default()
     };
+    Ok((application, options))
+}
+
+/// Median time of the machine for a period of the application in lockstep, us.
+fn turn(text: &str, plugins: &Plugins) -> Result<f64, Box<dyn Error>> {
+    let (application, options) = configure(text, plugins)?;
     let mut run = Lockstep::start(application, plugins, options)?;
     let period = 10_000_000;
-    let mut times: Vec<f64> = (1..=5000)
-        .map(|turn| {
-            let start = Instant::now();
-            run.run_until(turn * period);
-            start.elapsed().as_secs_f64() * 1e6
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    Ok(times[times.len() / 2])
+    let time = |turn| {
+        let start = Instant::now();
+        run.run_until(turn * period);
+        start.elapsed().as_secs_f64() * 1e6
+    };
+    Ok(median((1..=TURNS).map(time).collect()))
+}
+
+/// Median time of the machine for a byte through a pipe and back, us.
+fn pipe() -> Result<f64, Box<dyn Error>> {
+    let mut child = process::Command::new(std::env::current_exe()?)
+        .arg(ECHO)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let (Some(mut there), Some(mut back)) = (child.stdin.take(), child.stdout.take()) else {
+        return Err("the child has no pipes".into());
+    };
+    let mut times = Vec::new();
+    for _ in 0..TURNS {
+        let start = Instant::now();
+        there.write_all(&[1])?;
+        back.read_exact(&mut [0])?;
+        times.push(start.elapsed().as_secs_f64() * 1e6);
+    }
+    drop(there);
+    child.wait()?;
+    Ok(median(times))
+}
+
+/// Returns each byte, until there is none.
+fn echo() -> Result<(), Box<dyn Error>> {
+    let mut byte = [0];
+    while std::io::stdin().read(&mut byte)? > 0 {
+        std::io::stdout().write_all(&byte)?;
+        std::io::stdout().flush()?;
+    }
+    Ok(())
+}
+
+/// The processor time of this process and its children in a second of an application with ten schemas apart, without that
+/// of the same schemas here.
+fn share(plugins: &Plugins) -> Result<f64, Box<dyn Error>> {
+    let time = |isolate: &str| -> Result<f64, Box<dyn Error>> {
+        let names: Vec<String> = (0..10).map(|number| format!("follow{number}")).collect();
+        let (head, follow) = APPLICATION.split_once("[schemas.follow]").ok_or("no schema")?;
+        let mut text = head.replace("[\"follow\"]", &format!("{names:?}"));
+        for name in names {
+            text += &format!("[schemas.{name}]\nperiod = \"50ms\"\n{isolate}{follow}");
+        }
+        let (application, options) = configure(&text, plugins)?;
+        let (start, before) = (Instant::now(), processor_time()?);
+        let running = Running::start(application, plugins, options)?;
+        std::thread::sleep(Duration::from_secs(5));
+        drop(running);
+        Ok((processor_time()? - before) / start.elapsed().as_secs_f64())
+    };
+    Ok(time("isolate = \"process\"\n")? - time("")?)
+}
+
+/// The processor time of this process and of its children that have ended, s.
+fn processor_time() -> Result<f64, Box<dyn Error>> {
+    let text = std::fs::read_to_string("/proc/self/stat")?;
+    let fields = text.rsplit_once(')').ok_or("no fields")?.1.split_whitespace();
+    let ticks: u64 = fields
+        .skip(11)
+        .take(4)
+        .map(|field| field.parse().unwrap_or(0))
+        .sum();
+    Ok(ticks as f64 / 100.0)
 }

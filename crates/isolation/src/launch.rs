@@ -31,6 +31,9 @@ pub struct Launch {
     pub ports: Vec<PortInfo>,
     /// The limits on its resources.
     pub limits: Isolation,
+    /// The instance's number in the [`AuthorityTable`](crate::authority::AuthorityTable), which is the last of
+    /// the files, if there is one.
+    pub authority: Option<usize>,
 }
 
 /// The description of a port for a child.
@@ -42,6 +45,22 @@ pub struct PortInfo {
     pub bytes: usize,
     /// Offset and length of the values in the next of the files, if they are in shared memory.
     pub memory: Option<(usize, usize)>,
+    /// What it takes for the host to accept a value that it writes.
+    pub acceptance: Acceptance,
+}
+
+/// What it takes for the host to accept a value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Acceptance {
+    /// The host alone knows: a guard judges the value, it has limits, or the port writes nothing.
+    #[default]
+    ByHost,
+    /// Nothing: it is an export.
+    Always,
+    /// No NaN and no infinity: it is a child's modulation.
+    IfFinite,
+    /// The same, and authority: it is a command.
+    IfAuthorized,
 }
 
 /// This byte accompanies a file.

@@ -3,14 +3,15 @@
 //!
 //! The host owns everything that is shared. It reads, loans and publishes for the schema, on the schema's
 //! own thread, as if the plugin ran on it. So authority, latching, records and triggers work as for any
-//! schema, and a process that dies at any instruction holds no resource of the host. Each request of
-//! the plugin is one message. Large values are not sent: their memory is mapped in both processes, read-only
-//! in a process that does not write it (`jde_board::Shared`).
+//! schema, and a process that dies at any instruction holds no resource of the host. The inputs that a call
+//! usually reads arrive with it, and what the plugin publishes is a message without a reply if the child knows
+//! the outcome; each other request is a message and a reply. Large values are not sent: their memory is mapped
+//! in both processes, read-only in a process that does not write it (`jde_board::Shared`).
 //!
 //! ```text
 //! host, schema's thread            child
-//!   Process ─ call ──────────────►  serve ── plugin's function
-//!   Wire  ◄── read, publish, … ───  table ◄─ host's table
+//!   Process ─ values, call ──────►  serve ── plugin's function
+//!   Wire  ◄── publish, wake, … ───  table ◄─ host's table
 //!   Process ◄─ done ──────────────
 //!   Process: a thread that starts the child, waits for its end and reports it to the rules
 //! ```
@@ -18,6 +19,7 @@
 //! the trial. `limits` restricts the resources of a child. After a death the
 //! restart policy applies.
 
+pub mod authority;
 mod inspect;
 pub mod launch;
 mod limits;

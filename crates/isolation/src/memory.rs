@@ -5,27 +5,46 @@ use std::os::fd::{AsFd, OwnedFd};
 
 use jde_abi::raw;
 use jde_board::Mapping;
+use jde_board::finite::Finite;
 
-use super::launch::PortInfo;
-use super::wire::{Frame, IN_PLACE};
+use super::launch::{Acceptance, PortInfo};
+use super::wire::{Frame, IN_PLACE, UNCHANGED};
 
 /// A port of the child.
 pub(crate) struct IsolatedPort {
     info: PortInfo,
     mapped: Option<Mapping>,
+    /// Finds the values of a command or of a modulation that are refused.
+    finite: Option<Finite>,
     /// Aligned for any value.
     buffer: Vec<u128>,
     /// Whether `buffer` is loaned.
     loaned: bool,
-    /// The sample that it returned, and the release since which it is valid.
-    cached: Option<(u64, raw::Sample)>,
+    /// What the host sent last: a value, or the status of an input without one.
+    held: Option<Result<raw::Sample, i32>>,
+    shown: Shown,
+    /// The memory for the next value that came with the call.
+    early_loan: Option<*mut u8>,
+}
+
+/// Whether the plugin may be shown what is held.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shown {
+    /// No: another value may be newer.
+    No,
+    /// It came with the present call, and was not read yet.
+    Early,
+    /// It was read since this release.
+    Since(u64),
 }
 
 impl IsolatedPort {
     /// Opens all ports. `files` are the files of those that have shared memory.
-    pub(crate) fn open_all(infos: &[PortInfo], files: Vec<OwnedFd>) -> std::io::Result<Vec<Self>> {
-        let mut files = files.into_iter();
-        let port = |info: &PortInfo| {
+    pub(crate) fn open_all(
+        infos: &[PortInfo],
+        files: &mut impl Iterator<Item = OwnedFd>,
+    ) -> std::io::Result<Vec<Self>> {
+        let mut port = |info: &PortInfo| {
             let mapped = match info.memory {
                 None => None,
                 Some(extent) => {
@@ -36,76 +55,159 @@ impl IsolatedPort {
             Ok(Self {
                 info: *info,
                 mapped,
+                finite: None,
                 buffer: Vec::new(),
                 loaned: false,
-                cached: None,
+                held: None,
+                shown: Shown::No,
+                early_loan: None,
             })
         };
-        infos.iter().map(port).collect()
+        infos.iter().map(&mut port).collect()
     }
 
-    /// Returns the sample that it has returned since that release, if there is one.
-    pub(crate) fn cached(&self, release: u64) -> Option<raw::Sample> {
-        let (_, sample) = self.cached.as_ref().filter(|(since, _)| *since == release)?;
-        Some(copy_sample(sample))
+    /// Sets the type of its values.
+    pub(crate) fn set_type(&mut self, value_type: &jde_abi::describe::Type) {
+        if matches!(
+            self.info.acceptance,
+            Acceptance::IfFinite | Acceptance::IfAuthorized
+        ) {
+            self.finite = Some(Finite::new(value_type));
+        }
     }
 
-    /// Stores the host's reply as a sample; `None` if the reply is invalid.
-    pub(crate) fn store(&mut self, release: u64, reply: &Frame) -> Option<raw::Sample> {
-        let [time_ns, sequence, _, bytes] = reply.words;
-        let data = if reply.flags & IN_PLACE != 0 {
-            self.address_of(reply)?
-        } else {
-            let buffer = self.buffer(reply.bytes.len());
-            buffer.copy_from_slice(&reply.bytes);
-            buffer.as_mut_ptr()
+    /// Returns what it has returned since that release, or what came with the call; and whether it is read for
+    /// the first time.
+    pub(crate) fn show(&mut self, release: u64) -> Option<(Result<raw::Sample, i32>, bool)> {
+        let is_first = match self.shown {
+            Shown::No => return None,
+            Shown::Since(since) if since != release => return None,
+            Shown::Since(_) => false,
+            Shown::Early => true,
         };
-        let sample = raw::Sample {
+        self.shown = Shown::Since(release);
+        Some((copy_result(self.held.as_ref()?), is_first))
+    }
+
+    /// Stores what came with the call: a value, or memory for one. `None` if it is invalid.
+    pub(crate) fn store_early(&mut self, frame: &Frame) -> Option<()> {
+        if self.info.writes {
+            self.early_loan = Some(self.address_of(frame)?);
+            return Some(());
+        }
+        self.hold(frame)?;
+        self.shown = Shown::Early;
+        Some(())
+    }
+
+    /// Stores the host's reply as a sample, and returns it; `None` if the reply is invalid.
+    pub(crate) fn store(&mut self, release: u64, reply: &Frame) -> Option<Result<raw::Sample, i32>> {
+        self.hold(reply)?;
+        self.shown = Shown::Since(release);
+        Some(copy_result(self.held.as_ref()?))
+    }
+
+    fn hold(&mut self, frame: &Frame) -> Option<()> {
+        if frame.status != raw::OK {
+            self.held = Some(Err(frame.status));
+            return Some(());
+        }
+        let (data, bytes) = if frame.flags & IN_PLACE != 0 {
+            (self.address_of(frame)?, self.info.bytes)
+        } else if frame.flags & UNCHANGED != 0 {
+            let Some(Ok(sample)) = &self.held else {
+                return None;
+            };
+            (sample.data.cast::<u8>().cast_mut(), sample.bytes as usize)
+        } else {
+            let buffer = self.buffer(frame.bytes.len());
+            buffer.copy_from_slice(&frame.bytes);
+            (buffer.as_mut_ptr(), frame.bytes.len())
+        };
+        let [time_ns, sequence, _, writer] = frame.words;
+        self.held = Some(Ok(raw::Sample {
             data: data.cast::<c_void>(),
-            bytes,
+            bytes: bytes as u64,
             time_ns,
             sequence,
-            writer: reply.number,
-            flags: reply.flags & !IN_PLACE,
-        };
-        self.cached = Some((release, copy_sample(&sample)));
-        Some(sample)
+            writer: writer as u32,
+            flags: frame.flags & !(IN_PLACE | UNCHANGED),
+        }));
+        Some(())
     }
 
-    /// Returns memory for a value that is sent with its publication; `None` if the host must provide the
-    /// memory.
+    /// Returns memory for a value that is sent with its publication, or that came with the call; `None` if the
+    /// host must provide the memory.
     pub(crate) fn loan(&mut self) -> Option<*mut u8> {
+        if let Some(early) = self.early_loan {
+            self.loaned = true;
+            return Some(early);
+        }
         if !self.info.writes || self.mapped.is_some() {
             return None;
         }
-        self.loaned = true;
-        let bytes = self.info.bytes;
-        Some(self.buffer(bytes).as_mut_ptr())
+        Some(self.loan_buffer())
     }
 
     /// Returns the memory that the host loaned, shared or in the child.
     pub(crate) fn loan_from(&mut self, reply: &Frame) -> Option<*mut u8> {
         if reply.flags & IN_PLACE != 0 {
-            return self.address_of(reply);
+            let loan = self.address_of(reply)?;
+            self.early_loan = Some(loan);
+            self.loaned = true;
+            return Some(loan);
         }
+        Some(self.loan_buffer())
+    }
+
+    fn loan_buffer(&mut self) -> *mut u8 {
         self.loaned = true;
         let bytes = self.info.bytes;
-        Some(self.buffer(bytes).as_mut_ptr())
+        self.buffer(bytes).as_mut_ptr()
+    }
+
+    /// Whether the host accepts the loan, as far as the child knows: false if it must be asked.
+    pub(crate) fn is_accepted(&self, has_authority: impl FnOnce() -> bool) -> bool {
+        let is_finite = || {
+            let bytes = self.buffer.get(..self.info.bytes.div_ceil(size_of::<u128>()));
+            let bytes = bytes.map(|words| &bytemuck::cast_slice::<_, u8>(words)[..self.info.bytes]);
+            self.finite
+                .as_ref()
+                .zip(bytes)
+                .is_some_and(|(finite, bytes)| finite.first_not_finite(bytes).is_none())
+        };
+        self.loaned
+            && match self.info.acceptance {
+                Acceptance::ByHost => false,
+                Acceptance::Always => true,
+                Acceptance::IfFinite => self.mapped.is_none() && is_finite(),
+                Acceptance::IfAuthorized => self.mapped.is_none() && is_finite() && has_authority(),
+            }
+    }
+
+    /// Whether it is an export, whose last value can be retracted.
+    pub(crate) fn is_export(&self) -> bool {
+        self.info.acceptance == Acceptance::Always
     }
 
     /// Returns the value to send with its publication; empty if it is in shared memory, or no value was
     /// loaned.
     pub(crate) fn take_loan(&mut self) -> Vec<u8> {
-        if !std::mem::take(&mut self.loaned) {
+        let is_shared = self.early_loan.take().is_some();
+        if !std::mem::take(&mut self.loaned) || is_shared {
             return Vec::new();
         }
         let bytes = self.info.bytes;
         self.buffer(bytes).to_vec()
     }
 
-    /// Discards an unpublished loan.
-    pub(crate) fn discard(&mut self) {
+    /// Discards an unpublished loan, and a value that came with the call and was not read.
+    pub(crate) fn end_call(&mut self) {
         self.loaned = false;
+        self.early_loan = None;
+        if self.shown == Shown::Early {
+            self.shown = Shown::No;
+        }
     }
 
     /// Returns the address of a value at the offset that the host gives.
@@ -121,6 +223,10 @@ impl IsolatedPort {
         }
         &mut bytemuck::cast_slice_mut(&mut self.buffer)[..bytes]
     }
+}
+
+fn copy_result(held: &Result<raw::Sample, i32>) -> Result<raw::Sample, i32> {
+    held.as_ref().map(copy_sample).map_err(|status| *status)
 }
 
 /// Copies a sample, because a plugin may change the one that it receives.

@@ -5,7 +5,7 @@
 
 use std::ffi::CString;
 use std::io;
-use std::os::fd::AsFd;
+use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 
 use jde_abi::raw;
@@ -16,6 +16,7 @@ use rustix::fs::{Mode, OFlags};
 use rustix::process::{Signal, set_parent_process_death_signal};
 
 use super::TypeLocation;
+use super::authority::AuthorityFlag;
 use super::launch::{Launch, receive_files};
 use super::limits;
 use super::memory::IsolatedPort;
@@ -57,14 +58,13 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
         seed: launch.seed,
         real_time: launch.real_time,
         ports: Vec::new(),
+        authority: None,
         call: CallState::default(),
     };
-    let loaded = IsolatedPort::open_all(&launch.ports, files)
+    let loaded = session
+        .map_memory(&launch, files)
         .map_err(|error| format!("its memory cannot be mapped: {error}"))
-        .and_then(|ports| {
-            session.ports = ports;
-            load(plugins, &launch.code)
-        });
+        .and_then(|()| load(plugins, &launch.code, &mut session.ports));
     let table = match loaded {
         Ok(table) => table,
         Err(reason) => {
@@ -84,7 +84,7 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
 
 /// Returns the stream to the host and the files of shared memory. From now on this process ends with its
 /// host.
-fn connect_to_host() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
+fn connect_to_host() -> io::Result<(UnixStream, Vec<OwnedFd>)> {
     set_parent_process_death_signal(Some(Signal::KILL))?;
     let stream = UnixStream::from(rustix::stdio::stdin().try_clone_to_owned()?);
     let files = receive_files(&stream)?;
@@ -94,13 +94,34 @@ fn connect_to_host() -> io::Result<(UnixStream, Vec<std::os::fd::OwnedFd>)> {
     Ok((stream, files))
 }
 
-fn load(plugins: &Plugins, code: &TypeLocation) -> Result<SchemaFunctions, String> {
+impl Session {
+    /// Maps the shared memory.
+    fn map_memory(&mut self, launch: &Launch, files: Vec<OwnedFd>) -> io::Result<()> {
+        let mut files = files.into_iter();
+        self.ports = IsolatedPort::open_all(&launch.ports, &mut files)?;
+        if let Some(instance) = launch.authority {
+            let file = files.next().ok_or(io::ErrorKind::UnexpectedEof)?;
+            self.authority = Some(AuthorityFlag::open(&file, instance)?);
+        }
+        Ok(())
+    }
+}
+
+/// Loads the plugin, and tells the ports their types.
+fn load(
+    plugins: &Plugins,
+    code: &TypeLocation,
+    ports: &mut [IsolatedPort],
+) -> Result<SchemaFunctions, String> {
     let plugin = match &code.plugin {
         PluginLocation::File(path) => LoadedPlugin::open_copy(path, path).map_err(|error| error.to_string()),
         PluginLocation::LinkedIn(name) => plugins.load(name, &[]).map_err(|error| error.to_string()),
     }?;
-    if code.number >= plugin.description.schemas.len() {
+    let Some(schema) = plugin.description.schemas.get(code.number) else {
         return Err(format!("its plugin has no type number {}", code.number));
+    };
+    for (port, described) in ports.iter_mut().zip(&schema.ports) {
+        port.set_type(&described.value_type);
     }
     Ok(plugin.schema(code.number))
 }
@@ -109,6 +130,10 @@ fn load(plugins: &Plugins, code: &TypeLocation) -> Result<SchemaFunctions, Strin
 fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
     let mut instance: Option<InProcessInstance> = None;
     while let Ok(frame) = session.wire.receive() {
+        if frame.kind == FrameKind::Value {
+            session.store_early(&frame);
+            continue;
+        }
         session.call = CallState::of(&frame);
         limits::renew(launch.limits);
         let done = match (frame.kind, &mut instance) {
@@ -142,10 +167,15 @@ fn dispatch(
     let context = session.context();
     match kind {
         FrameKind::Awake => status(instance.awake(context)),
-        FrameKind::Check => {
+        FrameKind::Check | FrameKind::CheckAndIterate => {
             let (done, ready, urgency) = instance.check(context);
+            let is_ready = done == raw::OK && ready;
+            let done = match kind {
+                FrameKind::CheckAndIterate if is_ready => instance.iterate(session.context()),
+                _ => done,
+            };
             Frame {
-                flags: if ready { READY } else { 0 },
+                flags: if is_ready { READY } else { 0 },
                 words: [urgency.to_bits(), 0, 0, 0],
                 ..status(done)
             }
@@ -193,6 +223,7 @@ fn dispatch(
             status(instance.restore(context, &saved))
         }
         FrameKind::Start
+        | FrameKind::Value
         | FrameKind::Create
         | FrameKind::Destroy
         | FrameKind::Reply

@@ -12,9 +12,10 @@ use jde_abi::raw::{self, Context, Host};
 use jde_abi::table;
 use jde_loader::instance::{PluginContext, text_of};
 
+use super::authority::AuthorityFlag;
 use super::memory::IsolatedPort;
 use super::timers::machine_time;
-use super::wire::{CHANGES_NOTHING, Frame, FrameKind, Wire};
+use super::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, UNANSWERED, Wire};
 
 /// The state of a child, to which a [`Context`] points.
 pub(crate) struct Session {
@@ -24,6 +25,8 @@ pub(crate) struct Session {
     pub(crate) seed: u64,
     pub(crate) real_time: bool,
     pub(crate) ports: Vec<IsolatedPort>,
+    /// Without it, the host is asked about every command.
+    pub(crate) authority: Option<AuthorityFlag>,
     pub(crate) call: CallState,
 }
 
@@ -37,7 +40,9 @@ pub(crate) struct CallState {
     speed: f64,
     /// The release of the ports in which the call runs.
     release: u64,
-    changes_nothing: bool,
+    flags: u32,
+    /// The ports whose early values were read, a bit each.
+    read_early: u128,
     /// The result of the plugin's first query of the time.
     reported_time: Option<u64>,
 }
@@ -75,9 +80,15 @@ impl CallState {
             machine,
             speed: f64::from_bits(speed),
             release,
-            changes_nothing: frame.flags & CHANGES_NOTHING != 0,
+            flags: frame.flags,
+            read_early: 0,
             reported_time: None,
         }
+    }
+
+    /// Whether the host need not answer changes that it accepts for certain.
+    fn answers_nothing(&self) -> bool {
+        self.flags & (CHANGES_NOTHING | ANSWERED) == 0
     }
 
     /// Returns the application's time.
@@ -88,10 +99,19 @@ impl CallState {
 }
 
 impl Session {
+    /// Stores what comes with the next call.
+    pub(crate) fn store_early(&mut self, frame: &Frame) {
+        let port = self.ports.get_mut(frame.number as usize);
+        port.and_then(|port| port.store_early(frame))
+            .unwrap_or_else(|| kill_self())
+    }
+
     /// Ends the call.
     pub(crate) fn finish_call(&mut self, done: Frame) -> std::io::Result<()> {
-        self.ports.iter_mut().for_each(IsolatedPort::discard);
+        self.ports.iter_mut().for_each(IsolatedPort::end_call);
         let mut words = done.words;
+        words[1] = self.call.read_early as u64;
+        words[2] = (self.call.read_early >> 64) as u64;
         words[3] = self.call.reported_time.map_or(0, |time| time + 1);
         self.wire.send(&Frame { words, ..done })
     }
@@ -132,22 +152,22 @@ impl Session {
 
     fn read(&mut self, number: u32) -> Result<raw::Sample, i32> {
         let release = self.call.release;
-        let port = self.ports.get(number as usize).ok_or(raw::BAD_ARGUMENT)?;
-        if let Some(sample) = port.cached(release) {
-            return Ok(sample);
+        let port = self.ports.get_mut(number as usize).ok_or(raw::BAD_ARGUMENT)?;
+        if let Some((shown, is_first)) = port.show(release) {
+            if is_first {
+                self.call.read_early |= 1_u128.unbounded_shl(number);
+            }
+            return shown;
         }
         let reply = self.request_for(FrameKind::Read, number);
-        if reply.status != raw::OK {
-            return Err(reply.status);
-        }
-        let sample = self.ports[number as usize].store(release, &reply);
-        Ok(sample.unwrap_or_else(|| kill_self()))
+        let stored = self.ports[number as usize].store(release, &reply);
+        stored.unwrap_or_else(|| kill_self())
     }
 
     fn loan(&mut self, number: u32) -> Result<*mut u8, i32> {
         let port = self.ports.get_mut(number as usize).ok_or(raw::BAD_ARGUMENT)?;
         // In a call that may change nothing, the host refuses the loan and records the attempt.
-        if !self.call.changes_nothing
+        if self.call.flags & CHANGES_NOTHING == 0
             && let Some(buffer) = port.loan()
         {
             return Ok(buffer);
@@ -164,14 +184,41 @@ impl Session {
         let Some(port) = self.ports.get_mut(number as usize) else {
             return raw::BAD_ARGUMENT;
         };
-        let bytes = port.take_loan();
-        self.request(Frame {
+        let has_authority = || self.authority.as_ref().is_some_and(AuthorityFlag::is_set);
+        let is_accepted = self.call.answers_nothing() && port.is_accepted(has_authority);
+        let time = if time == 0 { self.call.now() } else { time };
+        let frame = Frame {
             number,
             words: [time, 0, 0, 0],
-            bytes,
+            bytes: port.take_loan(),
             ..Frame::new(FrameKind::Publish)
-        })
-        .status
+        };
+        self.change(frame, is_accepted)
+    }
+
+    fn retract(&mut self, number: u32) -> i32 {
+        let port = self.ports.get(number as usize);
+        let is_accepted = self.call.answers_nothing() && port.is_some_and(IsolatedPort::is_export);
+        let frame = Frame {
+            number,
+            ..Frame::new(FrameKind::Retract)
+        };
+        self.change(frame, is_accepted)
+    }
+
+    /// Sends a change to the host. Waits for its reply unless the host accepts the change for certain.
+    fn change(&mut self, frame: Frame, is_accepted: bool) -> i32 {
+        if !is_accepted {
+            return self.request(frame).status;
+        }
+        let sent = self.wire.send(&Frame {
+            flags: UNANSWERED,
+            ..frame
+        });
+        if sent.is_err() {
+            kill_self();
+        }
+        raw::OK
     }
 }
 
@@ -226,9 +273,7 @@ unsafe extern "C" fn publish(context: *mut Context, port: u32, time_ns: u64) -> 
 
 unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {
     // SAFETY: the plugin gives the context of this call.
-    unsafe { session(context) }
-        .request_for(FrameKind::Retract, port)
-        .status
+    unsafe { session(context) }.retract(port)
 }
 
 unsafe extern "C" fn wake(context: *mut Context, child: u32) -> i32 {

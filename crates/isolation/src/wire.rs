@@ -19,6 +19,9 @@ pub enum FrameKind {
     /// The first message: the type to load, its ports and its limits. The host sends this and the calls
     /// below, and the child replies to each with [`Self::Done`].
     Start,
+    /// From the host, before a call and without a reply: the value of an input that the call may read, or
+    /// memory for the next value of an output.
+    Value,
     /// Call: create an instance.
     Create,
     /// Call: wake it up.
@@ -27,6 +30,8 @@ pub enum FrameKind {
     Check,
     /// Call: iterate.
     Iterate,
+    /// Call: evaluate its precondition, and iterate if that is true.
+    CheckAndIterate,
     /// Call: arbitrate among its children.
     Arbitrate,
     /// Call: put it to sleep.
@@ -47,9 +52,9 @@ pub enum FrameKind {
     Read,
     /// Request of the child during a call: memory for the next value of an output.
     Loan,
-    /// Request of the child during a call: publish the loan.
+    /// From the child during a call: publish the loan. A request unless it is [`UNANSWERED`].
     Publish,
-    /// Request of the child during a call: retract the last value.
+    /// From the child during a call: retract the last value. A request unless it is [`UNANSWERED`].
     Retract,
     /// Request of the child during a call: wake a child.
     Wake,
@@ -63,17 +68,20 @@ pub enum FrameKind {
     Log,
     /// From the child, without a reply: the reason why the call fails.
     Fail,
-    /// From the child: the call ended.
+    /// From the child: the call ended. The second and third word contain the ports whose early values it
+    /// read, a bit each; the fourth the first time that it obtained from the clock, plus one.
     Done,
 }
 
 impl FrameKind {
-    const ALL: [Self; 24] = [
+    const ALL: [Self; 26] = [
         Self::Start,
+        Self::Value,
         Self::Create,
         Self::Awake,
         Self::Check,
         Self::Iterate,
+        Self::CheckAndIterate,
         Self::Arbitrate,
         Self::Sleep,
         Self::Draw,
@@ -102,6 +110,12 @@ pub const IN_PLACE: u32 = 1 << 31;
 pub const READY: u32 = 1;
 /// The call may change nothing.
 pub const CHANGES_NOTHING: u32 = 2;
+/// The call may not do all that its authority allows, so the host answers all it does.
+pub const ANSWERED: u32 = 4;
+/// The child knows the outcome and waits for no reply.
+pub const UNANSWERED: u32 = 8;
+/// The value is the one that the child was sent last, and is not repeated.
+pub const UNCHANGED: u32 = 1 << 30;
 
 /// One message. The meaning of numbers and words is defined where a kind is built.
 #[derive(Debug)]
@@ -124,6 +138,7 @@ pub struct Frame {
 #[derive(Debug)]
 pub struct Wire {
     stream: BufReader<UnixStream>,
+    /// The messages to be sent.
     output: Vec<u8>,
 }
 
@@ -163,9 +178,16 @@ impl Wire {
         drop(self.stream.get_ref().shutdown(Shutdown::Both));
     }
 
-    /// Sends a message.
+    /// Sends a message, after those in the queue.
     pub fn send(&mut self, frame: &Frame) -> io::Result<()> {
+        self.queue(frame);
+        let sent = self.stream.get_mut().write_all(&self.output);
         self.output.clear();
+        sent
+    }
+
+    /// Queues a message, to be sent with the next.
+    pub fn queue(&mut self, frame: &Frame) {
         for number in [frame.kind as u32, frame.number, frame.status as u32, frame.flags] {
             self.output.extend(number.to_ne_bytes());
         }
@@ -173,7 +195,6 @@ impl Wire {
             self.output.extend(word.to_ne_bytes());
         }
         self.output.extend_from_slice(&frame.bytes);
-        self.stream.get_mut().write_all(&self.output)
     }
 
     /// Receives the next frame.

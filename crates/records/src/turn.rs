@@ -127,6 +127,12 @@ impl Turn {
     /// Kind: a guard refused a command of the schema (R18).
     pub const COMMAND_REFUSED: u8 = 14;
 
+    /// Whether the iteration began before the check, which was part of the same call.
+    #[must_use]
+    pub fn began_early(&self) -> bool {
+        self.begun.order > 0 && self.begun.order <= self.looked.after
+    }
+
     /// Way: permission was requested for any iteration.
     pub const ANY: u8 = 1;
     /// Way: permission was requested only for the first iteration as WINNER.

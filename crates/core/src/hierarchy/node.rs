@@ -129,6 +129,11 @@ impl Node {
         self.authority != Authority::Absent
     }
 
+    /// Whether it has ended an iteration since it gained authority.
+    pub(super) fn has_taken_over(&self) -> bool {
+        self.authority == Authority::Settled
+    }
+
     /// Whether it should be awake: it has a requester, and neither an operator nor a fault keeps it asleep.
     pub(super) fn should_be_awake(&self) -> bool {
         !self.requesters.is_empty() && !self.is_stopped() && !self.is_faulted()

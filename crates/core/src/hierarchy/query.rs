@@ -58,6 +58,23 @@ impl Hierarchy {
         self.node(id).is_abandoned()
     }
 
+    /// Returns whether an iteration may begin before the check of its turn: this schema is WINNER and READY,
+    /// and has nothing to take over. Such an iteration ends where the check finds the precondition false,
+    /// unless it [should go on](Self::should_go_on).
+    #[must_use]
+    pub fn may_begin_early(&self, id: SchemaId) -> bool {
+        let node = self.node(id);
+        node.is_ready() && node.has_taken_over() && !self.is_taking(id)
+    }
+
+    /// Returns whether an iteration of this schema runs, and the schema is still WINNER and not about to be
+    /// replaced.
+    #[must_use]
+    pub fn should_go_on(&self, id: SchemaId) -> bool {
+        let node = self.node(id);
+        node.is_iterating() && node.should_be_awake() && self.handover_above(id).is_none()
+    }
+
     /// Returns whether, at this instant, a command of this schema may reach an actuator and a child of it may
     /// be woken (R7): the schema and all its fathers are WINNER, and its authority is not withdrawn. Never
     /// true for a perceptive schema.

@@ -29,6 +29,7 @@ use jde_app::Application;
 use jde_board::{Board, Watch};
 use jde_core::{Hierarchy, Nanos, SchemaId, Timer};
 use jde_isolation::Program;
+use jde_isolation::authority::AuthorityTable;
 use jde_isolation::process::ProcessTable;
 use jde_records::event::{Observer, Outcome};
 use jde_records::turn::{Moment, OnTurn, Turn};
@@ -60,6 +61,8 @@ pub(crate) struct Engine {
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: BuildRegistry,
     pub(crate) processes: ProcessTable,
+    /// What the processes of schemas know of their authority, if there are any.
+    pub(crate) authority: Option<Arc<AuthorityTable>>,
     /// The mocks that take the place of instances, by their numbers.
     pub(crate) mocks: BTreeMap<usize, Arc<ResolvedMock>>,
     pub(crate) id: u64,
@@ -98,7 +101,7 @@ impl Engine {
                 .join("; ")
         })?;
         let board = Arc::new(Board::new());
-        let (variables, ports, commands) =
+        let (variables, ports, mut commands) =
             wiring::wire(&application, &board).map_err(|error| error.to_string())?;
         let meters: Vec<InstanceMetrics> = application
             .instances
@@ -108,6 +111,19 @@ impl Engine {
         for (meter, instance) in meters.iter().zip(&application.instances) {
             meter.period.store(instance.period_ns, Ordering::Relaxed);
         }
+        let is_isolated = application
+            .instances
+            .iter()
+            .any(|instance| instance.isolate.is_some());
+        // Without the table, processes ask about every command.
+        let authority = (is_isolated && program.is_some())
+            .then(|| {
+                AuthorityTable::new(application.instances.len())
+                    .ok()
+                    .map(Arc::new)
+            })
+            .flatten();
+        commands.show_authority(authority.clone());
         let application = Arc::new(application);
         let clock = Arc::new(clock);
         let journal = on_turn.map(|on_turn| Arc::new(Journal::new(on_turn)));
@@ -136,6 +152,7 @@ impl Engine {
             panels,
             builds,
             processes,
+            authority,
             mocks,
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             deferred_actions: Mutex::default(),

@@ -51,6 +51,18 @@ impl Body {
         }
     }
 
+    /// Checks and iterates in one call, if [`Self::is_isolated`].
+    pub(super) fn check_and_iterate(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
+        match self {
+            Self::Isolated(instance) => instance.check_and_iterate(call),
+            Self::InProcess(_) | Self::Mocked(_) => (raw::BAD_ARGUMENT, false, 0.0),
+        }
+    }
+
+    pub(super) fn is_isolated(&self) -> bool {
+        matches!(self, Self::Isolated(_))
+    }
+
     pub(super) fn iterate(&mut self, call: &mut CallContext<'_>) -> i32 {
         match self {
             Self::InProcess(instance) => instance.iterate(context(call)),

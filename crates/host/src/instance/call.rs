@@ -15,6 +15,7 @@ use std::sync::atomic::Ordering;
 use jde_abi::raw;
 use jde_board::Variable;
 use jde_core::{Nanos, Policy};
+use jde_isolation::launch::Acceptance;
 use jde_loader::build::{Build, PortMapping};
 
 use super::bound_port::PortError;
@@ -65,6 +66,47 @@ impl CallContext<'_> {
             engine.report_refusal(&refusal);
         }
         shown
+    }
+
+    /// Like [`Self::read`], before the plugin reads the input. `None` if it must not be shown early.
+    pub(super) fn show_early<R>(
+        &mut self,
+        port: u32,
+        show: impl FnOnce(&View<'_>) -> R,
+    ) -> Option<Result<R, i32>> {
+        let engine = &**self.engine;
+        let shown = self.port_access.with_ports(|ports| {
+            let can = match self.build.mapping(port) {
+                Some(PortMapping::Bound(port)) => ports.can_show_early(*port),
+                Some(PortMapping::Unbound | PortMapping::Fixed { .. }) => true,
+                Some(PortMapping::Discarded(_)) | None => false,
+            };
+            can.then(|| {
+                ports.without_record(|ports| {
+                    let view = view(self.build, ports, port, engine, || engine.clock.now());
+                    view.map(|view| show(&view)).map_err(|error| status(&error))
+                })
+            })
+        });
+        shown.flatten()
+    }
+
+    /// Ends what [`Self::show_early`] began: the plugin has read the input, or it has not.
+    pub(super) fn end_early(&self, port: u32, was_read: bool) {
+        if let Some(PortMapping::Bound(port)) = self.build.mapping(port) {
+            self.port_access
+                .with_ports(|ports| ports.end_early(*port, was_read));
+        }
+    }
+
+    /// Returns what it takes for a value of an output to be published.
+    pub(super) fn acceptance(&self, port: u32) -> Acceptance {
+        let acceptance = match self.build.mapping(port) {
+            Some(PortMapping::Bound(port)) => self.port_access.with_ports(|ports| ports.acceptance(*port)),
+            Some(PortMapping::Discarded(_)) => Some(Acceptance::Always),
+            Some(PortMapping::Unbound | PortMapping::Fixed { .. }) | None => None,
+        };
+        acceptance.unwrap_or_default()
     }
 
     /// Shows the memory for the next value of an output.
@@ -223,6 +265,11 @@ impl CallContext<'_> {
         self.port_access
             .with_ports(|ports| ports.releases())
             .unwrap_or_default()
+    }
+
+    /// Whether the call may do all that its authority allows.
+    pub(crate) fn may_do_all(&self) -> bool {
+        matches!(self.permissions, Permissions::All)
     }
 
     /// Whether the call may change nothing.

@@ -10,12 +10,13 @@ use jde_panel::{Gesture, List};
 
 use jde_isolation::launch::{Launch, PortInfo, send_files};
 use jde_isolation::process::Process;
-use jde_isolation::wire::{CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, Wire};
+use jde_isolation::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, UNANSWERED, Wire};
 use jde_isolation::{ProcessConfig, TypeLocation, machine_time};
 use jde_loader::build::PortMapping;
 use jde_loader::instance::{ArbitrationQuery, SavedMemory, Verdict};
 
 use super::CallContext;
+use super::early::{self, EarlyPorts};
 use crate::engine::Engine;
 
 /// Values up to this size are sent with the message that requests them; larger ones are mapped. One page:
@@ -30,6 +31,7 @@ const LOCKSTEP_TIMEOUT: Duration = Duration::from_secs(10);
 pub(crate) struct IsolatedInstance {
     process: Arc<Process>,
     wire: Wire,
+    early: EarlyPorts,
 }
 
 impl IsolatedInstance {
@@ -65,16 +67,16 @@ impl IsolatedInstance {
     }
 
     pub(crate) fn check(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
-        let result = self.invoke(call, Frame::new(FrameKind::Check));
-        (
-            result.status,
-            result.flags & READY != 0,
-            f64::from_bits(result.words[0]),
-        )
+        check_result(&self.invoke(call, Frame::new(FrameKind::Check)))
     }
 
     pub(crate) fn iterate(&mut self, call: &mut CallContext<'_>) -> i32 {
         self.invoke(call, Frame::new(FrameKind::Iterate)).status
+    }
+
+    /// Checks, and iterates if the precondition is true. The status is that of the iteration if it is.
+    pub(crate) fn check_and_iterate(&mut self, call: &mut CallContext<'_>) -> (i32, bool, f64) {
+        check_result(&self.invoke(call, Frame::new(FrameKind::CheckAndIterate)))
     }
 
     pub(crate) fn arbitrate(
@@ -197,6 +199,7 @@ impl IsolatedInstance {
         let mut instance = Self {
             process,
             wire: Wire::new(stream),
+            early: EarlyPorts::new(ports.len()),
         };
         let launch = Launch {
             code: TypeLocation {
@@ -209,6 +212,7 @@ impl IsolatedInstance {
             real_time: engine.clock.has_wall_clock_speed(),
             ports,
             limits: config.limits,
+            authority: engine.authority.is_some().then_some(number),
         };
         let frame = Frame {
             bytes: jde_panel::encode(&launch),
@@ -267,6 +271,8 @@ impl IsolatedInstance {
         call.engine.processes.mark_called(call.number, &self.process);
         if call.is_read_only() {
             frame.flags |= CHANGES_NOTHING;
+        } else if !call.may_do_all() {
+            frame.flags |= ANSWERED;
         }
         let (now, speed) = (call.engine.clock.now(), call.engine.clock.speed());
         frame.words = [now, machine_time(), speed.to_bits(), call.releases()];
@@ -280,7 +286,20 @@ impl IsolatedInstance {
     }
 
     fn exchange(&mut self, call: &mut CallContext<'_>, frame: &Frame) -> Result<Frame, String> {
-        self.wire.send(frame).map_err(stream_error)?;
+        self.early.queue(call, frame.kind, &mut self.wire);
+        let done = self.wire.send(frame).map_err(stream_error);
+        let done = done.and_then(|()| self.serve_until_done(call, frame.kind));
+        let read = done.as_ref().map_or(0, |done| {
+            u128::from(done.words[1]) | u128::from(done.words[2]) << 64
+        });
+        if !self.early.settle(call, frame.kind, read) {
+            return Err(String::from("its process read an input that it was not sent"));
+        }
+        done
+    }
+
+    /// Carries out and answers what the plugin requests until its call is done.
+    fn serve_until_done(&mut self, call: &mut CallContext<'_>, during: FrameKind) -> Result<Frame, String> {
         loop {
             let request = self.wire.receive().map_err(stream_error)?;
             match request.kind {
@@ -296,33 +315,37 @@ impl IsolatedInstance {
                     let reply = reply_to(call, &request).ok_or_else(|| {
                         format!("its process asked what cannot be asked: {:?}", request.kind)
                     })?;
-                    self.wire.send(&reply).map_err(stream_error)?;
+                    match request.kind {
+                        FrameKind::Read => self.early.record_request(during, call.releases(), &reply),
+                        FrameKind::Publish if request.bytes.is_empty() => {
+                            self.early.record_write(during, request.number);
+                        }
+                        _ => {}
+                    }
+                    if request.flags & UNANSWERED == 0 {
+                        self.wire.send(&reply).map_err(stream_error)?;
+                    }
                 }
             }
         }
     }
 }
 
+fn check_result(done: &Frame) -> (i32, bool, f64) {
+    let is_ready = done.flags & READY != 0;
+    (done.status, is_ready, f64::from_bits(done.words[0]))
+}
+
 /// Returns the host's reply to a request during a call; `None` if that kind is no request.
 fn reply_to(call: &mut CallContext<'_>, request: &Frame) -> Option<Frame> {
     let mut reply = Frame::new(FrameKind::Reply);
     let number = request.number;
+    reply.number = number;
     match request.kind {
         FrameKind::Read => {
             let variable = call.variable(number);
-            let shown = call.read(number, |view| {
-                let sample = view.sample();
-                reply.number = sample.writer;
-                reply.flags = sample.flags;
-                reply.words = [sample.time_ns, sample.sequence, 0, sample.bytes];
-                match variable.and_then(|(variable, _)| variable.offset_of(view.bytes)) {
-                    Some(place) => {
-                        reply.flags |= IN_PLACE;
-                        reply.words[2] = place as u64;
-                    }
-                    None => reply.bytes = view.bytes.to_vec(),
-                }
-            });
+            let variable = variable.map(|(variable, _)| variable);
+            let shown = call.read(number, |view| early::show(&mut reply, view, variable.as_deref()));
             reply.status = shown.map_or_else(|status| status, |()| raw::OK);
         }
         FrameKind::Loan => {
@@ -372,10 +395,12 @@ fn reply_to(call: &mut CallContext<'_>, request: &Frame) -> Option<Frame> {
             reply.status = call.set_policy(number, policy, dwell, f64::from_bits(hysteresis));
         }
         FrameKind::Start
+        | FrameKind::Value
         | FrameKind::Create
         | FrameKind::Awake
         | FrameKind::Check
         | FrameKind::Iterate
+        | FrameKind::CheckAndIterate
         | FrameKind::Arbitrate
         | FrameKind::Sleep
         | FrameKind::Draw
@@ -403,6 +428,7 @@ fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec
                     writes: true,
                     bytes: *bytes,
                     memory: None,
+                    acceptance: call.acceptance(port),
                 },
                 Some(PortMapping::Bound(_) | PortMapping::Unbound | PortMapping::Fixed { .. }) | None => {
                     PortInfo::default()
@@ -425,7 +451,11 @@ fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec
             writes,
             bytes: variable.describe().value_type.bytes,
             memory,
+            acceptance: call.acceptance(port),
         });
+    }
+    if let Some(authority) = &call.engine.authority {
+        files.push(authority.file()?);
     }
     Ok((ports, files))
 }

@@ -8,6 +8,7 @@ mod abandoned;
 mod body;
 mod bound_port;
 mod call;
+mod early;
 mod export_faults;
 mod guard;
 mod host_table;
@@ -145,6 +146,24 @@ impl Instance {
 
     pub(crate) fn iterate(&mut self) -> Result<(), String> {
         self.call_checked("iterate", Body::iterate)
+    }
+
+    /// Whether a check and its iteration can be one call.
+    pub(crate) fn has_combined_call(&self) -> bool {
+        self.table.check.is_some() && self.body.as_ref().is_some_and(Body::is_isolated)
+    }
+
+    /// Evaluates the precondition as [`Self::check`] does and, if it is true, iterates in the same call. An error
+    /// is that of either.
+    pub(crate) fn check_and_iterate(&mut self) -> Result<CheckResult, String> {
+        self.begin_turn();
+        let ((status, ready, urgency), failure) = self.call(Body::check_and_iterate);
+        call_result(if ready { "iterate" } else { "check" }, status, failure)?;
+        Ok(CheckResult {
+            ready,
+            urgency,
+            newest: self.port_access.newest(),
+        })
     }
 
     /// Draws the panel from the values read since the last release. Returns `None` if there is no panel.

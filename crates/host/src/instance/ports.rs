@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use jde_board::{DetachedLoan, Latched, Reader, Refused, Stamp, Variable, Writer};
+use jde_board::{Access, DetachedLoan, Latched, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
+use jde_isolation::launch::Acceptance;
 use jde_records::turn::{RecordedTurn, Turn};
 
 use super::bound_port::{BoundPort, PortError, PortWrite, RecordedInput, ShownValue};
@@ -19,13 +20,13 @@ use crate::journal::Journal;
 pub(crate) struct Ports {
     pub(super) ports: Vec<BoundPort>,
     /// The reads since the last release; only if turns are recorded.
-    read_log: Option<ReadLog>,
+    pub(super) read_log: Option<ReadLog>,
     /// The writes since the last query; only in a replay.
     write_log: Option<Vec<PortWrite>>,
     /// Counts the releases. A value read before a release is not shown after it.
     releases: u64,
     /// Whether a value was read since the last release.
-    has_reads: bool,
+    pub(super) has_reads: bool,
     /// The number of unpublished loans. Separated loans count until loans are discarded.
     loan_count: usize,
     /// Loans separated from their writers. A call that is about to be given up may still write to them.
@@ -350,6 +351,23 @@ impl Ports {
         }
         if let (Some(writes), Some(number)) = (&mut self.write_log, number) {
             writes.push(PortWrite { port, number, bytes });
+        }
+    }
+
+    /// Returns what it takes for a value of an output to be published.
+    pub(crate) fn acceptance(&self, port: usize) -> Acceptance {
+        match self.ports.get(port) {
+            Some(BoundPort::Output(_)) => Acceptance::Always,
+            Some(BoundPort::ForeignOutput { writer, guards, .. }) => {
+                let declaration = writer.variable().describe();
+                match declaration.access {
+                    _ if !guards.is_empty() || !declaration.limits.is_none() => Acceptance::ByHost,
+                    Access::Command { .. } => Acceptance::IfAuthorized,
+                    Access::Modulation => Acceptance::IfFinite,
+                    Access::Export => Acceptance::ByHost,
+                }
+            }
+            _ => Acceptance::ByHost,
         }
     }
 

@@ -55,7 +55,8 @@ pub struct ReplayStep {
     pub time: Nanos,
 }
 
-/// The steps of a turn, in their order.
+/// The steps of a turn, in their usual order. If the iteration began early, its beginning is the
+/// first and the result of the check follows the iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StepKind {
     /// The call of the check, or the only call.
@@ -78,7 +79,7 @@ impl ReplayStep {
     pub fn of(turn: &Arc<RecordedTurn>) -> Vec<Self> {
         let call = |call: &Call| call.has_occurred().then_some((call.after, call.time));
         let moment = |moment: &Moment| (moment.order > 0).then_some((moment.order, moment.time));
-        let candidates = [
+        let mut candidates = [
             (StepKind::CheckCall, call(&turn.looked)),
             (StepKind::Checked, moment(&turn.checked)),
             (StepKind::Begun, moment(&turn.begun)),
@@ -86,6 +87,11 @@ impl ReplayStep {
             (StepKind::Failed, moment(&turn.failed)),
             (StepKind::Ended, moment(&turn.ended)),
         ];
+        if turn.began_early() {
+            // Begun, the call of the check, the call of the iteration, checked.
+            candidates[..3].rotate_right(1);
+            candidates.swap(2, 3);
+        }
         let steps = candidates.into_iter().filter_map(|(kind, occurrence)| {
             let (order, time) = occurrence?;
             Some(Self {

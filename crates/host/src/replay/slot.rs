@@ -157,7 +157,7 @@ impl ReplaySlot {
             }
             StepKind::Begun => {
                 let is_permitted = self.runner.repeat_begin(turn);
-                if is_permitted && !turn.acted.has_occurred() {
+                if is_permitted && !turn.acted.has_occurred() && !turn.began_early() {
                     // The iteration was not permitted in the recorded run, so there is no step for it.
                     let result = self.runner.iterate();
                     self.runner.finish_iteration(result);
@@ -179,6 +179,11 @@ impl ReplaySlot {
     /// Takes the permitted iteration. Its actions on children are put off until their recorded steps.
     pub(super) fn run_iteration(&mut self, engine: &Engine) {
         if let Some(turn) = self.permitted_turn.take() {
+            if !turn.acted.has_occurred() {
+                // It ended where its check found the precondition false.
+                self.iteration_result = Some(Ok(()));
+                return;
+            }
             self.runner.show_recorded(Some(&turn));
             engine.defer_actions();
             self.iteration_result = Some(self.runner.iterate());

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use jde_abi::describe::Kind;
 use jde_core::{Check, Nanos};
 use jde_records::event::Event;
-use jde_records::turn::Turn;
+use jde_records::turn::{Moment, Turn};
 
 use super::Runner;
 use super::deadlines::{Deadlines, TurnEnd, Work};
@@ -58,6 +58,16 @@ impl Runner {
         let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
             return;
         };
+        let has_iterated_now = self.last_iteration == now + 1 && !self.engine.clock.is_real();
+        if self.kind == Kind::Motor
+            && matches!(request, IterationRequest::Any)
+            && !has_iterated_now
+            && instance.has_combined_call()
+            && let Some(begun) = self.engine.rules.request_iteration_early(self.number)
+        {
+            self.check_within_iteration(now, begun);
+            return;
+        }
         let checked = if self.kind == Kind::Motor {
             let result = instance.check();
             self.record.add_look(instance);
@@ -68,7 +78,6 @@ impl Runner {
         } else {
             None
         };
-        let has_iterated_now = self.last_iteration == now + 1 && !self.engine.clock.is_real();
         let requests_iteration = matches!(request, IterationRequest::Repeat) || !has_iterated_now;
         let first = matches!(request, IterationRequest::First);
         let (is_permitted, begun) = match checked {
@@ -97,6 +106,34 @@ impl Runner {
             let result = self.iterate();
             self.finish_iteration(result);
         }
+    }
+
+    /// Takes the check and the iteration of a WINNER that stays READY in one call, which is its iteration for the
+    /// rules. If the precondition is false, the iteration ends there.
+    fn check_within_iteration(&mut self, now: Nanos, begun: Moment) {
+        let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
+            return;
+        };
+        let result = instance.check_and_iterate();
+        let is_at_end = result.as_ref().is_ok_and(|check| !check.ready);
+        self.record.add_combined(instance, begun, !is_at_end);
+        let mut outcome = result.as_ref().map(drop).map_err(String::clone);
+        if result.is_ok()
+            && let Some(check) = self.handle_check_result(now, result)
+        {
+            self.record.turn.checked = self.engine.rules.report_check(self.number, check);
+        }
+        if !is_at_end {
+            let took = self.engine.clock.now().saturating_sub(now);
+            self.engine.metrics[self.number].record_iteration(took);
+        } else if self.engine.rules.should_go_on(self.number) {
+            outcome = self.iterate();
+        } else {
+            self.record.turn.ended = self.engine.rules.report_iteration_end(self.number);
+            return;
+        }
+        self.last_iteration = now + 1;
+        self.finish_iteration(outcome);
     }
 
     /// Converts the result of a check for the rules. Returns `None` after a failure, which it reports.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use jde_core::Nanos;
-use jde_records::turn::{Call, Turn};
+use jde_records::turn::{Call, Moment, Turn};
 
 use crate::instance::{Instance, PortWrite, TurnOverflow};
 use crate::journal::Journal;
@@ -53,6 +53,25 @@ impl TurnRecord {
     pub(super) fn add_iteration(&mut self, instance: &Instance) {
         if self.has_calls {
             self.turn.acted = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+        }
+    }
+
+    /// Adds the last call of the instance: its check, and then its iteration if `iterated`, which began for the
+    /// rules before the check.
+    pub(super) fn add_combined(&mut self, instance: &Instance, begun: Moment, iterated: bool) {
+        self.turn.begun = begun;
+        self.turn.way = Turn::ANY;
+        if self.has_calls {
+            let call = instance.copy_last_call(&mut self.turn, &mut self.overflow);
+            let Moment { order, time } = begun;
+            self.turn.looked = Call {
+                after: order,
+                time,
+                ..call
+            };
+            if iterated {
+                self.turn.acted = call;
+            }
         }
     }
 

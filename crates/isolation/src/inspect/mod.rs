@@ -315,7 +315,7 @@ fn modulation_reply(inspection: &Inspection<'_>, port: u32) -> Frame {
     };
     Frame {
         flags: if set { 0 } else { raw::SAMPLE_DEFAULT },
-        words: [0, u64::from(set), 0, value.len() as u64],
+        words: [0, u64::from(set), 0, 0],
         bytes: value.to_vec(),
         ..reply(raw::OK)
     }

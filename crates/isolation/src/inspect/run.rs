@@ -46,7 +46,8 @@ pub(crate) fn run_inspection(
         application: 0,
         seed: 0,
         real_time: true,
-        ports: IsolatedPort::open_all(&infos, Vec::new()).unwrap_or_default(),
+        ports: IsolatedPort::open_all(&infos, &mut Vec::new().into_iter()).unwrap_or_default(),
+        authority: None,
         call: CallState::of(&Frame {
             flags: CHANGES_NOTHING,
             ..Frame::new(FrameKind::Start)

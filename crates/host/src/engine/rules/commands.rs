@@ -6,11 +6,14 @@ use std::sync::Arc;
 
 use jde_board::{Access, Reader, Variable};
 use jde_core::Nanos;
+use jde_isolation::authority::AuthorityTable;
 
 /// Every command of every driver.
 #[derive(Default)]
 pub(crate) struct Commands {
     commands: Vec<Command>,
+    /// Shows grants to schemas in processes of their own, if there are any.
+    authority: Option<Arc<AuthorityTable>>,
 }
 
 pub(crate) struct Command {
@@ -51,7 +54,14 @@ struct NewestCommand {
 
 impl Commands {
     pub(crate) fn new(commands: Vec<Command>) -> Self {
-        Self { commands }
+        Self {
+            commands,
+            authority: None,
+        }
+    }
+
+    pub(crate) fn show_authority(&mut self, authority: Option<Arc<AuthorityTable>>) {
+        self.authority = authority;
     }
 
     pub(super) fn grant(&mut self, instance: usize) {
@@ -62,9 +72,15 @@ impl Commands {
         {
             command.variable.grant(instance as u32);
         }
+        if let Some(authority) = &self.authority {
+            authority.set(instance, true);
+        }
     }
 
     pub(super) fn withdraw(&mut self, instance: usize) {
+        if let Some(authority) = &self.authority {
+            authority.set(instance, false);
+        }
         for command in self
             .commands
             .iter()
@@ -152,6 +168,9 @@ impl Commands {
 
     /// Withdraws all authority and sends every command its neutral value.
     pub(super) fn brake_all(&mut self, now: Nanos) -> Vec<usize> {
+        if let Some(authority) = &self.authority {
+            authority.clear();
+        }
         for command in &mut self.commands {
             for commander in &command.commanders {
                 command.variable.withdraw(*commander as u32);

@@ -47,6 +47,16 @@ impl Rules {
         self.transact_begin(instance, Some(check), first)
     }
 
+    /// Asks for permission to iterate before the check of the same turn. Returns when it was given.
+    pub(crate) fn request_iteration_early(&self, instance: usize) -> Option<Moment> {
+        self.transact_begin_early(instance)
+    }
+
+    /// Whether an iteration that began before its check goes on although the precondition is false.
+    pub(crate) fn should_go_on(&self, instance: usize) -> bool {
+        self.lock().hierarchy.should_go_on(schema(instance))
+    }
+
     /// Whether the instance became WINNER and has not begun to iterate since.
     pub(crate) fn is_taking(&self, instance: usize) -> bool {
         self.lock().hierarchy.is_taking(schema(instance))

@@ -87,6 +87,23 @@ impl Rules {
         (checked, begun)
     }
 
+    /// Begins an iteration before the check of its turn, if the rules permit it. Returns when.
+    pub(crate) fn transact_begin_early(&self, instance: usize) -> Option<Moment> {
+        let id = schema(instance);
+        if !self.read(|rules| rules.hierarchy.may_begin_early(id)) {
+            return None;
+        }
+        let step = |may: &bool| match may {
+            true => TransactionInput::IterationBegan(id),
+            false => TransactionInput::Other,
+        };
+        let begin = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
+            hierarchy.may_begin_early(id) && hierarchy.begin(now, id, out)
+        };
+        let (may, moment) = self.transact_as(self.journal_of(instance), step, begin);
+        may.then_some(moment)
+    }
+
     /// Reports that the iteration of an instance ended, or that the host no longer waits for it.
     pub(crate) fn transact_end(&self, journal: Option<&Journal>, instance: usize) -> Moment {
         let id = schema(instance);
