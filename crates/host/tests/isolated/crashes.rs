@@ -1,9 +1,13 @@
 //! The end of a schema's process, for any reason: its level selects again, all other schemas continue, and a
 //! new process has all its bindings.
 
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 
 use jde_core::{Health, State};
+use jde_isolation::launch::receive_files;
+use jde_isolation::wire::{Frame, FrameKind, Wire};
 use jde_records::event::{Event, Outcome};
 
 use crate::common::{Executor, Scenario, on_every_executor};
@@ -14,6 +18,8 @@ on_every_executor!(
     a_schema_whose_process_dies_is_faulted_and_its_sibling_takes_over,
     a_restarted_schema_has_a_fresh_process_and_finds_its_bindings,
     a_panic_is_caught_and_leaves_no_process_behind,
+    what_a_call_published_before_its_process_died_took_effect,
+    a_process_that_reads_what_it_was_not_sent_is_ended,
     an_import_cannot_be_overwritten,
 );
 
@@ -114,6 +120,50 @@ fn a_panic_is_caught_and_leaves_no_process_behind(executor: Executor) {
     isolated
         .app
         .until(|app| app.scenario.count("low iterate") > before && app.schema("high").process.is_none());
+    isolated.app.stop();
+}
+
+fn what_a_call_published_before_its_process_died_took_effect(executor: Executor) {
+    let mut isolated = IsolatedApp::start(executor, &scenario(), PAIR);
+    isolated.until_at(0.3);
+    isolated.trouble(faulty::SEGFAULT);
+    isolated.until_failed(1);
+    isolated.until_at(0.1);
+    let count = isolated
+        .app
+        .handle
+        .board()
+        .find("high.count")
+        .expect("it is exported");
+    assert_eq!(count.newest(), isolated.app.schema("high").iterations);
+    assert!(count.is_retracted());
+    isolated.app.stop();
+}
+
+/// A child that breaks the protocol: it claims to have read every input.
+pub(crate) fn forge() -> std::io::Result<()> {
+    let stream = UnixStream::from(std::io::stdin().as_fd().try_clone_to_owned()?);
+    drop(receive_files(&stream)?);
+    let mut wire = Wire::new(stream);
+    loop {
+        let frame = wire.receive()?;
+        if frame.kind == FrameKind::Value {
+            continue;
+        }
+        let mut done = Frame::new(FrameKind::Done);
+        done.bytes = jde_panel::encode(&Vec::<String>::new());
+        if frame.kind == FrameKind::Check {
+            done.words[1] = u64::MAX;
+        }
+        wire.send(&done)?;
+    }
+}
+
+fn a_process_that_reads_what_it_was_not_sent_is_ended(executor: Executor) {
+    let mut isolated = IsolatedApp::start_forged(executor, &scenario(), PAIR);
+    let reason = isolated.until_failed(1);
+    assert_eq!(reason, "its process read an input that it was not sent");
+    isolated.until_at(0.1);
     isolated.app.stop();
 }
 

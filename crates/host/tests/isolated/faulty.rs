@@ -31,6 +31,8 @@ pub(crate) const WRITE: u32 = 9;
 
 /// Loops forever and uses the processor.
 pub(crate) const SPIN: u32 = 10;
+/// Commands until a command is refused; `tried` is 1 meanwhile and then -1.
+pub(crate) const COMMAND: u32 = 11;
 
 /// Counts, drives and misbehaves on request.
 #[derive(Describe)]
@@ -96,7 +98,14 @@ impl Schema for Faulty {
         self.speed_of_a.set(cx, count);
         let mut twist = Twist::ZERO;
         twist.linear.x = self.speed.get(cx);
-        self.base.command(cx, twist);
+        let mut outcome = self.base.command(cx, twist);
+        if self.trouble.get(cx) == COMMAND {
+            self.tried.write(cx, 1.0);
+            while outcome.accepted() {
+                outcome = self.base.command(cx, twist);
+            }
+            self.tried.write(cx, -1.0);
+        }
         if let Some(succeeded) = misbehave(self.trouble.get(cx), scan.as_deref()) {
             self.tried.write(cx, if succeeded { 1.0 } else { -1.0 });
         }

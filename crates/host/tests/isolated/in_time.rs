@@ -1,9 +1,12 @@
 //! Failures that appear only in real time: a process that dies between calls, and a call that does not
 //! return.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use jde_records::event::{Event, Outcome};
 
-use crate::common::{Executor, in_real_time};
+use crate::common::{Executor, Scenario, TestApp, in_real_time};
 use crate::crashes::{PAIR, scenario, with_restarts};
 use crate::faulty;
 use crate::isolated_app::IsolatedApp;
@@ -11,6 +14,7 @@ use crate::isolated_app::IsolatedApp;
 in_real_time!(
     the_death_of_a_process_between_calls_is_detected_at_once,
     a_process_that_hangs_is_killed_and_no_thread_is_lost,
+    r7_a_process_that_loses_authority_in_a_call_is_refused_in_that_call,
 );
 
 fn the_death_of_a_process_between_calls_is_detected_at_once(executor: Executor) {
@@ -32,6 +36,30 @@ fn the_death_of_a_process_between_calls_is_detected_at_once(executor: Executor) 
     );
     isolated.until_at(0.1);
     assert_eq!(isolated.app.schema("high").faults, 1);
+    isolated.app.stop();
+}
+
+fn r7_a_process_that_loses_authority_in_a_call_is_refused_in_that_call(executor: Executor) {
+    let scenario = Scenario::new();
+    let is_ready = Arc::new(AtomicBool::new(false));
+    scenario.drives("low", &is_ready, 0.1);
+    let body = PAIR.replace(r#"["high", "low"]"#, r#"["low", "high"]"#);
+    let mut isolated = IsolatedApp::start(executor, &scenario, &body);
+    isolated.until_at(0.3);
+    isolated.trouble(faulty::COMMAND);
+    // The iteration goes on for as long as its commands are accepted.
+    let tried = |app: &TestApp, value| {
+        app.handle
+            .value::<f64>("high.tried")
+            .is_ok_and(|tried| tried == Some(value))
+    };
+    isolated.app.until(|app| tried(app, 1.0));
+    is_ready.store(true, Ordering::Relaxed);
+    isolated.app.until(|app| tried(app, -1.0));
+    isolated.until_at(0.1);
+    let view = isolated.app.schema("high");
+    assert_eq!(view.faults, 0);
+    assert!(view.refused > 0, "the refusal is counted");
     isolated.app.stop();
 }
 

@@ -32,9 +32,13 @@ pub(crate) struct IsolatedApp {
 
 /// This program as the executable of one schema's process.
 pub(crate) fn program() -> Program {
+    program_of("served")
+}
+
+fn program_of(entry: &str) -> Program {
     Program {
         path: std::env::current_exe().expect("this program has a file"),
-        arguments: [BY_NAME, "served", "--nocapture", "--quiet"]
+        arguments: [BY_NAME, entry, "--nocapture", "--quiet"]
             .map(Into::into)
             .to_vec(),
     }
@@ -52,6 +56,16 @@ impl IsolatedApp {
     pub(crate) fn start(executor: Executor, scenario: &Arc<Scenario>, body: &str) -> Self {
         let running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut isolated = Self::start_unlocked(executor, scenario, body);
+        isolated._running = Some(running);
+        isolated
+    }
+
+    /// As [`Self::start`], with a child that breaks the protocol.
+    #[track_caller]
+    pub(crate) fn start_forged(executor: Executor, scenario: &Arc<Scenario>, body: &str) -> Self {
+        let running = RUNNING.read().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let app = Self::try_start(executor, scenario, body, Some(program_of("forged")));
+        let mut isolated = Self::watch_variables(scenario, app);
         isolated._running = Some(running);
         isolated
     }

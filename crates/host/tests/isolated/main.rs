@@ -35,6 +35,15 @@ fn served() {
     assert!(served.is_err_and(|error| error.to_string().contains("no host")));
 }
 
+/// The entry point of a child that breaks the protocol: see [`crashes`]. Without a host it does nothing.
+#[test]
+fn forged() {
+    if std::env::args().any(|argument| argument == isolated_app::BY_NAME) {
+        drop(crashes::forge());
+        std::process::exit(0);
+    }
+}
+
 /// The entry point of the host that a test kills: see [`ends`].
 #[test]
 fn hosted() {

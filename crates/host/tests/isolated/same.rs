@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use jde_app::parse;
 use jde_board::Stamp;
+use jde_board::value::Value;
 use jde_host::{Lockstep, Options};
 use jde_records::decision_writer::DecisionWriter;
 use jde_records::event::{Event, Observer};
@@ -39,7 +40,8 @@ const FAMILY: &str = r#"
     imports = { scan = "left.seen" }
 "#;
 
-/// Runs for two seconds. Returns the decisions as lines, and every value with its stamp.
+/// Runs for two seconds, in which preconditions become false and an operator forces a schema. Returns the decisions as
+/// lines, and every value with its stamp.
 fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     let plugins = all_plugins();
     let application =
@@ -73,7 +75,24 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
             })
         })
         .collect();
+    let operator = handle.operator("test");
+    let [high, left] = ["high", "left"].map(|name| handle.schema_indices(name)[0]);
+    let set_speed = |schema, speed| {
+        operator
+            .modulate(schema, "speed", &Value::Float(speed))
+            .expect("it may")
+    };
+    run.run_until(500 * MS);
+    set_speed(left, 0.0);
+    run.run_until(700 * MS);
+    operator.force(left).expect("it may");
+    run.run_until(900 * MS);
+    operator.release(left).expect("it may");
+    set_speed(high, 0.0);
+    run.run_until(1100 * MS);
+    set_speed(high, 0.4);
     run.run_until(2000 * MS);
+    drop(operator);
     drop((watches, handle));
     drop(run);
     let decisions = Arc::into_inner(decisions).expect("the application has ended");
