@@ -37,7 +37,7 @@ fn decisions(context: &Context, seed: &str) -> Result<String> {
     digest(&output).with_context(|| format!("the demonstration printed no {DIGEST}"))
 }
 
-fn digest(output: &str) -> Option<String> {
+pub(crate) fn digest(output: &str) -> Option<String> {
     let (_, after) = output.split_once(DIGEST)?;
     let line = after.lines().next()?;
     let mut numbers = line.split(|c: char| !c.is_ascii_hexdigit());

@@ -7,6 +7,7 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result, ensure};
 
+use crate::project_files;
 use crate::shell;
 use crate::step::StepOutcome;
 use crate::test::Context;
@@ -57,21 +58,10 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     Ok(StepOutcome::Passed)
 }
 
-/// Copies all files that git knows or would add.
+/// Copies the project.
 fn copy_project(root: &Path, copy: &Path) -> Result<()> {
-    if copy.exists() {
-        fs::remove_dir_all(copy)?;
-    }
-    let mut git = Command::new("git");
-    git.args(["ls-files", "--cached", "--others", "--exclude-standard"]);
-    for file in shell::read(git.current_dir(root))?.lines() {
-        // A file may have been deleted and not committed.
-        let (from, to) = (root.join(file), copy.join(file));
-        if from.is_file() {
-            fs::create_dir_all(to.parent().unwrap_or(copy))?;
-            fs::copy(&from, &to).with_context(|| format!("cannot copy {file}"))?;
-        }
-    }
+    project_files::empty(copy)?;
+    project_files::copy(root, &["."], copy)?;
     // Git applies a change to a folder of a project only if that is a project of its own.
     shell::read(Command::new("git").args(["init", "--quiet"]).current_dir(copy))?;
     Ok(())

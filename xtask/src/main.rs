@@ -12,11 +12,13 @@ mod faults;
 mod headers;
 mod lints;
 mod metadata;
+mod package;
 mod paint;
 mod peers;
 mod player;
 mod prerequisites;
 mod programs;
+mod project_files;
 mod pytest;
 mod python;
 mod ros2;
@@ -24,6 +26,7 @@ mod shell;
 mod step;
 mod test;
 mod tidy;
+mod tutorial;
 mod valgrind;
 
 use std::path::PathBuf;
@@ -62,6 +65,8 @@ enum Verb {
     },
     /// Measure jde against the best alternatives in the same run, and print one table (docs/performance.md).
     Bench(bench::Choice),
+    /// Make packages for machines without Rust, under target/package (docs/installing.md).
+    Package(package::Choice),
     /// Inject faults into running applications, and check that the rules still hold; `--help` prints the
     /// options.
     #[command(disable_help_flag = true)]
@@ -157,6 +162,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Counts { renew: false } => counts::check(&root, paint)?,
         Verb::Counts { renew: true } => counts::renew(&root, paint)?,
         Verb::Bench(choice) => return bench::run(&root, &choice, paint),
+        Verb::Package(choice) => package::run(&root, &choice, paint)?,
         Verb::Faults(Faults { dev, arguments }) => return faults::run(&root, dev, &arguments, paint),
     }
     Ok(ExitCode::SUCCESS)

@@ -48,6 +48,16 @@ const TOOLS: &[Tool] = &[
     LIBUDEV,
     SLURM,
     Tool {
+        name: "a Debian to install packages in",
+        // The path of most users lacks the folder of debootstrap.
+        probe: &[
+            "sh",
+            "-c",
+            "PATH=$PATH:/usr/sbin; command -v debootstrap && command -v lintian && command -v dpkg-shlibdeps",
+        ],
+        from: Source::Apt(&["debootstrap", "dpkg-dev", "lintian"]),
+    },
+    Tool {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
         from: Source::Rustup("rustfmt"),
@@ -163,6 +173,9 @@ fn may_install(context: &Context, privilege: Privilege) -> bool {
 
 /// The command that installs valgrind, for the step that needs it.
 pub(crate) const INSTALL_VALGRIND: &str = "sudo apt-get install valgrind libc6-dbg";
+
+/// The command that installs what packages are made and tried with, for the step that needs it.
+pub(crate) const INSTALL_DEBOOTSTRAP: &str = "sudo apt-get install debootstrap dpkg-dev lintian";
 
 /// The command that installs Slurm, for the step that needs it.
 pub(crate) const INSTALL_SLURM: &str = "sudo apt-get install slurm-wlm munge";
@@ -292,5 +305,6 @@ mod tests {
         let how = |name| TOOLS.iter().find(|tool| tool.name == name).unwrap().how();
         assert_eq!(how("valgrind"), INSTALL_VALGRIND);
         assert_eq!(how("Slurm"), INSTALL_SLURM);
+        assert_eq!(how("a Debian to install packages in"), INSTALL_DEBOOTSTRAP);
     }
 }

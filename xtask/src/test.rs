@@ -11,7 +11,10 @@ use crate::metadata::Metadata;
 use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
-use crate::{clusters, demo, extending, headers, lints, peers, prerequisites, pytest, shell, tidy, valgrind};
+use crate::{
+    clusters, demo, extending, headers, lints, package, peers, prerequisites, pytest, shell, tidy, tutorial,
+    valgrind,
+};
 
 /// The context of every step.
 pub(crate) struct Context {
@@ -163,6 +166,22 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: clusters::slurm::run,
+    },
+    Step {
+        name: "tutorial",
+        title: "the steps of docs/tutorial, with the output that they show",
+        help: "see above what was printed: change the page, or what it describes; the files are in target/tutorial",
+        is_heavy: true,
+        needs: &["build"],
+        run: tutorial::run,
+    },
+    Step {
+        name: "packages",
+        title: "packages, installed and removed in a fresh Debian without Rust",
+        help: "see the output of the command above; the packages are in target/package, the Debian in target/package/root",
+        is_heavy: true,
+        needs: &["build"],
+        run: package::trial::run,
     },
     Step {
         name: "extending",

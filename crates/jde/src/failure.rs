@@ -18,8 +18,9 @@ use crate::terminal::{self, BAD, TITLE, WARN};
 const MAX_SHOWN: usize = 40;
 
 /// The advice when plugins are missing. The faults themselves name the plugins and the searched folders.
-const MISSING_PLUGIN_HELP: &str = "Plugins are built by `cargo build` in their folder, and all that come with jde by `cargo build\n\
-    --workspace` in its checkout; `jde plugins` shows those that are found, and JDE_PLUGIN_PATH names more folders.\n";
+const MISSING_PLUGIN_HELP: &str = "Plugins are built by `cargo build` in their folder. All that come with jde are in its packages, and are built by\n\
+    `cargo build --workspace` in its checkout; `cargo install` brings none. `jde plugins` shows those that are found, and\n\
+    JDE_PLUGIN_PATH names more folders.\n";
 
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]

@@ -1,26 +1,25 @@
-//! Finds applications and worlds by name: in the working directory, in the checkout of this build, or in the
-//! installation.
+//! Finds applications, experiments and worlds by name: in the working directory, then among the data of this
+//! program.
 
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 
-/// The checkout that this program was built from. It may no longer exist.
-pub(crate) fn checkout() -> PathBuf {
-    let mut above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    above.nth(2).unwrap_or(Path::new("/")).to_owned()
+/// The folder of this program's data: `share/jde` of its installation, or else the checkout that it was built
+/// from, which may no longer exist. Both hold `apps`, `experiments`, `worlds` and `crates`.
+pub(crate) fn data() -> PathBuf {
+    let installed = std::env::current_exe()
+        .ok()
+        .and_then(|exe| Some(exe.parent()?.parent()?.join("share/jde")));
+    installed
+        .filter(|folder| folder.is_dir())
+        .unwrap_or_else(checkout)
 }
 
-/// The folders that may hold `apps` and `worlds`, in search order.
-fn search_folders() -> Vec<PathBuf> {
-    let mut homes = vec![PathBuf::new(), checkout()];
-    if let Some(prefix) = std::env::current_exe()
-        .ok()
-        .and_then(|exe| Some(exe.parent()?.parent()?.to_owned()))
-    {
-        homes.push(prefix.join("share/jde"));
-    }
-    homes
+/// The checkout that this program was built from.
+fn checkout() -> PathBuf {
+    let mut above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    above.nth(2).unwrap_or(Path::new("/")).to_owned()
 }
 
 /// Returns the file of an application, given as a file or by name.
@@ -55,7 +54,7 @@ fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
     if !is_a_name || given.is_file() {
         return Ok(given.to_owned());
     }
-    let homes = search_folders();
+    let homes = [PathBuf::new(), data()];
     let found = homes
         .iter()
         .map(|home| home.join(format!("{folder}/{text}.toml")))

@@ -8,12 +8,12 @@ use crate::{Cli, shell};
 
 /// A fenced block of a page.
 #[derive(Debug, PartialEq, Eq)]
-struct Block {
+pub(crate) struct Block {
     /// The line of the opening fence, from 1.
-    line: usize,
+    pub(crate) line: usize,
     /// The language on the fence, up to the first comma or blank.
-    language: String,
-    text: String,
+    pub(crate) language: String,
+    pub(crate) text: String,
 }
 
 pub(super) fn check(tree: &Tree) -> Vec<Violation> {
@@ -88,7 +88,7 @@ fn commands(text: &str) -> String {
 }
 
 /// Returns the blocks, and the line of a fence that never closes.
-fn blocks(text: &str) -> (Vec<Block>, Option<usize>) {
+pub(crate) fn blocks(text: &str) -> (Vec<Block>, Option<usize>) {
     let mut done = Vec::new();
     let mut open: Option<Block> = None;
     for (index, line) in text.lines().enumerate() {

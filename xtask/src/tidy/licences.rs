@@ -87,7 +87,7 @@ fn edges(metadata: &Metadata, includes: impl Fn(Option<Kind>) -> bool) -> Edges<
 
 /// Returns the packages that become part of what users get: the members except this program, and their
 /// ordinary dependencies.
-fn shipped(metadata: &Metadata) -> BTreeSet<&str> {
+pub(crate) fn shipped(metadata: &Metadata) -> BTreeSet<&str> {
     let edges = edges(metadata, |kind| kind.is_none());
     let members = metadata
         .members()

@@ -1,13 +1,13 @@
 //! The checks that rustfmt and clippy cannot make. Each check is a function in a file of its own. It reads
 //! the tree and reports what is wrong, where, and what to do. No check changes anything.
 
-mod fences;
+pub(crate) mod fences;
 mod first_command;
 mod header;
 mod honest_tests;
 mod layering;
 mod length;
-mod licences;
+pub(crate) mod licences;
 mod links;
 mod machine_paths;
 mod module_files;

@@ -13,6 +13,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::CompleteEnv;
+use jde_abi::raw;
 
 use crate::escape::escape_json;
 use crate::failure::Failure;
@@ -27,6 +28,7 @@ use crate::terminal::{self, Color};
 #[command(
     name = "jde",
     version,
+    long_version = long_version(),
     arg_required_else_help = true,
     subcommand_required = true,
     after_help = "Begin with:
@@ -40,6 +42,15 @@ struct Cli {
     verb: Verb,
     #[command(flatten)]
     common: Common,
+}
+
+/// The versions of everything that must fit between two builds: plugins the ABI, tools the link.
+fn long_version() -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let text = format!("{version}\nplugin ABI {}.{}", raw::ABI_MAJOR, raw::ABI_MINOR);
+    #[cfg(feature = "tools")]
+    let text = format!("{text}\nlink protocol {}", jde_link::PROTOCOL);
+    text
 }
 
 /// Options common to all verbs.

@@ -93,14 +93,14 @@ fn not_created(path: &Path, error: io::Error) -> Failure {
     }
 }
 
-/// Returns the dependencies of a package on crates of jde: those of the checkout of this build if it exists,
-/// else published versions.
+/// Returns the dependencies of a package on crates of jde: those of the installation or of the checkout of this
+/// build if they exist, else published versions.
 fn dependencies(kind: Kind) -> String {
     let line = |name: &&str| {
-        let path = paths::checkout().join("crates").join(name);
+        let path = paths::data().join("crates").join(name);
         if path.join("Cargo.toml").is_file() {
-            // Escape the path as a TOML string. Rust's debug form differs only for characters that no
-            // checkout's path has.
+            // Escape the path as a TOML string. Rust's debug form differs only for characters that no such path
+            // has.
             format!("jde-{name} = {{ path = {:?} }}", path.display().to_string())
         } else {
             format!("jde-{name} = {:?}", env!("CARGO_PKG_VERSION"))

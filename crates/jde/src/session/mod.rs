@@ -17,6 +17,7 @@ mod progress;
 mod record;
 mod recording_summary;
 mod sampler;
+mod service;
 mod statistics;
 mod trace;
 mod watch;
@@ -46,6 +47,7 @@ use extension::PreparedExtension;
 use local_application::LocalApplication;
 use pending_file::PendingFile;
 use progress::ProgressPrinter;
+use service::ServiceNotifier;
 use watch::PluginWatcher;
 
 #[cfg(feature = "tools")]
@@ -265,6 +267,7 @@ fn run_real_time(
     let _watch = watch
         .then(|| PluginWatcher::start(handle.clone(), Arc::clone(plugins)))
         .transpose()?;
+    let _service = ServiceNotifier::start(handle.clone())?;
     let (outcome, collected, shown) = thread::scope(|scope| {
         // Stops the application on every way out of this scope, a panic included. The scope joins the other
         // threads, so the robot is at rest before a panic continues.

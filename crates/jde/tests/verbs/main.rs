@@ -10,6 +10,7 @@ mod disk;
 mod experimenting;
 mod inspecting;
 mod inspections;
+mod installed;
 mod isolated;
 mod naming;
 mod new;

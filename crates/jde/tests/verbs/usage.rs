@@ -1,8 +1,10 @@
 //! Help, version, usage errors and completions of every verb.
 
+use jde_abi::raw;
+
 use crate::support::{jde, output_of};
 
-const VERBS: [&str; 30] = [
+const VERBS: [&str; 31] = [
     "demo",
     "run",
     "check",
@@ -10,6 +12,7 @@ const VERBS: [&str; 30] = [
     "plugins",
     "new",
     "completions",
+    "man",
     "replay",
     "info",
     "plot",
@@ -69,12 +72,25 @@ fn without_arguments_the_executable_prints_help_that_names_every_verb() {
 }
 
 #[test]
-fn the_version_is_that_of_the_package() {
+fn the_version_is_that_of_the_package_and_names_those_of_plugins_and_the_link() {
+    let package = concat!("jde ", env!("CARGO_PKG_VERSION"), "\n");
+    let short = output_of(&mut jde(&["-V"]));
+    assert_eq!((short.status, short.out.as_str()), (Some(0), package));
+    let (major, minor, protocol) = (raw::ABI_MAJOR, raw::ABI_MINOR, jde_link::PROTOCOL);
+    let all = format!("{package}plugin ABI {major}.{minor}\nlink protocol {protocol}\n");
     let version = output_of(&mut jde(&["--version"]));
-    assert_eq!(
-        (version.status, version.out.as_str()),
-        (Some(0), concat!("jde ", env!("CARGO_PKG_VERSION"), "\n"))
-    );
+    assert_eq!((version.status, version.out), (Some(0), all));
+}
+
+#[test]
+fn every_verb_has_a_manual_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = output_of(jde(&["man"]).arg(folder.path()));
+    assert_eq!(written.status, Some(0), "{}", written.err);
+    for verb in VERBS {
+        let page = std::fs::read_to_string(folder.path().join(format!("jde-{verb}.1"))).unwrap();
+        assert!(page.contains(&format!("jde {verb}")), "{page}");
+    }
 }
 
 #[test]

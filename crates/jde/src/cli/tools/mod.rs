@@ -7,6 +7,7 @@ mod describe;
 mod experiment;
 mod info;
 mod link;
+mod man;
 mod new;
 mod plot;
 mod plugins;
@@ -43,6 +44,7 @@ pub(super) enum Tool {
     Plugins(plugins::Plugins),
     New(new::New),
     Completions(completions::Completions),
+    Man(man::Man),
     #[command(flatten)]
     Client(Client),
     Shell(shell::Shell),
@@ -67,6 +69,7 @@ impl Tool {
             Self::Plugins(plugins) => plugins.run(),
             Self::New(new) => new.run(),
             Self::Completions(completions) => completions.run(),
+            Self::Man(man) => man.run(),
             Self::Client(verb) => verb.run(&Context::default()),
             Self::Shell(shell) => shell.run(),
             #[cfg(feature = "view")]

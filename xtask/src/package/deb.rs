@@ -1,0 +1,260 @@
+//! The packages of Debian: `jde` for those who run robots, `libjde-dev` for those who write plugins.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, Result};
+
+use super::{Release, prefix};
+use crate::{project_files, shell};
+
+/// The first revision of each version.
+const REVISION: &str = "1";
+
+/// What `libjde-dev` holds of the prefix; `jde` holds the rest.
+const DEVELOPMENT: &[&str] = &["include", "lib/cmake", "share/jde/Cargo.toml", "share/jde/crates"];
+
+/// The libraries that the windows of `jde view` load when they open.
+const WINDOWS: &str = "libegl1, libxcursor1, libxi6, libxkbcommon-x11-0, mesa-vulkan-drivers | vulkan-icd";
+
+/// One package.
+struct Package {
+    name: &'static str,
+    section: &'static str,
+    /// The further lines that state on what it depends.
+    relations: String,
+    /// One line, and a paragraph.
+    description: [&'static str; 2],
+}
+
+/// Makes the packages of a prefix. Returns their files.
+pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>> {
+    let version = format!("{}-{REVISION}", release.version);
+    let work = release.folder.join("deb");
+    project_files::empty(&work)?;
+    let (main, development) = (work.join("jde"), work.join("libjde-dev"));
+    fs::create_dir_all(&main)?;
+    shell::read(
+        Command::new("cp")
+            .arg("--archive")
+            .arg(prefix)
+            .arg(main.join("usr")),
+    )?;
+    for part in DEVELOPMENT {
+        let (from, to) = (main.join("usr").join(part), development.join("usr").join(part));
+        if from.exists() {
+            fs::create_dir_all(to.parent().unwrap_or(&to))?;
+            fs::rename(&from, &to)?;
+        }
+    }
+    // Debian has them in the file `copyright` of each package.
+    for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
+        fs::remove_file(main.join("usr/share/jde").join(licence))?;
+    }
+    let unit = Path::new("lib/systemd/system/jde@.service");
+    fs::create_dir_all(main.join("usr").join(unit).parent().unwrap_or(&main))?;
+    fs::copy(
+        release.root.join("packaging/jde@.service"),
+        main.join("usr").join(unit),
+    )?;
+    let packages = [
+        (
+            main,
+            Package {
+                name: "jde",
+                section: "science",
+                relations: format!(
+                    "Depends: {}\nRecommends: {WINDOWS}\nSuggests: libjde-dev\n",
+                    libraries(&work)?
+                ),
+                description: [
+                    "robot behaviours that run side by side, of which one acts",
+                    "A behaviour is a plugin, a schema. In each group of schemas one acts, and the program can always \
+                 say why that one. This package contains the program, its plugins with drivers and a simulator, \
+                 example applications and the documentation.",
+                ],
+            },
+        ),
+        (
+            development,
+            Package {
+                name: "libjde-dev",
+                section: "libdevel",
+                relations: format!("Depends: jde (= {version})\nSuggests: cargo, cmake\n"),
+                description: [
+                    "robot behaviours that run side by side (development files)",
+                    "This package contains what plugins for jde are written with: the headers for C and C++, and the \
+                 crates for Rust, which `jde new schema` uses.",
+                ],
+            },
+        ),
+    ];
+    let mut files = Vec::new();
+    for (tree, package) in &packages {
+        files.push(package.write(release, &version, tree)?);
+    }
+    Ok(files)
+}
+
+impl Package {
+    /// Completes the tree of a package with what Debian requires, and packs it.
+    fn write(&self, release: &Release<'_>, version: &str, tree: &Path) -> Result<PathBuf> {
+        let maintainer = maintainer(release.root)?;
+        let doc = tree.join("usr/share/doc").join(self.name);
+        fs::create_dir_all(&doc)?;
+        let licence = fs::read_to_string(release.root.join("LICENSE-MIT"))?;
+        fs::write(doc.join("copyright"), copyright(&licence)?)?;
+        let date = ["--utc", "--rfc-email", &format!("--date=@{}", release.time)];
+        let date = shell::read(Command::new("date").args(date).env("LC_ALL", "C"))?;
+        let changes = format!(
+            "jde ({version}) unstable; urgency=medium\n\n  * Version {}: changelog.gz lists its changes.\n\n -- {maintainer}  {date}",
+            release.version
+        );
+        fs::copy(release.root.join("CHANGELOG.md"), doc.join("changelog"))?;
+        fs::write(doc.join("changelog.Debian"), changes)?;
+        for file in ["changelog", "changelog.Debian"] {
+            prefix::gzip(&doc.join(file))?;
+        }
+        let debian = tree.join("DEBIAN");
+        fs::create_dir_all(&debian)?;
+        let sums = "find usr -type f -print0 | LC_ALL=C sort -z | xargs -0 md5sum";
+        let sums = shell::read(Command::new("sh").args(["-c", sums]).current_dir(tree))?;
+        fs::write(debian.join("md5sums"), sums)?;
+        let size = shell::read(
+            Command::new("du")
+                .args(["--summarize", "--apparent-size", "--block-size=1K"])
+                .arg(tree),
+        )?;
+        let size = size.split_whitespace().next().context("`du` prints no size")?;
+        let architecture = shell::read(Command::new("dpkg").arg("--print-architecture"))?;
+        let Self {
+            name,
+            section,
+            relations,
+            description: [summary, paragraph],
+        } = self;
+        let control = format!(
+            "Package: {name}\nVersion: {version}\nSource: jde\nSection: {section}\nPriority: optional\nArchitecture: {architecture}\
+             Maintainer: {maintainer}\nInstalled-Size: {size}\n{relations}Description: {summary}\n{}",
+            folded(paragraph)
+        );
+        fs::write(debian.join("control"), control)?;
+        shell::read(
+            Command::new("chmod")
+                .args(["--recursive", "u=rwX,go=rX"])
+                .arg(tree),
+        )?;
+        let file = release
+            .folder
+            .join(format!("{name}_{version}_{}.deb", architecture.trim()));
+        let mut pack = Command::new("dpkg-deb");
+        pack.args(["--build", "--root-owner-group", "-Zxz"])
+            .arg(tree)
+            .arg(&file);
+        shell::run(pack.env("SOURCE_DATE_EPOCH", &release.time), release.paint)?;
+        Ok(file)
+    }
+}
+
+/// Returns the name and the address of whoever makes the packages, as Debian's tools do: `DEBFULLNAME` and
+/// `DEBEMAIL`, or else those of the last commit.
+fn maintainer(root: &Path) -> Result<String> {
+    let of_commit = |form: &str| {
+        let mut git = Command::new("git");
+        shell::read(
+            git.args(["log", "-1", &format!("--format={form}")])
+                .current_dir(root),
+        )
+    };
+    let read = |variable: &str, form: &str| std::env::var(variable).or_else(|_| of_commit(form));
+    let (name, address) = (read("DEBFULLNAME", "%an")?, read("DEBEMAIL", "%ae")?);
+    Ok(format!("{} <{}>", name.trim(), address.trim()))
+}
+
+/// Returns the packages of the shared libraries that the program and its plugins need.
+fn libraries(work: &Path) -> Result<String> {
+    // The tool reads this file and nothing from it.
+    fs::create_dir_all(work.join("debian"))?;
+    fs::write(
+        work.join("debian/control"),
+        "Source: jde\n\nPackage: jde\nArchitecture: any\n",
+    )?;
+    let mut tool = Command::new("dpkg-shlibdeps");
+    tool.args(["-O", "jde/usr/bin/jde"]).current_dir(work);
+    for plugin in fs::read_dir(work.join("jde/usr/lib/jde"))? {
+        tool.arg(plugin?.path());
+    }
+    let output = shell::read(&mut tool)?;
+    let libraries = output.trim().strip_prefix("shlibs:Depends=");
+    Ok(libraries.context("`dpkg-shlibdeps` names no library")?.to_owned())
+}
+
+/// Returns the licences in Debian's form.
+fn copyright(mit: &str) -> Result<String> {
+    let (_, text) = mit.split_once("\n\n").context("LICENSE-MIT has no title")?;
+    let (holder, text) = text.split_once("\n\n").context("LICENSE-MIT names no holder")?;
+    let holder = holder.trim_start_matches("Copyright (c) ");
+    Ok(format!(
+        "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: jde\n\
+         Comment: /usr/share/doc/jde/third-party.txt.gz has the notices of the libraries that are built in.\n\n\
+         Files: *\nCopyright: {holder}\nLicense: Expat or Apache-2.0\n\nLicense: Expat\n{}\nLicense: Apache-2.0\n \
+         On Debian systems, the full text is in /usr/share/common-licenses/Apache-2.0.\n",
+        folded(text)
+    ))
+}
+
+/// Returns a text as the further lines of a field: indented, broken, and a dot for an empty line.
+fn folded(text: &str) -> String {
+    let mut folded = String::new();
+    for line in text.trim().lines() {
+        let mut width = 0;
+        for word in line.split_whitespace() {
+            let is_first = width == 0;
+            if !is_first && width + word.len() >= 78 {
+                folded.push_str("\n ");
+                width = 0;
+            } else {
+                folded.push(' ');
+            }
+            folded.push_str(word);
+            width += word.len() + 1;
+        }
+        if line.trim().is_empty() {
+            folded.push_str(" .");
+        }
+        let _ = writeln!(folded);
+    }
+    folded
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_field_is_indented_and_its_empty_lines_have_a_dot() {
+        assert_eq!(folded("a b\n\nc\n"), " a b\n .\n c\n");
+        let long = folded(&"word ".repeat(30));
+        assert!(
+            long.lines().all(|line| line.starts_with(" w") && line.len() < 80),
+            "{long}"
+        );
+        assert_eq!(long.split_whitespace().count(), 30);
+    }
+
+    #[test]
+    fn the_licence_of_the_project_has_debians_form() {
+        let text = fs::read_to_string(crate::root().join("LICENSE-MIT")).unwrap();
+        let copyright = copyright(&text).unwrap();
+        assert!(
+            copyright.contains("\nCopyright: the jde authors\n"),
+            "{copyright}"
+        );
+        assert!(
+            copyright.contains("\nLicense: Expat\n Permission is hereby granted"),
+            "{copyright}"
+        );
+    }
+}

@@ -1,0 +1,128 @@
+//! `cargo xtask package`: packages for machines without Rust and without this project.
+//!
+//! All packages hold one tree, the [`prefix`], which the executable finds from its own place.
+
+mod deb;
+mod prefix;
+mod third_party;
+pub(crate) mod trial;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, Result};
+use clap::{Args, ValueEnum};
+
+use crate::metadata::{Metadata, Package};
+use crate::paint::Paint;
+use crate::shell;
+
+/// The options of the verb.
+#[derive(Args)]
+pub(crate) struct Choice {
+    /// Make only this form of package (may be repeated).
+    #[arg(long, value_enum, value_name = "FORM")]
+    only: Vec<Form>,
+    /// Package the development build instead of the optimised one.
+    #[arg(long)]
+    dev: bool,
+}
+
+/// A form of package.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Form {
+    /// An archive that runs from any folder.
+    Tarball,
+    /// Packages of Debian and Ubuntu.
+    Deb,
+}
+
+/// What all packages of one build share.
+struct Release<'r> {
+    root: &'r Path,
+    metadata: &'r Metadata,
+    /// The folder of the packages.
+    folder: PathBuf,
+    version: String,
+    /// The time of the last commit, in seconds since 1970: the same commit gives the same packages.
+    time: String,
+    paint: Paint,
+}
+
+/// Makes the packages, and prints the path and the size of each.
+pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
+    let mut cargo = shell::cargo();
+    cargo.arg("build").current_dir(root);
+    let forms = if choice.only.is_empty() {
+        Form::value_variants()
+    } else {
+        &choice.only
+    };
+    for package in make(root, cargo, choice.dev, forms, paint)? {
+        let megabytes = package.metadata()?.len() as f64 / 1e6;
+        println!("{megabytes:6.1} MB  {}", package.display());
+    }
+    Ok(())
+}
+
+/// Builds with a call of `cargo build`, and returns the packages that it makes of the build.
+fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) -> Result<Vec<PathBuf>> {
+    let metadata = Metadata::with_dependencies(root)?;
+    let plugins: Vec<&Package> = metadata.members().filter(|package| is_shipped(package)).collect();
+    let executable = metadata.members().find(|package| package.name == "jde");
+    let mut time = Command::new("git");
+    time.args(["log", "-1", "--format=%ct"]).current_dir(root);
+    let release = Release {
+        root,
+        metadata: &metadata,
+        folder: metadata.target_directory.join("package"),
+        version: executable.context("there is no package jde")?.version.clone(),
+        time: shell::read(&mut time)?.trim().to_owned(),
+        paint,
+    };
+    build(cargo, &plugins, dev, paint)?;
+    let built = metadata
+        .target_directory
+        .join(if dev { "debug" } else { "release" });
+    let prefix = prefix::write(&release, &built, &plugins)?;
+    let mut packages = Vec::new();
+    if forms.contains(&Form::Tarball) {
+        packages.push(tarball(&release, &prefix)?);
+    }
+    if forms.contains(&Form::Deb) {
+        packages.extend(deb::make(&release, &prefix)?);
+    }
+    Ok(packages)
+}
+
+/// Whether a package is a plugin for users; `fault` is one for tests.
+fn is_shipped(package: &Package) -> bool {
+    package.is_plugin() && package.name != "fault"
+}
+
+fn build(mut cargo: Command, plugins: &[&Package], dev: bool, paint: Paint) -> Result<()> {
+    if !dev {
+        cargo.arg("--release");
+    }
+    cargo.args(["--package", "jde"]);
+    for plugin in plugins {
+        cargo.args(["--package", &plugin.name]);
+    }
+    shell::run(&mut cargo, paint)
+}
+
+/// Packs the prefix, with its own name as the only folder.
+fn tarball(release: &Release<'_>, prefix: &Path) -> Result<PathBuf> {
+    let name = prefix.file_name().context("the prefix has a name")?;
+    let file = release.folder.join(name).with_added_extension("tar.xz");
+    let mut tar = Command::new("tar");
+    tar.args(["--create", "--xz", "--sort=name", "--numeric-owner"])
+        .args(["--owner=0", "--group=0", &format!("--mtime=@{}", release.time)])
+        .arg("--file")
+        .arg(&file)
+        .arg("--directory")
+        .arg(&release.folder)
+        .arg(name);
+    shell::run(&mut tar, release.paint)?;
+    Ok(file)
+}

@@ -1,0 +1,149 @@
+//! The tree of all packages, as docs/installing.md shows it: `bin`, `lib`, `include` and `share` of one prefix.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, Result};
+
+use super::{Release, third_party};
+use crate::metadata::{Kind, Package};
+use crate::{project_files, shell};
+
+/// What users read and run, beside the crates of the SDK.
+const DATA: &[&str] = &[
+    "README.md",
+    "CHANGELOG.md",
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "apps",
+    "docs",
+    "examples",
+    "experiments",
+    "robots",
+    "scenarios",
+    "worlds",
+];
+
+/// The crates on which the projects of `jde new` depend.
+const SDK: &[&str] = &["jde-device", "jde-schema", "jde-types"];
+
+/// The shells with completions, each with the file in which it looks for them.
+const COMPLETIONS: &[(&str, &str)] = &[
+    ("bash", "share/bash-completion/completions/jde"),
+    ("fish", "share/fish/vendor_completions.d/jde.fish"),
+    ("zsh", "share/zsh/vendor-completions/_jde"),
+];
+
+/// Writes the tree. Returns its folder, whose name states the version and the kind of machine.
+pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -> Result<PathBuf> {
+    let name = format!("jde-{}-{}-linux", release.version, std::env::consts::ARCH);
+    let prefix = release.folder.join(name);
+    project_files::empty(&prefix)?;
+    let executable = prefix.join("bin/jde");
+    install_stripped(&built.join("jde"), &executable)?;
+    for plugin in plugins {
+        let file = format!("lib{}.so", plugin.name.replace('-', "_"));
+        install_stripped(&built.join(&file), &prefix.join("lib/jde").join(file))?;
+    }
+    let data = prefix.join("share/jde");
+    project_files::copy(release.root, DATA, &data)?;
+    write_sdk(release, &data)?;
+    project_files::copy(release.root, &["include"], &prefix)?;
+    write_generated(&executable, &prefix)?;
+    let doc = prefix.join("share/doc/jde");
+    fs::create_dir_all(&doc)?;
+    let notices = doc.join("third-party.txt");
+    fs::write(&notices, third_party::notices(release.metadata)?)?;
+    gzip(&notices)?;
+    // The permissions of the checkout depend on the umask of whoever made it.
+    shell::read(
+        Command::new("chmod")
+            .args(["--recursive", "u=rwX,go=rX"])
+            .arg(&prefix),
+    )?;
+    Ok(prefix)
+}
+
+/// Copies a program or a library without its symbols.
+fn install_stripped(from: &Path, to: &Path) -> Result<()> {
+    fs::create_dir_all(to.parent().unwrap_or(to))?;
+    let mut strip = Command::new("strip");
+    strip.args(["--strip-unneeded", "-o"]).arg(to).arg(from);
+    shell::read(&mut strip).map(drop)
+}
+
+/// Copies the crates with which users write plugins in Rust. Their manifests refer to that of the workspace, so
+/// its common part comes with them.
+fn write_sdk(release: &Release<'_>, data: &Path) -> Result<()> {
+    let mut crates = BTreeSet::new();
+    let mut open: Vec<String> = SDK.iter().map(|name| (*name).to_owned()).collect();
+    while let Some(name) = open.pop() {
+        let mut members = release.metadata.members();
+        let package = members
+            .find(|package| package.name == name)
+            .with_context(|| format!("there is no package {name}"))?;
+        if crates.insert(package.folder(release.root)) {
+            let needed = package.dependencies.iter();
+            let needed = needed.filter(|used| used.path.is_some() && used.kind != Some(Kind::Dev));
+            open.extend(needed.map(|used| used.name.clone()));
+        }
+    }
+    let crates: Vec<&str> = crates.iter().map(String::as_str).collect();
+    project_files::copy(release.root, &crates, data)?;
+    let manifest = fs::read_to_string(release.root.join("Cargo.toml"))?;
+    fs::write(data.join("Cargo.toml"), sdk_manifest(&manifest))?;
+    Ok(())
+}
+
+/// Returns the manifest of a workspace of the SDK alone: the tables below `workspace` that its crates inherit.
+fn sdk_manifest(manifest: &str) -> String {
+    let tables = manifest
+        .split("\n[")
+        .filter(|table| table.starts_with("workspace."));
+    let inherited: String = tables.map(|table| format!("\n[{}\n", table.trim_end())).collect();
+    format!("[workspace]\nresolver = \"3\"\nmembers = [\"crates/*\"]\n{inherited}")
+}
+
+/// Writes what the executable generates: manual pages and completions.
+fn write_generated(executable: &Path, prefix: &Path) -> Result<()> {
+    let pages = prefix.join("share/man/man1");
+    shell::read(Command::new(executable).arg("man").arg(&pages))?;
+    for page in fs::read_dir(&pages)? {
+        gzip(&page?.path())?;
+    }
+    for (shell, file) in COMPLETIONS {
+        let file = prefix.join(file);
+        fs::create_dir_all(file.parent().unwrap_or(prefix))?;
+        let script = shell::read(Command::new(executable).args(["completions", shell]))?;
+        fs::write(file, script)?;
+    }
+    Ok(())
+}
+
+/// Replaces a file by its compressed form, which does not depend on the time.
+pub(super) fn gzip(file: &Path) -> Result<()> {
+    shell::read(
+        Command::new("gzip")
+            .args(["-9", "--no-name", "--force"])
+            .arg(file),
+    )
+    .map(drop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_manifest_of_the_sdk_keeps_what_its_crates_inherit() {
+        let manifest = "[workspace]\nmembers = [\"a\"]\n\n[patch.crates-io]\nb = 1\n\n\
+                        [workspace.package]\nversion = \"1.2.3\"\n# c\n\n[workspace.lints.rust]\nd = \"deny\"\n";
+        assert_eq!(
+            sdk_manifest(manifest),
+            "[workspace]\nresolver = \"3\"\nmembers = [\"crates/*\"]\n\n\
+             [workspace.package]\nversion = \"1.2.3\"\n# c\n\n[workspace.lints.rust]\nd = \"deny\"\n"
+        );
+    }
+}

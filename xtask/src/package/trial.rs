@@ -1,0 +1,159 @@
+//! The step `packages`: installs the packages in a fresh Debian without Rust, runs what they contain, and
+//! removes them without a trace. It packages the development build that the other steps use.
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::{Context as _, Result, ensure};
+
+use super::{Form, make};
+use crate::demo::digest;
+use crate::prerequisites::INSTALL_DEBOOTSTRAP;
+use crate::step::StepOutcome;
+use crate::test::Context;
+use crate::{project_files, shell};
+
+/// The limit of each command in the fresh system: twenty times what the slowest takes.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// What `lintian` may find: nobody has asked Debian to accept the packages.
+const NOT_FOR_DEBIAN: &str = "initial-upload-closes-no-bugs";
+
+/// The demonstration, as a user without rights who has a folder of its own.
+const DEMO: &str = "cd $(setpriv --reuid=65534 --clear-groups mktemp -d) && \
+                    setpriv --reuid=65534 --regid=65534 --clear-groups $JDE demo --headless --lockstep --seed 1";
+
+/// What a user can do with the packages alone. Every application must be complete, and a new one passes its tests.
+const USE: &str = "set -e
+for app in /usr/share/jde/apps/*.toml; do jde check $app > /dev/null; done
+test -f /usr/share/man/man1/jde-run.1.gz
+cd $(mktemp -d)
+jde new app patrol && cd patrol && jde test";
+
+/// A plugin in C, from the headers and the example that `libjde-dev` contains.
+const PLUGIN: &str = "set -e
+cd $(mktemp -d)
+cc -shared -fPIC -o libgauge.so /usr/share/jde/crates/schema/examples/c/gauge.c
+JDE_PLUGIN_PATH=$PWD jde describe gauge";
+
+pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
+    if !shell::succeeds(Command::new("debootstrap").arg("--version")) {
+        return context.missing_tool("debootstrap", INSTALL_DEBOOTSTRAP);
+    }
+    if shell::read(Command::new("id").arg("-u"))?.trim() != "0" {
+        return Ok(StepOutcome::Skipped(
+            "only root can make a root of its own".to_owned(),
+        ));
+    }
+    let forms = [Form::Tarball, Form::Deb];
+    let packages = make(
+        &context.root,
+        context.cargo(&["build"]),
+        true,
+        &forms,
+        context.paint,
+    )?;
+    let [archive, debs @ ..] = &packages[..] else {
+        unreachable!("there is a package of each form");
+    };
+    let mut lintian = Command::new("lintian");
+    lintian
+        .args(["--fail-on", "error,warning", "--suppress-tags", NOT_FOR_DEBIAN])
+        .args(debs);
+    shell::run(&mut lintian, context.paint)?;
+    let system = FreshSystem::new(context)?;
+    let before = system.files()?;
+    for package in &packages {
+        let name = package.file_name().context("a package has a name")?;
+        fs::copy(package, system.root.join(name))?;
+    }
+    system.sh("dpkg --install /*.deb && dpkg --verify")?;
+    let installed =
+        digest(&system.sh(&DEMO.replace("$JDE", "jde"))?).context("the demonstration ended too soon")?;
+    system.sh(USE)?;
+    let described = system.sh(PLUGIN)?;
+    ensure!(described.contains("gauge"), "{described}");
+    system.sh("dpkg --purge libjde-dev jde")?;
+    // In one folder, and then in another.
+    for folder in ["/opt", "/srv"] {
+        system.sh(&format!(
+            "tar --extract --xz --file /*.tar.xz --directory {folder}"
+        ))?;
+        let name = archive.file_name().unwrap_or_default().to_string_lossy();
+        let place = format!("{folder}/{}", name.trim_end_matches(".tar.xz"));
+        let unpacked = digest(&system.sh(&DEMO.replace("$JDE", &format!("{place}/bin/jde")))?);
+        ensure!(
+            unpacked.as_ref() == Some(&installed),
+            "the archive in {folder} decides {unpacked:?}, not {installed}"
+        );
+        system.sh(&format!("rm --recursive {place}"))?;
+    }
+    system.sh("rm /*.deb /*.tar.xz")?;
+    let after = system.files()?;
+    let left: Vec<_> = before.symmetric_difference(&after).collect();
+    ensure!(left.is_empty(), "the packages leave or take: {left:?}");
+    fs::remove_dir_all(&system.root)?;
+    Ok(StepOutcome::Passed)
+}
+
+/// A Debian of its own, with a C compiler and without Rust.
+struct FreshSystem<'c> {
+    context: &'c Context,
+    root: PathBuf,
+}
+
+impl<'c> FreshSystem<'c> {
+    /// Copies the system that the first trial has made.
+    fn new(context: &'c Context) -> Result<Self> {
+        let folder = context.target.join("package");
+        let (base, root) = (folder.join("debian"), folder.join("root"));
+        if !base.exists() {
+            let release = fs::read_to_string("/etc/os-release")?;
+            let name = release
+                .lines()
+                .find_map(|line| line.strip_prefix("VERSION_CODENAME="));
+            let unfinished = folder.join("debian-unfinished");
+            project_files::empty(&unfinished)?;
+            let mut debootstrap = Command::new("debootstrap");
+            debootstrap
+                .args(["--variant=minbase", "--include=gcc,libc6-dev,xz-utils"])
+                .arg(name.context("/etc/os-release names no release")?)
+                .arg(&unfinished);
+            shell::run(&mut debootstrap, context.paint)?;
+            fs::rename(&unfinished, &base)?;
+        }
+        if root.exists() {
+            fs::remove_dir_all(&root)?;
+        }
+        shell::read(Command::new("cp").arg("--archive").args([&base, &root]))?;
+        Ok(Self { context, root })
+    }
+
+    /// Runs commands in the system, with processes and mounts of its own, which end with the commands. Returns what
+    /// they print.
+    fn sh(&self, commands: &str) -> Result<String> {
+        let mut unshare = Command::new("unshare");
+        unshare
+            .args(["--mount", "--pid", "--fork", "--kill-child", "sh", "-c"])
+            .arg("mount -t proc proc $0/proc && exec chroot $0 env --ignore-environment PATH=$PATH HOME=/ sh -c \"$1\"")
+            .args([self.root.as_os_str(), OsStr::new(commands)])
+            .env("PATH", "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin");
+        println!("{}", self.context.paint.dim(commands));
+        let output = shell::read_within(&mut unshare, PATIENCE)?;
+        print!("{output}");
+        Ok(output)
+    }
+
+    /// Returns all files but those of a package manager's records, and temporary ones.
+    fn files(&self) -> Result<BTreeSet<String>> {
+        let kept = "find / -xdev -path /proc -prune -o -path /tmp -prune -o -path /var/lib/dpkg -prune -o \
+                    -path /var/log -prune -o -print";
+        let mut chroot = Command::new("chroot");
+        let files = shell::read(chroot.arg(&self.root).args(["sh", "-c", kept]))?;
+        Ok(files.lines().map(str::to_owned).collect())
+    }
+}
