@@ -11,6 +11,7 @@ mod extending;
 mod faults;
 mod headers;
 mod lints;
+mod manual;
 mod metadata;
 mod package;
 mod paint;
@@ -67,6 +68,8 @@ enum Verb {
     Bench(bench::Choice),
     /// Make packages for machines without Rust, under target/package (docs/installing.md).
     Package(package::Choice),
+    /// Build the manual, the pages of docs and a reference, under target/manual; it needs mdbook.
+    Manual,
     /// Inject faults into running applications, and check that the rules still hold; `--help` prints the
     /// options.
     #[command(disable_help_flag = true)]
@@ -162,6 +165,7 @@ fn run(verb: Verb) -> Result<ExitCode> {
         Verb::Counts { renew: false } => counts::check(&root, paint)?,
         Verb::Counts { renew: true } => counts::renew(&root, paint)?,
         Verb::Bench(choice) => return bench::run(&root, &choice, paint),
+        Verb::Manual => manual::run(&root, paint)?,
         Verb::Package(choice) => package::run(&root, &choice, paint)?,
         Verb::Faults(Faults { dev, arguments }) => return faults::run(&root, dev, &arguments, paint),
     }

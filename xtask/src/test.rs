@@ -12,8 +12,8 @@ use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
 use crate::{
-    clusters, demo, extending, headers, lints, package, peers, prerequisites, pytest, shell, tidy, tutorial,
-    valgrind,
+    clusters, demo, extending, headers, lints, manual, package, peers, prerequisites, pytest, shell, tidy,
+    tutorial, valgrind,
 };
 
 /// The context of every step.
@@ -190,6 +190,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: extending::run,
+    },
+    Step {
+        name: "manual",
+        title: "the manual, and every link of it",
+        help: "see the links above; `cargo xtask manual` builds it again",
+        is_heavy: true,
+        needs: &["build"],
+        run: manual::step,
     },
     Step {
         name: "docs",

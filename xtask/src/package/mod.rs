@@ -68,7 +68,7 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
 /// Builds with a call of `cargo build`, and returns the packages that it makes of the build.
 fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) -> Result<Vec<PathBuf>> {
     let metadata = Metadata::with_dependencies(root)?;
-    let plugins: Vec<&Package> = metadata.members().filter(|package| is_shipped(package)).collect();
+    let plugins = plugins(&metadata);
     let executable = metadata.members().find(|package| package.name == "jde");
     let mut time = Command::new("git");
     time.args(["log", "-1", "--format=%ct"]).current_dir(root);
@@ -95,12 +95,14 @@ fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) ->
     Ok(packages)
 }
 
-/// Whether a package is a plugin for users; `fault` is one for tests.
-fn is_shipped(package: &Package) -> bool {
-    package.is_plugin() && package.name != "fault"
+/// Returns the plugins for users; `fault` is one for tests.
+pub(crate) fn plugins(metadata: &Metadata) -> Vec<&Package> {
+    let plugins = metadata.members().filter(|package| package.is_plugin());
+    plugins.filter(|package| package.name != "fault").collect()
 }
 
-fn build(mut cargo: Command, plugins: &[&Package], dev: bool, paint: Paint) -> Result<()> {
+/// Builds the executable and plugins with a call of `cargo build`.
+pub(crate) fn build(mut cargo: Command, plugins: &[&Package], dev: bool, paint: Paint) -> Result<()> {
     if !dev {
         cargo.arg("--release");
     }

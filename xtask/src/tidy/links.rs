@@ -50,7 +50,7 @@ fn fault(tree: &Tree, page: &File, target: &str) -> Option<String> {
 }
 
 /// Resolves a relative path against the folder of a page.
-fn resolve(page: &str, path: &str) -> String {
+pub(crate) fn resolve(page: &str, path: &str) -> String {
     let mut parts: Vec<&str> = page.split('/').collect();
     parts.pop();
     for part in path.split('/') {
@@ -76,7 +76,7 @@ pub(super) fn prose(text: &str) -> impl Iterator<Item = (usize, &str)> {
 }
 
 /// Returns the targets of `[text](target)`, of images, and of `[text]: target`.
-fn targets(line: &str) -> Vec<&str> {
+pub(crate) fn targets(line: &str) -> Vec<&str> {
     let mut found = Vec::new();
     if let Some((label, target)) = line.split_once("]: ")
         && label.starts_with('[')

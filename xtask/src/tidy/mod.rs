@@ -8,7 +8,7 @@ mod honest_tests;
 mod layering;
 mod length;
 pub(crate) mod licences;
-mod links;
+pub(crate) mod links;
 mod machine_paths;
 mod module_files;
 mod rules;
