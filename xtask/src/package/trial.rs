@@ -139,7 +139,7 @@ impl<'c> FreshSystem<'c> {
         let mut unshare = Command::new("unshare");
         unshare
             .args(["--mount", "--pid", "--fork", "--kill-child", "sh", "-c"])
-            .arg("mount -t proc proc $0/proc && exec chroot $0 env --ignore-environment PATH=$PATH HOME=/ sh -c \"$1\"")
+            .arg("mount -t proc proc $0/proc && exec chroot $0 env --ignore-environment PATH=$PATH HOME=/ TMPDIR=/var/tmp sh -c \"$1\"")
             .args([self.root.as_os_str(), OsStr::new(commands)])
             .env("PATH", "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin");
         println!("{}", self.context.paint.dim(commands));
@@ -150,7 +150,7 @@ impl<'c> FreshSystem<'c> {
 
     /// Returns all files but those of a package manager's records, and temporary ones.
     fn files(&self) -> Result<BTreeSet<String>> {
-        let kept = "find / -xdev -path /proc -prune -o -path /tmp -prune -o -path /var/lib/dpkg -prune -o \
+        let kept = "find / -xdev -path /proc -prune -o -path /var/tmp -prune -o -path /var/lib/dpkg -prune -o \
                     -path /var/log -prune -o -print";
         let mut chroot = Command::new("chroot");
         let files = shell::read(chroot.arg(&self.root).args(["sh", "-c", kept]))?;
