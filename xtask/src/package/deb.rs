@@ -34,7 +34,8 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
     let version = format!("{}-{REVISION}", release.version);
     let work = release.folder.join("deb");
     project_files::empty(&work)?;
-    let (main, development) = (work.join("jde"), work.join("libjde-dev"));
+    // Debian's tools know the trees of packages by this folder.
+    let (main, development) = (work.join("debian/jde"), work.join("debian/libjde-dev"));
     fs::create_dir_all(&main)?;
     shell::read(
         Command::new("cp")
@@ -105,9 +106,16 @@ impl Package {
         let doc = tree.join("usr/share/doc").join(self.name);
         fs::create_dir_all(&doc)?;
         let licence = fs::read_to_string(release.root.join("LICENSE-MIT"))?;
-        fs::write(doc.join("copyright"), copyright(&licence)?)?;
-        let date = ["--utc", "--rfc-email", &format!("--date=@{}", release.time)];
-        let date = shell::read(Command::new("date").args(date).env("LC_ALL", "C"))?;
+        let date = |form| {
+            let time = format!("--date=@{}", release.time);
+            shell::read(
+                Command::new("date")
+                    .args(["--utc", form, &time])
+                    .env("LC_ALL", "C"),
+            )
+        };
+        fs::write(doc.join("copyright"), copyright(&licence, date("+%Y")?.trim())?)?;
+        let date = date("--rfc-email")?;
         let changes = format!(
             "jde ({version}) unstable; urgency=medium\n\n  * Version {}: changelog.gz lists its changes.\n\n -- {maintainer}  {date}",
             release.version
@@ -150,9 +158,14 @@ impl Package {
             .folder
             .join(format!("{name}_{version}_{}.deb", architecture.trim()));
         let mut pack = Command::new("dpkg-deb");
-        pack.args(["--build", "--root-owner-group", "-Zxz"])
-            .arg(tree)
-            .arg(&file);
+        pack.args([
+            "--build",
+            "--root-owner-group",
+            "-Zxz",
+            &format!("-z{}", release.level),
+        ])
+        .arg(tree)
+        .arg(&file);
         shell::run(pack.env("SOURCE_DATE_EPOCH", &release.time), release.paint)?;
         Ok(file)
     }
@@ -176,14 +189,13 @@ fn maintainer(root: &Path) -> Result<String> {
 /// Returns the packages of the shared libraries that the program and its plugins need.
 fn libraries(work: &Path) -> Result<String> {
     // The tool reads this file and nothing from it.
-    fs::create_dir_all(work.join("debian"))?;
     fs::write(
         work.join("debian/control"),
         "Source: jde\n\nPackage: jde\nArchitecture: any\n",
     )?;
     let mut tool = Command::new("dpkg-shlibdeps");
-    tool.args(["-O", "jde/usr/bin/jde"]).current_dir(work);
-    for plugin in fs::read_dir(work.join("jde/usr/lib/jde"))? {
+    tool.args(["-O", "debian/jde/usr/bin/jde"]).current_dir(work);
+    for plugin in fs::read_dir(work.join("debian/jde/usr/lib/jde"))? {
         tool.arg(plugin?.path());
     }
     let output = shell::read(&mut tool)?;
@@ -192,14 +204,14 @@ fn libraries(work: &Path) -> Result<String> {
 }
 
 /// Returns the licences in Debian's form.
-fn copyright(mit: &str) -> Result<String> {
+fn copyright(mit: &str, year: &str) -> Result<String> {
     let (_, text) = mit.split_once("\n\n").context("LICENSE-MIT has no title")?;
     let (holder, text) = text.split_once("\n\n").context("LICENSE-MIT names no holder")?;
     let holder = holder.trim_start_matches("Copyright (c) ");
     Ok(format!(
         "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: jde\n\
          Comment: /usr/share/doc/jde/third-party.txt.gz has the notices of the libraries that are built in.\n\n\
-         Files: *\nCopyright: {holder}\nLicense: Expat or Apache-2.0\n\nLicense: Expat\n{}\nLicense: Apache-2.0\n \
+         Files: *\nCopyright: {year} {holder}\nLicense: Expat or Apache-2.0\n\nLicense: Expat\n{}\nLicense: Apache-2.0\n \
          On Debian systems, the full text is in /usr/share/common-licenses/Apache-2.0.\n",
         folded(text)
     ))
@@ -247,9 +259,9 @@ mod tests {
     #[test]
     fn the_licence_of_the_project_has_debians_form() {
         let text = fs::read_to_string(crate::root().join("LICENSE-MIT")).unwrap();
-        let copyright = copyright(&text).unwrap();
+        let copyright = copyright(&text, "2026").unwrap();
         assert!(
-            copyright.contains("\nCopyright: the jde authors\n"),
+            copyright.contains("\nCopyright: 2026 the jde authors\n"),
             "{copyright}"
         );
         assert!(

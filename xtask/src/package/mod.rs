@@ -46,6 +46,8 @@ struct Release<'r> {
     version: String,
     /// The time of the last commit, in seconds since 1970: the same commit gives the same packages.
     time: String,
+    /// How hard `xz` compresses: little what is only tried.
+    level: &'static str,
     paint: Paint,
 }
 
@@ -78,6 +80,7 @@ fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) ->
         folder: metadata.target_directory.join("package"),
         version: executable.context("there is no package jde")?.version.clone(),
         time: shell::read(&mut time)?.trim().to_owned(),
+        level: if dev { "1" } else { "6" },
         paint,
     };
     build(cargo, &plugins, dev, paint)?;
@@ -124,7 +127,8 @@ fn tarball(release: &Release<'_>, prefix: &Path) -> Result<PathBuf> {
         .arg(&file)
         .arg("--directory")
         .arg(&release.folder)
-        .arg(name);
+        .arg(name)
+        .env("XZ_OPT", format!("-{}", release.level));
     shell::run(&mut tar, release.paint)?;
     Ok(file)
 }
