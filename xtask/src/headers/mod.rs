@@ -1,4 +1,4 @@
-//! The files that are generated from the Rust source, so that the two cannot differ: the C headers of the ABI
+//! The files that are generated from the Rust source, so that the two cannot differ: the headers of the ABI
 //! and of the standard types, and the table of policies in the documentation.
 //!
 //! `jde.h` is written from the source of `jde_abi::raw`, which uses only constants and C structures with
@@ -24,6 +24,7 @@ fn stale(root: &Path) -> Vec<(&'static str, String)> {
     let mut files = vec![
         ("include/jde.h", abi::header()),
         ("include/jde_types.h", types::header()),
+        ("include/jde/types.hpp", types::cplusplus()),
     ];
     let page = fs::read_to_string(root.join(PAGE));
     files.extend(page.ok().map(|page| (PAGE, policies::renew(&page))));
@@ -67,7 +68,7 @@ mod tests {
         let error = check(root.path()).unwrap_err().to_string();
         assert_eq!(
             error,
-            "stale: include/jde.h, include/jde_types.h; `cargo xtask headers` renews them"
+            "stale: include/jde.h, include/jde_types.h, include/jde/types.hpp; `cargo xtask headers` renews them"
         );
         renew(root.path()).unwrap();
         check(root.path()).unwrap();

@@ -1,5 +1,5 @@
-//! Writes `jde_types.h` from the descriptions of the standard types. Each type becomes a C structure of the
-//! same bytes and a table that describes it.
+//! Writes `jde_types.h` and `jde/types.hpp` from the descriptions of the standard types. Each type becomes a C
+//! structure of the same bytes and a table that describes it, and a value with a name in C++.
 
 use std::fmt::Write;
 
@@ -23,6 +23,25 @@ pub(super) fn header() -> String {
         write_type(&ty, &mut out);
     }
     out.push_str("\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
+    out
+}
+
+/// The header that names the types in C++.
+pub(super) fn cplusplus() -> String {
+    let types = jde_types::standard();
+    let mut out = String::from(
+        "/*\n * The standard types of sensors and actuators, as values in C++: the structures of jde_types.h.\n *\n \
+         * Generated from crates/types; `cargo xtask headers` renews it.\n */\n\
+         #ifndef JDE_TYPES_HPP\n#define JDE_TYPES_HPP\n\n#include \"value.hpp\"\n\n",
+    );
+    for ty in &types {
+        let _ = writeln!(out, "JDE_DESCRIBED({0}, {0}_type);", c_name(ty));
+    }
+    out.push_str("\nnamespace jde {\n\n");
+    for ty in &types {
+        let _ = writeln!(out, "using {} = {};", short_name(ty), c_name(ty));
+    }
+    out.push_str("\n} // namespace jde\n\n#endif\n");
     out
 }
 
@@ -202,5 +221,10 @@ fn kind(kind: &FieldKind) -> &'static str {
 
 /// Returns the C name of a type: `jde_laser_scan` for `sensor_msgs/msg/LaserScan`.
 fn c_name(ty: &Type) -> String {
-    structure(ty.name.rsplit('/').next().unwrap_or(&ty.name))
+    structure(short_name(ty))
+}
+
+/// Returns the name of a type without its package.
+fn short_name(ty: &Type) -> &str {
+    ty.name.rsplit('/').next().unwrap_or(&ty.name)
 }

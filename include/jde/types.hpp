@@ -1,0 +1,121 @@
+/*
+ * The standard types of sensors and actuators, as values in C++: the structures of jde_types.h.
+ *
+ * Generated from crates/types; `cargo xtask headers` renews it.
+ */
+#ifndef JDE_TYPES_HPP
+#define JDE_TYPES_HPP
+
+#include "value.hpp"
+
+JDE_DESCRIBED(jde_bool, jde_bool_type);
+JDE_DESCRIBED(jde_uint8, jde_uint8_type);
+JDE_DESCRIBED(jde_uint16, jde_uint16_type);
+JDE_DESCRIBED(jde_uint32, jde_uint32_type);
+JDE_DESCRIBED(jde_uint64, jde_uint64_type);
+JDE_DESCRIBED(jde_int8, jde_int8_type);
+JDE_DESCRIBED(jde_int16, jde_int16_type);
+JDE_DESCRIBED(jde_int32, jde_int32_type);
+JDE_DESCRIBED(jde_int64, jde_int64_type);
+JDE_DESCRIBED(jde_float32, jde_float32_type);
+JDE_DESCRIBED(jde_float64, jde_float64_type);
+JDE_DESCRIBED(jde_time, jde_time_type);
+JDE_DESCRIBED(jde_header, jde_header_type);
+JDE_DESCRIBED(jde_point, jde_point_type);
+JDE_DESCRIBED(jde_vector3, jde_vector3_type);
+JDE_DESCRIBED(jde_quaternion, jde_quaternion_type);
+JDE_DESCRIBED(jde_pose, jde_pose_type);
+JDE_DESCRIBED(jde_pose_stamped, jde_pose_stamped_type);
+JDE_DESCRIBED(jde_pose_with_covariance, jde_pose_with_covariance_type);
+JDE_DESCRIBED(jde_point2d, jde_point2d_type);
+JDE_DESCRIBED(jde_pose2d, jde_pose2d_type);
+JDE_DESCRIBED(jde_twist, jde_twist_type);
+JDE_DESCRIBED(jde_twist_with_covariance, jde_twist_with_covariance_type);
+JDE_DESCRIBED(jde_odometry, jde_odometry_type);
+JDE_DESCRIBED(jde_map_meta_data, jde_map_meta_data_type);
+JDE_DESCRIBED(jde_occupancy_grid, jde_occupancy_grid_type);
+JDE_DESCRIBED(jde_path, jde_path_type);
+JDE_DESCRIBED(jde_route, jde_route_type);
+JDE_DESCRIBED(jde_footprint, jde_footprint_type);
+JDE_DESCRIBED(jde_zone, jde_zone_type);
+JDE_DESCRIBED(jde_zones, jde_zones_type);
+JDE_DESCRIBED(jde_strip, jde_strip_type);
+JDE_DESCRIBED(jde_lanes, jde_lanes_type);
+JDE_DESCRIBED(jde_laser_scan, jde_laser_scan_type);
+JDE_DESCRIBED(jde_range, jde_range_type);
+JDE_DESCRIBED(jde_range_ring, jde_range_ring_type);
+JDE_DESCRIBED(jde_image, jde_image_type);
+JDE_DESCRIBED(jde_pan_tilt, jde_pan_tilt_type);
+JDE_DESCRIBED(jde_color_blob, jde_color_blob_type);
+JDE_DESCRIBED(jde_color_blobs, jde_color_blobs_type);
+JDE_DESCRIBED(jde_battery_state, jde_battery_state_type);
+JDE_DESCRIBED(jde_bumpers, jde_bumpers_type);
+JDE_DESCRIBED(jde_line_sensor, jde_line_sensor_type);
+JDE_DESCRIBED(jde_imu, jde_imu_type);
+JDE_DESCRIBED(jde_position_fix, jde_position_fix_type);
+JDE_DESCRIBED(jde_wheel_encoders, jde_wheel_encoders_type);
+JDE_DESCRIBED(jde_connection, jde_connection_type);
+JDE_DESCRIBED(jde_mission, jde_mission_type);
+JDE_DESCRIBED(jde_truth, jde_truth_type);
+JDE_DESCRIBED(jde_thing, jde_thing_type);
+JDE_DESCRIBED(jde_scenery, jde_scenery_type);
+JDE_DESCRIBED(jde_movers, jde_movers_type);
+
+namespace jde {
+
+using Bool = jde_bool;
+using UInt8 = jde_uint8;
+using UInt16 = jde_uint16;
+using UInt32 = jde_uint32;
+using UInt64 = jde_uint64;
+using Int8 = jde_int8;
+using Int16 = jde_int16;
+using Int32 = jde_int32;
+using Int64 = jde_int64;
+using Float32 = jde_float32;
+using Float64 = jde_float64;
+using Time = jde_time;
+using Header = jde_header;
+using Point = jde_point;
+using Vector3 = jde_vector3;
+using Quaternion = jde_quaternion;
+using Pose = jde_pose;
+using PoseStamped = jde_pose_stamped;
+using PoseWithCovariance = jde_pose_with_covariance;
+using Point2D = jde_point2d;
+using Pose2D = jde_pose2d;
+using Twist = jde_twist;
+using TwistWithCovariance = jde_twist_with_covariance;
+using Odometry = jde_odometry;
+using MapMetaData = jde_map_meta_data;
+using OccupancyGrid = jde_occupancy_grid;
+using Path = jde_path;
+using Route = jde_route;
+using Footprint = jde_footprint;
+using Zone = jde_zone;
+using Zones = jde_zones;
+using Strip = jde_strip;
+using Lanes = jde_lanes;
+using LaserScan = jde_laser_scan;
+using Range = jde_range;
+using RangeRing = jde_range_ring;
+using Image = jde_image;
+using PanTilt = jde_pan_tilt;
+using ColorBlob = jde_color_blob;
+using ColorBlobs = jde_color_blobs;
+using BatteryState = jde_battery_state;
+using Bumpers = jde_bumpers;
+using LineSensor = jde_line_sensor;
+using Imu = jde_imu;
+using PositionFix = jde_position_fix;
+using WheelEncoders = jde_wheel_encoders;
+using Connection = jde_connection;
+using Mission = jde_mission;
+using Truth = jde_truth;
+using Thing = jde_thing;
+using Scenery = jde_scenery;
+using Movers = jde_movers;
+
+} // namespace jde
+
+#endif
