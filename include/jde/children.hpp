@@ -108,7 +108,7 @@ protected:
 /** Any number of motor children, which the application names and groups. The last of the children. */
 class Children : Child {
 public:
-    constexpr Children(Ports &owner, const char *name, const char *doc, group of) noexcept : Child(owner, name, doc, JDE_MANY)
+    constexpr Children(Ports &owner, const char *name, const char *doc, group of) noexcept : Child(owner, name, doc, JDE_MANY | JDE_OPTIONAL)
     {
         set(of);
     }

@@ -1,18 +1,21 @@
-//! Conformance of schemas in C: `stop` passes the same suite in Rust and in C, the examples in C work, and the
-//! headers compile as C++ too.
+//! Conformance of schemas in other languages: `stop` passes the same suite in Rust, C and C++, the examples in C
+//! and C++ work, and the headers compile as C++ too.
 
 #![allow(unsafe_code)]
 
+mod cplusplus;
+mod foreign;
 mod suite;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use jde_abi::{raw, read};
+use jde_abi::read;
 use jde_schema::bench::{Bench, Foreign, Remembered};
 use jde_schema::panel::{Button, Color, Shape, Touch};
 use jde_schema::prelude::*;
+
+use foreign::{compile, include, load, open, output, run};
 
 /// Brakes the base while an obstacle stands in a very close area ahead.
 #[derive(Describe)]
@@ -58,6 +61,11 @@ fn stop_in_c_conforms() {
 }
 
 #[test]
+fn stop_in_cplusplus_conforms() {
+    suite::stop_conforms(load("examples/cpp/stop.cpp"));
+}
+
+#[test]
 fn a_host_refuses_what_the_contract_forbids() {
     // SAFETY: the table of a plugin that stays loaded.
     let mut bench: Bench<Foreign> = unsafe { Bench::foreign(load("tests/c/probe.c")) }.expect("an instance");
@@ -71,8 +79,13 @@ fn a_host_refuses_what_the_contract_forbids() {
 }
 
 #[test]
-fn instances_of_the_example_in_c_count_independently() {
-    let table = load("examples/c/counter.c");
+fn instances_of_the_examples_count_independently() {
+    instances_count_independently("examples/c/counter.c");
+    instances_count_independently("examples/cpp/counter.cpp");
+}
+
+fn instances_count_independently(source: &str) {
+    let table = load(source);
     // SAFETY: the table of a plugin that stays loaded.
     let (mut first, mut second) = unsafe {
         (
@@ -197,8 +210,17 @@ impl Panel for Gauge {
 
 #[test]
 fn a_panel_in_c_draws_the_same_as_one_in_rust() {
+    draws_the_same("examples/c/gauge.c");
+}
+
+#[test]
+fn a_panel_in_cplusplus_draws_the_same_as_one_in_rust() {
+    draws_the_same("examples/cpp/gauge.cpp");
+}
+
+fn draws_the_same(source: &str) {
     // SAFETY: the table of a plugin that stays loaded.
-    let mut in_c = unsafe { Bench::foreign(load("examples/c/gauge.c")) }.expect("an instance");
+    let mut foreign = unsafe { Bench::foreign(load(source)) }.expect("an instance");
     let mut in_rust = Bench::<Gauge>::new();
     let at = [0.5, -1.5, 0.0];
     let button = Button::Primary;
@@ -215,15 +237,15 @@ fn a_panel_in_c_draws_the_same_as_one_in_rust() {
     let mut results = Vec::new();
     for (widget, touch) in touches {
         let outcome = in_rust.touch(widget, touch.clone());
-        assert_eq!(in_c.touch(widget, touch), outcome, "{widget}");
-        in_c.iterate().expect("no fault");
+        assert_eq!(foreign.touch(widget, touch), outcome, "{widget}");
+        foreign.iterate().expect("no fault");
         in_rust.iterate().expect("no fault");
-        assert_eq!(in_c.exported::<f64>("level"), in_rust.exported("level"));
-        let drawn = in_c.draw().expect("no fault");
+        assert_eq!(foreign.exported::<f64>("level"), in_rust.exported("level"));
+        let drawn = foreign.draw().expect("no fault");
         assert_eq!(drawn, in_rust.draw().expect("no fault"), "{widget}");
         results.push((drawn, outcome.is_ok()));
     }
-    assert_eq!(in_c.log(), in_rust.log());
+    assert_eq!(foreign.log(), in_rust.log());
     assert_eq!(results[0].0.slider("level"), 0.75);
     assert_eq!(results[1].0.chosen("mode"), "fast");
     assert!(!results[3].0.is_on("on") && results[3].0.can_press("empty"));
@@ -317,79 +339,4 @@ fn write_types_plugin() -> PathBuf {
     let path = output("types.c");
     std::fs::write(&path, text).expect("written");
     path
-}
-
-/// Loads a plugin in C and returns the table of its first schema. The plugin stays loaded.
-fn load(source: &str) -> &'static raw::Schema {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(source);
-    let name = source
-        .file_stem()
-        .and_then(|name| name.to_str())
-        .expect("a name")
-        .to_owned();
-    let plugin = open(&compile(&source, &name));
-    // SAFETY: the table of a plugin that stays loaded; `read::plugin` validates it first.
-    unsafe {
-        read::plugin(plugin).expect("the tables are valid");
-        &*(*plugin).schemas
-    }
-}
-
-fn open(library: &Path) -> *const raw::Plugin {
-    // SAFETY: a library of ours, without constructors.
-    let library = unsafe { libloading::Library::new(library) }.expect("it loads");
-    // SAFETY: the symbol is a table, and only its address is taken.
-    let symbol =
-        unsafe { library.get::<*const raw::Plugin>(raw::ENTRY_SYMBOL) }.expect("it exports its table");
-    // SAFETY: as above.
-    let plugin = unsafe { symbol.try_as_raw_ptr() }
-        .expect("an address")
-        .cast_const()
-        .cast();
-    std::mem::forget(library);
-    plugin
-}
-
-fn compile(source: &Path, name: &str) -> PathBuf {
-    // Tests run in parallel, and two of them may compile the same source.
-    static COMPILED: AtomicUsize = AtomicUsize::new(0);
-    let number = COMPILED.fetch_add(1, Ordering::Relaxed);
-    let library = output(&format!("lib{name}-{number}.so"));
-    let standard = [
-        "-std=c99",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-pedantic",
-        "-shared",
-        "-fPIC",
-    ];
-    run(Command::new("cc")
-        .args(standard)
-        .arg("-I")
-        .arg(include())
-        .arg(source)
-        .arg("-o")
-        .arg(&library)
-        .arg("-lm"));
-    library
-}
-
-fn run(command: &mut Command) {
-    let output = command
-        .output()
-        .unwrap_or_else(|error| panic!("{command:?} needs a C compiler: {error}"));
-    assert!(
-        output.status.success(),
-        "{command:?}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-}
-
-fn output(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
-
-fn include() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../include")
 }

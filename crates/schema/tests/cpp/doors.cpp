@@ -1,4 +1,4 @@
-// A father with a value of its own, a choice and an inspection.
+// A father with a value of its own, a choice and an inspection: the same as `Porter` of the tests in Rust.
 #include <jde.hpp>
 
 #include <limits>
@@ -53,7 +53,7 @@ public:
 
     jde::Precondition check(jde::Context &cx) override
     {
-        return {doors.get(cx)->count > 0, polite.get(cx) ? 2.0 : std::numeric_limits<double>::infinity()};
+        return {doors.require(cx)->count > 0, polite.get(cx) ? 2.0 : std::numeric_limits<double>::infinity()};
     }
 
     void iterate(jde::Context &cx) override
@@ -67,7 +67,7 @@ public:
         jde::assign(loan->building, "annex");
         loan->open = true;
         std::move(loan).publish_at(5ns);
-        base.command(cx, jde::planar(wind.is_bound(cx) ? 0.1 : 0.2, 0.0));
+        base.command(cx, jde::planar((wind.is_bound(cx) ? 0.1 : 0.2) * floor.get(cx), 0.0));
         brake.wake(cx);
         cruise.wake(cx);
         others.wake(cx);
