@@ -88,7 +88,7 @@ protected:
     constexpr Child(Ports &owner, const char *name, const char *doc, std::uint32_t flags) noexcept
         : previous_(owner.last_child_), number_(owner.child_count_), table_{sizeof(jde_child), JDE_MOTOR, name, "", doc, flags, 0}
     {
-        if (previous_ != nullptr && (previous_->table_.flags & JDE_MANY) != 0) {
+        if (number_ > 0 && (previous_->table_.flags & JDE_MANY) != 0) {
             detail::children_of_any_number_are_the_last_children();
         }
         owner.last_child_ = this;

@@ -19,8 +19,9 @@ struct Access {
     static constexpr std::array<jde_port, N> ports(const Ports &ports) noexcept
     {
         std::array<jde_port, N> tables{};
-        for (const Port *port = ports.last_port_; port != nullptr; port = port->previous_) {
-            tables[port->number_] = port->table_;
+        const Port *port = ports.last_port_;
+        for (std::size_t left = N; left > 0; left--, port = port->previous_) {
+            tables[left - 1] = port->table_;
         }
         return tables;
     }
@@ -28,8 +29,9 @@ struct Access {
     static constexpr std::array<jde_child, N> children(const Ports &ports) noexcept
     {
         std::array<jde_child, N> tables{};
-        for (const Child *child = ports.last_child_; child != nullptr; child = child->previous_) {
-            tables[child->number_] = child->table_;
+        const Child *child = ports.last_child_;
+        for (std::size_t left = N; left > 0; left--, child = child->previous_) {
+            tables[left - 1] = child->table_;
         }
         return tables;
     }

@@ -321,6 +321,20 @@ fn a_library_needs_no_code_to_be_described() {
 }
 
 #[test]
+fn the_bench_in_cplusplus_passes_its_tests() {
+    let program = output("bench-cpp");
+    let warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"];
+    run(Command::new("c++")
+        .args(["-std=c++17", "-I"])
+        .arg(include())
+        .args(warnings)
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cpp/bench.cpp"))
+        .arg("-o")
+        .arg(&program));
+    run(&mut Command::new(program));
+}
+
+#[test]
 fn the_headers_are_free_of_warnings_in_cplusplus_20() {
     for source in ["tests/cpp/doors.cpp", "examples/cpp/gauge.cpp"] {
         let warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"];

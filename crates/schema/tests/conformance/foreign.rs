@@ -61,10 +61,11 @@ pub(super) fn compile(source: &Path, name: &str) -> PathBuf {
 pub(super) fn run(command: &mut Command) {
     let output = command
         .output()
-        .unwrap_or_else(|error| panic!("{command:?} needs a C compiler: {error}"));
+        .unwrap_or_else(|error| panic!("{command:?} needs a C and a C++ compiler: {error}"));
     assert!(
         output.status.success(),
-        "{command:?}: {}",
+        "{command:?}: {}{}",
+        String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
 }

@@ -1,0 +1,147 @@
+// Tests of the bench in C++, on schemas of the other tests.
+#include <jde/bench.hpp>
+#include <jde.hpp>
+
+#undef JDE_EXPORT_PLUGIN
+#define JDE_EXPORT_PLUGIN(...) static_assert(true, "a test exports no plugin")
+#include "../../examples/cpp/counter.cpp"
+#include "../../examples/cpp/gauge.cpp"
+#include "doors.cpp"
+
+template <typename Call>
+static std::string failure(Call call)
+{
+    try {
+        call();
+    } catch (const std::exception &failure) {
+        return failure.what();
+    }
+    throw std::runtime_error("the call does not fail");
+}
+
+static void a_father_acts()
+{
+    jde::Bench<Porter> bench;
+    JDE_EXPECT(failure([&] { bench.check(); }) == "import `doors` has no value");
+    Doors doors = {};
+    doors.count = 1;
+    jde::assign(doors.building, "hall");
+    bench.import("doors", doors);
+    bench.set("gait", Gait::slow);
+    bench.unbind("wind");
+    JDE_EXPECT(bench.check().ready && bench.check().urgency == 2.0);
+    bench.set_now(7ns);
+    bench.iterate();
+    JDE_EXPECT(bench.log().back().second == "bench, 0 places in hall, slow");
+    const Doors *passed = bench.exported_in_place<Doors>("passed");
+    JDE_EXPECT(passed != nullptr && jde::text(passed->building) == "annex" && jde::elements(passed->places)[0].y == 2.0);
+    JDE_EXPECT(bench.exported_at("passed") == 5ns);
+    JDE_EXPECT(bench.commanded<jde::Twist>("base")->linear.x == -0.2);
+    JDE_EXPECT(bench.modulated<bool>("cruise", "hurry") == false);
+    JDE_EXPECT(bench.policy("cruise")->time == 1s);
+    JDE_EXPECT(bench.child_state("brake") == jde::State::checking && bench.child_state("map") == jde::State::winner);
+    bench.set_child("brake", jde::State::ready);
+    bench.set_child("cruise", jde::State::winner);
+    JDE_EXPECT(bench.arbitrate("base").child == "brake");
+    bench.set_authority(false);
+    bench.iterate();
+    JDE_EXPECT(!bench.commanded<jde::Twist>("base"));
+}
+
+static void a_panel_is_drawn_and_touched()
+{
+    jde::Bench<Gauge> bench;
+    bench.touch(JDE_TOUCH_MOVED, "level", 0.75);
+    bench.touch(JDE_TOUCH_CHOSE, "mode", 1);
+    bench.click("plane", 0.5, -1.5);
+    JDE_EXPECT(bench.log().back().second == "ana@laptop");
+    const jde::DrawnPanel panel = bench.draw();
+    JDE_EXPECT(panel.value("level") == 0.75);
+    JDE_EXPECT(panel.widget("mode").raw.number == 1 && panel.widget("mode").texts[1] == "fast");
+    JDE_EXPECT(panel.widget("plane").shapes.size() == 5);
+    JDE_EXPECT((panel.widget("plane").shapes[2].points == std::vector<double>{0.5, -1.5}));
+    JDE_EXPECT(panel.widget("space").shapes[0].raw.extent[2] == 3.0);
+    bench.iterate();
+    JDE_EXPECT(bench.exported<double>("level") == 0.75);
+}
+
+static void memory_is_saved_and_restored()
+{
+    jde::Bench<Counter> before, after;
+    before.set<std::uint32_t>("step", 5);
+    before.iterate();
+    after.restore(before.save());
+    after.iterate();
+    JDE_EXPECT(after.exported<std::uint32_t>("count") == 6u);
+    JDE_EXPECT(failure([&] { after.restore({1, "x"}); }) == "a std_msgs/msg/UInt32 was to come, and nothing more was saved");
+}
+
+static void mistakes_of_a_test_are_exceptions()
+{
+    jde::Bench<Porter> bench;
+    JDE_EXPECT(failure([&] { bench.import("door", 1.0); }) == "there is no port `door` of this kind, but doors wind");
+    JDE_EXPECT(failure([&] { bench.import("wind", 1.0f); }) == "`wind` is a std_msgs/msg/Float64, not a std_msgs/msg/Float32");
+    JDE_EXPECT(failure([&] { bench.set<std::int16_t>("floor", 10); }) == "the value of `floor` is outside its limits");
+    JDE_EXPECT(failure([&] { bench.child_state("nobody"); }) == "there is no child `nobody`");
+}
+
+/** A schema that makes mistakes. */
+struct FaultyPorts : jde::Ports {
+    jde::Modulation<std::uint32_t> mistake{*this, "mistake", "Which one.", 0};
+    jde::Export<double> out{*this, "out", "An output."};
+    jde::Actuator<jde::Twist> base{*this, "base", "Speeds."};
+};
+class Faulty : public jde::Motor<FaultyPorts>, public jde::Panel {
+public:
+    static constexpr jde::About about() { return {"faulty", "Fails.", 1s}; }
+    CounterPorts foreign;
+
+    void iterate(jde::Context &cx) override
+    {
+        switch (mistake.get(cx)) {
+        case 0: throw 7;
+        case 1: throw std::out_of_range("beyond the end");
+        case 2: throw jde::Failure("the cable is loose");
+        case 3: foreign.count.write(cx, 1); break;
+        case 4: JDE_EXPECT(base.command(cx, jde::planar(std::numeric_limits<double>::quiet_NaN(), 0.0)) == jde::Outcome::not_finite);
+        }
+    }
+    void draw(jde::Context &cx, jde::Pen &) const override { const_cast<Faulty *>(this)->out.write(cx, 1.0); }
+};
+
+static void exceptions_are_failures_with_their_texts()
+{
+    jde::Bench<Faulty> bench;
+    const char *const reasons[] = {"it threw what is no std::exception", "beyond the end", "the cable is loose",
+                                   "`count` is a port of another schema than the one that is called; use it in calls of its own"};
+    for (std::uint32_t mistake = 0; mistake < 4; mistake++) {
+        bench.set("mistake", mistake);
+        try {
+            bench.iterate();
+            JDE_EXPECT(false);
+        } catch (const jde::CallFailed &failed) {
+            JDE_EXPECT(failed.what() == std::string(reasons[mistake]));
+            JDE_EXPECT(failed.panicked() == (mistake != 2));
+        }
+    }
+    bench.set<std::uint32_t>("mistake", 4);
+    bench.iterate();
+    JDE_EXPECT(failure([&] { bench.draw(); }) == "it tried to write in a call that changes nothing");
+}
+
+static void hysteresis_has_two_thresholds()
+{
+    jde::Hysteresis near;
+    JDE_EXPECT(!near.below(1.1, 1.0, 1.5) && near.below(1.0, 1.0, 1.5) && near.below(1.5, 1.0, 1.5) && !near.below(1.6, 1.0, 1.5));
+    JDE_EXPECT(near.above(2.0, 2.0, 1.0) && near.above(1.0, 2.0, 1.0) && !near.above(0.9, 2.0, 1.0));
+}
+
+int main()
+{
+    return jde::run({{"a father acts", a_father_acts},
+                     {"a panel is drawn and touched", a_panel_is_drawn_and_touched},
+                     {"memory is saved and restored", memory_is_saved_and_restored},
+                     {"mistakes of a test are exceptions", mistakes_of_a_test_are_exceptions},
+                     {"exceptions are failures with their texts", exceptions_are_failures_with_their_texts},
+                     {"hysteresis has two thresholds", hysteresis_has_two_thresholds}});
+}
