@@ -98,10 +98,12 @@ fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) ->
     Ok(packages)
 }
 
-/// Returns the plugins for users; `fault` is one for tests.
+/// Returns the plugins of the workspace.
 pub(crate) fn plugins(metadata: &Metadata) -> Vec<&Package> {
-    let plugins = metadata.members().filter(|package| package.is_plugin());
-    plugins.filter(|package| package.name != "fault").collect()
+    metadata
+        .members()
+        .filter(|package| package.is_plugin())
+        .collect()
 }
 
 /// Builds the executable and plugins with a call of `cargo build`.
