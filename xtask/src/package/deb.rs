@@ -96,6 +96,7 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
     for (tree, package) in &packages {
         files.push(package.write(release, &version, tree)?);
     }
+    fs::remove_dir_all(work)?;
     Ok(files)
 }
 

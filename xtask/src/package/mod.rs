@@ -100,10 +100,7 @@ fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) ->
 
 /// Returns the plugins of the workspace.
 pub(crate) fn plugins(metadata: &Metadata) -> Vec<&Package> {
-    metadata
-        .members()
-        .filter(|package| package.is_plugin())
-        .collect()
+    metadata.members().filter(|package| package.is_plugin()).collect()
 }
 
 /// Builds the executable and plugins with a call of `cargo build`.
