@@ -579,6 +579,28 @@ static const jde_type jde_route_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_route_fields), "jde_msgs/msg/Route", "Targets in the plane, in a form for files; ROS tools draw a `Path`.",
     sizeof(jde_route), 8u, jde_route_fields};
 
+/** jde_msgs/msg/Target: An optional target position. */
+typedef struct jde_target {
+    /** The position, in the frame of the odometry. Its heading is not used. */
+    jde_pose2d pose;
+    /** Whether there is a target. */
+    uint8_t set;
+    uint8_t padding_25[7];
+} jde_target;
+
+typedef char jde_target_has_its_size[sizeof(jde_target) == 32 ? 1 : -1];
+
+static const jde_field jde_target_fields[] = {
+    JDE_FIELD("pose", offsetof(jde_target, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The position, in the frame of the odometry. Its heading is not used.", "", &jde_pose2d_type),
+    JDE_FIELD("set", offsetof(jde_target, set), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether there is a target.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_target, padding_25), 0u, JDE_U8, JDE_PADDING, 7u, "", "", NULL),
+};
+static const jde_type jde_target_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_target_fields), "jde_msgs/msg/Target", "An optional target position.",
+    sizeof(jde_target), 8u, jde_target_fields};
+
 /** jde_msgs/msg/Footprint: The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`. */
 typedef struct jde_footprint {
     /** Radius of the circle around the origin of the base; not used if there are points. [m] */

@@ -1,5 +1,5 @@
 /*
- * A bench for tests of a schema in C++. It uses the same tables as the host, without plugins, threads or a clock of its own.
+ * A bench for tests of schemas in C++ and C. It uses the same tables as the host, without plugins, threads or a clock of its own.
  * It selects nothing: the test decides whether a motor schema is WINNER and what its children do. Unknown names, and values of
  * another type, throw std::invalid_argument, because they are mistakes of the test.
  */
@@ -63,24 +63,33 @@ struct Remembered {
     std::string bytes;
 };
 
-/** A schema under test. At first it is asleep, at time 0, with authority over its actuators and children. */
-template <typename S>
-class Bench {
+/** A schema under test, in any language. At first it is asleep, at time 0, with authority over its actuators and children. */
+class TableBench {
 public:
-    /** Creates an instance. Throws CallFailed if that fails. */
-    Bench() : table_(detail::Tables<S>::schema()), state_(table_)
+    /** Creates an instance: `jde::TableBench bench(jde_plugin.schemas[0])`. Throws CallFailed if that fails. */
+    explicit TableBench(const jde_schema &table) : table_(table), state_(table_)
     {
         instance_ = table_.create(&table_, &state_.host(), state_.context());
         if (instance_ == nullptr) {
             throw CallFailed(JDE_FAILED, state_.reason.value_or(""));
         }
     }
-    ~Bench() { table_.destroy(instance_); }
-    Bench(const Bench &) = delete;
-    Bench &operator=(const Bench &) = delete;
+    ~TableBench()
+    {
+        if (table_.destroy != nullptr) {
+            table_.destroy(instance_);
+        }
+    }
+    TableBench(const TableBench &) = delete;
+    TableBench &operator=(const TableBench &) = delete;
 
     /* The calls that the host makes. They throw CallFailed if the schema throws. */
-    void awake() { call([&](jde_context *cx) { return table_.awake(instance_, cx); }); }
+    void awake()
+    {
+        if (table_.awake != nullptr) {
+            call([&](jde_context *cx) { return table_.awake(instance_, cx); });
+        }
+    }
     /** A schema other than a motor schema has no precondition. */
     Precondition check()
     {
@@ -100,12 +109,16 @@ public:
     }
     void sleep()
     {
-        call([&](jde_context *cx) { return table_.sleep(instance_, cx), JDE_OK; });
+        if (table_.sleep != nullptr) {
+            call([&](jde_context *cx) { return table_.sleep(instance_, cx), JDE_OK; });
+        }
     }
     /** The father's own arbitration of a group, of which two or more children are READY, or none. */
     Decision arbitrate(const char *group)
     {
-        static_assert(std::is_base_of_v<Arbitrate, S>, "the schema has no arbitration: derive it from jde::Arbitrate");
+        if (table_.arbitrate == nullptr) {
+            throw std::invalid_argument("the schema has no arbitration");
+        }
         std::vector<jde_candidate> candidates;
         std::size_t ready = 0;
         jde_level level = {sizeof level, JDE_ABSENCE, group, nullptr, 0, -1};
@@ -254,8 +267,9 @@ public:
     std::optional<Policy> policy(std::string_view role) { return child(role).policy; }
     /** The log: levels and texts. */
     const std::vector<std::pair<std::uint32_t, std::string>> &log() const noexcept { return state_.log; }
-    /** The instance, to examine its memory. */
-    const S &schema() const noexcept { return static_cast<const detail::Instance<S> *>(instance_)->schema; }
+
+protected:
+    const void *instance() const noexcept { return instance_; }
 
 private:
     template <typename Call>
@@ -291,7 +305,7 @@ private:
     template <typename Table>
     const Table &ability(const char *id) const
     {
-        const void *const table = table_.ability(id);
+        const void *const table = table_.ability != nullptr ? table_.ability(id) : nullptr;
         if (table == nullptr) {
             throw std::invalid_argument(std::string("the schema does not have the ability `") + id + "`");
         }
@@ -357,6 +371,15 @@ private:
     const jde_schema table_;
     detail::BenchState state_;
     void *instance_ = nullptr;
+};
+
+/** A schema in C++ under test. */
+template <typename S>
+class Bench : public TableBench {
+public:
+    Bench() : TableBench(detail::Tables<S>::schema()) {}
+    /** The instance, to examine its memory. */
+    const S &schema() const noexcept { return static_cast<const detail::Instance<S> *>(instance())->schema; }
 };
 
 /** Ends a test with a message and the place if a condition does not hold. */

@@ -49,6 +49,9 @@ inline Pose2D pose2d(const Odometry &odometry) noexcept
     return {pose.position.x, pose.position.y, yaw(pose.orientation)};
 }
 
+/** The target at a position. */
+constexpr Target target_at(const Pose2D &pose) noexcept { return {pose, 1, {}}; }
+
 /** The hit of a laser beam, in the frame of the scanner. */
 struct LaserPoint {
     /** The index of the beam in the scan. */

@@ -329,11 +329,13 @@ private:
 /** The ability to have a panel. */
 class Panel {
 public:
-    virtual ~Panel() = default;
     /** Draws the panel in its present state. It changes nothing. An exception is shown in the panel and is no fault. */
     virtual void draw(Context &cx, Pen &pen) const = 0;
     /** A user did something with a widget. It is called between two iterations, and like one. */
     virtual void touched(Context &, const Gesture &) {}
+
+protected:
+    ~Panel() = default;
 };
 
 } // namespace jde

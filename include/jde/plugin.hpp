@@ -13,7 +13,8 @@ namespace detail {
 struct Access {
     static constexpr std::size_t port_count(const Ports &ports) noexcept { return ports.port_count_; }
     static constexpr std::size_t child_count(const Ports &ports) noexcept { return ports.child_count_; }
-    static constexpr std::uint32_t number(const Port &port) noexcept { return port.number_; }
+    template <typename T>
+    static constexpr std::uint32_t number(const Export<T> &port) noexcept { return port.number_; }
     static void adopt(Ports &ports, const jde_port *table) noexcept { ports.table_ = table; }
     template <std::size_t N>
     static constexpr std::array<jde_port, N> ports(const Ports &ports) noexcept

@@ -42,13 +42,16 @@ struct Precondition {
  */
 class Schema {
 public:
-    virtual ~Schema() = default;
     /** The schema leaves SLEPT. */
     virtual void awake(Context &) {}
     /** One iteration, as WINNER. One that exceeds the budget is an overrun. */
     virtual void iterate(Context &cx) = 0;
     /** The schema enters SLEPT. A driver stops its actuators here. */
     virtual void sleep(Context &) {}
+
+protected:
+    /* So the destructor of a schema may throw: the boundary catches it. Otherwise it would end the application. */
+    ~Schema() noexcept(false) {}
 };
 
 /** A schema that has a precondition, competes and commands. `P` has its ports and children. */
@@ -80,9 +83,11 @@ public:
 /** The ability of a father to arbitrate by itself (R4), in a group whose policy is "father". */
 class Arbitrate {
 public:
-    virtual ~Arbitrate() = default;
     /** Chooses among the awake children of a group, on a collision or an absence. If it fails, the order of priority decides. */
     virtual Verdict arbitrate(Context &cx, const Level &level) = 0;
+
+protected:
+    ~Arbitrate() = default;
 };
 
 namespace detail {
@@ -190,12 +195,14 @@ private:
 /** The ability to keep memory through a reload. A class may define `static constexpr std::uint32_t version()`; it is 1 by default. */
 class Memory {
 public:
-    virtual ~Memory() = default;
     static constexpr std::uint32_t version() noexcept { return 1; }
     /** Saves what the next build needs. It changes nothing. */
     virtual void save(Context &cx, Saving &saving) const = 0;
     /** Restores what another instance saved. If it fails, the other instance continues. */
     virtual void restore(Context &cx, Saved &saved) = 0;
+
+protected:
+    ~Memory() = default;
 };
 
 /** The problems of what the modulations name. */
@@ -220,9 +227,11 @@ private:
 /** The ability to inspect what the modulations name, before the application starts. */
 class Inspect {
 public:
-    virtual ~Inspect() = default;
     /** Only reads, in an instance that never awakes. Only modulations have values. */
     virtual void inspect(Context &cx, Problems &problems) = 0;
+
+protected:
+    ~Inspect() = default;
 };
 
 /** The judgement of a command: jde::accept or jde::refuse. */

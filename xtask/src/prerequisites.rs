@@ -28,9 +28,14 @@ enum Source {
 
 const TOOLS: &[Tool] = &[
     Tool {
-        name: "a C compiler",
-        probe: &["cc", "--version"],
-        from: Source::Apt(&["gcc", "libc6-dev"]),
+        name: "a C and a C++ compiler",
+        probe: &["sh", "-c", "cc --version && c++ --version"],
+        from: Source::Apt(&["gcc", "g++", "libc6-dev"]),
+    },
+    Tool {
+        name: "CMake",
+        probe: &["cmake", "--version"],
+        from: Source::Apt(&["cmake", "make"]),
     },
     Tool {
         name: "valgrind",
@@ -126,7 +131,7 @@ pub(crate) fn has_screen() -> bool {
 }
 
 /// Installs missing tools if allowed; otherwise prints how to. Fails if a required tool is still
-/// missing: in CI any tool, elsewhere the C compiler.
+/// missing: in CI any tool, elsewhere the compilers of C and C++.
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     // Too little room is not fatal: some steps need less, and cargo reports a full disk.
     match disk_space::warning(&context.target) {
@@ -153,7 +158,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     for tool in &missing {
         println!("{} is missing: {}", tool.name, tool.how());
     }
-    // The other tools are reported by the steps that need them. The tests need the C compiler, for plugins in
+    // The other tools are reported by the steps that need them. The tests need these compilers, for plugins in
     // C.
     let fatal: Vec<&str> = missing
         .iter()
@@ -286,10 +291,10 @@ mod tests {
     fn packages_are_installed_by_one_command_without_questions() {
         let install = "env DEBIAN_FRONTEND=noninteractive apt-get install --yes -qq --no-install-recommends";
         assert_eq!(
-            commands(Privilege::Sudo, &["a C compiler", "valgrind"]),
+            commands(Privilege::Sudo, &["a C and a C++ compiler", "valgrind"]),
             [
                 "sudo -n env DEBIAN_FRONTEND=noninteractive apt-get update -qq".to_owned(),
-                format!("sudo -n {install} gcc libc6-dev valgrind libc6-dbg")
+                format!("sudo -n {install} gcc g++ libc6-dev valgrind libc6-dbg")
             ]
         );
     }

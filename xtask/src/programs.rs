@@ -15,8 +15,8 @@ use crate::paint::Paint;
 use crate::shell;
 use crate::test::Context;
 
-/// A program that measures how long its schemas hang: it runs first and alone.
-const ALONE: &str = "conformance";
+/// Programs that measure how long their schemas hang: they run first and alone.
+const ALONE: &[&str] = &["conformance", "cplusplus"];
 
 /// The programs that take longest start first, each with the number of tests that it runs at once; otherwise
 /// the last one would run alone. Those that mostly wait for robots run more tests than there are cores.
@@ -129,7 +129,7 @@ impl Program {
             title: format!("{} {}", folder.display(), self.name),
             command,
             place: match rank {
-                _ if self.name == ALONE => Place::First,
+                _ if ALONE.contains(&self.name.as_str()) => Place::First,
                 Some(rank) => Place::Ranked(rank),
                 None => Place::Unranked,
             },

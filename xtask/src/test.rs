@@ -49,7 +49,7 @@ pub(crate) const FUZZERS: &str = "fuzz/Cargo.toml";
 const STEPS: &[Step<Context>] = &[
     Step {
         name: "prerequisites",
-        title: "a C compiler, valgrind, Python, Slurm, rustfmt and clippy",
+        title: "compilers of C and C++, CMake, valgrind, Python, Slurm, rustfmt and clippy",
         help: "install what is named above; `cargo xtask test --install` does it",
         is_heavy: false,
         needs: &[],

@@ -79,6 +79,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         OccupancyGrid::describe(),
         Path::describe(),
         Route::describe(),
+        Target::describe(),
         Footprint::describe(),
         Zone::describe(),
         Zones::describe(),

@@ -1,4 +1,4 @@
-//! Plugins in C, built by `cc`.
+//! Plugins in C and C++, built by `cc` and `c++`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,11 +6,15 @@ use std::process::Command;
 /// Builds a library from a file of `tests/c`, with these macros.
 pub(crate) fn build(source: &str, macros: &[String], to: &Path) {
     let root = env!("CARGO_MANIFEST_DIR");
-    let output = Command::new("cc")
+    let (compiler, standard) = match source.ends_with(".cpp") {
+        true => ("c++", "-std=c++17"),
+        false => ("cc", "-std=c11"),
+    };
+    let output = Command::new(compiler)
         .args([
             "-shared",
             "-fPIC",
-            "-std=c11",
+            standard,
             "-I",
             &format!("{root}/../../include"),
         ])
@@ -18,7 +22,7 @@ pub(crate) fn build(source: &str, macros: &[String], to: &Path) {
         .arg("-o")
         .args([to, &PathBuf::from(format!("{root}/tests/c/{source}"))])
         .output()
-        .expect("a C compiler named cc is installed");
+        .expect("compilers named cc and c++ are installed");
     assert!(
         output.status.success(),
         "{}",

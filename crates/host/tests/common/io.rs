@@ -5,10 +5,10 @@ use std::sync::Arc;
 use jde_schema::prelude::*;
 
 use super::scenario::{Scenario, lock};
-use super::schemas::Motor;
 
-/// A call of a schema, as its behaviour receives it.
+/// A call of a schema, as its behaviour receives it. A schema in C++ gives the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub(crate) enum Call {
     Awake,
     Check,
@@ -25,20 +25,48 @@ pub(crate) struct Io<'a> {
     /// Calls of this instance before this one; 0 again in a new instance.
     pub(crate) memory: u64,
     /// `None` while the instance is dropped.
-    inner: Option<Inner<'a>>,
+    caller: Option<&'a dyn Caller>,
     pub(super) precondition: Precondition,
-    pub(super) verdict: Option<Verdict>,
+    /// The role of the child that an arbitration chooses.
+    pub(super) chosen: Option<String>,
     then: Option<Then>,
 }
 
 /// Runs after the behaviour has returned.
 type Then = Box<dyn FnOnce(&mut Io<'_>)>;
 
-pub(super) struct Inner<'a> {
-    pub(super) cx: &'a Context<'a>,
-    pub(super) motor: Option<&'a Motor>,
-    pub(super) perceptive: Option<&'a mut Export<f64>>,
-    pub(super) level: Option<&'a Level<'a>>,
+/// What a behaviour requests of its schema. A schema in C++ receives the numbers.
+#[derive(Clone, Copy, Debug)]
+#[repr(u32)]
+pub(super) enum Request {
+    Input,
+    Other,
+    Gain,
+    Grip,
+    Command,
+    Reach,
+    Wake,
+    Sleep,
+    ModulateA,
+    RetimeA,
+    Publish,
+    Retract,
+    Seed,
+    Now,
+    RealTime,
+    IsReady,
+    Collides,
+}
+
+/// What a request results in: whether it succeeds or is accepted, a number, and a whole number.
+pub(super) type Answer = (Outcome, f64, u64);
+
+/// The schema in whose call a behaviour runs, in any language.
+pub(super) trait Caller {
+    /// Performs a request. `role` is that of a child.
+    fn request(&self, request: Request, role: &str, number: f64) -> Answer;
+    /// The group to arbitrate.
+    fn group(&self) -> String;
 }
 
 impl<'a> Io<'a> {
@@ -46,15 +74,15 @@ impl<'a> Io<'a> {
         scenario: &'a Arc<Scenario>,
         name: &'a str,
         memory: u64,
-        inner: Option<Inner<'a>>,
+        caller: Option<&'a dyn Caller>,
     ) -> Self {
         Self {
             scenario,
             name,
             memory,
-            inner,
+            caller,
             precondition: false.into(),
-            verdict: None,
+            chosen: None,
             then: None,
         }
     }
@@ -82,17 +110,14 @@ impl<'a> Io<'a> {
         self.then = Some(Box::new(then));
     }
 
-    fn inner(&self) -> &Inner<'a> {
-        self.inner.as_ref().expect("a dropped instance has no context")
+    fn request(&self, request: Request, role: &str, number: f64) -> Answer {
+        let caller = self.caller.expect("a dropped instance has no context");
+        caller.request(request, role, number)
     }
 
-    fn motor(&self) -> &'a Motor {
-        self.inner().motor.expect("the instance is a motor schema")
-    }
-
-    /// The context of the current call.
-    pub(crate) fn cx(&self) -> &'a Context<'a> {
-        self.inner().cx
+    fn get(&self, request: Request) -> Option<Answer> {
+        let answer = self.request(request, "", 0.0);
+        answer.0.accepted().then_some(answer)
     }
 
     /// Records what the instance does.
@@ -108,91 +133,98 @@ impl<'a> Io<'a> {
 
     /// Sets the result of an arbitration.
     pub(crate) fn choose(&mut self, role: &str) {
-        self.verdict = Some(Verdict::choose(
-            self.child(role),
-            format!("{} chose {role}", self.name),
-        ));
+        self.chosen = Some(role.to_owned());
     }
 
-    /// The level to arbitrate.
-    pub(crate) fn level(&self) -> &'a Level<'a> {
-        self.inner().level.expect("the call is an arbitration")
+    /// The group to arbitrate.
+    pub(crate) fn group(&self) -> String {
+        let caller = self.caller.expect("a dropped instance has no context");
+        caller.group()
+    }
+
+    /// Whether several children of the group to arbitrate are ready.
+    pub(crate) fn collides(&self) -> bool {
+        self.get(Request::Collides).is_some()
+    }
+
+    /// Whether a child of the group to arbitrate is ready.
+    pub(crate) fn is_ready(&self, role: &str) -> bool {
+        self.request(Request::IsReady, role, 0.0).0.accepted()
+    }
+
+    /// The seed of the instance.
+    pub(crate) fn seed(&self) -> u64 {
+        self.request(Request::Seed, "", 0.0).2
+    }
+
+    /// Whether the application runs in real time.
+    pub(crate) fn is_real_time(&self) -> bool {
+        self.get(Request::RealTime).is_some()
     }
 
     /// Time since the start, ns.
     pub(crate) fn now(&self) -> u64 {
-        self.cx().now().as_nanos() as u64
+        self.request(Request::Now, "", 0.0).2
     }
 
     /// Commands a speed of the base.
     pub(crate) fn command(&self, speed: f64) -> Outcome {
-        self.motor().base.command(self.cx(), Twist::planar(speed, 0.0))
+        self.request(Request::Command, "", speed).0
     }
 
     /// Commands a speed of the arm.
     pub(crate) fn reach(&self, speed: f64) -> Outcome {
-        self.motor().arm.command(self.cx(), Twist::planar(speed, 0.0))
+        self.request(Request::Reach, "", speed).0
     }
 
     /// The input of a motor schema, with the sequence number of its value.
     pub(crate) fn input(&self) -> Option<(f64, u64)> {
-        let sample = self.motor().input.get(self.cx())?;
-        Some((*sample, sample.sequence()))
+        self.get(Request::Input)
+            .map(|(_, value, sequence)| (value, sequence))
     }
 
     /// The other input.
     pub(crate) fn other(&self) -> Option<f64> {
-        self.motor().other.get(self.cx()).map(|sample| *sample)
+        self.get(Request::Other).map(|(_, value, _)| value)
     }
 
     /// The value of the modulation.
     pub(crate) fn gain(&self) -> f64 {
-        self.motor().gain.get(self.cx())
+        self.request(Request::Gain, "", 0.0).1
     }
 
     /// The value of the fixed modulation.
     pub(crate) fn grip(&self) -> f64 {
-        self.motor().grip.get(self.cx())
-    }
-
-    /// A child by its role.
-    pub(crate) fn child(&self, role: &str) -> &'a Child {
-        let motor = self.motor();
-        match role {
-            "a" => &motor.a,
-            "b" => &motor.b,
-            "c" => &motor.c,
-            "helper" => &motor.helper,
-            other => panic!("there is no role {other}"),
-        }
+        self.request(Request::Grip, "", 0.0).1
     }
 
     /// Wakes a child.
     pub(crate) fn wake(&self, role: &str) -> Outcome {
-        self.child(role).wake(self.cx())
+        self.request(Request::Wake, role, 0.0).0
+    }
+
+    /// Puts a child to sleep.
+    pub(crate) fn sleep(&self, role: &str) -> Outcome {
+        self.request(Request::Sleep, role, 0.0).0
     }
 
     /// Writes the modulation of child `a`.
     pub(crate) fn modulate_a(&self, gain: f64) -> Outcome {
-        self.motor().gain_of_a.set(self.cx(), gain)
+        self.request(Request::ModulateA, "", gain).0
     }
 
     /// Writes the period of child `a`, seconds.
     pub(crate) fn retime_a(&self, period: f64) -> Outcome {
-        self.motor().period_of_a.set(self.cx(), period)
+        self.request(Request::RetimeA, "", period).0
     }
 
     /// Publishes the export of an eye.
-    pub(crate) fn publish(&mut self, value: f64) {
-        let inner = self.inner.as_mut().expect("a dropped instance has no context");
-        let out = inner.perceptive.as_mut().expect("the instance is perceptive");
-        out.write(inner.cx, value);
+    pub(crate) fn publish(&self, value: f64) {
+        self.request(Request::Publish, "", value);
     }
 
     /// Retracts the export of an eye.
-    pub(crate) fn retract(&mut self) {
-        let inner = self.inner.as_mut().expect("a dropped instance has no context");
-        let out = inner.perceptive.as_mut().expect("the instance is perceptive");
-        out.retract(inner.cx);
+    pub(crate) fn retract(&self) {
+        self.request(Request::Retract, "", 0.0);
     }
 }

@@ -5,6 +5,7 @@
 #![allow(dead_code, reason = "each test program uses only some of it")]
 
 pub(crate) mod c;
+mod foreign;
 mod io;
 mod panel_motor;
 mod scenario;
@@ -19,7 +20,7 @@ pub(crate) use scenario::Scenario;
 #[allow(unused_imports, reason = "each test program uses only some of it")]
 pub(crate) use schemas::{LIVE, Motor};
 #[allow(unused_imports, reason = "each test program uses only some of it")]
-pub(crate) use test_app::{Executor, TEST, TestApp, plugins, plugins_with, text};
+pub(crate) use test_app::{Executor, IN_CPP, TEST, TestApp, plugins, plugins_with, text};
 
 pub(crate) const MS: u64 = 1_000_000;
 

@@ -1,11 +1,11 @@
 //! The schemas of the tests. They have every kind of port and child, and behave as the scenario defines.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
 use jde_schema::prelude::*;
 
-use super::io::{Call, Inner, Io};
+use super::io::{Answer, Call, Caller, Io, Request};
 use super::scenario::Scenario;
 
 thread_local! {
@@ -18,16 +18,21 @@ struct Alive;
 
 impl Default for Alive {
     fn default() -> Self {
-        LIVE.set(LIVE.get() + 1);
+        count_live(1);
         Self
     }
 }
 
 impl Drop for Alive {
     fn drop(&mut self) {
-        // A thread that ends has no count any more.
-        let _ = LIVE.try_with(|live| live.set(live.get() - 1));
+        count_live(-1);
     }
+}
+
+/// Adds to the number of live instances.
+pub(super) fn count_live(change: i64) {
+    // A thread that ends has no count any more.
+    let _ = LIVE.try_with(|live| live.set(live.get() + change));
 }
 
 /// The state of every instance of the tests.
@@ -124,6 +129,15 @@ pub(crate) struct Robot {
     state: InstanceState,
 }
 
+/// Records each command of a robot that differs from the one before.
+pub(super) fn record_commands(scenario: &Scenario, name: &str, before: [f64; 2], seen: [f64; 2]) {
+    for ((what, before), seen) in ["velocity", "reach"].into_iter().zip(before).zip(seen) {
+        if before != seen {
+            scenario.record(|| format!("{name} {what} {seen}"));
+        }
+    }
+}
+
 /// A schema that cannot be created.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
@@ -139,6 +153,74 @@ struct PanicsOnDefault;
 impl Default for PanicsOnDefault {
     fn default() -> Self {
         panic!("there is no such device")
+    }
+}
+
+/// A schema of this file in a call.
+struct InRust<'a> {
+    cx: &'a Context<'a>,
+    motor: Option<&'a Motor>,
+    eye: Option<RefCell<&'a mut Export<f64>>>,
+    level: Option<&'a Level<'a>>,
+}
+
+impl Caller for InRust<'_> {
+    fn request(&self, request: Request, role: &str, number: f64) -> Answer {
+        let cx = self.cx;
+        let accepted = |value: f64, count: u64| (Outcome::Accepted, value, count);
+        let holds = |holds: bool| {
+            (
+                if holds {
+                    Outcome::Accepted
+                } else {
+                    Outcome::Refused
+                },
+                0.0,
+                0,
+            )
+        };
+        match request {
+            Request::Seed => return accepted(0.0, cx.seed()),
+            Request::Now => return accepted(0.0, cx.now().as_nanos() as u64),
+            Request::RealTime => return holds(cx.require_real_time().is_ok()),
+            Request::Publish | Request::Retract => {
+                let eye = self.eye.as_ref().expect("the instance is perceptive");
+                let mut out = eye.borrow_mut();
+                match request {
+                    Request::Publish => out.write(cx, number),
+                    _ => out.retract(cx),
+                }
+                return holds(true);
+            }
+            _ => {}
+        }
+        let motor = self.motor.expect("the instance is a motor schema");
+        let level = || self.level.expect("the call is an arbitration");
+        let read = |import: &Import<f64>| {
+            let sample = import.get(cx);
+            sample.map_or(holds(false), |sample| accepted(*sample, sample.sequence()))
+        };
+        let outcome = match request {
+            Request::Input => return read(&motor.input),
+            Request::Other => return read(&motor.other),
+            Request::Gain => return accepted(motor.gain.get(cx), 0),
+            Request::Grip => return accepted(motor.grip.get(cx), 0),
+            Request::IsReady => return holds(level().is_ready(motor.child(role))),
+            Request::Collides => return holds(level().case() == Case::Collision),
+            Request::Command => motor.base.command(cx, Twist::planar(number, 0.0)),
+            Request::Reach => motor.arm.command(cx, Twist::planar(number, 0.0)),
+            Request::Wake => motor.child(role).wake(cx),
+            Request::Sleep => motor.child(role).sleep(cx),
+            Request::ModulateA => motor.gain_of_a.set(cx, number),
+            Request::RetimeA => motor.period_of_a.set(cx, number),
+            other => panic!("{other:?} is no request of a motor schema"),
+        };
+        (outcome, 0.0, 0)
+    }
+
+    fn group(&self) -> String {
+        let level = self.level.expect("the call is an arbitration");
+        level.group().to_owned()
     }
 }
 
@@ -174,19 +256,31 @@ impl Motor {
         level: Option<&Level>,
     ) -> Result<(Precondition, Option<Verdict>)> {
         let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
-        let mut io = Io::new(
-            &scenario,
-            &self.state.name,
-            memory,
-            Some(Inner {
-                cx,
-                motor: Some(&*self),
-                perceptive: None,
-                level,
-            }),
-        );
+        let motor = Some(&*self);
+        let caller = InRust {
+            cx,
+            motor,
+            eye: None,
+            level,
+        };
+        let mut io = Io::new(&scenario, &self.state.name, memory, Some(&caller));
         io.perform(call)?;
-        Ok((io.precondition, io.verdict))
+        let verdict = io.chosen.map(|role| {
+            let reason = format!("{} chose {role}", self.state.name);
+            Verdict::choose(self.child(&role), reason)
+        });
+        Ok((io.precondition, verdict))
+    }
+
+    /// A child by its role.
+    fn child(&self, role: &str) -> &Child {
+        match role {
+            "a" => &self.a,
+            "b" => &self.b,
+            "c" => &self.c,
+            "helper" => &self.helper,
+            other => panic!("there is no role {other}"),
+        }
     }
 
     /// Writes the state of the mission.
@@ -238,18 +332,14 @@ impl Arbitrate for Motor {
 impl Eye {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
         let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
-        let mut io = Io::new(
-            &scenario,
-            &self.state.name,
-            memory,
-            Some(Inner {
-                cx,
-                motor: None,
-                perceptive: Some(&mut self.out),
-                level: None,
-            }),
-        );
-        io.perform(call)
+        let eye = Some(RefCell::new(&mut self.out));
+        let caller = InRust {
+            cx,
+            motor: None,
+            eye,
+            level: None,
+        };
+        Io::new(&scenario, &self.state.name, memory, Some(&caller)).perform(call)
     }
 }
 
@@ -288,18 +378,13 @@ impl Guard for Eye {
 impl Robot {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
         let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
-        let mut io = Io::new(
-            &scenario,
-            &self.state.name,
-            memory,
-            Some(Inner {
-                cx,
-                motor: None,
-                perceptive: None,
-                level: None,
-            }),
-        );
-        io.perform(call)
+        let caller = InRust {
+            cx,
+            motor: None,
+            eye: None,
+            level: None,
+        };
+        Io::new(&scenario, &self.state.name, memory, Some(&caller)).perform(call)
     }
 }
 
@@ -314,13 +399,9 @@ impl Schema for Robot {
         let seen = [velocity, reach].map(|command| command.in_force().then_some(command.linear.x));
         let scenario = Scenario::of(self.scenario.get(cx));
         let before = std::mem::replace(&mut self.last, seen);
-        for ((what, before), seen) in ["velocity", "reach"].into_iter().zip(before).zip(seen) {
-            // A neutral command and no command both count as braked.
-            let (before, seen) = (before.unwrap_or(0.0), seen.unwrap_or(0.0));
-            if before != seen {
-                scenario.record(|| format!("{} {what} {seen}", cx.name()));
-            }
-        }
+        // A neutral command and no command both count as braked.
+        let speeds = |seen: [Option<f64>; 2]| seen.map(|speed| speed.unwrap_or(0.0));
+        record_commands(&scenario, cx.name(), speeds(before), speeds(seen));
         self.call(cx, Call::Iterate)?;
         let again = [self.velocity.get(cx), self.reach.get(cx)];
         if again.map(|command| command.in_force().then_some(command.linear.x)) != seen {

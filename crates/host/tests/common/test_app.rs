@@ -14,6 +14,7 @@ use jde_records::snapshot::{GroupView, SchemaView};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
 use super::MS;
+use super::foreign;
 use super::panel_motor::PanelMotor;
 use super::scenario::Scenario;
 use super::schemas::{Eye, FailsToCreate, Motor, Robot};
@@ -56,9 +57,13 @@ pub(crate) fn plugins() -> Plugins {
 /// The plugins of the tests, and those in these folders.
 pub(crate) fn plugins_with(path: SearchPath) -> Plugins {
     let mut plugins = Plugins::new(path);
-    plugins.link(&TEST).expect("the plugin of the tests is valid");
+    let test = if IN_CPP { foreign::plugin() } else { &TEST };
+    plugins.link(test).expect("the plugin of the tests is valid");
     plugins
 }
+
+/// Whether the schemas of this test program are those in C++.
+pub(crate) const IN_CPP: bool = matches!(env!("CARGO_CRATE_NAME").as_bytes(), b"cplusplus");
 
 /// The text of an application for an executor and a scenario.
 pub(crate) fn text(executor: Executor, scenario: &Scenario, body: &str) -> String {

@@ -11,7 +11,7 @@ use jde_app::parse;
 use jde_core::{Decider, Health};
 use jde_host::Options;
 use jde_records::event::Event;
-use jde_schema::{Case, Describe};
+use jde_schema::Describe;
 
 use crate::common::{Call, Executor, Io, Scenario, TestApp, on_every_executor, plugins, text};
 
@@ -101,7 +101,7 @@ fn overruled(app: &mut TestApp, reason: &str) {
 
 fn r4_the_fathers_choice_wins_with_its_reason(executor: Executor) {
     let scenario = scenario(|io| {
-        assert_eq!((io.level().group(), io.level().case()), ("base", Case::Collision));
+        assert_eq!((io.group().as_str(), io.collides()), ("base", true));
         io.choose("b");
         Ok(())
     });

@@ -132,7 +132,7 @@ fn run_with_extra(
             }
             Call::Arbitrate => {
                 spend(io, ARBITRATION);
-                let left = io.level().is_ready(io.child("a"));
+                let left = io.is_ready("a");
                 io.choose(if left { "a" } else { "b" });
             }
             Call::Awake | Call::Sleep | Call::Drop => {}

@@ -9,7 +9,7 @@ use jde_core::{Health, State};
 use jde_host::{Options, StartError};
 use jde_records::event::{Event, Outcome};
 
-use crate::common::{Call, Executor, LIVE, Scenario, TestApp, on_every_executor};
+use crate::common::{Call, Executor, IN_CPP, LIVE, Scenario, TestApp, on_every_executor};
 
 on_every_executor!(
     a_schema_that_cannot_be_created_prevents_the_start,
@@ -67,6 +67,9 @@ fn start(
     TestApp::start(executor, &scenario, PAIR)
 }
 
+/// What precedes the text of a panic: in Rust its place, in C++ nothing.
+const PANICKED: &str = if IN_CPP { "" } else { "panicked at " };
+
 /// The reasons of the faults of an instance, in order.
 fn faults(app: &TestApp, name: &str) -> Vec<String> {
     let index = app.index(name);
@@ -114,7 +117,9 @@ fn a_schema_that_cannot_be_created_prevents_the_start(executor: Executor) {
     };
     let message = error.to_string();
     assert!(
-        message.starts_with("schema `second` (type `test/fails-to-create`) cannot be created: panicked at "),
+        message.starts_with(&format!(
+            "schema `second` (type `test/fails-to-create`) cannot be created: {PANICKED}"
+        )),
         "{message}"
     );
     assert!(message.ends_with("there is no such device"), "{message}");
@@ -124,7 +129,7 @@ fn a_schema_that_cannot_be_created_prevents_the_start(executor: Executor) {
 
 fn a_panic_while_waking_is_a_fault(executor: Executor) {
     let mut app = start(executor, Call::Awake, |_| panic!("no sensor"));
-    replaced(&mut app, "panicked in awake: panicked at ");
+    replaced(&mut app, &format!("panicked in awake: {PANICKED}"));
     assert!(faults(&app, "high")[0].ends_with("no sensor"));
     assert!(!app.scenario.has_line("high iterate"));
     app.stop();
@@ -132,14 +137,14 @@ fn a_panic_while_waking_is_a_fault(executor: Executor) {
 
 fn a_panic_in_a_check_is_a_fault(executor: Executor) {
     let mut app = start(executor, Call::Check, |_| panic!("no value"));
-    replaced(&mut app, "panicked in check: panicked at ");
+    replaced(&mut app, &format!("panicked in check: {PANICKED}"));
     assert!(!app.scenario.has_line("high iterate"));
     app.stop();
 }
 
 fn a_panic_in_an_iteration_is_a_fault(executor: Executor) {
     let mut app = start(executor, Call::Iterate, |_| panic!("no motor"));
-    replaced(&mut app, "panicked in iterate: panicked at ");
+    replaced(&mut app, &format!("panicked in iterate: {PANICKED}"));
     app.until(|app| faults(app, "high").len() == 3);
     app.stop();
 }

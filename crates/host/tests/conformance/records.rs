@@ -55,7 +55,7 @@ fn decide(executor: Executor, seed: u64) -> String {
         let mut state = None;
         scenario.on_call(name, move |call, io| {
             // xorshift64 (Marsaglia 2003), whose state must not be 0.
-            let state = state.get_or_insert_with(|| io.cx().seed() | 1);
+            let state = state.get_or_insert_with(|| io.seed() | 1);
             *state ^= *state << 13;
             *state ^= *state >> 7;
             *state ^= *state << 17;

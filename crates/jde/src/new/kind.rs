@@ -13,6 +13,14 @@ pub(crate) enum Kind {
     Driver,
     /// A driver of a device at a serial line or behind TCP.
     Device,
+    /// A motor schema in C++.
+    MotorCpp,
+    /// A perceptive schema in C++.
+    PerceptiveCpp,
+    /// A father of two children in C++.
+    FatherCpp,
+    /// A motor schema in C.
+    MotorC,
     /// Values that plugins share.
     Types,
     /// An application of existing schemas.
@@ -30,16 +38,23 @@ macro_rules! files {
 }
 
 const GIT: &[File] = &[(".gitignore", "/target\n")];
+/// The same for a project of CMake.
+const GIT_CMAKE: &[File] = &[(".gitignore", "/build\n")];
 /// The package of a plugin.
 const PLUGIN: &[File] = &[(
     "Cargo.toml",
     include_str!("../../templates/plugin/Cargo.toml.txt"),
 )];
 /// The room of the simulator in which a schema is tried.
-const ROOM: &[File] = files!("room": "README.md", "world.toml");
-const MOTOR: &[File] = files!("motor": "src/lib.rs", "app.toml");
-const PERCEPTIVE: &[File] = files!("perceptive": "src/lib.rs", "app.toml");
-const FATHER: &[File] = files!("father": "src/lib.rs", "app.toml");
+const ROOM: &[File] = files!("room": "world.toml");
+const ABOUT: &[File] = files!("room": "README.md");
+const MOTOR: &[File] = files!("motor": "src/lib.rs");
+const PERCEPTIVE: &[File] = files!("perceptive": "src/lib.rs");
+const FATHER: &[File] = files!("father": "src/lib.rs");
+/// The applications of these schemas in any language.
+const RUN_MOTOR: &[File] = files!("motor": "app.toml");
+const RUN_PERCEPTIVE: &[File] = files!("perceptive": "app.toml");
+const RUN_FATHER: &[File] = files!("father": "app.toml");
 const DRIVER: &[File] = files!("driver": "src/lib.rs", "app.toml", "README.md");
 const DEVICE: &[File] = files!(
     "device": "src/lib.rs", "src/session.rs", "src/emulator.rs", "examples/emulator.rs", "app.toml", "README.md"
@@ -49,18 +64,57 @@ const TYPES: &[File] = &[
     ("src/lib.rs", include_str!("../../templates/types/src/lib.rs")),
     ("README.md", include_str!("../../templates/types/README.md")),
 ];
+/// A schema in C++: its template's header, plugin and test.
+macro_rules! cpp {
+    ($folder:literal) => {
+        &[
+            (
+                "src/schema.hpp",
+                include_str!(concat!("../../templates/", $folder, "/schema.hpp")),
+            ),
+            (
+                "src/plugin.cpp",
+                include_str!(concat!("../../templates/", $folder, "/plugin.cpp")),
+            ),
+            (
+                "tests/schema.cpp",
+                include_str!(concat!("../../templates/", $folder, "/test.cpp")),
+            ),
+        ]
+    };
+}
+const CPP: &[File] = files!("cpp": "CMakeLists.txt", "README.md");
+const MOTOR_CPP: &[File] = cpp!("cpp-motor");
+const PERCEPTIVE_CPP: &[File] = cpp!("cpp-perceptive");
+const FATHER_CPP: &[File] = cpp!("cpp-father");
+const MOTOR_C: &[File] = &[
+    (
+        "CMakeLists.txt",
+        include_str!("../../templates/c-motor/CMakeLists.txt"),
+    ),
+    ("README.md", include_str!("../../templates/c-motor/README.md")),
+    ("src/schema.c", include_str!("../../templates/c-motor/schema.c")),
+    (
+        "tests/schema.cpp",
+        include_str!("../../templates/c-motor/test.cpp"),
+    ),
+];
 const APPLICATION: &[File] = files!(
     "app": "app.toml", "world.toml", "README.md", "tests/reaches-its-targets.toml", "tests/stops-before-a-box.toml"
 );
 
 impl Kind {
     #[cfg(test)]
-    pub(super) const ALL: [Self; 7] = [
+    pub(super) const ALL: [Self; 11] = [
         Self::Motor,
         Self::Perceptive,
         Self::Father,
         Self::Driver,
         Self::Device,
+        Self::MotorCpp,
+        Self::PerceptiveCpp,
+        Self::FatherCpp,
+        Self::MotorC,
         Self::Types,
         Self::Application,
     ];
@@ -68,9 +122,13 @@ impl Kind {
     /// The files of the template.
     pub(super) fn files(self) -> impl Iterator<Item = File> {
         let parts: &[&[File]] = match self {
-            Self::Motor => &[GIT, PLUGIN, ROOM, MOTOR],
-            Self::Perceptive => &[GIT, PLUGIN, ROOM, PERCEPTIVE],
-            Self::Father => &[GIT, PLUGIN, ROOM, FATHER],
+            Self::Motor => &[GIT, PLUGIN, ABOUT, ROOM, MOTOR, RUN_MOTOR],
+            Self::Perceptive => &[GIT, PLUGIN, ABOUT, ROOM, PERCEPTIVE, RUN_PERCEPTIVE],
+            Self::Father => &[GIT, PLUGIN, ABOUT, ROOM, FATHER, RUN_FATHER],
+            Self::MotorCpp => &[GIT_CMAKE, CPP, ROOM, MOTOR_CPP, RUN_MOTOR],
+            Self::PerceptiveCpp => &[GIT_CMAKE, CPP, ROOM, PERCEPTIVE_CPP, RUN_PERCEPTIVE],
+            Self::FatherCpp => &[GIT_CMAKE, CPP, ROOM, FATHER_CPP, RUN_FATHER],
+            Self::MotorC => &[GIT_CMAKE, ROOM, MOTOR_C, RUN_MOTOR],
             Self::Driver => &[GIT, PLUGIN, DRIVER],
             Self::Device => &[GIT, PLUGIN, DEVICE],
             Self::Types => &[GIT, TYPES],
@@ -85,21 +143,31 @@ impl Kind {
             Self::Motor | Self::Perceptive | Self::Father | Self::Driver => &["schema"],
             Self::Device => &["device", "schema"],
             Self::Types => &["types"],
-            Self::Application => &[],
+            Self::MotorCpp | Self::PerceptiveCpp | Self::FatherCpp | Self::MotorC | Self::Application => &[],
         }
     }
 
     /// What the schema of a [`ROOM`] does, for its README.
     pub(super) fn about(self) -> &'static str {
         match self {
-            Self::Motor => "A schema for jde: it drives towards an obstacle and stops in front of it.",
-            Self::Perceptive => {
+            Self::Motor | Self::MotorCpp | Self::MotorC => {
+                "A schema for jde: it drives towards an obstacle and stops in front of it."
+            }
+            Self::Perceptive | Self::PerceptiveCpp => {
                 "A perceptive schema for jde: it finds the nearest obstacle, and a motor schema turns the robot to it."
             }
-            Self::Father => {
+            Self::Father | Self::FatherCpp => {
                 "A father for jde: it sends its children, the schemas `stop` and `goon`, back and forth."
             }
             Self::Driver | Self::Device | Self::Types | Self::Application => "",
+        }
+    }
+
+    /// The folder in which the build puts a plugin.
+    pub(super) fn build_folder(self) -> &'static str {
+        match self {
+            Self::MotorCpp | Self::PerceptiveCpp | Self::FatherCpp | Self::MotorC => "build",
+            _ => "target/debug",
         }
     }
 
@@ -109,6 +177,11 @@ impl Kind {
             Self::Motor | Self::Perceptive | Self::Father => {
                 &["cargo build", "cargo test", "__jde__ run app.toml"]
             }
+            Self::MotorCpp | Self::PerceptiveCpp | Self::FatherCpp | Self::MotorC => &[
+                "cmake -B build && cmake --build build",
+                "ctest --test-dir build --output-on-failure",
+                "__jde__ run app.toml",
+            ],
             Self::Driver => &[
                 "cargo build",
                 "cargo test",

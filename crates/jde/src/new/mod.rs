@@ -36,6 +36,8 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
             .replace("__Name__", &name.camel)
             .replace("__crate__", &name.kebab.replace('-', "_"))
             .replace("__about__", kind.about())
+            .replace("__build__", kind.build_folder())
+            .replace("__prefix__", &prefix())
             .replace("__dependencies__", &dependencies(kind))
             .replace("__jde__", &jde);
         let written = path
@@ -109,6 +111,19 @@ fn dependencies(kind: Kind) -> String {
     kind.crates().iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
+/// Returns where CMake finds the package `jde`: the checkout of this build if it exists, else the installation.
+fn prefix() -> String {
+    let checkout = paths::checkout();
+    let own = std::env::current_exe().unwrap_or_default();
+    let installed = own.ancestors().nth(2).unwrap_or(Path::new("/usr"));
+    let prefix = if checkout.join("cmake").is_dir() {
+        &checkout
+    } else {
+        installed
+    };
+    prefix.display().to_string()
+}
+
 /// Returns how the user calls this program: by name if PATH finds it, else by path.
 fn program() -> String {
     let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("jde"));
@@ -125,10 +140,13 @@ fn program() -> String {
     }
 }
 
-/// Whether a file of a template uses a name for something else: a type in Rust, an instance in an
+/// Whether a file of a template uses a name for something else: a type in code, an instance in an
 /// application.
 fn is_taken(file: &str, text: &str, name: &str) -> bool {
-    if !file.ends_with(".rs") {
+    let is_code = [".rs", ".hpp", ".cpp", ".c"]
+        .iter()
+        .any(|end| file.ends_with(end));
+    if !is_code {
         return text.contains(&format!("[schemas.{name}]"));
     }
     let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
@@ -161,6 +179,8 @@ mod tests {
                 "__Name__",
                 "__crate__",
                 "__about__",
+                "__build__",
+                "__prefix__",
                 "__dependencies__",
                 "__jde__",
             ]

@@ -67,6 +67,25 @@ impl Project {
         (output.status.success(), err)
     }
 
+    /// Builds and tests a project of CMake.
+    fn build_with_cmake(&self) {
+        for command in [
+            "cmake -B build -DCMAKE_CXX_FLAGS=-Werror -DCMAKE_C_FLAGS=-Werror",
+            "cmake --build build",
+            "ctest --test-dir build --output-on-failure",
+        ] {
+            let mut words = command.split(' ');
+            let output = Command::new(words.next().unwrap())
+                .args(words)
+                .current_dir(&self.folder)
+                .output()
+                .expect("CMake is installed");
+            let text = [output.stdout, output.stderr].concat();
+            let text = String::from_utf8_lossy(&text);
+            assert!(output.status.success(), "{command}: {text}");
+        }
+    }
+
     /// Replaces the first occurrence of `from` in a file.
     fn replace(&self, file: &str, from: &str, to: &str) {
         let path = self.folder.join(file);
@@ -84,6 +103,17 @@ impl Project {
     }
 }
 
+/// Whether CMake is installed, as it is in CI.
+fn has_cmake() -> bool {
+    let found = Command::new("cmake").arg("--version").output().is_ok();
+    let missing = "CMake is missing, so nothing in C or C++ is built (apt install cmake make)";
+    assert!(found || std::env::var_os("CI").is_none(), "{missing}");
+    if !found {
+        eprintln!("{missing}");
+    }
+    found
+}
+
 #[test]
 fn a_new_schema_builds_passes_its_test_and_drives() {
     let project = Project::new(&["schema"], "follow-wall");
@@ -99,6 +129,53 @@ fn a_new_schema_builds_passes_its_test_and_drives() {
         summary["collisions"] == 0 && clearance < 0.6,
         "the robot follows the wall without touching it: {summary}"
     );
+}
+
+#[test]
+fn a_new_schema_in_cplusplus_or_c_builds_passes_its_test_and_drives() {
+    if !has_cmake() {
+        return;
+    }
+    for (language, name) in [("--cpp", "follow-wall"), ("--c", "creep")] {
+        let project = Project::new(&["schema", language], name);
+        for next in ["cmake -B build", "run app.toml"] {
+            assert!(project.printed.contains(next), "{}", project.printed);
+        }
+        project.build_with_cmake();
+        let run = project.run(&["--for", "30s", "--json"]);
+        assert!(run.err.contains(&format!("nobody -> {name}")), "{}", run.err);
+        let summary = json(&run.out);
+        let clearance = summary["min_clearance_m"].as_f64().unwrap();
+        assert!(
+            summary["collisions"] == 0 && clearance < 0.6,
+            "the robot stops before the wall: {summary}"
+        );
+    }
+}
+
+#[test]
+fn a_new_perceptive_schema_in_cplusplus_builds_passes_its_test_and_is_used() {
+    if !has_cmake() {
+        return;
+    }
+    let project = Project::new(&["schema", "--cpp", "--perceptive"], "find-near");
+    project.build_with_cmake();
+    let run = project.run(&["--for", "10s", "--json"]);
+    assert!(run.err.contains("nobody -> face"), "{}", run.err);
+}
+
+#[test]
+fn a_new_father_in_cplusplus_builds_passes_its_test_and_drives_to_its_targets() {
+    if !has_cmake() {
+        return;
+    }
+    let project = Project::new(&["schema", "--cpp", "--father"], "patrol");
+    project.build_with_cmake();
+    let run = project.run(&["--for", "60s", "--log", "patrol=info", "--json"]);
+    for part in ["nobody -> goon", "reached 4.50, 1.50", "reached 1.50, 1.50"] {
+        assert!(run.err.contains(part), "{}", run.err);
+    }
+    assert_eq!(json(&run.out)["collisions"], 0);
 }
 
 #[test]

@@ -129,6 +129,20 @@ static void exceptions_are_failures_with_their_texts()
     JDE_EXPECT(failure([&] { bench.draw(); }) == "it tried to write in a call that changes nothing");
 }
 
+/** A schema whose destructor throws. */
+class Clinging : public jde::Perceptive<> {
+public:
+    static constexpr jde::About about() { return {"clinging", "Does not end.", 1s}; }
+    ~Clinging() { throw std::runtime_error("it does not end"); }
+    void iterate(jde::Context &) override {}
+};
+
+static void a_destructor_may_throw()
+{
+    jde::Bench<Clinging> bench;
+    bench.iterate();
+}
+
 static void hysteresis_has_two_thresholds()
 {
     jde::Hysteresis near;
@@ -143,5 +157,6 @@ int main()
                      {"memory is saved and restored", memory_is_saved_and_restored},
                      {"mistakes of a test are exceptions", mistakes_of_a_test_are_exceptions},
                      {"exceptions are failures with their texts", exceptions_are_failures_with_their_texts},
+                     {"a destructor may throw", a_destructor_may_throw},
                      {"hysteresis has two thresholds", hysteresis_has_two_thresholds}});
 }

@@ -360,7 +360,7 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
             }
             // A father that goes to sleep puts its child to sleep.
             Call::Sleep => {
-                io.child("a").sleep(io.cx());
+                io.sleep("a");
             }
             Call::Awake | Call::Arbitrate | Call::Drop => {}
         }

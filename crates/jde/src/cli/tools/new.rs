@@ -18,6 +18,7 @@ use crate::new::{self, Kind};
     after_help = "Examples:
   jde new schema follow
   jde new schema doors --perceptive
+  jde new schema follow --cpp
   jde new driver gripper --path ~/robots
   jde new driver thermometer --device
   jde new types doors
@@ -49,6 +50,12 @@ enum What {
         /// A father of two children instead.
         #[arg(long, conflicts_with = "perceptive")]
         father: bool,
+        /// In C++, with CMake.
+        #[arg(long)]
+        cpp: bool,
+        /// A motor schema in C, with CMake.
+        #[arg(long, conflicts_with_all = ["perceptive", "father", "cpp"])]
+        c: bool,
     },
     /// A driver, with an application that reads it.
     Driver {
@@ -100,10 +107,16 @@ impl New {
                 name,
                 perceptive,
                 father,
+                cpp,
+                c,
             } => {
-                let kind = match (perceptive, father) {
-                    (true, _) => Kind::Perceptive,
-                    (_, true) => Kind::Father,
+                let kind = match (perceptive, father, cpp) {
+                    (true, _, false) => Kind::Perceptive,
+                    (true, _, true) => Kind::PerceptiveCpp,
+                    (_, true, false) => Kind::Father,
+                    (_, true, true) => Kind::FatherCpp,
+                    (_, _, true) => Kind::MotorCpp,
+                    _ if c => Kind::MotorC,
                     _ => Kind::Motor,
                 };
                 (kind, name)

@@ -1,0 +1,45 @@
+#include "../src/schema.hpp"
+
+#include <jde/bench.hpp>
+
+// A scan with one beam, straight ahead.
+static jde::LaserScan scan(float range)
+{
+    jde::LaserScan scan = {};
+    scan.range_max = 8.0f;
+    jde::push(scan.ranges, range);
+    return scan;
+}
+
+static double speed_at(float range)
+{
+    jde::Bench<__Name__> bench;
+    bench.import("laser", scan(range));
+    JDE_EXPECT(bench.check().ready);
+    bench.iterate();
+    return bench.commanded<jde::Twist>("base")->linear.x;
+}
+
+static void it_is_not_ready_without_a_scan() { JDE_EXPECT(!jde::Bench<__Name__>().check().ready); }
+
+static void it_slows_down_near_an_obstacle_and_stops_at_a_distance()
+{
+    JDE_EXPECT(speed_at(5.0f) == 0.4);
+    JDE_EXPECT(speed_at(1.0f) < 0.4);
+    JDE_EXPECT(speed_at(0.5f) == 0.0);
+    JDE_EXPECT(speed_at(0.2f) == 0.0);
+}
+
+static void its_panel_shows_the_distance_at_which_it_stops()
+{
+    jde::Bench<__Name__> bench;
+    bench.set("distance", 0.8);
+    JDE_EXPECT(bench.draw().value("distance") == 0.8);
+}
+
+int main()
+{
+    return jde::run({{"it is not ready without a scan", it_is_not_ready_without_a_scan},
+                     {"it slows down near an obstacle and stops at a distance", it_slows_down_near_an_obstacle_and_stops_at_a_distance},
+                     {"its panel shows the distance at which it stops", its_panel_shows_the_distance_at_which_it_stops}});
+}
