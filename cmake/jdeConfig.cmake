@@ -21,6 +21,8 @@ function(jde_add_plugin NAME)
     add_library(plugin_${file} MODULE ${ARGN})
     set_target_properties(plugin_${file} PROPERTIES OUTPUT_NAME ${file} C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden
                           VISIBILITY_INLINES_HIDDEN ON)
+    # Variables of the same name in two plugins, or in two builds of one, stay apart.
+    target_compile_options(plugin_${file} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
     jde_configure(plugin_${file})
 endfunction()
 

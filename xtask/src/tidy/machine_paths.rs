@@ -6,7 +6,7 @@ use super::tree::{File, Tree, Violation};
 const FOLDERS: &[&str] = &["home", "root", "tmp", "Users"];
 
 pub(super) fn check(tree: &Tree) -> Vec<Violation> {
-    tree.with_extension(&["rs", "toml", "sh", "c", "h"])
+    tree.with_extension(&["rs", "toml", "sh", "c", "h", "cpp", "hpp", "cmake"])
         .flat_map(check_file)
         .collect()
 }

@@ -133,7 +133,7 @@ impl Tree {
 }
 
 /// The types of files that tidy reads; all others are data.
-const EXTENSIONS: &[&str] = &["rs", "toml", "lock", "md", "sh", "c", "h"];
+const EXTENSIONS: &[&str] = &["rs", "toml", "lock", "md", "sh", "c", "h", "cpp", "hpp", "cmake"];
 
 fn walk(root: &Path, folder_path: &Path, files: &mut Vec<File>) -> Result<()> {
     let reading = || format!("cannot read {}", folder_path.display());
