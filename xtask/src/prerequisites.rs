@@ -38,6 +38,15 @@ const TOOLS: &[Tool] = &[
         from: Source::Apt(&["cmake", "make"]),
     },
     Tool {
+        name: "OpenCV and Eigen, for the examples in C++",
+        probe: &[
+            "sh",
+            "-c",
+            "ls /usr/include/opencv4/opencv2/imgproc.hpp /usr/include/eigen3/Eigen/Core",
+        ],
+        from: Source::Apt(&["libopencv-imgproc-dev", "libeigen3-dev"]),
+    },
+    Tool {
         name: "valgrind",
         // It also needs the symbols of the dynamic linker: without them it cannot start any program.
         probe: &["valgrind", "--quiet", "true"],

@@ -144,7 +144,8 @@ fn walk(root: &Path, folder_path: &Path, files: &mut Vec<File>) -> Result<()> {
         let kind = entry.file_type().with_context(reading)?;
         if kind.is_dir() {
             let hidden = name.to_string_lossy().starts_with('.');
-            if !hidden && name != "target" {
+            let is_built = name == "target" || path.join("CMakeCache.txt").exists();
+            if !hidden && !is_built {
                 walk(root, &path, files)?;
             }
         } else if kind.is_file()

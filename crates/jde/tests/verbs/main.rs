@@ -4,6 +4,7 @@ mod applications;
 mod attached;
 mod breaking;
 mod cable;
+mod cplusplus;
 mod damaged;
 mod demo;
 mod disk;
