@@ -51,6 +51,12 @@ pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -
     project_files::copy(release.root, DATA, &data)?;
     write_sdk(release, &data)?;
     project_files::copy(release.root, &["include"], &prefix)?;
+    let cmake = prefix.join("lib/cmake/jde");
+    fs::create_dir_all(&cmake)?;
+    fs::copy(
+        release.root.join("cmake/jdeConfig.cmake"),
+        cmake.join("jdeConfig.cmake"),
+    )?;
     write_generated(&executable, &prefix)?;
     let doc = prefix.join("share/doc/jde");
     fs::create_dir_all(&doc)?;

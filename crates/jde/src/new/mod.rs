@@ -111,17 +111,14 @@ fn dependencies(kind: Kind) -> String {
     kind.crates().iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns where CMake finds the package `jde`: the checkout of this build if it exists, else the installation.
+/// Returns where CMake finds the package `jde`: the prefix of an installation, or the checkout.
 fn prefix() -> String {
-    let checkout = paths::checkout();
-    let own = std::env::current_exe().unwrap_or_default();
-    let installed = own.ancestors().nth(2).unwrap_or(Path::new("/usr"));
-    let prefix = if checkout.join("cmake").is_dir() {
-        &checkout
-    } else {
-        installed
-    };
-    prefix.display().to_string()
+    let data = paths::data();
+    let installed = data
+        .ends_with("share/jde")
+        .then(|| data.ancestors().nth(2))
+        .flatten();
+    installed.unwrap_or(&data).display().to_string()
 }
 
 /// Returns how the user calls this program: by name if PATH finds it, else by path.
