@@ -73,6 +73,12 @@ struct max {
 
 namespace detail {
 
+/** Whether every pattern of bits is a value of `T`, so that ports may carry it. */
+template <typename T>
+inline constexpr bool is_carried = !std::is_same_v<T, bool> && !is_choice<T>;
+#define JDE_CARRIED(T) \
+    static_assert(detail::is_carried<T>, "only a modulation is a bool or a choice: other ports carry a jde::Flag or a std::uint8_t")
+
 template <typename Option, typename... Allowed>
 inline constexpr bool is_one_of = (std::is_same_v<Option, Allowed> || ...);
 
@@ -223,6 +229,8 @@ private:
 /** A variable of another schema that this one reads. */
 template <typename T>
 class Import : detail::Port {
+    JDE_CARRIED(T);
+
 public:
     template <typename... Options>
     constexpr Import(Ports &owner, const char *name, const char *doc, Options... options) noexcept
@@ -327,6 +335,8 @@ private:
 /** An input of a driver that reaches an actuator. */
 template <typename T>
 class Command : detail::Port {
+    JDE_CARRIED(T);
+
 public:
     /** `neutral` stops the actuator; a command is in force for `validity` without being repeated. */
     template <typename... Options>
@@ -383,6 +393,8 @@ private:
 /** A variable that this schema writes and any may read. */
 template <typename T>
 class Export : detail::Port {
+    JDE_CARRIED(T);
+
 public:
     template <typename... Options>
     constexpr Export(Ports &owner, const char *name, const char *doc, Options... options) noexcept
@@ -435,6 +447,8 @@ private:
 /** A driver's command that this motor schema writes. */
 template <typename T>
 class Actuator : detail::Port {
+    JDE_CARRIED(T);
+
 public:
     template <typename... Options>
     constexpr Actuator(Ports &owner, const char *name, const char *doc, Options... options) noexcept
@@ -447,6 +461,8 @@ public:
     /** Gives a command. */
     Outcome command(const Context &cx, const T &value) { return put(cx, value); }
 };
+
+#undef JDE_CARRIED
 
 } // namespace jde
 

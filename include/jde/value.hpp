@@ -5,6 +5,10 @@
 #ifndef JDE_VALUE_HPP
 #define JDE_VALUE_HPP
 
+#if __cplusplus < 201703L
+#error "the headers of jde for C++ need C++17: compile with -std=c++17"
+#endif
+
 #include "../jde_types.h"
 
 #include <array>
