@@ -16,6 +16,8 @@ use crate::experiment::Variant;
 pub struct Applications {
     file: PathBuf,
     inspector: Option<Program>,
+    /// The executable beside which plugins are searched for too.
+    executable: Option<PathBuf>,
     /// The schemas that are replaced by mocks.
     mocked: Vec<String>,
     plugins: BTreeMap<Vec<(String, PathBuf)>, Arc<Plugins>>,
@@ -31,10 +33,17 @@ impl Applications {
         Self {
             file,
             inspector,
+            executable: None,
             mocked: Vec::new(),
             plugins: BTreeMap::new(),
             last: None,
         }
+    }
+
+    /// Searches for plugins beside this executable too, as the executable does itself.
+    #[must_use]
+    pub fn with_executable(self, executable: Option<PathBuf>) -> Self {
+        Self { executable, ..self }
     }
 
     /// States which schemas are replaced by mocks: they inspect nothing.
@@ -46,7 +55,11 @@ impl Applications {
     /// Returns the plugins of a variant.
     pub fn plugins(&mut self, variant: &Variant) -> Arc<Plugins> {
         let plugins = self.plugins.entry(variant.plugins.clone()).or_insert_with(|| {
-            let mut plugins = Plugins::new(SearchPath::usual(Some(&self.file)));
+            let mut path = SearchPath::usual(Some(&self.file));
+            if let Some(executable) = &self.executable {
+                path.push_executable(executable);
+            }
+            let mut plugins = Plugins::new(path);
             if let Some(program) = &self.inspector {
                 plugins = plugins.with_inspector(Inspector::new(program.clone()));
             }

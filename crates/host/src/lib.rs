@@ -24,7 +24,7 @@ mod standstill;
 pub mod transaction_observer;
 mod turn_order;
 
-pub use mock::{Mock, MockCatalogue};
+pub use mock::{LiveValue, Mock, MockCatalogue};
 pub use operator_handle::OperatorHandle;
 pub use panels::{PanelError, PanelViewGuard};
 pub use running::{Handle, Lockstep, Options, Running, StartError, StartHook, StartHookError};

@@ -2,9 +2,9 @@
 //! period; its plugin describes it and is not called. `instance::mocked` carries a mock out.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use jde_abi::describe::{Plugin, Role};
+use jde_abi::describe::{Plugin, Port, Role};
 use jde_abi::inspect::Problem;
 use jde_app::{Application, Catalogue, Inspection, InstanceConfig};
 use jde_board::value::{self, Value};
@@ -33,7 +33,21 @@ use crate::running::StartError;
 #[derive(Clone, Debug, Default)]
 pub struct Mock {
     tracks: Vec<Track<MockValue>>,
+    live: Vec<(String, LiveValue)>,
     readiness: Vec<(Nanos, (bool, f64))>,
+}
+
+/// The value of a mock's port that a program changes while the application runs. Usable from any thread; a clone
+/// is the same value.
+#[derive(Clone, Debug, Default)]
+pub struct LiveValue(Arc<Mutex<LiveState>>);
+
+#[derive(Debug, Default)]
+struct LiveState {
+    /// The size of a value in bytes; `None` before the application starts.
+    size: Option<usize>,
+    /// Empty while there is no value.
+    bytes: Vec<u8>,
 }
 
 #[derive(Clone, Debug)]
@@ -62,7 +76,38 @@ pub(crate) struct Track<V, P = String> {
 /// A mock of an instance, whose ports are numbers and whose values are bytes.
 pub(crate) struct ResolvedMock {
     pub(crate) tracks: Vec<Track<Vec<u8>, u32>>,
+    pub(crate) live: Vec<(u32, LiveValue)>,
     readiness: Vec<(Nanos, (bool, f64))>,
+}
+
+impl LiveValue {
+    /// Sets the value, in the bytes of its type. The mock publishes it in every iteration from the next one on.
+    ///
+    /// # Errors
+    /// The application has not started, or the type has another size.
+    pub fn set(&self, bytes: &[u8]) -> Result<(), String> {
+        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match state.size {
+            Some(size) if size == bytes.len() => {
+                state.bytes.clear();
+                state.bytes.extend_from_slice(bytes);
+                Ok(())
+            }
+            Some(size) => Err(format!(
+                "a value of the port has {size} bytes, not {}",
+                bytes.len()
+            )),
+            None => Err(String::from("the application of the mock has not started")),
+        }
+    }
+
+    /// Calls `use_bytes` with the value, if there is one.
+    pub(crate) fn with(&self, use_bytes: impl FnOnce(&[u8])) {
+        let state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if !state.bytes.is_empty() {
+            use_bytes(&state.bytes);
+        }
+    }
 }
 
 impl<'c> MockCatalogue<'c> {
@@ -107,6 +152,13 @@ impl Mock {
         self.track(port, false).values.push((at, value));
     }
 
+    /// Returns the value of a port that is set while the application runs. It has none until then.
+    pub fn live(&mut self, port: &str) -> LiveValue {
+        let value = LiveValue::default();
+        self.live.push((port.to_owned(), value.clone()));
+        value
+    }
+
     /// Sets the result of the precondition from a time on, ns since the start.
     pub fn set_ready(&mut self, from: Nanos, ready: bool, urgency: f64) {
         self.readiness.push((from, (ready, urgency)));
@@ -141,30 +193,30 @@ impl Mock {
         let instance = &application.instances[number];
         let tracks = self.tracks.into_iter().map(|track| track.resolve(instance));
         let tracks = tracks.collect::<Result<_, _>>().map_err(refused)?;
+        let mut live = Vec::with_capacity(self.live.len());
+        for (name, value) in self.live {
+            let (number, port) = written_port(instance, &name).map_err(refused)?;
+            let mut state = value.0.lock().unwrap_or_else(PoisonError::into_inner);
+            state.size = Some(port.value_type.bytes);
+            drop(state);
+            live.push((number, value));
+        }
         self.readiness.sort_by_key(|(from, _)| *from);
         let readiness = self.readiness;
-        Ok((number, ResolvedMock { tracks, readiness }))
+        Ok((
+            number,
+            ResolvedMock {
+                tracks,
+                live,
+                readiness,
+            },
+        ))
     }
 }
 
 impl Track<MockValue> {
     fn resolve(self, instance: &InstanceConfig) -> Result<Track<Vec<u8>, u32>, String> {
-        let ports = &instance.schema.ports;
-        let is_written =
-            |role: &Role| matches!(role, Role::Export | Role::Actuator | Role::ChildModulation { .. });
-        let found = ports
-            .iter()
-            .position(|port| port.name == self.port && is_written(&port.role));
-        let Some(number) = found else {
-            let known = ports.iter().filter(|port| is_written(&port.role));
-            let known: Vec<_> = known.map(|port| port.name.as_str()).collect();
-            return Err(format!(
-                "it writes no port `{}`, but {}",
-                self.port,
-                known.join(", ")
-            ));
-        };
-        let port = &ports[number];
+        let (number, port) = written_port(instance, &self.port)?;
         let mut values = Vec::with_capacity(self.values.len());
         for (from, value) in self.values {
             let bytes = match value {
@@ -187,11 +239,32 @@ impl Track<MockValue> {
         }
         values.sort_by_key(|(from, _)| *from);
         Ok(Track {
-            port: number as u32,
+            port: number,
             repeats: self.repeats,
             values,
         })
     }
+}
+
+/// Returns the number of a port that a mock writes, and the port.
+fn written_port<'i>(instance: &'i InstanceConfig, name: &str) -> Result<(u32, &'i Port), String> {
+    let is_written = |port: &&Port| {
+        matches!(
+            port.role,
+            Role::Export | Role::Actuator | Role::ChildModulation { .. }
+        )
+    };
+    let ports = &instance.schema.ports;
+    let found = ports
+        .iter()
+        .position(|port| port.name == name && is_written(&port));
+    found
+        .map(|number| (number as u32, &ports[number]))
+        .ok_or_else(|| {
+            let known = ports.iter().filter(is_written);
+            let known: Vec<_> = known.map(|port| port.name.as_str()).collect();
+            format!("it writes no port `{name}`, but {}", known.join(", "))
+        })
 }
 
 impl<V, P> Track<V, P> {

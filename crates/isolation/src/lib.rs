@@ -50,6 +50,32 @@ pub struct Program {
     pub arguments: Vec<OsString>,
 }
 
+impl Program {
+    /// The argument of the executable `jde` with which it runs a schema.
+    pub const SCHEMA: &str = "--serve-schema";
+    /// The argument of the executable `jde` with which it inspects plugins.
+    pub const INSPECTIONS: &str = "--serve-inspections";
+
+    /// Returns the executable `jde` as the program that runs a schema.
+    #[must_use]
+    pub fn schema(jde: PathBuf) -> Self {
+        Self::new(jde, Self::SCHEMA)
+    }
+
+    /// Returns the executable `jde` as the program that inspects plugins.
+    #[must_use]
+    pub fn inspections(jde: PathBuf) -> Self {
+        Self::new(jde, Self::INSPECTIONS)
+    }
+
+    /// Returns a program with one argument.
+    #[must_use]
+    pub fn new(path: PathBuf, argument: &str) -> Self {
+        let arguments = vec![argument.into()];
+        Self { path, arguments }
+    }
+}
+
 /// The program and the limits that run an instance in a process of its own.
 pub struct ProcessConfig {
     /// The program.

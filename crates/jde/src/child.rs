@@ -11,11 +11,6 @@ use jde_loader::Plugins;
 use crate::interrupt::SignalListener;
 use crate::terminal;
 
-/// The argument that runs a schema.
-const SCHEMA: &str = "--serve-schema";
-/// The argument that inspects plugins.
-const INSPECTOR: &str = "--serve-inspections";
-
 /// The argument that runs the drives of an experiment.
 #[cfg(feature = "tools")]
 const DRIVES: &str = "--serve-drives";
@@ -32,20 +27,17 @@ pub(crate) fn drives(arguments: &jde_experiment::worker::WorkerArguments) -> Pro
 
 /// The command that runs a schema in a process of its own.
 pub(crate) fn program() -> Program {
-    own_program(SCHEMA)
+    own_program(Program::SCHEMA)
 }
 
 /// The command that inspects plugins.
 pub(crate) fn inspector() -> Program {
-    own_program(INSPECTOR)
+    own_program(Program::INSPECTIONS)
 }
 
 /// This executable, even if its file has been replaced or deleted since the start.
 fn own_program(argument: &str) -> Program {
-    Program {
-        path: "/proc/self/exe".into(),
-        arguments: vec![argument.into()],
-    }
+    Program::new("/proc/self/exe".into(), argument)
 }
 
 /// Whether the first argument requests a child process.
@@ -54,15 +46,15 @@ pub(crate) fn is_child(argument: &OsStr) -> bool {
     if argument == DRIVES {
         return true;
     }
-    argument == SCHEMA || argument == INSPECTOR
+    argument == Program::SCHEMA || argument == Program::INSPECTIONS
 }
 
 /// Runs the child process if the first argument requests one. Returns `None` for a verb.
 pub(crate) fn main() -> Option<ExitCode> {
     let argument = std::env::args_os().nth(1)?;
-    let result = if argument == SCHEMA {
+    let result = if argument == Program::SCHEMA {
         serve(&Plugins::default())
-    } else if argument == INSPECTOR {
+    } else if argument == Program::INSPECTIONS {
         serve_inspections()
     } else {
         #[cfg(feature = "tools")]

@@ -48,19 +48,23 @@ impl SearchPath {
                 path.push(folder, "JDE_PLUGIN_PATH");
             }
         }
-        if let Some(folder) = std::env::current_exe()
-            .ok()
-            .and_then(|exe| Some(exe.parent()?.to_owned()))
-        {
-            path.push(&folder, Self::BESIDE_THE_EXECUTABLE);
-            if let Some(prefix) = folder.parent() {
-                path.push(prefix.join("lib/jde"), "installed");
-            }
+        if let Ok(executable) = std::env::current_exe() {
+            path.push_executable(&executable);
         }
         if let Some(home) = std::env::home_dir() {
             path.push(home.join(".local/lib/jde"), "installed");
         }
         path
+    }
+
+    /// Appends the folder of an executable, and the installed folder that belongs to it.
+    pub fn push_executable(&mut self, executable: &Path) {
+        if let Some(folder) = executable.parent() {
+            self.push(folder, Self::BESIDE_THE_EXECUTABLE);
+            if let Some(prefix) = folder.parent() {
+                self.push(prefix.join("lib/jde"), "installed");
+            }
+        }
     }
 
     /// Appends a folder; a folder that is already listed keeps its position.

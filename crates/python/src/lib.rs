@@ -1,13 +1,61 @@
-//! Schemas in Python: the extension module `jde._jde`, on which the package `jde` in `python/` builds.
+//! Schemas in Python, and runs of applications from Python: the extension module `jde._jde`, on which the
+//! package `jde` in `python/` builds.
 //!
 //! Built for Python's stable ABI from 3.10 on, so that one file serves all later versions.
 
+mod applications;
+mod policies;
+mod runs;
+mod values;
+
+use jde_core::Nanos;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use serde::Serialize;
+
+pyo3::create_exception!(
+    jde,
+    Error,
+    pyo3::exceptions::PyException,
+    "What an application refuses."
+);
+
+/// Returns the exception for an error.
+fn error(error: impl std::fmt::Display) -> PyErr {
+    Error::new_err(error.to_string())
+}
+
+/// Converts seconds.
+fn nanoseconds(seconds: f64) -> PyResult<Nanos> {
+    let nanoseconds = (seconds * 1e9).round();
+    if nanoseconds >= 0.0 && nanoseconds < 9e18 {
+        Ok(nanoseconds as Nanos)
+    } else {
+        Err(PyValueError::new_err(format!("{seconds} s is no time of a run")))
+    }
+}
+
+/// Returns data as dictionaries, lists, numbers and texts.
+fn json<'py>(py: Python<'py>, data: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let text = serde_json::to_string(data).map_err(error)?;
+    py.import("json")?.call_method1("loads", (text,))
+}
 
 /// What the package needs of Rust.
 #[pymodule]
 mod _jde {
     use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::Error;
+    #[pymodule_export]
+    use crate::applications::LoadedApplication;
+    #[pymodule_export]
+    use crate::policies::Policy;
+    #[pymodule_export]
+    use crate::runs::Run;
+    #[pymodule_export]
+    use crate::values::StructValue;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -55,7 +55,12 @@ pub(super) fn length(field: &Field, bytes: &[u8]) -> usize {
     }
 }
 
-fn decode_scalar(scalar: Scalar, bytes: &[u8]) -> Value {
+/// Returns the number or bool at the start of `bytes`.
+///
+/// # Panics
+/// If there are fewer bytes than the scalar has.
+#[must_use]
+pub fn decode_scalar(scalar: Scalar, bytes: &[u8]) -> Value {
     match scalar {
         Scalar::Bool => Value::Bool(bytes[0] != 0),
         Scalar::U8 => Value::UInt(bytes[0].into()),

@@ -7,7 +7,7 @@ mod encode;
 mod floats;
 mod path;
 
-pub use decode::decode;
+pub use decode::{decode, decode_scalar};
 pub use encode::encode;
 pub use floats::{change_floats, has_floats};
 pub use path::get_path;

@@ -6,7 +6,7 @@ pub mod motion;
 pub mod property;
 mod situation;
 pub mod step;
-pub(crate) mod values;
+pub mod values;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -100,7 +100,7 @@ pub fn unjudged(experiment: &Experiment, drive: usize, outcome: Outcome, why: St
 /// The events since the last instant. The observer is called under the application's lock, so it only
 /// appends.
 #[derive(Clone, Default)]
-struct EventQueue(Arc<Mutex<Vec<Event>>>);
+pub struct EventQueue(Arc<Mutex<Vec<Event>>>);
 
 impl Observer for EventQueue {
     fn on_event(&mut self, event: &Event) {
@@ -112,7 +112,9 @@ impl Observer for EventQueue {
 }
 
 impl EventQueue {
-    fn take(&self) -> Vec<Event> {
+    /// Returns the events since the last call, in their order.
+    #[must_use]
+    pub fn take(&self) -> Vec<Event> {
         std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }

@@ -16,7 +16,7 @@ use jde_types::{BatteryState, Mission, Truth, Value};
 use super::motion::Motion;
 
 /// The values of a drive.
-pub(super) struct DriveValues {
+pub struct DriveValues {
     expressions: Vec<Expression>,
     /// Whether a value of the expression has changed since its last evaluation.
     is_stale: Vec<bool>,
@@ -99,24 +99,9 @@ impl Source {
 
 impl DriveValues {
     /// Opens all variables that the expressions name.
-    pub(super) fn new(expressions: &[Expression], handle: &Handle) -> Self {
+    #[must_use]
+    pub fn new(expressions: &[Expression], handle: &Handle) -> Self {
         let application = handle.application();
-        let signals = Signals::new(&Names::of(application));
-        let mut variables: BTreeMap<String, Vec<Use>> = BTreeMap::new();
-        let mut signal_users: BTreeMap<usize, Vec<Use>> = BTreeMap::new();
-        for (expression, parsed) in expressions.iter().enumerate() {
-            for (place, name) in parsed.inputs().enumerate() {
-                let users = match signals.find(name) {
-                    Some(signal) => signal_users.entry(signal).or_default(),
-                    None => variables.entry(name.to_owned()).or_default(),
-                };
-                users.push((expression, place));
-            }
-        }
-        let variables = variables.into_iter().filter_map(|(name, users)| {
-            let source = Source::open(handle, &name)?;
-            Some(WatchedVariable { source, users })
-        });
         let batteries: BTreeMap<_, _> = exports::<BatteryState>(application).collect();
         let robots = robots(application).filter_map(|(schema, truth_name)| {
             Some(Robot {
@@ -134,25 +119,54 @@ impl DriveValues {
                 &format!("{}.{}", instance.name, instance.schema.ports[port].name),
             )
         });
-        Self {
-            is_stale: vec![true; expressions.len()],
-            results: vec![None; expressions.len()],
-            variables: variables.collect(),
-            signals,
-            signal_users,
+        let mut values = Self {
+            is_stale: Vec::new(),
+            results: Vec::new(),
+            variables: Vec::new(),
+            signals: Signals::new(&Names::of(application)),
+            signal_users: BTreeMap::new(),
             robots: robots.collect(),
             mission,
-            expressions: expressions.to_vec(),
+            expressions: Vec::new(),
+        };
+        values.set_expressions(expressions, handle);
+        values
+    }
+
+    /// Evaluates these expressions from now on, in place of the ones before.
+    pub fn set_expressions(&mut self, expressions: &[Expression], handle: &Handle) {
+        let mut variables: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+        self.signal_users.clear();
+        self.expressions = expressions.to_vec();
+        for (expression, parsed) in self.expressions.iter_mut().enumerate() {
+            let inputs: Vec<_> = parsed.inputs().map(str::to_owned).collect();
+            for (place, name) in inputs.into_iter().enumerate() {
+                let users = match self.signals.find(&name) {
+                    Some(signal) => {
+                        parsed.set(place, self.signals.value(signal));
+                        self.signal_users.entry(signal).or_default()
+                    }
+                    None => variables.entry(name).or_default(),
+                };
+                users.push((expression, place));
+            }
         }
+        let variables = variables.into_iter().filter_map(|(name, users)| {
+            let source = Source::open(handle, &name)?;
+            Some(WatchedVariable { source, users })
+        });
+        self.variables = variables.collect();
+        self.is_stale = vec![true; expressions.len()];
+        self.results = vec![None; expressions.len()];
     }
 
     /// Takes an event.
-    pub(super) fn add_event(&mut self, event: &Event) {
+    pub fn add_event(&mut self, event: &Event) {
         self.signals.process_event(event);
     }
 
     /// Reads what has changed at an instant, and returns the value of each expression.
-    pub(super) fn update(&mut self, now: Nanos) -> &[Option<f64>] {
+    pub fn update(&mut self, now: Nanos) -> &[Option<f64>] {
         for WatchedVariable { source, users } in &mut self.variables {
             if let Some(bytes) = source.changed() {
                 for (expression, place) in users.iter() {

@@ -46,6 +46,9 @@ impl MockedInstance {
                 Some(_) | None => {}
             }
         }
+        for (port, value) in &self.mock.live {
+            value.with(|value| publish(call, *port, value, now));
+        }
         for role in 0..call.build.roles() as u32 {
             call.wake(role);
         }

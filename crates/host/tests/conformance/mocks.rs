@@ -6,6 +6,7 @@ use jde_app::{Catalogue, Inspection, load};
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::{Mock, MockCatalogue, Options};
+use jde_types::Value as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -16,6 +17,7 @@ on_every_executor!(
     a_child_is_tried_without_its_father_and_its_robot,
     r1_a_mock_competes_with_its_siblings_by_its_readiness,
     a_mock_that_was_unloaded_continues_after_a_load,
+    a_program_sets_the_command_of_a_mock_while_it_runs,
 );
 
 const APP: &str = r#"
@@ -136,6 +138,25 @@ fn a_mock_that_was_unloaded_continues_after_a_load(executor: Executor) {
     let before = app.scenario.count("robot velocity 0.4");
     app.operator().load(left).expect("it is unloaded");
     app.until(|app| app.scenario.count("robot velocity 0.4") > before);
+    app.stop();
+}
+
+fn a_program_sets_the_command_of_a_mock_while_it_runs(executor: Executor) {
+    let scenario = Scenario::new();
+    let mut left = Mock::default();
+    let speed = left.live("base");
+    let command = |x| jde_types::Twist::planar(x, 0.0);
+    assert!(speed.set(command(0.4).as_bytes()).is_err(), "it has not started");
+    let mut app = start(
+        executor,
+        &scenario,
+        vec![("father", Mock::default()), ("left", left)],
+    );
+    for (x, line) in [(0.4, "robot velocity 0.4"), (0.2, "robot velocity 0.2")] {
+        speed.set(command(x).as_bytes()).expect("a twist");
+        app.until_line(line);
+    }
+    assert!(speed.set(&[0; 3]).is_err(), "a twist has more bytes");
     app.stop();
 }
 

@@ -1,5 +1,7 @@
 """Robot behaviours as schemas that run side by side, of which one acts at a time."""
 
-from jde._jde import __version__
+from jde._jde import Error, Value, __version__
+from jde.runs import Application, Run, run
+from jde.series import Series
 
-__all__ = ["__version__"]
+__all__ = ["Application", "Error", "Run", "Series", "Value", "__version__", "run"]

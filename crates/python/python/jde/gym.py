@@ -1,0 +1,135 @@
+"""Environments of Gymnasium: an application in which a policy takes the place of a schema.
+
+Needs the packages gymnasium and numpy.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from jde import _jde
+from jde.runs import Application, Run
+
+Array = np.ndarray[Any, np.dtype[np.float32]]
+Bounds = tuple[float, float]
+
+#: The longest time until all observed variables have a value, s.
+PATIENCE = 10.0
+#: A step ends an instant before the next one begins, s.
+BEFORE = 1e-9
+
+
+class Env(gymnasium.Env[Array, Array]):
+    """An application as an environment; `make` explains the arguments. `run` is the run of the present episode."""
+
+    metadata = {"render_modes": []}
+
+    def __init__(
+        self,
+        application: str | os.PathLike[str],
+        *,
+        observe: Sequence[str] | Mapping[str, Bounds],
+        act: Mapping[str, Bounds],
+        reward: Callable[[Env], float],
+        terminated: Callable[[Env], bool] | None = None,
+        prepare: Callable[[Env], None] | None = None,
+        step: float | None = None,
+        limit: float = 60.0,
+        set: Mapping[str, Any] | None = None,
+        records: bool = False,
+    ) -> None:
+        """Load the application, and run it until the size of an observation is known."""
+        mocks = list(dict.fromkeys(name.split(".")[0] for name in act))
+        if not mocks:
+            raise ValueError("`act` names no number; give {'policy.base.linear.x': (0.0, 0.5)}, for example")
+        self._application = Application(application, set=set, mocks=mocks)
+        self._observed, self._acted = list(observe), list(act)
+        self._reward, self._terminated, self._prepare = reward, terminated, prepare
+        self._limit, self._records = limit, records
+        self.run: Run
+        self.observation: Array
+        self.action: Array
+        self._start(0)
+        self._step = float(self.run[f"{mocks[0]}.period"]) if step is None else step
+        #: Steps since the start of the application, and those at which the episode is over.
+        self._steps = self._last = 0
+        least, most = np.array(list(act.values()), dtype=np.float32).T
+        self.action_space = gymnasium.spaces.Box(least, most, dtype=np.float32)
+        bounds = list(observe.values()) if isinstance(observe, Mapping) else [(-np.inf, np.inf)] * len(observe)
+        low, high = np.repeat(np.array(bounds, dtype=np.float32), self._policy.counts(), axis=0).T
+        self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float32)
+        self._bounds = (low, high) if isinstance(observe, Mapping) else None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        """Start the application again, with a seed that follows from that of the environment."""
+        super().reset(seed=seed, options=options)
+        self._start(int(self.np_random.integers(2**31)))
+        self.action = np.zeros(self.action_space.shape or (), dtype=np.float32)
+        if self._prepare is not None:
+            self._prepare(self)
+        # The schema iterates at the beginning of each step.
+        self._steps = math.floor(self.run.time / self._step + 1)
+        self._last = self._steps + round(self._limit / self._step)
+        self.run.until(self._end_of_step())
+        self.observation = self._read()
+        return self.observation, {}
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Command the action for the time of a step."""
+        self.action = action
+        self._steps += 1
+        goes_on = self._policy.act(action.tolist(), self._end_of_step())
+        self.observation = self._read()
+        terminated = not goes_on or (self._terminated is not None and bool(self._terminated(self)))
+        truncated = self._steps >= self._last
+        info = {} if goes_on else {"outcome": self.run.outcome}
+        return self.observation, float(self._reward(self)), terminated, truncated, info
+
+    def close(self) -> None:
+        """Bring the application to rest."""
+        self.run.close()
+
+    def _start(self, seed: int) -> None:
+        if hasattr(self, "run"):
+            self.run.close()
+        self.run = self._application.run(seed=seed, records=self._records)
+        self._policy = _jde.Policy(self.run._native, self._observed, self._acted)
+        while self._policy.observe() is None:
+            if self.run.time > PATIENCE or not self.run.step():
+                missing = ", ".join(self._policy.missing())
+                raise _jde.Error(f"no value of {missing} within {PATIENCE} s; is its schema awake?")
+
+    def _end_of_step(self) -> float:
+        return self._steps * self._step - BEFORE
+
+    def _read(self) -> Array:
+        numbers = self._policy.observe()
+        observation: Array = np.frombuffer(numbers, dtype=np.float32)  # type: ignore[arg-type]
+        if self._bounds is None:
+            return observation
+        return np.clip(observation, *self._bounds, out=observation)
+
+
+def make(application: str | os.PathLike[str], **arguments: Any) -> Env:
+    """Return an application as an environment.
+
+    `act` names the numbers that a policy commands, with their bounds: `{"policy.base.linear.x": (0.0, 0.5)}`. The
+    policy takes the place of the schema before the first dot, which is always ready; all others run as ever.
+    `observe` names variables or parts of them, such as `"robot.scan.ranges"`, or states bounds for each, to which
+    its numbers are limited. A sequence has as many numbers as at first; NaN is observed as 0.
+
+    `reward` and `terminated` are functions of the environment: of `env.run`, `env.observation` and `env.action`.
+    `prepare` is called in each reset before the first step, to place a robot, for example. A step lasts `step`
+    seconds, by default the period of the schema, and an episode `limit` seconds. `set` is that of `jde.run`. With
+    `records`, `env.run` keeps records and traces.
+
+    An action is in force from the next iteration of the schema on. An observation is what variables were just
+    before that iteration.
+    """
+    return Env(application, **arguments)

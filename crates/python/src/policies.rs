@@ -1,0 +1,300 @@
+//! What a policy observes and commands, as vectors of numbers: the fast way for learning. A run is read and
+//! written without an object of Python for each value.
+
+use std::sync::{Mutex, PoisonError};
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_board::Reader;
+use jde_board::value::{Value, decode_scalar};
+use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
+
+use crate::error;
+use crate::runs::{LivePort, Run};
+use crate::values::length;
+
+/// The numbers that a policy observes and commands in one run.
+#[pyclass(frozen, module = "jde", name = "Policy")]
+pub(crate) struct Policy {
+    run: Py<Run>,
+    state: Mutex<State>,
+}
+
+struct State {
+    observed: Vec<Observed>,
+    /// The newest observation.
+    numbers: Vec<f32>,
+    commands: Vec<Command>,
+}
+
+/// A variable, and the numbers of it that are observed.
+struct Observed {
+    name: String,
+    reader: Reader,
+    parts: Vec<Part>,
+    /// How many numbers it has. A sequence has as many as at its first value.
+    count: Option<usize>,
+}
+
+/// A command, and where each number of the action belongs.
+struct Command {
+    port: LivePort,
+    bytes: Vec<u8>,
+    /// The places in the action and in the bytes.
+    numbers: Vec<(usize, Part)>,
+}
+
+/// Numbers of one type, in the bytes of a value. Offsets count from the start of the value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    scalar: Scalar,
+    offset: usize,
+    form: Form,
+}
+
+#[pymethods]
+impl Policy {
+    /// Prepares the numbers named by `observe`, such as `pioneer.laser.ranges`, and those that mocks command, named
+    /// by `act`, such as `policy.base.linear.x`.
+    #[new]
+    fn new(run: Py<Run>, observe: Vec<String>, act: Vec<String>) -> PyResult<Self> {
+        let running = run.get();
+        let observed = observe.iter().map(|name| Observed::new(running, name));
+        let observed = observed.collect::<PyResult<_>>()?;
+        let mut commands: Vec<(String, Command)> = Vec::new();
+        for (place, name) in act.iter().enumerate() {
+            let (port, path, live) = running.find_live(name)?;
+            let mut parts = Vec::new();
+            collect(&live.value_type, path, 0, &mut parts).map_err(|wrong| refused(name, &wrong))?;
+            let [part @ Part { form: Form::One, .. }] = parts.as_slice() else {
+                return Err(refused(name, "it is not one number; name a field"));
+            };
+            let known = commands.iter().position(|(known, _)| known == port);
+            let index = known.unwrap_or_else(|| {
+                let command = Command {
+                    port: live.clone(),
+                    bytes: vec![0; live.value_type.bytes],
+                    numbers: Vec::new(),
+                };
+                commands.push((port.to_owned(), command));
+                commands.len() - 1
+            });
+            commands[index].1.numbers.push((place, *part));
+        }
+        let state = State {
+            observed,
+            numbers: Vec::new(),
+            commands: commands.into_iter().map(|(_, command)| command).collect(),
+        };
+        Ok(Self {
+            run,
+            state: Mutex::new(state),
+        })
+    }
+
+    /// Returns the newest numbers as 32-bit floats; `None` while a variable has had no value. A variable whose
+    /// value was retracted keeps its last numbers.
+    fn observe<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyByteArray>> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.observe().then(|| {
+            let bytes: Vec<u8> = state
+                .numbers
+                .iter()
+                .flat_map(|number| number.to_ne_bytes())
+                .collect();
+            PyByteArray::new(py, &bytes)
+        })
+    }
+
+    /// Returns the names of the variables without a value.
+    fn missing(&self) -> Vec<String> {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let missing = state.observed.iter().filter(|observed| observed.count.is_none());
+        missing.map(|observed| observed.name.clone()).collect()
+    }
+
+    /// Returns how many numbers each name stands for; 0 while it has had no value.
+    fn counts(&self) -> Vec<usize> {
+        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let observed = state.observed.iter();
+        observed
+            .map(|observed| observed.count.unwrap_or_default())
+            .collect()
+    }
+
+    /// Commands the numbers of an action, and runs until a time, s. Returns whether the application goes on.
+    fn act(&self, py: Python<'_>, action: Vec<f64>, until: f64) -> PyResult<bool> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        for command in &mut state.commands {
+            for (place, part) in &command.numbers {
+                let number = action
+                    .get(*place)
+                    .ok_or_else(|| error("the action has too few numbers"))?;
+                part.write(*number, &mut command.bytes);
+            }
+            command.port.value.set(&command.bytes).map_err(error)?;
+        }
+        drop(state);
+        self.run.get().until_time(py, until)
+    }
+}
+
+impl State {
+    /// Takes the newest numbers. Returns whether there are all.
+    fn observe(&mut self) -> bool {
+        let mut start = 0;
+        for observed in &mut self.observed {
+            let Some(latched) = observed.reader.latch_newest() else {
+                match observed.count {
+                    Some(count) => start += count,
+                    None => return false,
+                }
+                continue;
+            };
+            let of = |part: &Part| part.count(latched.bytes);
+            let count = *observed
+                .count
+                .get_or_insert_with(|| observed.parts.iter().map(of).sum());
+            if self.numbers.len() < start + count {
+                self.numbers.resize(start + count, 0.0);
+            }
+            let numbers = &mut self.numbers[start..start + count];
+            let read = observed.parts.iter().flat_map(|part| part.read(latched.bytes));
+            let mut written = 0;
+            for (place, number) in numbers.iter_mut().zip(read) {
+                *place = number;
+                written += 1;
+            }
+            numbers[written..].fill(0.0);
+            start += count;
+        }
+        true
+    }
+}
+
+impl Observed {
+    fn new(run: &Run, name: &str) -> PyResult<Self> {
+        let (variable, path) = run.find(name)?;
+        let mut parts = Vec::new();
+        collect(&variable.describe().value_type, path, 0, &mut parts)
+            .map_err(|wrong| refused(name, &wrong))?;
+        Ok(Self {
+            name: name.to_owned(),
+            reader: variable.reader("policy"),
+            parts,
+            count: None,
+        })
+    }
+}
+
+impl Part {
+    fn count(&self, bytes: &[u8]) -> usize {
+        length(self.form, bytes)
+    }
+
+    fn read<'b>(&self, bytes: &'b [u8]) -> impl Iterator<Item = f32> + use<'b> {
+        let (scalar, offset, step) = (self.scalar, self.offset, self.scalar.bytes());
+        let number = move |index| match decode_scalar(scalar, &bytes[offset + index * step..]) {
+            Value::Bool(value) => f32::from(u8::from(value)),
+            other => match other.as_number() {
+                Some(number) if !number.is_nan() => number as f32,
+                Some(_) | None => 0.0,
+            },
+        };
+        (0..self.count(bytes)).map(number)
+    }
+
+    /// Writes a number, rounded and limited to what the scalar can hold.
+    fn write(&self, number: f64, bytes: &mut [u8]) {
+        let place = &mut bytes[self.offset..][..self.scalar.bytes()];
+        match self.scalar {
+            Scalar::Bool => place.copy_from_slice(&[u8::from(number >= 0.5)]),
+            Scalar::U8 => place.copy_from_slice(&(number.round() as u8).to_ne_bytes()),
+            Scalar::U16 => place.copy_from_slice(&(number.round() as u16).to_ne_bytes()),
+            Scalar::U32 => place.copy_from_slice(&(number.round() as u32).to_ne_bytes()),
+            Scalar::U64 => place.copy_from_slice(&(number.round() as u64).to_ne_bytes()),
+            Scalar::I8 => place.copy_from_slice(&(number.round() as i8).to_ne_bytes()),
+            Scalar::I16 => place.copy_from_slice(&(number.round() as i16).to_ne_bytes()),
+            Scalar::I32 => place.copy_from_slice(&(number.round() as i32).to_ne_bytes()),
+            Scalar::I64 => place.copy_from_slice(&(number.round() as i64).to_ne_bytes()),
+            Scalar::F32 => place.copy_from_slice(&(number as f32).to_ne_bytes()),
+            Scalar::F64 => place.copy_from_slice(&number.to_ne_bytes()),
+        }
+    }
+}
+
+/// Collects the numbers of a structure at `base` that a path names, in their order.
+fn collect(value_type: &Type, path: &str, base: usize, parts: &mut Vec<Part>) -> Result<(), String> {
+    if path.is_empty() {
+        let mut fields = value_type.fields.iter();
+        return fields.try_for_each(|field| collect_field(field, None, "", base, parts));
+    }
+    let (step, rest) = path.split_once('.').unwrap_or((path, ""));
+    let (name, index) = match step.split_once('[') {
+        None => (step, None),
+        Some((name, index)) => {
+            let index = index.strip_suffix(']').and_then(|index| index.parse().ok());
+            (
+                name,
+                Some(index.ok_or_else(|| format!("`{step}` does not have the form `{name}[3]`"))?),
+            )
+        }
+    };
+    let field = value_type.fields.iter().find(|field| field.name == name);
+    let known = || Vec::from_iter(value_type.fields.iter().map(|field| field.name.as_str())).join(", ");
+    let field =
+        field.ok_or_else(|| format!("a {} has no field `{name}`, but {}", value_type.name, known()))?;
+    collect_field(field, index, rest, base, parts)
+}
+
+fn collect_field(
+    field: &Field,
+    index: Option<usize>,
+    rest: &str,
+    base: usize,
+    parts: &mut Vec<Part>,
+) -> Result<(), String> {
+    let (name, capacity) = (&field.name, field.form.capacity());
+    let of = |index: usize| base + field.offset + index * field.kind.bytes();
+    if index.is_some_and(|index| field.form == Form::One || index >= capacity) {
+        return Err(format!("`{name}` has no such element"));
+    }
+    match (&field.kind, field.form, index) {
+        (_, Form::Text { .. }, _) => Err(format!("`{name}` is a text")),
+        (FieldKind::Scalar(_), ..) if !rest.is_empty() => Err(format!("`{name}` has no fields")),
+        (FieldKind::Scalar(scalar), form, index) => {
+            let form = match (index, form) {
+                (Some(_), _) => Form::One,
+                (
+                    None,
+                    Form::Sequence {
+                        capacity,
+                        length_offset,
+                    },
+                ) => Form::Sequence {
+                    capacity,
+                    length_offset: base + length_offset,
+                },
+                (None, other) => other,
+            };
+            let offset = of(index.unwrap_or_default());
+            parts.push(Part {
+                scalar: *scalar,
+                offset,
+                form,
+            });
+            Ok(())
+        }
+        (FieldKind::Struct(_), Form::Sequence { .. }, None) => Err(format!(
+            "the number of `{name}` varies; name one, such as `{name}[0]`"
+        )),
+        (FieldKind::Struct(inner), _, Some(index)) => collect(inner, rest, of(index), parts),
+        (FieldKind::Struct(inner), _, None) => {
+            (0..capacity).try_for_each(|index| collect(inner, rest, of(index), parts))
+        }
+    }
+}
+
+fn refused(name: &str, wrong: &str) -> PyErr {
+    error(format!("`{name}`: {wrong}"))
+}

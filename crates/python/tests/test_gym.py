@@ -1,0 +1,101 @@
+"""Environments of Gymnasium."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+
+import jde.gym  # noqa: E402
+
+ACT = {"policy.base.linear.x": (0.0, 0.5), "policy.base.angular.z": (-1.0, 1.0)}
+POSE = ["robot.truth.pose"]
+
+
+def make(reach: Path, **arguments: Any) -> jde.gym.Env:
+    """Return an environment whose reward is the way to the right."""
+    arguments = {"observe": POSE, "act": ACT, "reward": lambda env: env.observation[0], "limit": 5.0, **arguments}
+    return jde.gym.make(reach, **arguments)
+
+
+@pytest.mark.filterwarnings("ignore:.*Box observation space (m|max)[a-z]* value is -?infinity.*")
+def test_the_checker_of_gymnasium_accepts_an_environment(reach: Path) -> None:
+    check_env(make(reach), skip_render_check=True)
+
+
+def test_an_episode_is_that_of_its_seed(reach: Path) -> None:
+    def episode(seed: int) -> list[Any]:
+        env = make(reach, observe=["robot.odometry.pose.pose.position"])
+        env.reset(seed=seed)
+        return [env.step(np.array([0.5, 0.2], dtype=np.float32))[0].tolist() for _ in range(30)]
+
+    assert episode(1) == episode(1)
+    assert episode(1) != episode(2), "wheels of another error"
+
+
+def test_an_action_is_in_force_for_a_step(reach: Path) -> None:
+    env = make(reach, step=0.2)
+    env.reset(seed=1)
+    begin = env.run.time
+    env.step(np.array([0.3, 0.1], dtype=np.float32))
+    command = env.run["robot.velocity"]
+    assert (command.linear.x, command.angular.z) == (pytest.approx(0.3), pytest.approx(0.1))
+    assert env.run.time - begin == pytest.approx(0.2)
+
+
+def test_an_episode_ends_by_its_limit_or_by_its_condition(reach: Path) -> None:
+    forward = np.array([0.5, 0.0], dtype=np.float32)
+    env = make(reach, limit=1.0)
+    env.reset(seed=1)
+    ends = [env.step(forward)[2:4] for _ in range(10)]
+    assert ends == [(False, False)] * 9 + [(False, True)]
+    env = make(reach, terminated=lambda env: env.observation[0] > 1.5)
+    env.reset(seed=1)
+    steps = 0
+    while not env.step(forward)[2]:
+        steps += 1
+    assert env.run["robot.truth.pose.x"] > 1.5
+    assert steps == pytest.approx(15, abs=4)
+
+
+def test_a_reset_prepares_the_episode(reach: Path) -> None:
+    def prepare(env: jde.gym.Env) -> None:
+        x = float(env.np_random.uniform(-3.0, -2.0))
+        env.run.edit("robot", place={"x": x, "y": 0.0, "heading_deg": 0.0})
+
+    env = make(reach, prepare=prepare)
+    starts = [env.reset(seed=seed)[0][0] for seed in (1, 2, 1)]
+    assert starts[0] == starts[2] != starts[1]
+    assert all(-3.0 <= start <= -2.0 for start in starts)
+
+
+def test_observations_are_limited_to_their_bounds(navigation: Path) -> None:
+    env = jde.gym.make(
+        navigation,
+        observe={"pioneer.laser.ranges": (0.0, 2.0), "pioneer.truth.pose.x": (-100.0, 100.0)},
+        act={"goon.base.linear.x": (0.0, 0.3)},
+        reward=lambda env: 0.0,
+    )
+    observation, _ = env.reset(seed=3)
+    assert observation.shape == (181,)
+    ranges = env.run["pioneer.laser"].ranges
+    assert (observation[:180] == np.clip(ranges, 0.0, 2.0)).all()
+    assert observation.max() > 2.0 >= observation[:180].max()
+    assert env.observation_space.contains(observation)
+
+
+def test_a_wrong_name_is_refused_in_words(reach: Path) -> None:
+    for arguments, words in [
+        ({"observe": ["robot.truth.pse"]}, "has no field `pse`"),
+        ({"observe": ["robot.odometry"]}, "`frame_id` is a text"),
+        ({"act": {"policy.base.linear": (0.0, 1.0)}}, "it is not one number"),
+        ({"act": {"policy.bse.linear.x": (0.0, 1.0)}}, "mocks write policy.base"),
+        ({"act": {}}, "names no number"),
+        ({"observe": ["robot.imu.angular_velocity"]}, "no value of robot.imu.angular_velocity within"),
+    ]:
+        with pytest.raises((jde.Error, KeyError, ValueError), match=words):
+            make(reach, **arguments)

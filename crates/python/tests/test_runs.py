@@ -1,0 +1,196 @@
+"""Applications in lockstep, stepped from Python."""
+
+import _thread
+import math
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jde
+
+
+def test_a_run_is_the_run_of_its_seed(navigation: Path) -> None:
+    def ranges(seed: int) -> list[float]:
+        with jde.run(navigation, seed=seed) as run:
+            assert run.until(5.0)
+            assert run.time == 5.0
+            return run["pioneer.laser"].ranges.tolist()  # type: ignore[no-any-return]
+
+    assert ranges(7) == ranges(7)
+    assert ranges(7) != ranges(8)
+
+
+def test_values_are_read_whole_and_in_parts(navigation: Path) -> None:
+    with jde.run(navigation) as run:
+        assert run["pioneer.position"] is None, "the robot has no such sensor"
+        run.until(1.0)
+        laser = run["pioneer.laser"]
+        assert laser.type_name == "sensor_msgs/msg/LaserScan"
+        assert laser.ranges.dtype == np.float32
+        assert len(laser.ranges) == 180
+        assert run["pioneer.laser.ranges[3]"] == laser.ranges[3]
+        assert laser.header.frame_id == run["pioneer.laser.header.frame_id"] != ""
+        assert run["goon.ahead"] == 1.2, "a plain number is a number"
+        assert run["pioneer.odometry"].to_dict()["pose"]["pose"]["position"]["z"] == 0.0
+        assert run["pioneer.odometry"] == run["pioneer.odometry"]
+        with pytest.raises(ValueError, match="read-only"):
+            laser.ranges[0] = 1.0
+        with pytest.raises(AttributeError, match="no field `range`; it has header"):
+            _ = laser.range
+        with pytest.raises(KeyError, match=r"pioneer.lasr.*did you mean"):
+            _ = run["pioneer.lasr"]
+        with pytest.raises(jde.Error, match="no field `rnges`"):
+            _ = run["pioneer.laser.rnges"]
+    assert run["goon.ahead"] == 1.2, "also after the end"
+    assert not run.step()
+
+
+def test_an_operator_of_the_run_writes_and_acts(navigation: Path) -> None:
+    with jde.run(navigation, set={"goon.ahead": "90 cm"}) as run:
+        assert run["goon.ahead"] == 0.9
+        run["goon.ahead"] = 1.1
+        assert run["goon.ahead"] == 1.1
+        run["goon.ahead"] = "70 cm"
+        assert run["goon.ahead"] == 0.7
+        run["goon.period"] = "200 ms"
+        assert run["goon.period"] == pytest.approx(0.2)
+        with pytest.raises(jde.Error):
+            run["goon.ahead"] = -3.0
+        with pytest.raises(KeyError, match="no modulation `ahed`"):
+            run["goon.ahed"] = 1.0
+        with pytest.raises(TypeError, match="is no value"):
+            run["goon.ahead"] = object()
+        run.until(2.0)
+        run["teleop.want"] = {"twist": {"linear": {"x": 0.2}}, "wanted": True}
+        assert run.until(lambda run: run.winner("roots") == "teleop", within=1.0)
+        run.release("teleop")
+        assert run.until("example.won", within=2.0)
+        run.stop("goon")
+        run.until(run.time + 1.0)
+        assert {schema["name"]: schema["state"] for schema in run.snapshot()["schemas"]}["goon"] == "slept"
+        assert any(event["by"] == "python" for event in run.events if event["kind"] == "operator")
+
+
+def test_conditions_are_those_of_breakpoints(navigation: Path) -> None:
+    with jde.run(navigation) as run:
+        assert run.until("vff.won", within=30.0)
+        then = run.time
+        assert run.winner("example/base") == "vff"
+        assert run.until("time > 20.0")
+        assert run.time == pytest.approx(max(20.0, then), abs=0.1)
+        assert not run.until("collisions > 0", within=1.0)
+        assert run.time == pytest.approx(max(20.0, then) + 1.0, abs=0.2)
+        with pytest.raises(jde.Error, match="no variable is called `vfff.won`"):
+            run.until("vfff.won")
+        decision = next(decision for decision in run.decisions if decision["choice"] == "vff")
+        assert decision["reason"]
+
+
+def test_a_mission_ends_the_run(navigation: Path) -> None:
+    with jde.run(navigation) as run:
+        assert not run.until(1e4), "it ends before"
+        assert run.outcome == "done"
+        assert run["example.mission.reached"] == 8
+        assert not run.step()
+    with jde.run(navigation, limit=2.0) as run:
+        assert not run.until(3.0)
+        assert (run.outcome, run.time) == ("time up", 2.0)
+
+
+def test_traces_are_arrays(navigation: Path) -> None:
+    with jde.run(navigation) as run:
+        run.trace("pioneer.truth", "pioneer.laser")
+        run.until(3.0)
+        truth, laser = run.series("pioneer.truth"), run.series("pioneer.laser")
+    assert len(truth) == len(truth["pose.x"]) == 61
+    assert np.all(np.diff(truth.times) > 0.0)
+    assert truth["pose.x"][-1] == run["pioneer.truth"].pose.x
+    assert laser["ranges"].shape == (len(laser), 180)
+    assert (laser["ranges"][-1] == run["pioneer.laser"].ranges).all()
+    assert laser["header.frame_id"][0] == run["pioneer.laser"].header.frame_id
+    with pytest.raises(KeyError, match="no field `pse`; the fields are"):
+        _ = truth["pse.x"]
+    pandas = pytest.importorskip("pandas")
+    frame = truth.frame()
+    assert isinstance(frame, pandas.DataFrame)
+    assert frame["pose.x"].iloc[-1] == truth["pose.x"][-1]
+
+
+def test_the_world_changes_while_it_runs(reach: Path) -> None:
+    with jde.run(reach, mocks=["policy"]) as run:
+        run.until(1.0)
+        run.edit("robot", place={"x": -2.0, "y": 0.5, "heading_deg": 90.0})
+        run.edit("robot", add={"name": "crate", "center": [-2.0, 2.0], "size": [0.4, 0.4]})
+        run["policy.base"] = {"linear": {"x": 0.5}}
+        assert run.until("collisions > 0", within=10.0)
+        assert run["robot.truth.pose.y"] == pytest.approx(1.65, abs=0.02)
+        run.edit("robot", remove="crate")
+        assert run.until(lambda run: run["robot.truth.pose.y"] > 2.5, within=10.0)
+        assert run["robot.edits"].refused == 0
+        with pytest.raises(jde.Error, match="wrk"):
+            run.edit("robot", wrk=1)
+
+
+def test_a_mock_commands_what_it_is_given(reach: Path) -> None:
+    with jde.run(reach, mocks=["policy"]) as run:
+        run["policy.base"] = {"linear": {"x": 0.4}}
+        run.until(3.0)
+        assert run["robot.velocity"].linear.x == 0.4
+        run["policy.base"] = {"angular": {"z": 0.3}}
+        run.until(4.0)
+        assert (run["robot.velocity"].linear.x, run["robot.velocity"].angular.z) == (0.0, 0.3)
+        twist = run["robot.velocity"]
+        run["policy.base"] = twist
+        with pytest.raises(jde.Error, match="no field `lin`"):
+            run["policy.base"] = {"lin": 1.0}
+        run["policy.base"] = {"linear": {"x": math.nan}}
+        run.until(6.0)
+        assert run["robot.velocity"].linear.x == 0.0, "the host refuses it"
+        assert any(event["kind"] == "refused" and event["schema"] == "policy" for event in run.events)
+
+
+def test_an_exception_of_a_condition_ends_the_run_in_order(navigation: Path) -> None:
+    with jde.run(navigation) as run:
+        with pytest.raises(ZeroDivisionError):
+            run.until(lambda run: 1 / 0)
+        assert run.outcome == "stopped"
+
+
+def test_ctrl_c_ends_the_run_in_order(navigation: Path) -> None:
+    with jde.run(navigation, set={"example.rounds": 0}) as run:
+        interruption = threading.Timer(0.2, _thread.interrupt_main)
+        interruption.start()
+        with pytest.raises(KeyboardInterrupt):
+            run.until(1e6)
+        interruption.join()
+        assert run.outcome == "stopped"
+
+
+def test_other_threads_of_python_go_on_while_time_passes(navigation: Path) -> None:
+    with jde.run(navigation, set={"example.rounds": 0}) as run:
+        seen = []
+        observer = threading.Thread(target=lambda: seen.append(run.until(lambda run: run.time >= 20.0, within=60.0)))
+        observer.start()
+        while observer.is_alive():
+            run.step()
+        observer.join()
+        assert seen == [True]
+
+
+def test_faults_of_an_application_are_named(tmp_path: Path, reach: Path) -> None:
+    with pytest.raises(jde.Error, match="no.toml"):
+        jde.run(tmp_path / "no.toml")
+    with pytest.raises(jde.Error, match="polcy"):
+        jde.run(reach, set={"polcy.period": "1 s"})
+    with pytest.raises(jde.Error, match="no such schema"):
+        jde.run(reach, mocks=["polcy"])
+    with pytest.raises(ValueError, match="no time"):
+        jde.run(reach).until(-1.0)
+
+
+def test_an_application_says_what_it_has(reach: Path) -> None:
+    application = jde.Application(reach)
+    assert (application.name, application.schemas) == ("reach", ["robot", "policy"])
+    assert application.variables["robot.truth"] == "jde_msgs/msg/Truth"
