@@ -15,8 +15,16 @@ use crate::test::Context;
 /// The Python environment of the tests.
 const ENVIRONMENT: Environment = Environment {
     folder: "pytest",
-    packages: &["mypy==2.4.1", "numpy==2.4.6", "pytest==9.2.0", "ruff==0.17.6"],
-    imports: &["mypy", "numpy", "pytest", "ruff"],
+    packages: &[
+        "gymnasium==1.4.0",
+        "mypy==2.4.1",
+        "numpy==2.4.6",
+        "pandas==3.1.1",
+        "pandas-stubs==3.1.0.261029",
+        "pytest==9.2.0",
+        "ruff==0.17.6",
+    ],
+    imports: &["gymnasium", "mypy", "numpy", "pandas", "pytest", "ruff"],
 };
 /// The crate with the package and its tests.
 const CRATE: &str = "crates/python";

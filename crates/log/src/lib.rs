@@ -29,6 +29,7 @@ mod survey;
 #[cfg(feature = "record")]
 mod topic;
 mod turns;
+mod variable;
 #[cfg(feature = "record")]
 mod writer;
 #[cfg(feature = "record")]
@@ -53,3 +54,4 @@ pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, SchemaProblems, Surve
 #[cfg(feature = "record")]
 pub use topic::{Stamps, Topic};
 pub use turns::{RecordedGroup, RecordedHierarchy, RecordedSchema};
+pub use variable::{RecordedVariable, recorded_variables};

@@ -4,7 +4,9 @@
 //! Built for Python's stable ABI from 3.10 on, so that one file serves all later versions.
 
 mod applications;
+mod clients;
 mod policies;
+mod recordings;
 mod runs;
 mod values;
 
@@ -51,7 +53,11 @@ mod _jde {
     #[pymodule_export]
     use crate::applications::LoadedApplication;
     #[pymodule_export]
+    use crate::clients::{Lease, RemoteApplication, Watch};
+    #[pymodule_export]
     use crate::policies::Policy;
+    #[pymodule_export]
+    use crate::recordings::OpenRecording;
     #[pymodule_export]
     use crate::runs::Run;
     #[pymodule_export]

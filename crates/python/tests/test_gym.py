@@ -8,9 +8,8 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
-from gymnasium.utils.env_checker import check_env  # noqa: E402
-
-import jde.gym  # noqa: E402
+import jde.gym
+from gymnasium.utils.env_checker import check_env
 
 ACT = {"policy.base.linear.x": (0.0, 0.5), "policy.base.angular.z": (-1.0, 1.0)}
 POSE = ["robot.truth.pose"]
@@ -89,13 +88,14 @@ def test_observations_are_limited_to_their_bounds(navigation: Path) -> None:
 
 
 def test_a_wrong_name_is_refused_in_words(reach: Path) -> None:
-    for arguments, words in [
+    cases: list[tuple[dict[str, Any], str]] = [
         ({"observe": ["robot.truth.pse"]}, "has no field `pse`"),
         ({"observe": ["robot.odometry"]}, "`frame_id` is a text"),
         ({"act": {"policy.base.linear": (0.0, 1.0)}}, "it is not one number"),
         ({"act": {"policy.bse.linear.x": (0.0, 1.0)}}, "mocks write policy.base"),
         ({"act": {}}, "names no number"),
         ({"observe": ["robot.imu.angular_velocity"]}, "no value of robot.imu.angular_velocity within"),
-    ]:
+    ]
+    for arguments, words in cases:
         with pytest.raises((jde.Error, KeyError, ValueError), match=words):
             make(reach, **arguments)

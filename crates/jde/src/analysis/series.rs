@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use jde_abi::describe::{FieldKind, Form, Type};
 use jde_link::message::VariableInfo;
-use jde_log::{Channel, Recording};
+use jde_log::{Channel, RecordedVariable, Recording, recorded_variables};
 use jde_report::Series;
 use jde_ros::{cdr, definition};
 use jde_types::{
@@ -17,7 +17,6 @@ use jde_types::{
 use crate::failure::{Failure, display_path};
 use crate::remote::field::VariableField;
 use crate::remote::name;
-use crate::replay::{RecordedVariable, variables};
 
 /// Most names offered for completion.
 const MAX_NAMES: usize = 2000;
@@ -103,7 +102,7 @@ fn example_field(recorded: &RecordedVariable) -> String {
 
 /// Returns the variables and topics whose type is known, by topic.
 fn known_variables(recording: &Recording) -> BTreeMap<String, RecordedVariable> {
-    let mut known = variables(recording);
+    let mut known = recorded_variables(recording);
     for channel in recording.channels().filter(|channel| channel.encoding == "cdr") {
         if !known.contains_key(&channel.topic)
             && let Some(recorded) = as_standard_type(channel)

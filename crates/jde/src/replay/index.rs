@@ -3,14 +3,14 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
-use jde_abi::describe::Type;
 use jde_core::Nanos;
-use jde_log::{Channel, Message, Messages, RecordedHierarchy, Recording};
+use jde_log::{
+    Channel, Message, Messages, RecordedHierarchy, RecordedVariable, Recording, recorded_variables,
+};
 use jde_records::turn::{Call, Turn};
 use jde_records::{RecordKind, RunRecord};
-use jde_ros::{cdr, definition};
+use jde_ros::cdr;
 use jde_types::Value as _;
 
 use super::hierarchy::{Hierarchy, HierarchyNames};
@@ -61,20 +61,6 @@ pub(super) struct Cycle {
     pub(super) iterated: bool,
 }
 
-/// A variable of a recording.
-pub(crate) struct RecordedVariable {
-    /// Its full name.
-    pub(crate) name: String,
-    /// `export`, `modulation` or `command`.
-    pub(crate) access: String,
-    /// Its type.
-    pub(crate) value_type: Arc<Type>,
-    /// What it means.
-    pub(crate) doc: String,
-    /// Unit of a plain number.
-    pub(crate) unit: String,
-}
-
 /// A value of a variable, or a drawing of a panel.
 #[derive(Clone)]
 pub(super) struct RecordedValue {
@@ -105,29 +91,6 @@ impl Entry {
     }
 }
 
-impl RecordedVariable {
-    /// Reads a channel's metadata. `value_type` is the type of its values.
-    pub(crate) fn of(channel: &Channel, value_type: Type) -> Self {
-        let metadata = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
-        let name = match metadata("variable") {
-            // Recordings of other programs have topics instead of variables.
-            name if name.is_empty() => channel.topic.trim_start_matches('/').replace('/', "."),
-            name => name,
-        };
-        let access = match metadata("access") {
-            access if access.is_empty() => "export".to_owned(),
-            access => access,
-        };
-        Self {
-            name,
-            access,
-            value_type: Arc::new(value_type),
-            doc: metadata("doc"),
-            unit: metadata("unit"),
-        }
-    }
-}
-
 impl Index {
     /// Reads a recording, up to its damage if it has any.
     pub(super) fn read(file: &Path) -> Result<Self, Failure> {
@@ -152,7 +115,7 @@ impl Index {
             .find_map(|channel| RecordedHierarchy::read(&channel.metadata));
         let mut names = HierarchyNames::new(cast.as_ref());
         let mut index = Self {
-            variables: variables(&recording),
+            variables: recorded_variables(&recording),
             panels: panels(&recording),
             initial: names.hierarchy(),
             start_ns,
@@ -280,22 +243,6 @@ fn panels(recording: &Recording) -> BTreeMap<String, String> {
     let of = |channel: &Channel| {
         let schema = jde_log::panel::schema(channel)?;
         Some((channel.topic.clone(), schema.to_owned()))
-    };
-    recording.channels().filter_map(of).collect()
-}
-
-/// All topics whose values can be decoded. Other topics cannot be shown.
-pub(crate) fn variables(recording: &Recording) -> BTreeMap<String, RecordedVariable> {
-    let of = |channel: &Channel| {
-        let text = std::str::from_utf8(&channel.definition).ok()?;
-        if channel.encoding != "cdr"
-            || channel.definition_encoding != "ros2msg"
-            || channel.topic == TURNS_TOPIC
-        {
-            return None;
-        }
-        let value_type = definition::read(&channel.type_name, text).ok()?;
-        Some((channel.topic.clone(), RecordedVariable::of(channel, value_type)))
     };
     recording.channels().filter_map(of).collect()
 }

@@ -26,7 +26,6 @@ use crate::failure::{Failure, display_path};
 use crate::interrupt::SignalListener;
 use crate::terminal::{self, FAINT, TITLE, WARN};
 use index::Index;
-pub(crate) use index::{RecordedVariable, variables};
 use interface::{CONTROL_SCHEMA, PlayedRecording};
 use panel_store::PanelStore;
 use player::{Player, StopPlayerOnDrop};

@@ -28,8 +28,6 @@ BEFORE = 1e-9
 class Env(gymnasium.Env[Array, Array]):
     """An application as an environment; `make` explains the arguments. `run` is the run of the present episode."""
 
-    metadata = {"render_modes": []}
-
     def __init__(
         self,
         application: str | os.PathLike[str],

@@ -6,10 +6,13 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jde import _executable, _jde
 from jde.series import Series
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Application:
@@ -65,7 +68,7 @@ class Run:
         """Take a started application; `jde.run` starts one."""
         self._native = native
 
-    def __enter__(self) -> Run:
+    def __enter__(self) -> Self:
         """Return the run itself, which ends with the block."""
         return self
 

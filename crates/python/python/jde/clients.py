@@ -1,0 +1,229 @@
+"""Running applications: their values and records, and the actions of an operator."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import subprocess
+from collections.abc import AsyncIterator, Iterator, Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from jde import _executable, _jde
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+#: How long an action of an operator outlives a process that dies, s.
+LEASE = 1.0
+
+
+class Sample(NamedTuple):
+    """A value of a variable; `None` if there is none."""
+
+    value: Any
+    #: When it was measured or written, s since the start of the application.
+    time: float
+    #: Counts the values of the variable from 1.
+    sequence: int
+
+
+class Watch:
+    """What arrives from an application, for `for` and for `async for`. At most 1000 arrivals wait."""
+
+    def __init__(self, native: _jde.Watch, sample: bool = False) -> None:
+        """Take a subscription; the methods of `Remote` make one."""
+        self._native, self._sample = native, sample
+
+    @property
+    def missed(self) -> int:
+        """Arrivals that were dropped because the program took too few."""
+        return self._native.missed
+
+    def receive(self, timeout: float | None = None) -> Any:
+        """Wait for the next arrival, at most so many seconds; `None` after that time or at the end."""
+        arrival = self._native.receive(timeout)
+        return Sample(*arrival) if self._sample and arrival is not None else arrival
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yield each arrival until the watch is closed or the application is gone."""
+        while (arrival := self.receive()) is not None:
+            yield arrival
+
+    async def __aiter__(self) -> AsyncIterator[Any]:
+        """Yield each arrival; other tasks run meanwhile."""
+        while not self._native.is_over:
+            # Short, so that a task that was cancelled leaves no thread behind.
+            arrival = await asyncio.to_thread(self.receive, 0.1)
+            if arrival is not None:
+                yield arrival
+
+    def close(self) -> None:
+        """End the subscription."""
+        self._native.close()
+
+    def __enter__(self) -> Self:
+        """Return the watch itself, which ends with the block."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the subscription."""
+        self.close()
+
+
+class Remote:
+    """A running application, on this machine or afar.
+
+    `robot["pioneer.laser"]` is the newest value of a variable, as in a `Run`; `robot["goon.fast"] = "30 cm/s"` writes
+    a modulation or a period as an operator (R14), until it is released.
+    """
+
+    def __init__(self, native: _jde.Remote) -> None:
+        """Take a connection; `connect` makes one."""
+        self._native = native
+
+    @property
+    def name(self) -> str:
+        """The name of the application."""
+        return self._native.name
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the application can be reached."""
+        return self._native.is_alive
+
+    @property
+    def variables(self) -> dict[str, str]:
+        """The full names of the variables, and the names of their types."""
+        return self._native.variables()
+
+    def __getitem__(self, name: str) -> Any:
+        """Return the newest value of a variable; `None` without one."""
+        return self.sample(name).value
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        """Write a modulation or a period."""
+        self._native.write(name, value)
+
+    def sample(self, name: str) -> Sample:
+        """Return the newest value of a variable with its time and number."""
+        return Sample(*self._native.get(name))
+
+    def watch(self, name: str, *, rate: float | None = None) -> Watch:
+        """Receive the values of a variable as samples: all, or at most `rate` a second."""
+        return Watch(self._native.watch(name, rate), sample=True)
+
+    def panel(self, schema: str, *, rate: float = 10.0) -> Watch:
+        """Receive the drawings of a schema's panel, at most `rate` a second."""
+        return Watch(self._native.watch_panel(schema, rate))
+
+    def records(self, *kinds: Literal["decisions", "states", "events"], last: int = 0) -> Watch:
+        """Receive the last records of these kinds and then each new one."""
+        return Watch(self._native.watch_records(list(kinds), last))
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return the state of every schema and group."""
+        return self._native.snapshot()
+
+    def why(self, question: str) -> str:
+        """Answer a question as `jde why` does. Only for an application on this machine."""
+        return _executable.call("why", "--app", self.name, *question.split())
+
+    def play(self, schema: str) -> None:
+        """Wake a schema as its father would."""
+        self._operate("play", schema)
+
+    def stop(self, schema: str) -> None:
+        """Put a schema to sleep until it is released."""
+        self._operate("stop", schema)
+
+    def force(self, schema: str) -> None:
+        """Make a schema the winner of its group while it is awake."""
+        self._operate("force", schema)
+
+    def release(self, schema: str) -> None:
+        """Undo what operators did to a schema."""
+        self._operate("release", schema)
+
+    def stop_all(self) -> None:
+        """Stop all schemas at once: every command is neutral until `release_all`."""
+        self._native.operate(json.dumps({"action": "stop-all"}))
+
+    def release_all(self) -> None:
+        """Undo `stop_all`, whoever called it."""
+        self._native.operate(json.dumps({"action": "release-all"}))
+
+    def touch(self, schema: str, widget: str, touch: Any) -> None:
+        """Apply a gesture to a widget of a schema's panel, such as `"pressed"` or `{"moved": 0.5}`."""
+        gesture = {"widget": widget, "touch": touch}
+        self._native.operate(json.dumps({"action": "touch", "schema": schema, "gesture": gesture}))
+
+    @contextlib.contextmanager
+    def hold(self, action: Literal["play", "stop", "force"], schema: str, *, lease: float = LEASE) -> Iterator[None]:
+        """Act for the time of a block. If this process dies or the network is cut, the action ends after `lease` s."""
+        with self._held(self._operate(action, schema, lease)):
+            yield
+
+    @contextlib.contextmanager
+    def setting(self, name: str, value: Any, *, lease: float = LEASE) -> Iterator[None]:
+        """Write a modulation or a period for the time of a block; likewise."""
+        with self._held(self._native.write(name, value, lease)):
+            yield
+
+    @contextlib.contextmanager
+    def record(self, file: str | os.PathLike[str], *patterns: str) -> Iterator[None]:
+        """Record the variables that match, or all, to a file for the time of a block; see `jde record`."""
+        command = _executable.command("record", "--app", self.name, os.fspath(file), *patterns)
+        recorder = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            yield
+        finally:
+            recorder.send_signal(signal.SIGINT)
+            said, _ = recorder.communicate()
+            if recorder.returncode != 0:
+                raise _jde.Error(said.strip())
+
+    def _operate(self, action: str, schema: str, lease: float | None = None) -> _jde.Lease | None:
+        return self._native.operate(json.dumps({"action": action, "schema": schema}), lease)
+
+    @contextlib.contextmanager
+    def _held(self, lease: _jde.Lease | None) -> Iterator[None]:
+        assert lease is not None, "a lease was asked for"
+        try:
+            yield
+        finally:
+            lost = lease.lost
+            lease.close()
+            if lost is not None:
+                raise _jde.Error(f"the action ended before its block: {lost}")
+
+
+def connect(
+    name: str | None = None,
+    *,
+    at: Sequence[str] = (),
+    user: str | None = None,
+    password_file: str | os.PathLike[str] | None = None,
+    authority: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
+    key: str | os.PathLike[str] | None = None,
+) -> Remote:
+    """Connect to the application of a name, or to the only one.
+
+    Without `at` it is one of this user on this machine; otherwise one behind these endpoints, such as
+    `tls/robot2.local:7447`, to which `user` and `password_file`, or `certificate` and `key`, prove who connects, and
+    whose certificates `authority` has signed.
+    """
+    if (user is None) != (password_file is None):
+        raise ValueError("`user` and `password_file` belong together")
+    if (certificate is None) != (key is None):
+        raise ValueError("`certificate` and `key` belong together")
+    login = None if user is None or password_file is None else (user, os.fspath(password_file))
+    identity = None if certificate is None or key is None else (os.fspath(certificate), os.fspath(key))
+    signed_by = None if authority is None else os.fspath(authority)
+    return Remote(_jde.Remote(name, list(at), login, signed_by, identity))

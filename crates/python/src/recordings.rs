@@ -1,0 +1,175 @@
+//! Recordings as arrays. Their format and their damage are the concern of `jde-log`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use jde_abi::describe::Type;
+use jde_board::value::get_path;
+use jde_log::{RecordedVariable, Recording, recorded_variables};
+use jde_report::{Analysis, Picture, SIDES, Series, Size, Wanted};
+use jde_ros::cdr;
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::error;
+use crate::values::dtype;
+
+/// A recording, open for reading.
+#[pyclass(frozen, module = "jde", name = "Recording")]
+pub(crate) struct OpenRecording {
+    recording: Recording,
+    /// The variables and their topics, by their full names.
+    variables: BTreeMap<String, (String, RecordedVariable)>,
+}
+
+#[pymethods]
+impl OpenRecording {
+    /// Opens a file, or the folder of a recording in parts.
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| {
+            let recording = Recording::open(&path).map_err(error)?;
+            let variables = recorded_variables(&recording).into_iter();
+            let variables = variables.map(|(topic, variable)| (variable.name.clone(), (topic, variable)));
+            Ok(Self {
+                variables: variables.collect(),
+                recording,
+            })
+        })
+    }
+
+    /// What the recording says of its run: `application`, `seed`, `start_ns` and others.
+    #[getter]
+    fn metadata(&self) -> BTreeMap<String, String> {
+        self.recording.metadata("jde").cloned().unwrap_or_default()
+    }
+
+    /// Why the recording ends too early; `None` if it is complete.
+    #[getter]
+    fn damage(&self) -> Option<&str> {
+        self.recording.damage().map(|damage| damage.reason.as_str())
+    }
+
+    /// The names of the variables, and of their types.
+    #[getter]
+    fn variables(&self) -> BTreeMap<&str, &str> {
+        let variables = self.variables.iter();
+        variables
+            .map(|(name, (_, variable))| (name.as_str(), variable.value_type.name.as_str()))
+            .collect()
+    }
+
+    /// Returns the times, ns since the start, the values and the `dtype` of a variable.
+    fn series<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+    ) -> PyResult<(Vec<u64>, Bound<'py, PyBytes>, Bound<'py, PyAny>)> {
+        let (topic, value_type, _) = self.find(name)?;
+        let start = self.start();
+        let (times, bytes) = py.detach(|| {
+            let (mut times, mut bytes) = (Vec::new(), Vec::new());
+            for message in self.recording.messages().map_err(error)? {
+                let message = message.map_err(error)?;
+                if message.channel.topic == *topic {
+                    bytes.extend(cdr::decode(value_type, &message.data).map_err(error)?);
+                    times.push(message.publish_time.saturating_sub(start));
+                }
+            }
+            Ok::<_, PyErr>((times, bytes))
+        })?;
+        Ok((times, PyBytes::new(py, &bytes), dtype(py, value_type)?.into_any()))
+    }
+
+    /// Returns the records of a kind: `decisions`, `states` or `events`.
+    fn records<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let topic = format!("/jde/{kind}");
+        let loads = py.import("json")?.getattr("loads")?;
+        let messages = py.detach(|| {
+            let messages = self.recording.messages().map_err(error)?;
+            let of_kind = messages.filter(|message| {
+                message
+                    .as_ref()
+                    .map_or(true, |message| message.channel.topic == topic)
+            });
+            of_kind.collect::<Result<Vec<_>, _>>().map_err(error)
+        })?;
+        let records = messages.iter();
+        records
+            .map(|message| loads.call1((PyBytes::new(py, &message.data),)))
+            .collect()
+    }
+
+    /// Returns a picture as PNG: the path of the robots or the named numbers over time, and the states.
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        numbers: Vec<String>,
+        width: u32,
+        height: u32,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        if ![width, height].iter().all(|side| SIDES.contains(side)) {
+            let (least, most) = (SIDES.start(), SIDES.end());
+            return Err(PyValueError::new_err(format!(
+                "a picture has {least} to {most} pixels on each side"
+            )));
+        }
+        let size = Size { width, height };
+        let series = numbers.iter().map(|name| self.number(name));
+        let wanted = Wanted {
+            columns: size.columns(),
+            series: series.collect::<PyResult<_>>()?,
+            ..Wanted::default()
+        };
+        let png = py.detach(|| {
+            let analysis = Analysis::read(&self.recording, wanted, &mut |_| {}).map_err(error)?;
+            Picture::of_recording(&analysis, size).png().map_err(error)
+        })?;
+        Ok(PyBytes::new(py, &png))
+    }
+}
+
+impl OpenRecording {
+    /// The start of the application, ns since 1970.
+    fn start(&self) -> u64 {
+        let stated = self.recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
+        let stated = stated.and_then(|start| start.parse().ok());
+        stated
+            .or_else(|| Some(self.recording.times()?.0))
+            .unwrap_or_default()
+    }
+
+    /// Returns the topic and the type of the variable at the front of a name, and the path after it.
+    fn find<'n>(&self, name: &'n str) -> PyResult<(&String, &Arc<Type>, &'n str)> {
+        let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
+        let fitting = ends.chain([name.len()]).filter_map(|end| {
+            let (topic, variable) = self.variables.get(&name[..end])?;
+            Some((topic, &variable.value_type, name[end..].trim_start_matches('.')))
+        });
+        fitting.last().ok_or_else(|| {
+            let known: Vec<_> = self.variables.keys().map(String::as_str).collect();
+            PyKeyError::new_err(format!("the recording has no `{name}`, but {}", known.join(", ")))
+        })
+    }
+
+    fn number(&self, name: &str) -> PyResult<Series> {
+        let (topic, value_type, path) = self.find(name)?;
+        let (value_type, path) = (Arc::clone(value_type), path.to_owned());
+        let variable = name[..name.len() - path.len()].trim_end_matches('.');
+        Ok(Series {
+            topic: topic.clone(),
+            variable: variable.to_owned(),
+            name: name.to_owned(),
+            unit: String::new(),
+            number: Box::new(move |message| {
+                let bytes = cdr::decode(&value_type, message).ok()?;
+                get_path(&value_type, &bytes, &path)
+                    .ok()?
+                    .into_only_field()
+                    .as_number()
+            }),
+        })
+    }
+}

@@ -1,0 +1,62 @@
+"""Recordings as arrays."""
+
+import subprocess
+from pathlib import Path
+
+import jde
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def recording(navigation: Path, tmp_path: Path) -> jde.Recording:
+    """Return the recording of the first 20 seconds of safe navigation."""
+    file = tmp_path / "drive.mcap"
+    command = ["jde", "run", str(navigation), "--lockstep", "--plain", "--for", "20s", "--record", str(file)]
+    # Its status says that the mission was not done in this time.
+    assert subprocess.run(command, check=False, capture_output=True, timeout=120).returncode == 1
+    return jde.open(file)
+
+
+def test_a_recording_has_the_values_of_its_run(navigation: Path, recording: jde.Recording) -> None:
+    assert recording.metadata["application"] == "safe-navigation"
+    assert recording.damage is None
+    assert recording.variables["pioneer.laser"] == "sensor_msgs/msg/LaserScan"
+    with jde.run(navigation, limit=20.0) as run:
+        run.trace("pioneer.truth", "pioneer.laser")
+        run.until(21.0)
+    for name, path in [("pioneer.truth", "pose.x"), ("pioneer.laser", "ranges")]:
+        recorded, computed = recording[name], run.series(name)
+        assert np.array_equal(recorded.times, computed.times)
+        assert np.array_equal(recorded[path], computed[path])
+    choices = [[decision["choice"] for decision in of.decisions] for of in (recording, run)]
+    assert choices[0] == choices[1]
+    assert recording.states == run.states
+    assert recording.events
+
+
+def test_a_recording_is_a_picture(recording: jde.Recording) -> None:
+    path = recording._repr_png_()
+    numbers = recording.picture("pioneer.truth.pose.x", "goon.ahead", width=400, height=300)
+    for picture in (path, numbers):
+        assert picture.startswith(b"\x89PNG")
+    assert path != numbers
+    with pytest.raises(KeyError, match="no `pioner.truth`"):
+        recording.picture("pioner.truth")
+    with pytest.raises(ValueError, match="pixels on each side"):
+        recording.picture(width=1)
+
+
+def test_a_recording_answers_questions(recording: jde.Recording) -> None:
+    assert "vff" in recording.why("vff")
+    with pytest.raises(jde.Error, match="vfff"):
+        recording.why("vfff")
+
+
+def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "drive.mcap"
+    with pytest.raises(jde.Error, match="No such file"):
+        jde.open(file)
+    file.write_text("no recording")
+    with pytest.raises(jde.Error, match="no MCAP file"):
+        jde.open(file)
