@@ -19,7 +19,7 @@ use jde_records::{RecordKind, RunRecord};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::runs::record_to_python;
+use crate::observation::record_to_python;
 use crate::values::{from_python, to_python};
 use crate::{error, json};
 

@@ -5,6 +5,7 @@
 
 mod applications;
 mod clients;
+mod observation;
 mod policies;
 mod recordings;
 mod runs;
@@ -30,7 +31,7 @@ fn error(error: impl std::fmt::Display) -> PyErr {
 /// Converts seconds.
 fn nanoseconds(seconds: f64) -> PyResult<Nanos> {
     let nanoseconds = (seconds * 1e9).round();
-    if nanoseconds >= 0.0 && nanoseconds < 9e18 {
+    if (0.0..9e18).contains(&nanoseconds) {
         Ok(nanoseconds as Nanos)
     } else {
         Err(PyValueError::new_err(format!("{seconds} s is no time of a run")))

@@ -144,11 +144,11 @@ impl OpenRecording {
     /// Returns the topic and the type of the variable at the front of a name, and the path after it.
     fn find<'n>(&self, name: &'n str) -> PyResult<(&String, &Arc<Type>, &'n str)> {
         let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
-        let fitting = ends.chain([name.len()]).filter_map(|end| {
+        let mut fitting = ends.chain([name.len()]).filter_map(|end| {
             let (topic, variable) = self.variables.get(&name[..end])?;
             Some((topic, &variable.value_type, name[end..].trim_start_matches('.')))
         });
-        fitting.last().ok_or_else(|| {
+        fitting.next_back().ok_or_else(|| {
             let known: Vec<_> = self.variables.keys().map(String::as_str).collect();
             PyKeyError::new_err(format!("the recording has no `{name}`, but {}", known.join(", ")))
         })

@@ -1,27 +1,27 @@
 //! A run: an application in lockstep that Python steps, reads and operates. Python is never called while time
 //! passes.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::describe::{Role, Type};
 use jde_app::literal::parse_value;
+use jde_board::Variable;
 use jde_board::value::{self, Value};
-use jde_board::{Reader, Variable};
 use jde_conditions::{Expression, Names};
 use jde_core::Nanos;
 use jde_experiment::drive::EventQueue;
-use jde_experiment::drive::values::DriveValues;
-use jde_host::{Handle, LiveValue, Lockstep, OperatorHandle};
-use jde_panel::Gesture;
+use jde_host::{Handle, LiveValue, Lockstep, OperatorHandle, PanelViewGuard};
+use jde_panel::{Gesture, MAX_RATE};
 use jde_records::event::Outcome;
-use jde_records::{RecordBuilder, RunRecord};
 use jde_sim::{EditQueue, Edits};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::observation::{Observation, record_to_python};
 use crate::values::{as_text, dtype, from_python, plain, to_python};
 use crate::{error, json, nanoseconds};
 
@@ -29,8 +29,6 @@ use crate::{error, json, nanoseconds};
 const OPERATOR: &str = "python";
 /// The modulation of a simulated robot that changes its world.
 const EDIT: &str = "edit";
-/// The most records of each kind that a run keeps; the oldest are dropped.
-const MAX_RECORDS: usize = 100_000;
 /// The machine time after which signals such as Ctrl-C are handled.
 const SIGNALS: Duration = Duration::from_millis(20);
 /// The time that passes between two looks at the clock of the machine, ns.
@@ -61,25 +59,8 @@ struct State {
     observation: Option<Observation>,
     /// The changes of each world so far, by the driver that makes them.
     edits: BTreeMap<usize, EditQueue>,
-}
-
-/// What is kept of a run.
-struct Observation {
-    events: EventQueue,
-    builder: RecordBuilder,
-    records: BTreeMap<&'static str, VecDeque<RunRecord>>,
-    values: DriveValues,
-    traces: BTreeMap<String, Trace>,
-}
-
-/// The values of a variable, each once.
-struct Trace {
-    variable: Arc<Variable>,
-    reader: Reader,
-    seen: u64,
-    /// When each value was measured or written, ns.
-    times: Vec<u64>,
-    bytes: Vec<u8>,
+    /// The panels that are drawn, by their schemas.
+    panels: BTreeMap<usize, PanelViewGuard>,
 }
 
 /// Why time stopped passing.
@@ -135,12 +116,12 @@ impl Run {
         let expression = Expression::condition(condition, &names).map_err(error)?;
         py.detach(|| {
             self.observation(|observation| {
-                observation.values.set_expressions(&[expression], &self.handle);
+                observation.set_condition(Some(expression), &self.handle);
             })
         })?;
         let stop = self.advance(py, end, true);
         // Later instants do not evaluate it.
-        py.detach(|| self.observation(|observation| observation.values.set_expressions(&[], &self.handle)))?;
+        py.detach(|| self.observation(|observation| observation.set_condition(None, &self.handle)))?;
         Ok(stop? == Stop::Condition)
     }
 
@@ -264,15 +245,7 @@ impl Run {
     /// Returns the newest records of a kind: `decisions`, `states` or `events`.
     fn records<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let topic = format!("/jde/{kind}");
-        let records = py.detach(|| {
-            self.observation(|observation| {
-                observation
-                    .records
-                    .get(topic.as_str())
-                    .cloned()
-                    .unwrap_or_default()
-            })
-        })?;
+        let records = py.detach(|| self.observation(|observation| observation.records(&topic)))?;
         records
             .iter()
             .map(|record| record_to_python(py, record))
@@ -282,15 +255,7 @@ impl Run {
     /// Begins to keep the values of a variable.
     fn start_trace(&self, py: Python<'_>, name: &str) -> PyResult<()> {
         let variable = self.handle.board().get(name).map_err(error)?;
-        py.detach(|| {
-            self.observation(|observation| {
-                observation
-                    .traces
-                    .entry(name.to_owned())
-                    .or_insert_with(|| Trace::new(&variable))
-                    .observe();
-            })
-        })
+        py.detach(|| self.observation(|observation| observation.start_trace(name, &variable)))
     }
 
     /// Returns the times, ns, the values and the `dtype` of a variable that is traced.
@@ -300,15 +265,30 @@ impl Run {
         name: &str,
     ) -> PyResult<(Vec<u64>, Bound<'py, PyBytes>, Bound<'py, PyAny>)> {
         let variable = self.handle.board().get(name).map_err(error)?;
-        let kept = py.detach(|| {
-            self.observation(|observation| {
-                let trace = observation.traces.get(name)?;
-                Some((trace.times.clone(), trace.bytes.clone()))
-            })
-        })?;
+        let kept = py.detach(|| self.observation(|observation| observation.trace(name)))?;
         let (times, bytes) = kept.ok_or_else(|| error(format!("`{name}` is not traced")))?;
         let described = dtype(py, &variable.describe().value_type)?;
         Ok((times, PyBytes::new(py, &bytes), described.into_any()))
+    }
+
+    /// Returns the newest drawing of the panel of a schema, which is drawn from the first call on; `None` before its
+    /// first drawing.
+    fn panel<'py>(&self, py: Python<'py>, schema: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let schema = self.schema(schema)?;
+        py.detach(|| {
+            let mut state = self.state();
+            if let Entry::Vacant(free) = state.panels.entry(schema) {
+                free.insert(self.handle.view_panel(schema, MAX_RATE, || {}).map_err(error)?);
+            }
+            Ok::<_, PyErr>(())
+        })?;
+        match self.handle.panel(schema) {
+            None => Ok(None),
+            Some(drawn) => match &drawn.list {
+                Ok(list) => json(py, list).map(Some),
+                Err(reason) => Err(error(reason)),
+            },
+        }
     }
 
     /// Applies a gesture, as JSON, to the panel of a schema.
@@ -326,13 +306,7 @@ impl Run {
         events: Option<EventQueue>,
     ) -> Self {
         let handle = lockstep.handle();
-        let observation = events.map(|events| Observation {
-            events,
-            builder: RecordBuilder::new(handle.application()),
-            records: BTreeMap::new(),
-            values: DriveValues::new(&[], &handle),
-            traces: BTreeMap::new(),
-        });
+        let observation = events.map(|events| Observation::new(events, &handle));
         Self {
             operator: handle.operator(OPERATOR),
             live,
@@ -340,6 +314,7 @@ impl Run {
                 lockstep: Some(lockstep),
                 observation,
                 edits: BTreeMap::new(),
+                panels: BTreeMap::new(),
             }),
             handle,
         }
@@ -467,55 +442,7 @@ impl State {
 
     /// Keeps what has changed at this instant. Returns whether the condition is true.
     fn observe(&mut self, handle: &Handle) -> bool {
-        let Some(observation) = &mut self.observation else {
-            return false;
-        };
-        for event in observation.events.take() {
-            observation.values.add_event(&event);
-            for record in observation.builder.process(&event) {
-                let records = observation.records.entry(record.kind().topic()).or_default();
-                if records.len() == MAX_RECORDS {
-                    records.pop_front();
-                }
-                records.push_back(record);
-            }
-        }
-        observation.traces.values_mut().for_each(Trace::observe);
-        let results = observation.values.update(handle.now());
-        results
-            .first()
-            .is_some_and(|value| value.is_some_and(|value| value != 0.0))
-    }
-}
-
-impl Trace {
-    fn new(variable: &Arc<Variable>) -> Self {
-        Self {
-            reader: variable.reader(OPERATOR),
-            variable: Arc::clone(variable),
-            seen: 0,
-            times: Vec::new(),
-            bytes: Vec::new(),
-        }
-    }
-
-    fn observe(&mut self) {
-        let newest = self.variable.newest();
-        if std::mem::replace(&mut self.seen, newest) == newest {
-            return;
-        }
-        if let Some(latched) = self.reader.latch_newest() {
-            self.times.push(latched.stamp.time);
-            self.bytes.extend_from_slice(latched.bytes);
-        }
-    }
-}
-
-/// Returns a record as a dictionary.
-pub(crate) fn record_to_python<'py>(py: Python<'py>, record: &RunRecord) -> PyResult<Bound<'py, PyAny>> {
-    match record {
-        RunRecord::Decision(decision) => json(py, decision),
-        RunRecord::State(state) => json(py, state),
-        RunRecord::Event(event) => json(py, event),
+        let observation = self.observation.as_mut();
+        observation.is_some_and(|observation| observation.observe(handle.now()))
     }
 }

@@ -1,5 +1,6 @@
 """Environments of Gymnasium."""
 
+import importlib.util
 from pathlib import Path
 from typing import Any
 
@@ -99,3 +100,21 @@ def test_a_wrong_name_is_refused_in_words(reach: Path) -> None:
     for arguments, words in cases:
         with pytest.raises((jde.Error, KeyError, ValueError), match=words):
             make(reach, **arguments)
+
+
+def test_the_example_rewards_the_way_to_the_middle(reach: Path) -> None:
+    specification = importlib.util.spec_from_file_location("learn", reach.with_name("learn.py"))
+    assert specification is not None
+    assert specification.loader is not None
+    learn = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(learn)
+    env = learn.reach()
+    turning = np.array([[0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.5, 0.0]])
+    gain, reached = learn.drive(env, turning, seed=5)
+    assert reached
+    assert gain > 0.0
+    gain, reached = learn.drive(env, np.zeros((2, 4)), seed=5)
+    assert not reached
+    assert gain == pytest.approx(-2.0), "200 steps at 0.01"
+    learn.GENERATIONS, learn.POLICIES, learn.EPISODES = 1, 8, 1
+    assert learn.train(env, seed=1).shape == (8,)

@@ -72,6 +72,25 @@ def test_an_operator_of_the_run_writes_and_acts(navigation: Path) -> None:
         assert any(event["by"] == "python" for event in run.events if event["kind"] == "operator")
 
 
+def test_a_panel_is_drawn_and_touched(navigation: Path) -> None:
+    click = {"clicked": {"at": [3.6, 4.0, 0.0], "button": "primary"}}
+    with jde.run(navigation) as run:
+        run.until(1.0)
+        with pytest.raises(jde.Error):
+            run.touch("example", "field", click)
+        assert run.panel("example") is None, "it is drawn from now on"
+        run.until(2.0)
+        drawing = run.panel("example")
+        assert drawing is not None
+        assert drawing["items"]
+        run.touch("example", "field", click)
+        run.until(3.0)
+        target = run["example.mission"].target
+        assert (target.x, target.y) == (3.6, 4.0), "a click names a target"
+        with pytest.raises(jde.Error, match="no panel"):
+            run.panel("pioneer")
+
+
 def test_conditions_are_those_of_breakpoints(navigation: Path) -> None:
     with jde.run(navigation) as run:
         assert run.until("vff.won", within=30.0)

@@ -150,8 +150,12 @@ class Run:
         """
         self._native.edit(driver, **edit)
 
+    def panel(self, schema: str) -> dict[str, Any] | None:
+        """Return the newest drawing of a schema's panel; it is drawn from the first call on, while time passes."""
+        return self._native.panel(schema)
+
     def touch(self, schema: str, widget: str, touch: Any) -> None:
-        """Apply a gesture to a widget of a schema's panel, such as `"pressed"` or `{"moved": 0.5}`."""
+        """Apply a gesture to a widget of a panel that is drawn, such as `"pressed"` or `{"moved": 0.5}`."""
         self._native.touch(schema, json.dumps({"widget": widget, "touch": touch}))
 
     def winner(self, group: str) -> str | None:
@@ -178,7 +182,7 @@ class Run:
         return self._native.records("events")
 
     def trace(self, *names: str) -> None:
-        """Keep the values of these variables from now on, in memory."""
+        """Keep the values of these variables from now on, in memory: of each instant the last."""
         for name in names:
             self._native.start_trace(name)
 
