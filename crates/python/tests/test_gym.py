@@ -116,5 +116,5 @@ def test_the_example_rewards_the_way_to_the_middle(reach: Path) -> None:
     gain, reached = learn.drive(env, np.zeros((2, 4)), seed=5)
     assert not reached
     assert gain == pytest.approx(-2.0), "200 steps at 0.01"
-    learn.GENERATIONS, learn.POLICIES, learn.EPISODES = 1, 8, 1
+    vars(learn).update(GENERATIONS=1, POLICIES=8, EPISODES=1)
     assert learn.train(env, seed=1).shape == (8,)

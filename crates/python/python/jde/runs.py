@@ -155,7 +155,7 @@ class Run:
         return self._native.panel(schema)
 
     def touch(self, schema: str, widget: str, touch: Any) -> None:
-        """Apply a gesture to a widget of a panel that is drawn, such as `"pressed"` or `{"moved": 0.5}`."""
+        """Apply a gesture to a widget of a schema's panel, such as `"pressed"` or `{"moved": 0.5}`."""
         self._native.touch(schema, json.dumps({"widget": widget, "touch": touch}))
 
     def winner(self, group: str) -> str | None:
