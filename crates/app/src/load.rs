@@ -14,8 +14,8 @@ use super::remote::RemoteVariables;
 use super::settings::Settings;
 use super::values::Paths;
 use super::{
-    Application, Catalogue, Faults, Inspection, InstanceConfig, Override, conflict, groups, guards, inspect,
-    modulations, needs, types, variadic, wiring,
+    Application, Catalogue, Faults, Inspection, InstanceConfig, Isolation, Override, conflict, groups,
+    guards, inspect, modulations, needs, types, variadic, wiring,
 };
 use jde_document::FaultReport;
 
@@ -241,7 +241,9 @@ fn check_instance(
         budget_ns: settings.budget_ns,
         hang_ns: settings.hang_ns,
         restart: settings.restart,
-        isolate: settings.isolate,
+        isolate: settings
+            .isolate
+            .or(plugins[found.plugin].isolated.then(Isolation::default)),
         father: None,
         group: None,
         child_groups: vec![None; children.len()],

@@ -61,12 +61,19 @@ struct TypeResolver<'c> {
     resolved: HashMap<(usize, usize), ResolvedType>,
 }
 
+/// Splits a type into its plugin and its schema. A plugin of Python is a file, whose path may have folders.
+fn split(text: &str) -> (&str, Option<&str>) {
+    let last = if text.ends_with(".py") {
+        None
+    } else {
+        text.rsplit_once('/')
+    };
+    last.map_or((text, None), |(plugin, schema)| (plugin, Some(schema)))
+}
+
 impl TypeResolver<'_> {
     fn find(&mut self, report: &mut FaultReport, what: &str, written: &Text) -> Option<ResolvedType> {
-        let (plugin, schema) = match written.text.split_once('/') {
-            Some((plugin, schema)) => (plugin, Some(schema)),
-            None => (written.text, None),
-        };
+        let (plugin, schema) = split(written.text);
         let index = match self.plugin(plugin) {
             Ok(index) => index,
             Err(reason) => {
@@ -175,4 +182,23 @@ fn suggest_type(known: &[String], plugin: &str, written: &str) -> Option<String>
     let plugins: Vec<_> = known.iter().map(|known| halves(known).0).collect();
     let all = known.iter().map(String::as_str);
     nearest(written, all.chain(plugins.iter().map(String::as_str))).map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split;
+
+    #[test]
+    fn a_file_of_python_may_be_in_a_folder() {
+        for (text, plugin, schema) in [
+            ("stop", "stop", None),
+            ("sim/pioneer", "sim", Some("pioneer")),
+            ("shy.py", "shy.py", None),
+            ("shy.py/Shy", "shy.py", Some("Shy")),
+            ("parts/shy.py", "parts/shy.py", None),
+            ("/parts/shy.py/Shy", "/parts/shy.py", Some("Shy")),
+        ] {
+            assert_eq!(split(text), (plugin, schema), "{text}");
+        }
+    }
 }

@@ -17,7 +17,7 @@ use jde_faults::case::{Case, Clock, name};
 use jde_faults::observer::Tamper;
 use jde_faults::plan::Kind;
 use jde_faults::run::SERVE;
-use jde_isolation::serve;
+use jde_isolation::{load, serve};
 use jde_loader::Plugins;
 use progress::ProgressDisplay;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -113,7 +113,7 @@ fn serve_schema() -> ExitCode {
     {
         return ExitCode::from(2);
     }
-    match serve(&Plugins::default()) {
+    match serve(|plugin| load(&Plugins::default(), plugin)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("jde-faults: {error}");

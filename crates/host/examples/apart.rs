@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use jde_abi::raw;
 use jde_app::{Application, parse};
 use jde_host::{Lockstep, Options, Running};
-use jde_isolation::{Program, serve};
+use jde_isolation::{Program, load, serve};
 use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 
@@ -83,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN)?;
     match std::env::args().nth(1).as_deref() {
-        Some(SERVE) => return Ok(serve(&plugins)?),
+        Some(SERVE) => return Ok(serve(|plugin| load(&plugins, plugin))?),
         Some(ECHO) => return echo(),
         _ => {}
     }

@@ -29,7 +29,9 @@ pub(crate) fn prepare(
     let isolation_program = options.isolation_program.take();
     let instances = application.instances.iter();
     if isolation_program.is_none()
-        && let Some(isolated) = instances.clone().find(|instance| instance.isolate.is_some())
+        && let Some(isolated) = instances
+            .clone()
+            .find(|instance| instance.isolate.is_some() && !application.plugins[instance.plugin].isolated)
     {
         return Err(StartError::NoProgram(isolated.name.clone()));
     }

@@ -25,6 +25,7 @@ pub mod launch;
 mod limits;
 mod memory;
 pub mod process;
+pub mod python;
 mod serve;
 mod table;
 mod timers;
@@ -38,10 +39,11 @@ use jde_loader::PluginLocation;
 use serde::{Deserialize, Serialize};
 
 pub use inspect::{Inspector, serve as serve_inspections};
-pub use serve::{ServeError, serve};
+pub use serve::{ServeError, load, serve};
 pub use timers::{machine_time, sharpen_timers};
 
-/// The program that runs a schema in a process of its own: it calls [`serve`] and does nothing else.
+/// The program that runs a schema in a process of its own, or inspects plugins: it calls [`serve`] or
+/// [`serve_inspections`], and does nothing else.
 #[derive(Clone, Debug)]
 pub struct Program {
     /// Its file.

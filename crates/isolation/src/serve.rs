@@ -15,7 +15,6 @@ use jde_panel::Gesture;
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{Signal, set_parent_process_death_signal};
 
-use super::TypeLocation;
 use super::authority::AuthorityFlag;
 use super::launch::{Launch, receive_files};
 use super::limits;
@@ -35,12 +34,12 @@ pub enum ServeError {
 }
 
 /// Runs one schema in this process for the host at standard input, and returns when the host ends the
-/// connection. `plugins` holds the plugins linked into this program. Must be called first in a program of its
-/// own, which does nothing else.
+/// connection. `load` loads the plugin: [`load`], unless the program runs plugins of its own kind. Must be
+/// called first in a program of its own, which does nothing else.
 ///
 /// # Errors
 /// [`ServeError`].
-pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
+pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>) -> Result<(), ServeError> {
     let (stream, files) = connect_to_host().map_err(ServeError::NoHost)?;
     let mut wire = Wire::new(stream);
     let launch = wire.receive().map_err(ServeError::NoHost)?;
@@ -64,7 +63,10 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
     let loaded = session
         .map_memory(&launch, files)
         .map_err(|error| format!("its memory cannot be mapped: {error}"))
-        .and_then(|()| load(plugins, &launch.code, &mut session.ports));
+        .and_then(|()| {
+            let plugin = load(&launch.code.plugin)?;
+            find(&plugin, launch.code.number, &mut session.ports)
+        });
     let table = match loaded {
         Ok(table) => table,
         Err(reason) => {
@@ -79,6 +81,8 @@ pub fn serve(plugins: &Plugins) -> Result<(), ServeError> {
     };
     session.finish_call(done).map_err(ServeError::NoHost)?;
     run(&mut session, table, &launch);
+    // Threads of the plugin may still read the memory of its ports. The process is about to end.
+    std::mem::forget(session);
     Ok(())
 }
 
@@ -107,23 +111,27 @@ impl Session {
     }
 }
 
-/// Loads the plugin, and tells the ports their types.
-fn load(
-    plugins: &Plugins,
-    code: &TypeLocation,
-    ports: &mut [IsolatedPort],
-) -> Result<SchemaFunctions, String> {
-    let plugin = match &code.plugin {
+/// Loads a library, or one of `plugins`, those that are linked into this program.
+///
+/// # Errors
+/// Why it cannot be loaded.
+pub fn load(plugins: &Plugins, plugin: &PluginLocation) -> Result<LoadedPlugin, String> {
+    match plugin {
         PluginLocation::File(path) => LoadedPlugin::open_copy(path, path).map_err(|error| error.to_string()),
         PluginLocation::LinkedIn(name) => plugins.load(name, &[]).map_err(|error| error.to_string()),
-    }?;
-    let Some(schema) = plugin.description.schemas.get(code.number) else {
-        return Err(format!("its plugin has no type number {}", code.number));
+        PluginLocation::Python { path, .. } => Err(format!("{} is a file of Python", path.display())),
+    }
+}
+
+/// Returns the functions of a type of a plugin, and tells the ports their types.
+fn find(plugin: &LoadedPlugin, number: usize, ports: &mut [IsolatedPort]) -> Result<SchemaFunctions, String> {
+    let Some(schema) = plugin.description.schemas.get(number) else {
+        return Err(format!("its plugin has no type number {number}"));
     };
     for (port, described) in ports.iter_mut().zip(&schema.ports) {
         port.set_type(&described.value_type);
     }
-    Ok(plugin.schema(code.number))
+    Ok(plugin.schema(number))
 }
 
 /// Runs the functions that the host calls, until the stream ends.

@@ -4,8 +4,8 @@
 use std::ffi::OsStr;
 use std::process::ExitCode;
 
-use jde_isolation::{Program, serve, serve_inspections};
-use jde_loader::Plugins;
+use jde_isolation::{Program, load, serve, serve_inspections};
+use jde_loader::{LoadedPlugin, Plugins};
 
 #[cfg(feature = "tools")]
 use crate::interrupt::SignalListener;
@@ -53,9 +53,9 @@ pub(crate) fn is_child(argument: &OsStr) -> bool {
 pub(crate) fn main() -> Option<ExitCode> {
     let argument = std::env::args_os().nth(1)?;
     let result = if argument == Program::SCHEMA {
-        serve(&Plugins::default())
+        serve(|plugin| load(&Plugins::default(), plugin))
     } else if argument == Program::INSPECTIONS {
-        serve_inspections()
+        serve_inspections(LoadedPlugin::open_copy)
     } else {
         #[cfg(feature = "tools")]
         if argument == DRIVES {

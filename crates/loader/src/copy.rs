@@ -10,8 +10,9 @@ use std::sync::Once;
 use tempfile::TempPath;
 
 use super::LoadError;
+use super::python::is_python;
 
-/// Copies are called `jde-<process>-<plugin>-<random>.so`.
+/// Copies are called `jde-<process>-<plugin>-<random>` with the extension of the original.
 const PREFIX: &str = "jde-";
 
 /// A copy that no other process writes. Dropping this value removes it.
@@ -22,7 +23,7 @@ pub(super) struct PrivateCopy {
     pub(super) length: u64,
 }
 
-/// Copies the library `original` for this process alone. The kernel copies if it can, without passing the
+/// Copies the plugin `original` for this process alone. The kernel copies if it can, without passing the
 /// contents through this process.
 pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
     static CLEANED: Once = Once::new();
@@ -34,10 +35,11 @@ pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
     }
     let name = original.file_stem().unwrap_or_default().to_string_lossy();
     let prefix = format!("{PREFIX}{}-{name}-", std::process::id());
+    let suffix = if is_python(original) { ".py" } else { ".so" };
     let mut file = open_regular(original)?;
     let copied = tempfile::Builder::new()
         .prefix(&prefix)
-        .suffix(".so")
+        .suffix(suffix)
         .tempfile()
         .and_then(|mut copy| Ok((io::copy(&mut file, copy.as_file_mut())?, copy)));
     let (length, copy) = copied.map_err(|error| LoadError::Copy {
@@ -111,7 +113,8 @@ fn remove_stale(folder: &Path) {
 
 /// Returns the id of the process that created a copy of that name.
 fn owner_pid(name: &str) -> Option<u32> {
-    let rest = name.strip_prefix(PREFIX)?.strip_suffix(".so")?;
+    let rest = name.strip_prefix(PREFIX)?;
+    let rest = rest.strip_suffix(".so").or(rest.strip_suffix(".py"))?;
     rest.split_once('-')?.0.parse().ok()
 }
 

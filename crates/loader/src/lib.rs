@@ -13,11 +13,12 @@ pub mod instance;
 mod judge;
 mod load;
 pub mod location;
+pub mod python;
 mod search;
 mod store;
 
 pub use aligned::AlignedBytes;
-pub use inspector::Inspect;
+pub use inspector::{Inspect, Inspected};
 pub use judge::Judge;
 pub use load::{LoadError, LoadedPlugin, SchemaFunctions};
 pub use location::PluginLocation;

@@ -13,11 +13,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::table::{self, Table as _};
-use jde_abi::{describe, raw, read};
+use jde_abi::{describe, raw, read, write};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
 use super::copy::PrivateCopy;
-use super::{PluginLocation, copy, elf};
+use super::inspector::Inspected;
+use super::{PluginLocation, copy, elf, python};
 
 /// A plugin whose tables have been read and are valid.
 #[derive(Clone, Debug)]
@@ -79,6 +80,9 @@ pub enum LoadError {
     /// Its tables are invalid.
     #[error("{0}")]
     InvalidTables(#[from] read::Refusal),
+    /// A process of Python cannot describe it, for this reason.
+    #[error("{0}")]
+    Python(String),
     /// The process that inspected it died, or did not finish in time.
     #[error(
         "it cannot be loaded: {0}; the file is damaged, or its constructors are wrong: build or copy it again"
@@ -111,6 +115,29 @@ impl LoadedPlugin {
     /// Loads a copy of the library at `path`, as [`Self::open`].
     pub(super) fn from_copy(path: &Path, copy: PrivateCopy) -> Result<Self, LoadError> {
         let loaded = Self::open_copy(copy.path(), path)?;
+        Ok(Self {
+            copy: Some(Arc::new(copy)),
+            ..loaded
+        })
+    }
+
+    /// Returns the plugin of Python that an inspector found in a copy of the file `path`. Its functions run in
+    /// processes of their own.
+    pub(super) fn from_python(
+        path: &Path,
+        copy: PrivateCopy,
+        inspected: &Inspected,
+    ) -> Result<Self, LoadError> {
+        let Inspected {
+            description,
+            optional,
+        } = inspected;
+        let table = write::plugin::<python::Elsewhere>(description, &python::FUNCTIONS, optional);
+        // SAFETY: a table that was just written, which is never freed.
+        let mut loaded = unsafe { Self::read(table, Some(path.to_owned())) }?;
+        if let Some(description) = Arc::get_mut(&mut loaded.description) {
+            description.isolated = true;
+        }
         Ok(Self {
             copy: Some(Arc::new(copy)),
             ..loaded
@@ -195,9 +222,13 @@ impl LoadedPlugin {
 
     /// Returns where another process finds the same code.
     pub fn location(&self) -> PluginLocation {
-        match self.copy.as_deref() {
-            Some(copy) => PluginLocation::File(copy.path().to_path_buf()),
-            None => PluginLocation::LinkedIn(self.description.name.clone()),
+        match (self.copy.as_deref(), &self.path) {
+            (Some(copy), Some(path)) if self.description.isolated => PluginLocation::Python {
+                copy: copy.path().to_path_buf(),
+                path: path.clone(),
+            },
+            (Some(copy), _) => PluginLocation::File(copy.path().to_path_buf()),
+            (None, _) => PluginLocation::LinkedIn(self.description.name.clone()),
         }
     }
 
@@ -217,6 +248,17 @@ impl LoadedPlugin {
     /// Whether both are the same library in memory.
     pub fn is_same_library(&self, other: &Self) -> bool {
         self.table == other.table
+    }
+
+    /// Returns its description and the optional functions of its types.
+    #[must_use]
+    pub fn inspected(&self) -> Inspected {
+        // SAFETY: the tables were validated when they were read.
+        let optional = |functions: &SchemaFunctions| unsafe { write::Optional::of(functions) };
+        Inspected {
+            description: (*self.description).clone(),
+            optional: self.schemas.iter().map(optional).collect(),
+        }
     }
 
     /// Returns the functions of a type, by its index in the description.

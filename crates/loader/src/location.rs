@@ -9,6 +9,15 @@ use serde::{Deserialize, Serialize};
 pub enum PluginLocation {
     /// In the file that this process has mapped: the same bytes, whatever was built since.
     File(#[serde(with = "as_bytes")] PathBuf),
+    /// A file of Python.
+    Python {
+        /// The copy that only its user reads: the same bytes, whatever was written since.
+        #[serde(with = "as_bytes")]
+        copy: PathBuf,
+        /// The file that the user knows.
+        #[serde(with = "as_bytes")]
+        path: PathBuf,
+    },
     /// Linked into the program.
     LinkedIn(String),
 }

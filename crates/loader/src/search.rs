@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use jde_abi::raw;
 
-use super::{copy, elf};
+use super::{copy, elf, python};
 
 /// Folders in which plugins are searched for; the first that contains a plugin wins.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -128,6 +128,9 @@ fn is_plugin_file(path: &Path) -> bool {
 }
 
 fn file_name(plugin: &str) -> String {
+    if python::is_python(plugin) {
+        return plugin.to_owned();
+    }
     format!(
         "{}{}{}",
         std::env::consts::DLL_PREFIX,

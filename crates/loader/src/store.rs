@@ -12,8 +12,9 @@ use jde_records::reload::ExtraBuilds;
 use jde_app::{Catalogue, Inspection};
 
 use super::copy::PrivateCopy;
-use super::inspector::Inspect;
+use super::inspector::{Inspect, Inspected};
 use super::load::table_symbol_size;
+use super::python::is_python;
 use super::{LoadError, LoadedPlugin, PluginFile, SearchPath, copy};
 
 /// The most builds that one process loads in place of others. Each stays in memory, and its private copy on
@@ -179,9 +180,12 @@ impl Plugins {
             return Ok(plugin.clone());
         }
         let copy = copy::create(&key).map_err(unusable(file))?;
-        let description = describe_copy(&**inspector, copy.path(), &key).map_err(unusable(file))?;
+        let inspected = inspect_copy(&**inspector, copy.path(), &key).map_err(unusable(file))?;
         let plugin = DescribedPlugin {
-            description: Arc::new(description),
+            description: Arc::new(describe::Plugin {
+                isolated: is_python(&key),
+                ..inspected.description
+            }),
             path: Some(key.clone()),
         };
         described.insert(key, plugin.clone());
@@ -215,20 +219,22 @@ impl Plugins {
         if let Some(plugin) = loaded.get(&key).and_then(|builds| builds.last()) {
             return Ok(plugin.clone());
         }
-        let copy = copy::create(&key)
-            .and_then(|copy| self.inspect_copy(&key, copy))
+        let plugin = copy::create(&key)
+            .and_then(|copy| {
+                let inspected = self.inspect_copy(&key, &copy)?;
+                load_copy(&key, copy, inspected)
+            })
             .map_err(unusable(file))?;
-        let plugin = LoadedPlugin::from_copy(&key, copy).map_err(unusable(file))?;
         loaded.insert(key, vec![plugin.clone()]);
         Ok(plugin)
     }
 
     /// Inspects a copy before this process maps it, if there is an inspector.
-    fn inspect_copy(&self, file: &Path, copy: PrivateCopy) -> Result<PrivateCopy, LoadError> {
-        if let Some(inspector) = &self.inspector {
-            describe_copy(&**inspector, copy.path(), file)?;
-        }
-        Ok(copy)
+    fn inspect_copy(&self, file: &Path, copy: &PrivateCopy) -> Result<Option<Inspected>, LoadError> {
+        let inspector = self.inspector.as_deref();
+        inspector
+            .map(|inspector| inspect_copy(inspector, copy.path(), file))
+            .transpose()
     }
 
     /// Loads the current content of that file, in addition to the builds loaded from it before. A build that
@@ -251,16 +257,16 @@ impl Plugins {
         if let Some(known) = find_known(&self.loaded.lock().unwrap_or_else(PoisonError::into_inner)) {
             return Ok(known);
         }
-        let inspected = self.inspect_copy(&key, copy);
+        let inspected = self.inspect_copy(&key, &copy);
         // The inspector would be idle until the next build.
         self.stop_inspector();
-        let copy = inspected.map_err(unusable(file))?;
+        let inspected = inspected.map_err(unusable(file))?;
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         let ExtraBuilds { builds, bytes } = count_replacements(&loaded);
         if builds >= MAX_BUILDS {
             return Err(PluginError::TooMany { bytes });
         }
-        let plugin = LoadedPlugin::from_copy(&key, copy).map_err(unusable(file))?;
+        let plugin = load_copy(&key, copy, inspected).map_err(unusable(file))?;
         loaded.entry(key).or_default().push(plugin.clone());
         Ok(RefreshedPlugin { plugin, is_new: true })
     }
@@ -374,9 +380,9 @@ impl From<LoadedPlugin> for DescribedPlugin {
     }
 }
 
-/// Checks that a plugin has the name of its file.
+/// Checks that a plugin has the name of its file. A file of Python gives its plugin the name.
 fn check_name(name: &str, description: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
-    if description.name.replace('-', "_") == name.replace('-', "_") {
+    if is_python(name) || description.name.replace('-', "_") == name.replace('-', "_") {
         return Ok(());
     }
     Err(PluginError::NameMismatch {
@@ -386,10 +392,27 @@ fn check_name(name: &str, description: &describe::Plugin, file: &Path) -> Result
     })
 }
 
-/// Returns the description of the plugin in `copy`, whose tables this process has found in the file.
-fn describe_copy(inspector: &dyn Inspect, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
-    table_symbol_size(copy)?;
+/// Inspects the plugin in `copy`. This process has found the tables of a library in the file before.
+fn inspect_copy(inspector: &dyn Inspect, copy: &Path, path: &Path) -> Result<Inspected, LoadError> {
+    if !is_python(path) {
+        table_symbol_size(copy)?;
+    }
     inspector.describe(copy, path)
+}
+
+/// Loads a copy of a file that was inspected, if there is an inspector.
+fn load_copy(
+    file: &Path,
+    copy: PrivateCopy,
+    inspected: Option<Inspected>,
+) -> Result<LoadedPlugin, LoadError> {
+    match inspected {
+        Some(inspected) if is_python(file) => LoadedPlugin::from_python(file, copy, &inspected),
+        None if is_python(file) => Err(LoadError::Python(String::from(
+            "only a program that inspects plugins in another process runs schemas in Python",
+        ))),
+        Some(_) | None => LoadedPlugin::from_copy(file, copy),
+    }
 }
 
 /// Counts all builds except the first one of each file.

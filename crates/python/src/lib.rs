@@ -4,12 +4,21 @@
 //! Built for Python's stable ABI from 3.10 on, so that one file serves all later versions.
 
 mod applications;
+mod bench;
 mod clients;
+mod context;
+mod describe;
+mod functions;
+mod layout;
+mod numbers;
 mod observation;
+mod panel;
 mod policies;
 mod recordings;
 mod runs;
+mod serve;
 mod values;
+mod views;
 
 use jde_core::Nanos;
 use pyo3::exceptions::PyValueError;
@@ -54,13 +63,23 @@ mod _jde {
     #[pymodule_export]
     use crate::applications::LoadedApplication;
     #[pymodule_export]
+    use crate::bench::Bench;
+    #[pymodule_export]
     use crate::clients::{Lease, RemoteApplication, Watch};
+    #[pymodule_export]
+    use crate::context::Context;
+    #[pymodule_export]
+    use crate::layout::Layout;
+    #[pymodule_export]
+    use crate::panel::Pen;
     #[pymodule_export]
     use crate::policies::Policy;
     #[pymodule_export]
     use crate::recordings::OpenRecording;
     #[pymodule_export]
     use crate::runs::Run;
+    #[pymodule_export]
+    use crate::serve::{inspect, serve};
     #[pymodule_export]
     use crate::values::StructValue;
 

@@ -1,5 +1,5 @@
 //! The files that are generated from the Rust source, so that the two cannot differ: the headers of the ABI
-//! and of the standard types, and the table of policies in the documentation.
+//! and of the standard types, those types in Python, and the table of policies in the documentation.
 //!
 //! `jde.h` is written from the source of `jde_abi::raw`, which uses only constants and C structures with
 //! comments. A general generator would keep Rust's links in the comments and could not compute the magic
@@ -8,6 +8,7 @@
 mod abi;
 mod names;
 mod policies;
+mod python;
 mod types;
 
 use std::fs;
@@ -25,6 +26,7 @@ fn stale(root: &Path) -> Vec<(&'static str, String)> {
         ("include/jde.h", abi::header()),
         ("include/jde_types.h", types::header()),
         ("include/jde/types.hpp", types::cplusplus()),
+        ("crates/python/python/jde/types.py", python::module()),
     ];
     let page = fs::read_to_string(root.join(PAGE));
     files.extend(page.ok().map(|page| (PAGE, policies::renew(&page))));
@@ -68,7 +70,7 @@ mod tests {
         let error = check(root.path()).unwrap_err().to_string();
         assert_eq!(
             error,
-            "stale: include/jde.h, include/jde_types.h, include/jde/types.hpp; `cargo xtask headers` renews them"
+            "stale: include/jde.h, include/jde_types.h, include/jde/types.hpp, crates/python/python/jde/types.py; `cargo xtask headers` renews them"
         );
         renew(root.path()).unwrap();
         check(root.path()).unwrap();

@@ -24,6 +24,9 @@ pub struct Plugin {
     /// Whether a C++ exception may leave its functions: it uses the C++ library and does not declare that it
     /// catches exceptions.
     pub throws: bool,
+    /// Whether each of its schemas runs in a process of its own, whatever the application states: it is not a
+    /// library.
+    pub isolated: bool,
     /// Its types of schema.
     pub schemas: Vec<Schema>,
 }

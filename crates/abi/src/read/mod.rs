@@ -149,6 +149,7 @@ pub unsafe fn plugin(plugin: *const raw::Plugin) -> Result<Plugin, Refusal> {
             doc: place.text("doc", table.doc)?,
             abi: (major, minor),
             throws: false,
+            isolated: false,
             schemas,
         })
     }

@@ -306,6 +306,7 @@ fn export_heading() -> Port {
 fn plugin(name: &str, schemas: Vec<Schema>) -> Plugin {
     Plugin {
         throws: false,
+        isolated: false,
         name: name.to_owned(),
         version: "1".to_owned(),
         doc: String::new(),

@@ -1,7 +1,7 @@
 //! Schemas in processes of their own, as the rules see them: whether an instance runs in one, and what
 //! follows from its death.
 
-use jde_isolation::ProcessConfig;
+use jde_isolation::{ProcessConfig, python};
 use jde_records::turn::Turn;
 
 use super::{Engine, Signal};
@@ -19,9 +19,17 @@ impl Engine {
     /// The program and the limits that run an instance in a process of its own; `None` if it runs in this
     /// process.
     pub(crate) fn process_config(&self, instance: usize) -> Option<ProcessConfig> {
+        let config = &self.application.instances[instance];
+        let limits = config.isolate;
+        if self.application.plugins[config.plugin].isolated {
+            return Some(ProcessConfig {
+                program: python::program(),
+                limits: limits.unwrap_or_default(),
+            });
+        }
         Some(ProcessConfig {
             program: self.processes.program()?.clone(),
-            limits: self.application.instances[instance].isolate?,
+            limits: limits?,
         })
     }
 

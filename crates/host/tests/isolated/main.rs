@@ -15,7 +15,7 @@ mod isolated_app;
 mod limits;
 mod same;
 
-use jde_isolation::serve;
+use jde_isolation::{load, serve};
 use jde_loader::{Plugins, SearchPath};
 
 /// The entry point of the child processes, which select it by its exact name. It does nothing running the other
@@ -27,7 +27,7 @@ fn served() {
     }
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&faulty::FAULTY).expect("the plugin is valid");
-    let served = serve(&plugins);
+    let served = serve(|plugin| load(&plugins, plugin));
     if served.is_ok() {
         // Exit here: standard output belongs to the host, and the test harness must not write to it.
         std::process::exit(0);

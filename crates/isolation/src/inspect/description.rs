@@ -15,6 +15,7 @@ pub(super) struct Plugin {
     doc: String,
     abi: (u32, u32),
     throws: bool,
+    isolated: bool,
     #[serde(with = "schemas")]
     schemas: Vec<describe::Schema>,
 }

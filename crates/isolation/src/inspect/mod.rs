@@ -30,14 +30,17 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::inspect::Problem;
+use jde_abi::write::Optional;
 use jde_abi::{describe, raw};
 use jde_app::Inspection;
 use jde_loader::location::as_bytes;
-use jde_loader::{Inspect, LoadError};
+use jde_loader::python::is_python;
+use jde_loader::{Inspect, Inspected, LoadError};
 use serde::{Deserialize, Serialize};
 
 use super::Program;
 use super::process::describe_exit_status;
+use super::python;
 use super::wire::{Frame, FrameKind, Wire};
 pub use serve::serve;
 
@@ -77,7 +80,12 @@ enum InspectorRequest {
 /// The child's reply.
 #[derive(Serialize, Deserialize)]
 enum InspectorResponse {
-    Plugin(#[serde(with = "description::Plugin")] describe::Plugin),
+    Plugin {
+        #[serde(with = "description::Plugin")]
+        description: describe::Plugin,
+        /// The optional functions of each type, as bits.
+        optional: Vec<u32>,
+    },
     Inspected {
         /// A status code of the ABI.
         status: i32,
@@ -95,9 +103,16 @@ enum RequestError {
     Died(String),
 }
 
-/// Inspects plugin files in a separate process.
+/// Inspects plugin files in separate processes: libraries in one, files of Python in another.
 #[derive(Debug)]
 pub struct Inspector {
+    libraries: InspectorSlot,
+    python: InspectorSlot,
+}
+
+/// A program, and the process that runs it.
+#[derive(Debug)]
+struct InspectorSlot {
     program: Program,
     process: Mutex<Option<InspectorProcess>>,
 }
@@ -114,9 +129,27 @@ struct InspectorProcess {
 }
 
 impl Inspector {
-    /// Returns an inspector that runs that program, which must call [`serve`] and do nothing else.
+    /// Returns an inspector of libraries that runs that program, which must call [`serve`] and do nothing else,
+    /// and of files of Python.
     #[must_use]
     pub fn new(program: Program) -> Self {
+        Self {
+            libraries: InspectorSlot::new(program),
+            python: InspectorSlot::new(python::inspector()),
+        }
+    }
+
+    fn slot(&self, path: &Path) -> &InspectorSlot {
+        if is_python(path) {
+            &self.python
+        } else {
+            &self.libraries
+        }
+    }
+}
+
+impl InspectorSlot {
+    fn new(program: Program) -> Self {
         Self {
             program,
             process: Mutex::default(),
@@ -155,18 +188,32 @@ impl Inspector {
 }
 
 impl Inspect for Inspector {
-    fn describe(&self, copy: &Path, path: &Path) -> Result<describe::Plugin, LoadError> {
+    fn describe(&self, copy: &Path, path: &Path) -> Result<Inspected, LoadError> {
         let request = InspectorRequest::Describe {
             copy: copy.to_owned(),
             path: path.to_owned(),
         };
-        match self.request(DESCRIBE_TIMEOUT, |child| child.request(&request)) {
-            Ok(InspectorResponse::Plugin(plugin)) => Ok(plugin),
+        let is_python = is_python(path);
+        match self
+            .slot(path)
+            .request(DESCRIBE_TIMEOUT, |child| child.request(&request))
+        {
+            Ok(InspectorResponse::Plugin {
+                description,
+                optional,
+            }) => Ok(Inspected {
+                description,
+                optional: optional.into_iter().map(Optional::from_bits).collect(),
+            }),
             Ok(InspectorResponse::Refused(reason)) => Err(LoadError::Invalid(reason)),
             Ok(InspectorResponse::Inspected { .. }) => Err(LoadError::InspectionFailed(String::from(
                 "its process sent an invalid reply",
             ))),
+            Err(RequestError::NotStarted(error)) if is_python => {
+                Err(LoadError::Python(python::describe_start_error(&error)))
+            }
             Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
+            Err(RequestError::Died(text)) if is_python => Err(LoadError::Python(text)),
             Err(RequestError::Died(text)) => Err(LoadError::InspectionFailed(text)),
         }
     }
@@ -177,7 +224,7 @@ impl Inspect for Inspector {
             number: inspection.number,
             name: inspection.name.to_owned(),
         };
-        match self.request(INSPECT_TIMEOUT, |child| {
+        match self.slot(path).request(INSPECT_TIMEOUT, |child| {
             child.run_inspection(&request, inspection)
         }) {
             Ok((
@@ -198,14 +245,18 @@ impl Inspect for Inspector {
                 Err(failure.unwrap_or_else(|| format!("it returned error {status} without a reason")))
             }
             Ok((InspectorResponse::Refused(reason), _)) => Err(reason),
-            Ok((InspectorResponse::Plugin(_), _)) => Err(String::from("its process sent an invalid reply")),
+            Ok((InspectorResponse::Plugin { .. }, _)) => {
+                Err(String::from("its process sent an invalid reply"))
+            }
             Err(RequestError::NotStarted(error)) => Err(format!("no process can be started for it: {error}")),
             Err(RequestError::Died(text)) => Err(text),
         }
     }
 
     fn stop(&self) {
-        self.process.lock().unwrap_or_else(PoisonError::into_inner).take();
+        for slot in [&self.libraries, &self.python] {
+            slot.process.lock().unwrap_or_else(PoisonError::into_inner).take();
+        }
     }
 }
 

@@ -7,7 +7,8 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
 use jde_abi::inspect::Problem;
-use jde_loader::{LoadError, LoadedPlugin};
+use jde_abi::write::Optional;
+use jde_loader::{Inspected, LoadError, LoadedPlugin};
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
 
@@ -17,11 +18,12 @@ use crate::ServeError;
 use crate::wire::{Frame, FrameKind, Wire};
 
 /// Inspects plugins in this process for the host at standard input; returns when the host sends no more
-/// requests. Call it first in a program of its own that does nothing else.
+/// requests. `open` loads a file, which the user knows by its second argument: [`LoadedPlugin::open_copy`],
+/// unless the program runs plugins of its own kind. Call it first in a program of its own that does nothing else.
 ///
 /// # Errors
 /// [`ServeError::NoHost`].
-pub fn serve() -> Result<(), ServeError> {
+pub fn serve(open: fn(&Path, &Path) -> Result<LoadedPlugin, LoadError>) -> Result<(), ServeError> {
     let mut wire = Wire::new(connect_to_host().map_err(ServeError::NoHost)?);
     let mut mapped = Vec::new();
     let mut is_restricted = false;
@@ -30,8 +32,18 @@ pub fn serve() -> Result<(), ServeError> {
             return Err(ServeError::NoHost(io::ErrorKind::InvalidData.into()));
         };
         let response = match request {
-            InspectorRequest::Describe { copy, path } => match map(&mut mapped, &copy, path) {
-                Ok(loaded) => InspectorResponse::Plugin((*loaded.description).clone()),
+            InspectorRequest::Describe { copy, path } => match map(open, &mut mapped, &copy, path) {
+                Ok(loaded) => {
+                    let Inspected {
+                        description,
+                        optional,
+                    } = loaded.inspected();
+                    let optional = optional.into_iter().map(Optional::bits).collect();
+                    InspectorResponse::Plugin {
+                        description,
+                        optional,
+                    }
+                }
                 Err(error) => InspectorResponse::Refused(error.to_string()),
             },
             InspectorRequest::Inspect { path, number, name } => {
@@ -42,7 +54,7 @@ pub fn serve() -> Result<(), ServeError> {
                 let known = mapped.iter().find(|(known, _)| *known == path);
                 let loaded = match known {
                     Some((_, loaded)) => Ok(loaded.clone()),
-                    None => map(&mut mapped, &path.clone(), path),
+                    None => map(open, &mut mapped, &path.clone(), path),
                 };
                 match loaded
                     .as_ref()
@@ -76,11 +88,12 @@ pub fn serve() -> Result<(), ServeError> {
 
 /// Maps `file`, which the user knows as `path`, and keeps it.
 fn map(
+    open: fn(&Path, &Path) -> Result<LoadedPlugin, LoadError>,
     mapped: &mut Vec<(PathBuf, LoadedPlugin)>,
     file: &Path,
     path: PathBuf,
 ) -> Result<LoadedPlugin, LoadError> {
-    let loaded = LoadedPlugin::open_copy(file, &path)?;
+    let loaded = open(file, &path)?;
     mapped.push((path, loaded.clone()));
     Ok(loaded)
 }

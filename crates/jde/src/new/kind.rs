@@ -21,6 +21,10 @@ pub(crate) enum Kind {
     FatherCpp,
     /// A motor schema in C.
     MotorC,
+    /// A motor schema in Python.
+    MotorPython,
+    /// A perceptive schema in Python.
+    PerceptivePython,
     /// Values that plugins share.
     Types,
     /// An application of existing schemas.
@@ -40,6 +44,8 @@ macro_rules! files {
 const GIT: &[File] = &[(".gitignore", "/target\n")];
 /// The same for a project of CMake.
 const GIT_CMAKE: &[File] = &[(".gitignore", "/build\n")];
+/// The same for Python.
+const GIT_PYTHON: &[File] = &[(".gitignore", "__pycache__/\n")];
 /// The package of a plugin.
 const PLUGIN: &[File] = &[(
     "Cargo.toml",
@@ -99,13 +105,35 @@ const MOTOR_C: &[File] = &[
         include_str!("../../templates/c-motor/test.cpp"),
     ),
 ];
+/// A schema in Python: its template's file, test and application, which names the file.
+macro_rules! python {
+    ($folder:literal) => {
+        &[
+            (
+                "__crate__.py",
+                include_str!(concat!("../../templates/", $folder, "/schema.py")),
+            ),
+            (
+                "test___crate__.py",
+                include_str!(concat!("../../templates/", $folder, "/test.py")),
+            ),
+            (
+                "app.toml",
+                include_str!(concat!("../../templates/", $folder, "/app.toml")),
+            ),
+        ]
+    };
+}
+const PYTHON: &[File] = files!("python": "README.md");
+const MOTOR_PYTHON: &[File] = python!("python-motor");
+const PERCEPTIVE_PYTHON: &[File] = python!("python-perceptive");
 const APPLICATION: &[File] = files!(
     "app": "app.toml", "world.toml", "README.md", "tests/reaches-its-targets.toml", "tests/stops-before-a-box.toml"
 );
 
 impl Kind {
     #[cfg(test)]
-    pub(super) const ALL: [Self; 11] = [
+    pub(super) const ALL: [Self; 13] = [
         Self::Motor,
         Self::Perceptive,
         Self::Father,
@@ -115,6 +143,8 @@ impl Kind {
         Self::PerceptiveCpp,
         Self::FatherCpp,
         Self::MotorC,
+        Self::MotorPython,
+        Self::PerceptivePython,
         Self::Types,
         Self::Application,
     ];
@@ -129,6 +159,8 @@ impl Kind {
             Self::PerceptiveCpp => &[GIT_CMAKE, CPP, ROOM, PERCEPTIVE_CPP, RUN_PERCEPTIVE],
             Self::FatherCpp => &[GIT_CMAKE, CPP, ROOM, FATHER_CPP, RUN_FATHER],
             Self::MotorC => &[GIT_CMAKE, ROOM, MOTOR_C, RUN_MOTOR],
+            Self::MotorPython => &[GIT_PYTHON, PYTHON, ROOM, MOTOR_PYTHON],
+            Self::PerceptivePython => &[GIT_PYTHON, PYTHON, ROOM, PERCEPTIVE_PYTHON],
             Self::Driver => &[GIT, PLUGIN, DRIVER],
             Self::Device => &[GIT, PLUGIN, DEVICE],
             Self::Types => &[GIT, TYPES],
@@ -143,17 +175,23 @@ impl Kind {
             Self::Motor | Self::Perceptive | Self::Father | Self::Driver => &["schema"],
             Self::Device => &["device", "schema"],
             Self::Types => &["types"],
-            Self::MotorCpp | Self::PerceptiveCpp | Self::FatherCpp | Self::MotorC | Self::Application => &[],
+            Self::MotorCpp
+            | Self::PerceptiveCpp
+            | Self::FatherCpp
+            | Self::MotorC
+            | Self::MotorPython
+            | Self::PerceptivePython
+            | Self::Application => &[],
         }
     }
 
     /// What the schema of a [`ROOM`] does, for its README.
     pub(super) fn about(self) -> &'static str {
         match self {
-            Self::Motor | Self::MotorCpp | Self::MotorC => {
+            Self::Motor | Self::MotorCpp | Self::MotorC | Self::MotorPython => {
                 "A schema for jde: it drives towards an obstacle and stops in front of it."
             }
-            Self::Perceptive | Self::PerceptiveCpp => {
+            Self::Perceptive | Self::PerceptiveCpp | Self::PerceptivePython => {
                 "A perceptive schema for jde: it finds the nearest obstacle, and a motor schema turns the robot to it."
             }
             Self::Father | Self::FatherCpp => {
@@ -180,6 +218,11 @@ impl Kind {
             Self::MotorCpp | Self::PerceptiveCpp | Self::FatherCpp | Self::MotorC => &[
                 "cmake -B build && cmake --build build",
                 "ctest --test-dir build --output-on-failure",
+                "__jde__ run app.toml",
+            ],
+            Self::MotorPython | Self::PerceptivePython => &[
+                "python3 -m pip install jde pytest",
+                "python3 -m pytest",
                 "__jde__ run app.toml",
             ],
             Self::Driver => &[

@@ -30,11 +30,12 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     create_folder(&folder)?;
     let jde = program();
     for (file, text) in kind.files() {
-        let path = folder.join(file);
+        let module = name.kebab.replace('-', "_");
+        let path = folder.join(file.replace("__crate__", &module));
         let text = text
             .replace("__name__", &name.kebab)
             .replace("__Name__", &name.camel)
-            .replace("__crate__", &name.kebab.replace('-', "_"))
+            .replace("__crate__", &module)
             .replace("__about__", kind.about())
             .replace("__build__", kind.build_folder())
             .replace("__prefix__", &prefix())
@@ -137,10 +138,14 @@ fn program() -> String {
     }
 }
 
-/// Whether a file of a template uses a name for something else: a type in code, an instance in an
-/// application.
+/// Whether a file of a template uses a name for something else: a type in code, a module in Python, an instance in
+/// an application.
 fn is_taken(file: &str, text: &str, name: &str) -> bool {
-    let is_code = [".rs", ".hpp", ".cpp", ".c"]
+    let imports = |line: &str| line.split(' ').nth(1) == Some(name) && line.contains("import ");
+    if file.ends_with(".py") && text.lines().any(imports) {
+        return true;
+    }
+    let is_code = [".rs", ".hpp", ".cpp", ".c", ".py"]
         .iter()
         .any(|end| file.ends_with(end));
     if !is_code {
@@ -162,6 +167,8 @@ mod tests {
         assert!(is_used(Kind::Motor, "pioneer"));
         assert!(is_used(Kind::Perceptive, "face"));
         assert!(is_used(Kind::Driver, "Jaws"));
+        assert!(is_used(Kind::PythonMotor, "jde"));
+        assert!(is_used(Kind::PythonMotor, "Bench"));
         assert!(is_used(Kind::Application, "guide"));
         for name in ["gripper", "Gripper", "wall", "Wall", "follow"] {
             assert!(Kind::ALL.iter().all(|kind| !is_used(*kind, name)), "{name}");
@@ -183,7 +190,7 @@ mod tests {
             ]
             .iter()
             .fold(text.to_owned(), |text, mark| text.replace(mark, ""));
-            assert!(!filled.contains("__"), "{file}");
+            assert!(!filled.replace("__pycache__", "").contains("__"), "{file}");
         }
     }
 }

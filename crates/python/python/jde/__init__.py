@@ -1,26 +1,91 @@
 """Robot behaviours as schemas that run side by side, of which one acts at a time."""
 
+from jde import types
+from jde._children import Child, Children, Level, Policy, State, Verdict, child, children
+from jde._context import Context, Sample
+from jde._errors import NoValue
+from jde._hysteresis import Hysteresis
 from jde._jde import Error, Value, __version__
-from jde.clients import Remote, Sample, Watch, connect
+from jde._ports import (
+    Actuator,
+    Command,
+    Export,
+    Import,
+    Modulates,
+    Modulation,
+    Outcome,
+    command,
+    modulates,
+    modulation,
+    optional,
+    trigger,
+    unit,
+)
+from jde._schema import Precondition, Problems, Schema
+from jde._values import array, f32, f64, field, i8, i16, i32, i64, seq, text, u8, u16, u32, u64, value
+from jde.clients import Remote, Watch, connect
 from jde.experiments import Results, experiment
 from jde.recordings import Recording, open
 from jde.runs import Application, Run, run
 from jde.series import Series
 
 __all__ = [
+    "Actuator",
     "Application",
+    "Child",
+    "Children",
+    "Command",
+    "Context",
     "Error",
+    "Export",
+    "Hysteresis",
+    "Import",
+    "Level",
+    "Modulates",
+    "Modulation",
+    "NoValue",
+    "Outcome",
+    "Policy",
+    "Precondition",
+    "Problems",
     "Recording",
     "Remote",
     "Results",
     "Run",
     "Sample",
+    "Schema",
     "Series",
+    "State",
     "Value",
+    "Verdict",
     "Watch",
     "__version__",
+    "array",
+    "child",
+    "children",
+    "command",
     "connect",
     "experiment",
+    "f32",
+    "f64",
+    "field",
+    "i16",
+    "i32",
+    "i64",
+    "i8",
+    "modulates",
+    "modulation",
     "open",
+    "optional",
     "run",
+    "seq",
+    "text",
+    "trigger",
+    "types",
+    "u16",
+    "u32",
+    "u64",
+    "u8",
+    "unit",
+    "value",
 ]

@@ -7,6 +7,7 @@
 
 mod bytes;
 mod failure;
+mod foreign;
 mod host;
 mod inspect;
 mod memory;
@@ -115,23 +116,6 @@ impl<S: Schema> Bench<S> {
     pub fn schema(&self) -> &S {
         // SAFETY: the table is that of `S`, so `create` made an instance of it. No call of it runs.
         unsafe { crate::boundary::schema_of(self.instance) }
-    }
-}
-
-impl Bench<Foreign> {
-    /// Creates an instance of the type that `table` describes.
-    ///
-    /// # Errors
-    /// If the creation fails.
-    ///
-    /// # Panics
-    /// If the table is invalid.
-    ///
-    /// # Safety
-    /// The table, all it points to, and its functions follow the rules of `raw`.
-    pub unsafe fn foreign(table: &'static raw::Schema) -> Result<Self, Failure> {
-        // SAFETY: the caller's.
-        unsafe { Self::of(table) }
     }
 }
 

@@ -56,6 +56,9 @@ enum What {
         /// A motor schema in C, with CMake.
         #[arg(long, conflicts_with_all = ["perceptive", "father", "cpp"])]
         c: bool,
+        /// In Python.
+        #[arg(long, conflicts_with_all = ["father", "cpp", "c"])]
+        python: bool,
     },
     /// A driver, with an application that reads it.
     Driver {
@@ -109,14 +112,17 @@ impl New {
                 father,
                 cpp,
                 c,
+                python,
             } => {
-                let kind = match (perceptive, father, cpp) {
-                    (true, _, false) => Kind::Perceptive,
-                    (true, _, true) => Kind::PerceptiveCpp,
-                    (_, true, false) => Kind::Father,
-                    (_, true, true) => Kind::FatherCpp,
-                    (_, _, true) => Kind::MotorCpp,
+                let kind = match (perceptive, father) {
+                    (true, _) if cpp => Kind::PerceptiveCpp,
+                    (true, _) if python => Kind::PerceptivePython,
+                    (true, _) => Kind::Perceptive,
+                    (_, true) if cpp => Kind::FatherCpp,
+                    (_, true) => Kind::Father,
+                    _ if cpp => Kind::MotorCpp,
                     _ if c => Kind::MotorC,
+                    _ if python => Kind::MotorPython,
                     _ => Kind::Motor,
                 };
                 (kind, name)

@@ -1,0 +1,778 @@
+"""The standard types of sensors and actuators: SI units, axes of REP-103.
+
+Generated from crates/types; `cargo xtask headers` renews it.
+"""
+
+import math
+from collections.abc import Sequence
+
+from jde import _standard
+from jde._standard import LaserPoint, SonarEcho, normalize_angle
+from jde._values import field, standard
+
+__all__ = [
+    "BatteryState",
+    "Bumpers",
+    "ColorBlob",
+    "ColorBlobs",
+    "Connection",
+    "Footprint",
+    "Header",
+    "Image",
+    "Imu",
+    "Lanes",
+    "LaserPoint",
+    "LaserScan",
+    "LineSensor",
+    "MapMetaData",
+    "Mission",
+    "Movers",
+    "OccupancyGrid",
+    "Odometry",
+    "PanTilt",
+    "Path",
+    "Point",
+    "Point2D",
+    "Pose",
+    "Pose2D",
+    "PoseStamped",
+    "PoseWithCovariance",
+    "PositionFix",
+    "Quaternion",
+    "Range",
+    "RangeRing",
+    "Route",
+    "Scenery",
+    "SonarEcho",
+    "Strip",
+    "Thing",
+    "Time",
+    "Truth",
+    "Twist",
+    "TwistWithCovariance",
+    "Vector3",
+    "WheelEncoders",
+    "Zone",
+    "Zones",
+    "normalize_angle",
+]
+
+
+@standard("builtin_interfaces/msg/Time")
+class Time:
+    """A time, in seconds and nanoseconds since the application's start."""
+
+    sec: int = 0
+    """Whole seconds. [s]"""
+
+    nanosec: int = 0
+    """Remaining nanoseconds, below 10^9. [ns]"""
+
+
+@standard("std_msgs/msg/Header")
+class Header:
+    """Time and frame of a measurement."""
+
+    stamp: Time = field(default_factory=Time)
+    """Time of the measurement."""
+
+    frame_id: str = ""
+    """Frame of the coordinates."""
+
+
+@standard("geometry_msgs/msg/Point")
+class Point:
+    """A point in space."""
+
+    x: float = 0.0
+    """Ahead. [m]"""
+
+    y: float = 0.0
+    """To the left. [m]"""
+
+    z: float = 0.0
+    """Up. [m]"""
+
+
+@standard("geometry_msgs/msg/Vector3")
+class Vector3:
+    """A vector in space; its unit is that of the field that contains it."""
+
+    x: float = 0.0
+    """Component ahead, or about the axis ahead."""
+
+    y: float = 0.0
+    """Component to the left, or about the axis to the left."""
+
+    z: float = 0.0
+    """Component up, or about the axis up."""
+
+
+@standard("geometry_msgs/msg/Quaternion")
+class Quaternion(_standard.QuaternionFunctions):
+    """An orientation in space, as a quaternion of length 1."""
+
+    x: float = 0.0
+
+    y: float = 0.0
+
+    z: float = 0.0
+
+    w: float = 1.0
+
+
+@standard("geometry_msgs/msg/Pose")
+class Pose:
+    """A position and an orientation in space."""
+
+    position: Point = field(default_factory=Point)
+    """Position."""
+
+    orientation: Quaternion = field(default_factory=Quaternion)
+    """Orientation."""
+
+
+@standard("geometry_msgs/msg/PoseStamped")
+class PoseStamped:
+    """A pose with its time and frame."""
+
+    header: Header = field(default_factory=Header)
+    """Time and frame."""
+
+    pose: Pose = field(default_factory=Pose)
+    """The pose."""
+
+
+@standard("geometry_msgs/msg/PoseWithCovariance")
+class PoseWithCovariance:
+    """A pose with its covariance."""
+
+    pose: Pose = field(default_factory=Pose)
+    """The pose."""
+
+    covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 36)
+    """6 × 6, row by row, for x, y, z and the rotations about them."""
+
+
+@standard("jde_msgs/msg/Point2D")
+class Point2D:
+    """A position in the plane."""
+
+    x: float = 0.0
+    """Ahead of the frame's origin. [m]"""
+
+    y: float = 0.0
+    """Left of the frame's origin. [m]"""
+
+
+@standard("geometry_msgs/msg/Pose2D")
+class Pose2D(_standard.Pose2DFunctions):
+    """A position and a heading in the plane."""
+
+    x: float = 0.0
+    """Ahead of the frame's origin. [m]"""
+
+    y: float = 0.0
+    """Left of the frame's origin. [m]"""
+
+    theta: float = 0.0
+    """Heading, counter-clockwise from the x axis. [rad]"""
+
+
+@standard("geometry_msgs/msg/Twist")
+class Twist(_standard.TwistFunctions):
+    """A velocity in space, commanded or measured."""
+
+    linear: Vector3 = field(default_factory=Vector3)
+    """Linear velocity, m/s. [m/s]"""
+
+    angular: Vector3 = field(default_factory=Vector3)
+    """Angular velocity, rad/s. [rad/s]"""
+
+
+@standard("geometry_msgs/msg/TwistWithCovariance")
+class TwistWithCovariance:
+    """A velocity with its covariance."""
+
+    twist: Twist = field(default_factory=Twist)
+    """The velocity."""
+
+    covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 36)
+    """6 × 6, row by row, for x, y, z and the rotations about them."""
+
+
+@standard("nav_msgs/msg/Odometry")
+class Odometry(_standard.OdometryFunctions):
+    """Pose and velocity, as measured by the wheels."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the pose: "odom"."""
+
+    child_frame_id: str = ""
+    """The frame of the velocity: "base_link"."""
+
+    pose: PoseWithCovariance = field(default_factory=PoseWithCovariance)
+    """Pose of the base, in the frame of the header."""
+
+    twist: TwistWithCovariance = field(default_factory=TwistWithCovariance)
+    """Velocity of the base, in its own frame."""
+
+
+@standard("nav_msgs/msg/MapMetaData")
+class MapMetaData:
+    """Size, resolution and origin of a map."""
+
+    map_load_time: Time = field(default_factory=Time)
+    """Time at which the map was loaded."""
+
+    resolution: float = 0.0
+    """Side of a cell. [m]"""
+
+    width: int = 0
+    """Columns."""
+
+    height: int = 0
+    """Rows."""
+
+    origin: Pose = field(default_factory=Pose)
+    """Pose of the lower left corner of the first cell."""
+
+
+@standard("nav_msgs/msg/OccupancyGrid")
+class OccupancyGrid:
+    """A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every
+    recording of a map costs as much memory; a larger area needs a coarser resolution.
+    """
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the origin."""
+
+    info: MapMetaData = field(default_factory=MapMetaData)
+    """Size, resolution and origin."""
+
+    data: Sequence[int] = field(default_factory=list)
+    """The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1 unknown."""
+
+
+@standard("nav_msgs/msg/Path")
+class Path:
+    """A path to follow, of up to 256 poses: ways through a building turn more often than 64 times."""
+
+    header: Header = field(default_factory=Header)
+    """Time and frame."""
+
+    poses: Sequence[PoseStamped] = field(default_factory=list)
+    """The poses, from first to last."""
+
+
+@standard("jde_msgs/msg/Route")
+class Route:
+    """Targets in the plane, in a form for files; ROS tools draw a `Path`."""
+
+    poses: Sequence[Pose2D] = field(default_factory=list)
+    """The targets, from first to last."""
+
+
+@standard("jde_msgs/msg/Footprint")
+class Footprint:
+    """The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`."""
+
+    radius: float = 0.0
+    """Radius of the circle around the origin of the base; not used if there are points. [m]"""
+
+    points: Sequence[Point2D] = field(default_factory=list)
+    """The corners of a convex polygon in the frame of the base, in order; none for a circle."""
+
+
+@standard("jde_msgs/msg/Zone")
+class Zone:
+    """An area of the floor: a polygon, in files `{ corners = [[1, 1], [2, 1], [2, 2]] }`."""
+
+    corners: Sequence[Point2D] = field(default_factory=list)
+    """At least three corners, in order, in the frame of the map. The last is connected to the first."""
+
+
+@standard("jde_msgs/msg/Zones")
+class Zones:
+    """Areas of the floor, of which up to 16 fit: in files `{ zones = [{ corners = [[1, 1], ...] }, ...] }`."""
+
+    zones: Sequence[Zone] = field(default_factory=list)
+    """The areas; they may overlap."""
+
+
+@standard("jde_msgs/msg/Strip")
+class Strip:
+    """A strip of the floor: a line with a width, in files `{ width = 0.6, points = [[1, 1], [4, 1]] }`."""
+
+    width: float = 0.0
+    """The width. [m]"""
+
+    points: Sequence[Point2D] = field(default_factory=list)
+    """At least two points, in order, in the frame of the map."""
+
+
+@standard("jde_msgs/msg/Lanes")
+class Lanes:
+    """Lanes, the strips that paths prefer, of which up to 16 fit: in files `{ lanes = [{ width = 0.6, points = [[1,
+    1], ...] }, ...] }`.
+    """
+
+    lanes: Sequence[Strip] = field(default_factory=list)
+    """The strips; they may cross and overlap."""
+
+
+@standard("sensor_msgs/msg/LaserScan")
+class LaserScan(_standard.LaserScanFunctions):
+    """One scan of a laser scanner with up to 1088 beams."""
+
+    header: Header = field(default_factory=Header)
+    """Time of the first beam, and the frame of the scanner: x ahead, angles counter-clockwise about z."""
+
+    angle_min: float = 0.0
+    """Angle of the first beam. [rad]"""
+
+    angle_max: float = 0.0
+    """Angle of the last beam. [rad]"""
+
+    angle_increment: float = 0.0
+    """Angle from one beam to the next. [rad]"""
+
+    time_increment: float = 0.0
+    """Time from one beam to the next. [s]"""
+
+    scan_time: float = 0.0
+    """Time from one scan to the next. [s]"""
+
+    range_min: float = 0.0
+    """Least measurable distance. [m]"""
+
+    range_max: float = 0.0
+    """Greatest measurable distance. [m]"""
+
+    ranges: Sequence[float] = field(default_factory=list)
+    """Distances, in the order of the beams. [m]"""
+
+    intensities: Sequence[float] = field(default_factory=list)
+    """Intensities, in units of the device; empty if it has none."""
+
+
+@standard("sensor_msgs/msg/Range")
+class Range:
+    """One sonar or infrared sensor."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the sensor: x ahead."""
+
+    radiation_type: int = 0
+    """0 ultrasound, 1 infrared."""
+
+    field_of_view: float = 0.0
+    """Angular width of the cone. [rad]"""
+
+    min_range: float = 0.0
+    """Least measurable distance. [m]"""
+
+    max_range: float = 0.0
+    """Greatest measurable distance. [m]"""
+
+    range: float = 0.0
+    """Measured distance. [m]"""
+
+    variance: float = 0.0
+    """Variance of the distance; 0 if unknown. [m2]"""
+
+
+@standard("jde_msgs/msg/RangeRing")
+class RangeRing(_standard.RangeRingFunctions):
+    """A ring of up to 32 range sensors of one type around a base."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the base."""
+
+    radiation_type: int = 0
+    """0 ultrasound, 1 infrared."""
+
+    field_of_view: float = 0.0
+    """Angular width of each cone. [rad]"""
+
+    min_range: float = 0.0
+    """Least measurable distance. [m]"""
+
+    max_range: float = 0.0
+    """Greatest measurable distance. [m]"""
+
+    poses: Sequence[Pose2D] = field(default_factory=list)
+    """Position and direction of each sensor, in the frame of the base."""
+
+    ranges: Sequence[float] = field(default_factory=list)
+    """Measured distance of each sensor. [m]"""
+
+
+@standard("sensor_msgs/msg/Image")
+class Image:
+    """An image of up to 640 × 480 pixels of three bytes, or 640 × 360 depths."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the camera: x to the right of the image, y down, z into it."""
+
+    height: int = 0
+    """Rows."""
+
+    width: int = 0
+    """Columns."""
+
+    encoding: str = ""
+    """Format of a pixel: "rgb8", "bgr8", "mono8"; "32FC1" for a depth in metres (REP-118)."""
+
+    is_bigendian: int = 0
+    """Whether numbers of several bytes begin with the most significant byte."""
+
+    step: int = 0
+    """Size of a row in bytes."""
+
+    data: Sequence[int] = field(default_factory=list)
+    """Rows, from top to bottom."""
+
+
+@standard("jde_msgs/msg/PanTilt")
+class PanTilt:
+    """Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the head's base."""
+
+    pan: float = 0.0
+    """Angle to the left. [rad]"""
+
+    tilt: float = 0.0
+    """Angle downwards: a rotation about the axis to the left (REP-103). [rad]"""
+
+    pan_velocity: float = 0.0
+    """Angular velocity to the left. [rad/s]"""
+
+    tilt_velocity: float = 0.0
+    """Angular velocity downwards. [rad/s]"""
+
+
+@standard("jde_msgs/msg/ColorBlob")
+class ColorBlob:
+    """Connected pixels of one colour."""
+
+    color: int = 0
+    """The number of its colour, from 0 in the order of the schema's ranges."""
+
+    count: int = 0
+    """Number of pixels. [px]"""
+
+    left: int = 0
+    """First column of the rectangle around it. [px]"""
+
+    top: int = 0
+    """First row of the rectangle around it. [px]"""
+
+    width: int = 0
+    """Columns of the rectangle around it. [px]"""
+
+    height: int = 0
+    """Rows of the rectangle around it. [px]"""
+
+    column: float = 0.0
+    """Column of its middle, from the left edge of the picture. [px]"""
+
+    row: float = 0.0
+    """Row of its middle, from the upper edge of the picture. [px]"""
+
+    bearing: float = 0.0
+    """Angle to its middle, positive to the left. [rad]"""
+
+    elevation: float = 0.0
+    """Angle to its middle above the horizon. [rad]"""
+
+    x: float = 0.0
+    """Where its lowest row meets the floor, ahead of the base; 0 if that is unknown. [m]"""
+
+    y: float = 0.0
+    """Where its lowest row meets the floor, to the left of the base; 0 if that is unknown. [m]"""
+
+    on_floor: bool = False
+    """Whether x and y are known: the camera's height is, and its lowest row is below the horizon and in the picture."""
+
+
+@standard("jde_msgs/msg/ColorBlobs")
+class ColorBlobs:
+    """The connected areas of some colours in a picture, the largest first."""
+
+    header: Header = field(default_factory=Header)
+    """Time at which the picture was taken, and the frame of the angles."""
+
+    left_out: int = 0
+    """Number of areas that did not fit below."""
+
+    blobs: Sequence[ColorBlob] = field(default_factory=list)
+    """The areas."""
+
+
+@standard("sensor_msgs/msg/BatteryState")
+class BatteryState:
+    """State of the battery. NaN marks what is not measured."""
+
+    header: Header = field(default_factory=Header)
+    """Time."""
+
+    voltage: float = math.nan
+    """Voltage. [V]"""
+
+    temperature: float = math.nan
+    """Temperature. [degC]"""
+
+    current: float = math.nan
+    """Current; negative while discharging. [A]"""
+
+    charge: float = math.nan
+    """Present charge. [Ah]"""
+
+    capacity: float = math.nan
+    """Charge when it was last full. [Ah]"""
+
+    design_capacity: float = math.nan
+    """Nominal charge. [Ah]"""
+
+    percentage: float = math.nan
+    """Charge, from 0 to 1."""
+
+    power_supply_status: int = 0
+    """0 unknown, 1 charging, 2 discharging, 3 not charging, 4 full."""
+
+    power_supply_health: int = 0
+    """0 unknown, 1 good, 2 too hot, 3 dead, 4 overvoltage, 5 failure, 6 too cold, 7 and 8 a timer expired."""
+
+    power_supply_technology: int = 0
+    """0 unknown, 1 NiMH, 2 Li-ion, 3 Li-polymer, 4 LiFe, 5 NiCd, 6 LiMn."""
+
+    present: bool = False
+    """Whether a battery is present."""
+
+    cell_voltage: Sequence[float] = field(default_factory=list)
+    """Voltage of each cell. [V]"""
+
+    cell_temperature: Sequence[float] = field(default_factory=list)
+    """Temperature of each cell. [degC]"""
+
+    location: str = ""
+    """Location of the battery."""
+
+    serial_number: str = ""
+    """Its serial number."""
+
+
+@standard("jde_msgs/msg/Bumpers")
+class Bumpers(_standard.BumpersFunctions):
+    """Which bumpers are pressed."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the base."""
+
+    front: Sequence[bool] = field(default_factory=list)
+    """Front bumpers, from left to right."""
+
+    rear: Sequence[bool] = field(default_factory=list)
+    """Rear bumpers, from left to right in the direction of travel."""
+
+    stalled: bool = False
+    """Whether the wheels are blocked while driven."""
+
+
+@standard("jde_msgs/msg/LineSensor")
+class LineSensor:
+    """The floor as a row of up to 32 reflectance cells sees it."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the base."""
+
+    cells: Sequence[Point2D] = field(default_factory=list)
+    """Position of each cell, in the frame of the base."""
+
+    brightness: Sequence[float] = field(default_factory=list)
+    """Brightness of the floor below each cell, from 0 (black) to 1 (white)."""
+
+
+@standard("sensor_msgs/msg/Imu")
+class Imu:
+    """Measurement of an inertial unit. Covariances are row by row; one of zeros is unknown."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the unit."""
+
+    orientation: Quaternion = field(default_factory=Quaternion)
+    """Orientation in a fixed frame with z up (REP-145)."""
+
+    orientation_covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 9)
+    """Covariance of the rotations about x, y and z, rad²; the first is −1 if there is no orientation."""
+
+    angular_velocity: Vector3 = field(default_factory=Vector3)
+    """Turn rates about the unit's axes, rad/s."""
+
+    angular_velocity_covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 9)
+    """Their covariance, (rad/s)²."""
+
+    linear_acceleration: Vector3 = field(default_factory=Vector3)
+    """Specific forces along the unit's axes, m/s²: at rest, the axis that is up shows 9.81 (REP-145)."""
+
+    linear_acceleration_covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 9)
+    """Their covariance, (m/s²)²."""
+
+
+@standard("jde_msgs/msg/PositionFix")
+class PositionFix:
+    """Measured position on the ground, as of a satellite receiver. ROS has latitude and longitude instead
+    (`sensor_msgs/msg/NavSatFix`); a robot that needs none of them is given metres. Without a fix there is no value.
+    """
+
+    header: Header = field(default_factory=Header)
+    """Time, and the fixed frame of the position."""
+
+    x: float = 0.0
+    """Position of the antenna along x. [m]"""
+
+    y: float = 0.0
+    """Position of the antenna along y. [m]"""
+
+    covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 4)
+    """Covariance of x and y, row by row. [m2]"""
+
+
+@standard("jde_msgs/msg/WheelEncoders")
+class WheelEncoders:
+    """Counts of the two wheels' encoders since the driver's first reading."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the base."""
+
+    left: int = 0
+    """Ticks of the left wheel. Backward motion counts down; counts never wrap."""
+
+    right: int = 0
+    """Ticks of the right wheel."""
+
+    ticks_per_meter: float = 0.0
+    """Ticks for one metre of rolling; 0 if unknown. [1/m]"""
+
+
+@standard("jde_msgs/msg/Connection")
+class Connection(_standard.ConnectionFunctions):
+    """Connection of a driver to its device."""
+
+    header: Header = field(default_factory=Header)
+    """Time of the last change of state, or of the last failed attempt."""
+
+    state: int = 0
+    """0 not tried yet, 1 connecting, 2 connected, 3 lost."""
+
+    attempts: int = 0
+    """Attempts since the last connection."""
+
+    note: str = ""
+    """Name that the device reports, or why it is not connected."""
+
+
+@standard("jde_msgs/msg/Mission")
+class Mission:
+    """An application's task and its progress."""
+
+    state: int = 0
+    """0 running, 1 done, 2 failed."""
+
+    reached: int = 0
+    """Number of targets reached."""
+
+    total: int = 0
+    """Number of targets in total."""
+
+    note: str = ""
+    """Reason of a failure, or a description of the task."""
+
+    target: Pose2D = field(default_factory=Pose2D)
+    """The present target, in the frame of the odometry."""
+
+    distance: float = 0.0
+    """Distance to the present target. [m]"""
+
+
+@standard("jde_msgs/msg/Truth")
+class Truth:
+    """True state of a simulated robot, independent of its sensors; for measurement, not for control."""
+
+    pose: Pose2D = field(default_factory=Pose2D)
+    """Pose in the world."""
+
+    twist: Twist = field(default_factory=Twist)
+    """Velocity, in its own frame."""
+
+    clearance: float = 0.0
+    """Distance from its edge to the nearest solid object. [m]"""
+
+    min_clearance: float = 0.0
+    """Least clearance so far. [m]"""
+
+    collisions: int = 0
+    """Contacts with solid objects, each counted once."""
+
+
+@standard("jde_msgs/msg/Thing")
+class Thing:
+    """A static or moving object on the floor of a simulated world."""
+
+    name: str = ""
+    """Its name in the world's file, cut if it is long."""
+
+    pose: Pose2D = field(default_factory=Pose2D)
+    """Center on the floor, and heading."""
+
+    length: float = 0.0
+    """Size along its own x: length of a wall, diameter of a round object. [m]"""
+
+    width: float = 0.0
+    """Size along its own y; 0 for a wall. [m]"""
+
+    height: float = 0.0
+    """Height above the floor. [m]"""
+
+    form: int = 0
+    """0 a wall or a box, 1 a cylinder, 2 a ball, 3 a person, 4 a robot, 5 paint on the floor."""
+
+    red: int = 0
+    """Its color in sRGB."""
+
+    green: int = 0
+    """Its color in sRGB."""
+
+    blue: int = 0
+    """Its color in sRGB."""
+
+
+@standard("jde_msgs/msg/Scenery")
+class Scenery:
+    """The static objects of a simulated world."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the world."""
+
+    left_out: int = 0
+    """Number of objects that did not fit below."""
+
+    things: Sequence[Thing] = field(default_factory=list)
+    """The objects."""
+
+
+@standard("jde_msgs/msg/Movers")
+class Movers:
+    """The moving and movable objects of a simulated world, without the robot that publishes them."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the world."""
+
+    left_out: int = 0
+    """Number of objects that did not fit below."""
+
+    things: Sequence[Thing] = field(default_factory=list)
+    """The objects."""

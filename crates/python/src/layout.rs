@@ -1,0 +1,383 @@
+//! The layouts of values: how the bytes of a value become objects of Python, and objects its bytes.
+
+use std::sync::{Arc, OnceLock};
+
+use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyString, PyType};
+
+use crate::numbers;
+use crate::views::Views;
+
+/// Arrays and sequences of up to this many numbers become lists; longer ones become views of the memory.
+const LONGEST_LIST: usize = 64;
+
+/// The layout of a type of value.
+#[pyclass(frozen, module = "jde._jde")]
+pub(crate) struct Layout {
+    pub(crate) ty: Arc<Type>,
+    fields: Vec<Part>,
+    /// The class of its values; none for a type whose only field is its value.
+    class: OnceLock<Py<PyType>>,
+}
+
+struct Part {
+    name: Py<PyString>,
+    /// The layout of its elements, unless they are numbers.
+    layout: Option<Py<Layout>>,
+}
+
+#[pymethods]
+impl Layout {
+    /// Lays out the fields in their order, as C does: each a name, its doc, its unit, its elements (the name of a
+    /// scalar, or a layout), its form (`one`, `array`, `sequence` or `text`) and its capacity.
+    #[new]
+    fn new(py: Python<'_>, name: &str, doc: &str, fields: Vec<FieldTuple<'_>>) -> PyResult<Self> {
+        let (mut end, mut align) = (0, 1);
+        let mut described = Vec::new();
+        let mut parts = Vec::new();
+        for (name, doc, unit, element, form, capacity) in fields {
+            let layout = element.extract::<Py<Layout>>().ok();
+            let kind = match &layout {
+                Some(layout) => FieldKind::Struct(Arc::clone(&layout.get().ty)),
+                None => FieldKind::Scalar(scalar(element.extract()?)?),
+            };
+            if capacity == 0 {
+                return Err(PyValueError::new_err(format!(
+                    "field `{name}` has no room: its capacity is 0"
+                )));
+            }
+            let length_offset = round_up(end, 4);
+            let (form, offset) = match &*form {
+                "one" => (Form::One, round_up(end, kind.align())),
+                "array" => (Form::Array(capacity), round_up(end, kind.align())),
+                "text" => (
+                    Form::Text {
+                        capacity,
+                        length_offset,
+                    },
+                    length_offset + 4,
+                ),
+                // As `Seq` of the Rust SDK, whose elements begin eight bytes after the length.
+                _ => (
+                    Form::Sequence {
+                        capacity,
+                        length_offset,
+                    },
+                    length_offset + 8,
+                ),
+            };
+            let offset = round_up(offset, kind.align());
+            align = align
+                .max(kind.align())
+                .max(if form.length_offset().is_some() { 4 } else { 1 });
+            end = offset + kind.bytes() * capacity;
+            parts.push(Part {
+                name: PyString::intern(py, &name).unbind(),
+                layout,
+            });
+            described.push(Field {
+                name,
+                doc,
+                unit,
+                kind,
+                form,
+                offset,
+            });
+        }
+        let ty = Type {
+            name: name.to_owned(),
+            doc: doc.to_owned(),
+            bytes: round_up(end, align),
+            align,
+            fields: described,
+        };
+        Ok(Self {
+            ty: Arc::new(ty),
+            fields: parts,
+            class: OnceLock::new(),
+        })
+    }
+
+    /// The layouts of all standard types by their names.
+    #[staticmethod]
+    fn standard(py: Python<'_>) -> PyResult<Py<PyDict>> {
+        let known = PyDict::new(py);
+        for ty in jde_types::standard() {
+            let part = |field: &Field| {
+                let layout = match &field.kind {
+                    FieldKind::Scalar(_) => None,
+                    FieldKind::Struct(inner) => match known.get_item(&inner.name)? {
+                        Some(layout) => Some(layout.extract::<Py<Layout>>()?),
+                        None => None,
+                    },
+                };
+                Ok(Part {
+                    name: PyString::intern(py, &field.name).unbind(),
+                    layout,
+                })
+            };
+            let fields = ty.fields.iter().map(part).collect::<PyResult<_>>()?;
+            let name = ty.name.clone();
+            let layout = Self {
+                ty: Arc::new(ty),
+                fields,
+                class: OnceLock::new(),
+            };
+            known.set_item(name, Py::new(py, layout)?)?;
+        }
+        Ok(known.unbind())
+    }
+
+    /// Makes the values objects of a class, whose instances have the fields as attributes.
+    fn bind(&self, class: Py<PyType>) {
+        // A class is bound once, by its own definition.
+        drop(self.class.set(class));
+    }
+
+    /// The name of the type.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.ty.name
+    }
+
+    /// The number of bytes of a value.
+    #[getter]
+    fn size(&self) -> usize {
+        self.ty.bytes
+    }
+
+    /// Returns the bytes of a value.
+    #[pyo3(name = "encode")]
+    fn encode_to_bytes(&self, value: &Bound<'_, PyAny>) -> PyResult<Vec<u8>> {
+        let mut bytes = vec![0; self.ty.bytes];
+        self.encode(value, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Returns the value of some bytes.
+    #[pyo3(name = "decode")]
+    fn decode_bytes(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<Py<PyAny>> {
+        if bytes.len() != self.ty.bytes {
+            let message = format!(
+                "a {} has {} bytes, not {}",
+                self.ty.name,
+                self.ty.bytes,
+                bytes.len()
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        Ok(self.decode(py, &Views::copying(py, bytes)?, 0)?.unbind())
+    }
+}
+
+/// What [`Layout::new`] takes for a field.
+type FieldTuple<'py> = (String, String, String, Bound<'py, PyAny>, String, usize);
+
+impl Layout {
+    /// Whether its only field is its value: a number or a text by itself.
+    fn is_plain(&self) -> bool {
+        matches!(&self.ty.fields[..], [field] if field.name == "data") && self.class.get().is_none()
+    }
+
+    /// Returns the value at an offset.
+    pub(crate) fn decode<'py>(
+        &self,
+        py: Python<'py>,
+        views: &Views<'py>,
+        at: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let field = |index: usize| {
+            let (field, part): (&Field, &Part) = (&self.ty.fields[index], &self.fields[index]);
+            decode_field(py, field, part, views, at)
+        };
+        if self.is_plain() {
+            return field(0);
+        }
+        let class = self.class(py)?;
+        let value = class.call_method1(pyo3::intern!(py, "__new__"), (class,))?;
+        for index in 0..self.fields.len() {
+            value.setattr(&self.fields[index].name, field(index)?)?;
+        }
+        Ok(value)
+    }
+
+    /// Writes a value. All bytes are written, also those of no field.
+    pub(crate) fn encode(&self, value: &Bound<'_, PyAny>, bytes: &mut [u8]) -> PyResult<()> {
+        bytes.fill(0);
+        self.encode_into(value, bytes)
+    }
+
+    fn encode_into(&self, value: &Bound<'_, PyAny>, bytes: &mut [u8]) -> PyResult<()> {
+        if self.is_plain() {
+            return encode_field(&self.ty.fields[0], &self.fields[0], value, bytes);
+        }
+        let class = self.class(value.py())?;
+        if !value.is_instance(class)? {
+            let message = format!("this takes a {}, not {}", class.name()?, kind_of(value));
+            return Err(PyTypeError::new_err(message));
+        }
+        for (field, part) in self.ty.fields.iter().zip(&self.fields) {
+            encode_field(field, part, &value.getattr(&part.name)?, bytes)?;
+        }
+        Ok(())
+    }
+
+    fn class<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyType>> {
+        let class = self.class.get().map(|class| class.bind(py));
+        class.ok_or_else(|| PyTypeError::new_err(format!("no class has the values of {}", self.ty.name)))
+    }
+}
+
+fn decode_field<'py>(
+    py: Python<'py>,
+    field: &Field,
+    part: &Part,
+    views: &Views<'py>,
+    at: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let start = at + field.offset;
+    let count = match field.form {
+        Form::One | Form::Array(_) => field.form.capacity(),
+        Form::Sequence {
+            capacity,
+            length_offset,
+        }
+        | Form::Text {
+            capacity,
+            length_offset,
+        } => (views.length(at + length_offset) as usize).min(capacity),
+    };
+    if let Form::Text { .. } = field.form {
+        let text = String::from_utf8_lossy(views.bytes(start, count));
+        return Ok(PyString::new(py, &text).into_any());
+    }
+    let size = field.kind.bytes();
+    match (&field.kind, &part.layout) {
+        (FieldKind::Scalar(scalar), _) if field.form == Form::One => {
+            numbers::decode(py, *scalar, views.bytes(start, size))
+        }
+        (FieldKind::Scalar(scalar), _) if field.form.capacity() > LONGEST_LIST => {
+            views.view(py, start, count * size, numbers::format(*scalar))
+        }
+        (FieldKind::Scalar(scalar), _) => {
+            let number = |index| numbers::decode(py, *scalar, views.bytes(start + index * size, size));
+            list(py, count, number)
+        }
+        (FieldKind::Struct(_), Some(layout)) if field.form == Form::One => {
+            layout.get().decode(py, views, start)
+        }
+        (FieldKind::Struct(_), Some(layout)) => list(py, count, |index| {
+            layout.get().decode(py, views, start + index * size)
+        }),
+        (FieldKind::Struct(ty), None) => Err(PyTypeError::new_err(format!("{} has no layout", ty.name))),
+    }
+}
+
+fn list<'py>(
+    py: Python<'py>,
+    count: usize,
+    item: impl Fn(usize) -> PyResult<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let items = (0..count).map(item).collect::<PyResult<Vec<_>>>()?;
+    Ok(PyList::new(py, items)?.into_any())
+}
+
+fn encode_field(field: &Field, part: &Part, value: &Bound<'_, PyAny>, bytes: &mut [u8]) -> PyResult<()> {
+    let of_field = |error: PyErr| in_field(value.py(), &field.name, error);
+    let size = field.kind.bytes();
+    match field.form {
+        Form::One => encode_element(field, part, value, &mut bytes[field.offset..][..size]).map_err(of_field),
+        Form::Text {
+            capacity,
+            length_offset,
+        } => {
+            let text: &str = &value.extract::<String>().map_err(of_field)?;
+            if text.len() > capacity {
+                return Err(too_many(field, text.len(), "bytes"));
+            }
+            bytes[field.offset..][..text.len()].copy_from_slice(text.as_bytes());
+            bytes[length_offset..][..4].copy_from_slice(&(text.len() as u32).to_ne_bytes());
+            Ok(())
+        }
+        Form::Array(capacity) | Form::Sequence { capacity, .. } => {
+            let count = value.len().map_err(of_field)?;
+            if count > capacity {
+                return Err(too_many(field, count, "elements"));
+            }
+            if let (Form::Array(_), true) = (field.form, count < capacity) {
+                let message = format!("`{}` has {capacity} elements, not {count}", field.name);
+                return Err(PyValueError::new_err(message));
+            }
+            if let Some(length_offset) = field.form.length_offset() {
+                bytes[length_offset..][..4].copy_from_slice(&(count as u32).to_ne_bytes());
+            }
+            let room = &mut bytes[field.offset..][..count * size];
+            if let FieldKind::Scalar(scalar) = &field.kind
+                && numbers::copy_buffer(*scalar, value, room)?
+            {
+                return Ok(());
+            }
+            for (index, item) in value.try_iter().map_err(of_field)?.enumerate().take(count) {
+                let element = &mut room[index * size..][..size];
+                encode_element(field, part, &item.map_err(of_field)?, element).map_err(of_field)?;
+            }
+            Ok(())
+        }
+    }
+}
+
+fn encode_element(field: &Field, part: &Part, value: &Bound<'_, PyAny>, bytes: &mut [u8]) -> PyResult<()> {
+    match (&field.kind, &part.layout) {
+        (FieldKind::Scalar(scalar), _) => numbers::encode(*scalar, value, bytes),
+        (FieldKind::Struct(_), Some(layout)) => layout.get().encode_into(value, bytes),
+        (FieldKind::Struct(ty), None) => Err(PyTypeError::new_err(format!("{} has no layout", ty.name))),
+    }
+}
+
+/// Names the field in an error.
+fn in_field(py: Python<'_>, name: &str, error: PyErr) -> PyErr {
+    let message = format!("`{name}`: {}", error.value(py));
+    if error.is_instance_of::<PyTypeError>(py) {
+        PyTypeError::new_err(message)
+    } else {
+        PyValueError::new_err(message)
+    }
+}
+
+fn too_many(field: &Field, count: usize, what: &str) -> PyErr {
+    PyValueError::new_err(format!(
+        "`{}` holds at most {} {what}, not {count}",
+        field.name,
+        field.form.capacity()
+    ))
+}
+
+/// Returns the kind of an object, for messages: `a str`.
+pub(crate) fn kind_of(value: &Bound<'_, PyAny>) -> String {
+    let name = value.get_type().name().map(|name| name.to_string());
+    format!("a {}", name.as_deref().unwrap_or("value"))
+}
+
+fn scalar(name: &str) -> PyResult<Scalar> {
+    let all = [
+        Scalar::Bool,
+        Scalar::U8,
+        Scalar::U16,
+        Scalar::U32,
+        Scalar::U64,
+        Scalar::I8,
+        Scalar::I16,
+        Scalar::I32,
+        Scalar::I64,
+        Scalar::F32,
+        Scalar::F64,
+    ];
+    let found = all.into_iter().find(|scalar| scalar.ros_name() == name);
+    found.ok_or_else(|| PyValueError::new_err(format!("there is no scalar `{name}`")))
+}
+
+fn round_up(offset: usize, align: usize) -> usize {
+    offset.div_ceil(align) * align
+}

@@ -1,0 +1,167 @@
+"""Whatever a schema in Python does, the robot goes on under the rules, and the event says why."""
+
+from __future__ import annotations
+
+import stat
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conftest import HEAD, Result, Robot
+
+Drive = Callable[..., Result]
+
+NEAR = """
+def check(self, cx):
+    return (n := self.laser.nearest_ahead(0.4)) is not None and n < 1.5
+"""
+NEVER = 'restart = "never"'
+BACK = """
+def iterate(self, cx):
+    self.base.command(t.Twist.planar(-0.2, 0.0))
+"""
+
+
+def test_it_drives(body: Drive) -> None:
+    done = body(NEAR + BACK)
+    assert "roots: ahead -> mine" in done.text
+    assert "no faults, no overruns, nothing refused" in done.text
+    assert done.status == 0
+
+
+def test_a_run_repeats_to_the_bit_and_is_decided_again(robot: Robot, body: Drive) -> None:
+    first = body(NEAR + BACK)
+    assert robot.drive(6, "--record", "drive.mcap").text.splitlines()[:6] == first.text.splitlines()[:6]
+    again = robot.jde("replay", "--trust", "--decide", "drive.mcap")
+    assert again.text.splitlines()[-1].startswith("same: "), again.text
+    (robot.folder / "mine.py").write_text((robot.folder / "mine.py").read_text().replace("-0.2", "-0.1"))
+    changed = robot.jde("replay", "--trust", "--decide", "drive.mcap")
+    assert "now   linear.x = -0.1" in changed.text and changed.status == 1
+
+
+@pytest.mark.parametrize("call", ["check", "iterate", "awake", "sleep"])
+def test_an_error_is_a_fault_with_its_traceback(body: Drive, call: str) -> None:
+    functions = {"check": NEAR, "iterate": BACK, "awake": "", "sleep": ""}
+    functions[call] = f"\ndef {call}(self, cx):\n    raise KeyError('planted')\n"
+    done = body("".join(functions.values()), more=NEVER)
+    assert "KeyError: 'planted'" in done.text
+    assert 'mine.py", line' in done.text and f"in {call}" in done.text
+    if call != "sleep":
+        assert "ahead" in done.text
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        ("import sys; sys.exit(3)", "SystemExit: a schema does not end its process, and this one called exit(3)"),
+        ("import os; os._exit(3)", "its process exited by itself, with status 3"),
+        ("import ctypes; ctypes.string_at(0)", "its process was killed by SIGSEGV"),
+        ("import os; os.abort()", "its process was killed by SIGABRT"),
+        ("return self.nothing", "AttributeError: 'Mine' object has no attribute 'nothing'"),
+        ("self.base = 1", "`base` is a port of the schema and cannot be replaced"),
+        ("self.base.command(1)", "actuator `base`: this takes a Twist, not a int"),
+        ("def deeper(): deeper()\n    deeper()", "RecursionError"),
+    ],
+)
+def test_every_end_of_an_iteration_is_described(body: Drive, wrong: str, reason: str) -> None:
+    done = body(f"{NEAR}\ndef iterate(self, cx):\n    {wrong}\n", more=NEVER)
+    assert reason in done.text, done.text
+    assert "roots: mine -> ahead" in done.text
+
+
+def test_a_check_that_returns_nothing_is_a_fault(body: Drive) -> None:
+    done = body("def check(self, cx):\n    pass\n" + BACK, more=NEVER)
+    assert "check returns True, False or a Precondition, not a NoneType" in done.text
+
+
+def test_memory_beyond_the_limit_is_an_error_of_python(body: Drive) -> None:
+    wrong = f"{NEAR}\ndef iterate(self, cx):\n    bytearray(4_000_000_000)\n"
+    done = body(wrong, more=NEVER + '\nisolate = { memory = "500 MB" }')
+    assert "MemoryError" in done.text
+    assert "roots: mine -> ahead" in done.text
+
+
+def test_a_thread_that_is_left_running_ends_with_the_schema(body: Drive) -> None:
+    endless = """
+def awake(self, cx):
+    import threading
+    threading.Thread(target=threading.Event().wait).start()
+"""
+    done = body(endless + NEAR + BACK)
+    assert done.status == 0 and "no faults" in done.text
+
+
+def test_a_port_on_another_thread_is_an_error(body: Drive) -> None:
+    wrong = """
+def iterate(self, cx):
+    import concurrent.futures
+    with concurrent.futures.ThreadPoolExecutor() as pool:
+        pool.submit(lambda: self.laser).result()
+"""
+    done = body(NEAR + wrong, more=NEVER)
+    assert "only on the thread on which their schema is called" in done.text
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("import nothing_like_it\n", "ModuleNotFoundError: No module named 'nothing_like_it'"),
+        ("class Mine(\n", "SyntaxError"),
+        ("x = 1\n", "it defines no schema: write a class that derives from jde.Schema"),
+        (HEAD, "Mine has no iterate"),
+        ("import sys; sys.exit('no')\n", "SystemExit"),
+        ("import os; os._exit(4)\n", "its process exited by itself, with status 4"),
+        ("import os; os.abort()\n", "its process was killed by SIGABRT"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_named(robot: Robot, source: str, reason: str) -> None:
+    robot.write(source)
+    done = robot.jde("check", "app.toml")
+    assert done.status != 0
+    assert reason in done.text and "mine.py" in done.text and "app.toml:" in done.text, done.text
+
+
+def test_an_error_names_the_line_of_the_file(robot: Robot) -> None:
+    robot.write("\n\nraise ValueError('planted')\n")
+    done = robot.jde("check", "app.toml")
+    assert "ValueError: planted" in done.text and 'mine.py", line 3' in done.text
+
+
+def test_a_file_in_a_folder_and_a_module_beside_it_are_found(robot: Robot) -> None:
+    robot.write(
+        "from helper import Mine\n" + HEAD + "    def iterate(self, cx):\n        pass\n", file="parts/mine.py/Mine"
+    )
+    (robot.folder / "parts/helper.py").write_text("Mine = 1\n")
+    assert robot.jde("check", "app.toml").status == 0
+
+
+def test_python_that_is_not_there_is_named(robot: Robot) -> None:
+    robot.write("")
+    done = robot.jde("check", "app.toml", JDE_PYTHON="/nowhere/python3")
+    assert "/nowhere/python3 cannot be started: No such file" in done.text
+    assert "install Python 3.10 or newer, or name its interpreter in JDE_PYTHON" in done.text
+
+
+def interpreter(folder: Path, before: str) -> str:
+    """An interpreter that runs some lines before anything else."""
+    path = folder / "python3"
+    (folder / "sitecustomize.py").write_text(before)
+    path.write_text(f'#!/bin/sh\nPYTHONPATH={folder} exec {sys.executable} "$@"\n')
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return str(path)
+
+
+def test_an_older_python_is_named(robot: Robot) -> None:
+    robot.write("")
+    old = interpreter(robot.folder, "import sys\nsys.version_info = (3, 9, 2)\n")
+    done = robot.jde("check", "app.toml", JDE_PYTHON=old)
+    assert "is Python 3.9, and jde needs 3.10 or newer; name another interpreter in JDE_PYTHON" in done.text
+
+
+def test_a_python_without_the_package_is_told_how_to_get_it(robot: Robot) -> None:
+    robot.write("")
+    bare = interpreter(robot.folder, "import sys\nsys.modules['jde'] = None\n")
+    done = robot.jde("check", "app.toml", JDE_PYTHON=bare)
+    assert "has no package jde: run" in done.text and "-m pip install jde" in done.text

@@ -1,0 +1,33 @@
+"""What `jde new schema NAME --python` writes passes its own tests and drives."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from conftest import Robot
+
+
+@pytest.mark.parametrize(
+    ("more", "name", "takeover"),
+    [([], "follow-wall", "nobody -> follow-wall"), (["--perceptive"], "find-near", "nobody -> face")],
+)
+def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str], name: str, takeover: str) -> None:
+    robot = Robot(tmp_path)
+    made = robot.jde("new", "schema", name, "--python", *more)
+    assert made.status == 0 and "run app.toml" in made.text, made.text
+    robot.folder = tmp_path / name
+    tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    done = subprocess.run(tests, cwd=robot.folder, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stdout
+    drive = robot.drive(20)
+    assert drive.status == 0 and takeover in drive.text, drive.text
+    assert "no collision" in drive.text and "no faults" in drive.text
+
+
+def test_a_name_that_hides_the_package_is_refused(tmp_path: Path) -> None:
+    done = Robot(tmp_path).jde("new", "schema", "jde", "--python")
+    assert done.status == 2
