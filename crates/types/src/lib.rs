@@ -8,6 +8,7 @@
 extern crate self as jde_types;
 
 mod blobs;
+mod body;
 mod geometry;
 mod mission;
 mod modulated;
@@ -25,6 +26,7 @@ mod value;
 mod zones;
 
 pub use blobs::{ColorBlob, ColorBlobs};
+pub use body::{Body, Footprint, Mount};
 pub use geometry::{
     Point, Point2D, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance,
     Vector3, normalize_angle,
@@ -32,7 +34,7 @@ pub use geometry::{
 pub use jde_macros::{Choice, Value};
 pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
-pub use nav::{Footprint, MapMetaData, OccupancyGrid, Odometry, Path, Route, Target};
+pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
@@ -81,6 +83,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Route::describe(),
         Target::describe(),
         Footprint::describe(),
+        Mount::describe(),
+        Body::describe(),
         Zone::describe(),
         Zones::describe(),
         Strip::describe(),

@@ -1,7 +1,7 @@
 //! The estimated position of the robot, maps, and its targets.
 
 use crate::{
-    Flag, Frame, Header, Padding, Point2D, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Time, Twist,
+    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Time, Twist,
     TwistWithCovariance, Value,
 };
 
@@ -97,29 +97,6 @@ impl Default for OccupancyGrid {
 impl core::fmt::Debug for OccupancyGrid {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "OccupancyGrid({:?}, {} cells)", self.info, self.data.len())
-    }
-}
-
-/// The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
-#[repr(C)]
-#[value(name = "jde_msgs/msg/Footprint")]
-pub struct Footprint {
-    /// Radius of the circle around the origin of the base; not used if there are points.
-    #[value(unit = "m")]
-    pub radius: f64,
-    /// The corners of a convex polygon in the frame of the base, in order; none for a circle.
-    pub points: Seq<Point2D, 32>,
-}
-
-impl Footprint {
-    /// Returns a circle of `radius` m around the origin of the base.
-    #[must_use]
-    pub const fn circle(radius: f64) -> Self {
-        Self {
-            radius,
-            points: Seq::new(),
-        }
     }
 }
 

@@ -11,6 +11,7 @@ mod settings;
 
 use jde_p2os::{HeadSetpoint, Setpoint};
 use jde_schema::prelude::*;
+use jde_schema::types::Body;
 
 use robot::RobotConnection;
 use sense::SensorState;
@@ -88,6 +89,9 @@ pub struct Pioneer {
     /// Position of the head: measured, or estimated if the head cannot reply.
     #[export]
     pan_tilt: Export<PanTilt>,
+    /// The radius in which the robot turns, and the usual place of its laser; for windows and pictures.
+    #[export]
+    body: Export<Body>,
     /// Whether the robot is connected, its name, or the reason for the loss.
     #[export]
     connection: Export<Connection>,
@@ -153,6 +157,7 @@ impl Pioneer {
         self.battery.retract(cx);
         self.encoders.retract(cx);
         self.pan_tilt.retract(cx);
+        self.body.retract(cx);
     }
 }
 

@@ -5,6 +5,7 @@ use core::time::Duration;
 
 use jde_p2os::{Beams, Config, Event, Model, Reading, Sip};
 use jde_schema::prelude::*;
+use jde_schema::types::{Body, Footprint, Mount};
 
 use crate::Pioneer;
 use crate::robot::RobotConnection;
@@ -23,6 +24,8 @@ pub(crate) struct SensorState {
     sweep: Option<Duration>,
     /// Whether there are exports to retract.
     has_exports: bool,
+    /// Whether the body is exported.
+    has_body: bool,
 }
 
 impl SensorState {
@@ -40,6 +43,9 @@ impl Pioneer {
             let Some(model) = robot.session().model() else {
                 break;
             };
+            if !core::mem::replace(&mut self.senses.has_body, true) {
+                self.body.write(cx, body(cx.now(), model));
+            }
             match event {
                 Event::Sip(sip) => self.state(cx, robot, model, &sip)?,
                 Event::Laser(sweep) => self.scan(cx, robot.beams(), &sweep)?,
@@ -185,6 +191,20 @@ impl Pioneer {
 
 /// The speeds from the wheels. The turn rate comes from the firmware if it measures it, because that is more
 /// accurate.
+/// Returns the circle in which a robot turns, with the usual place of its laser.
+fn body(now: Duration, model: &Model) -> Body {
+    let (x, y) = (model.laser.x_mm / 1000.0, model.laser.y_mm / 1000.0);
+    let laser = Mount {
+        frame: Text::new("laser"),
+        pose: Pose2D::new(x, y, 0.0),
+    };
+    Body {
+        header: Header::new(now, "base_link"),
+        footprint: Footprint::circle(model.body.radius_mm / 1000.0),
+        lasers: [laser].into_iter().collect(),
+    }
+}
+
 fn twist(model: &Model, sip: &Sip) -> Twist {
     let speed = |units: i16| f64::from(units) * model.units.velocity_mm_s;
     let (left, right) = (speed(sip.left_velocity), speed(sip.right_velocity));

@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use jde_player::{Mount, Power, Scan};
 use jde_schema::prelude::*;
+use jde_schema::types::{self, Body};
 
 /// Values of `BatteryState`.
 const CHARGING: u8 = 1;
@@ -11,6 +12,19 @@ const DISCHARGING: u8 = 2;
 const NOT_CHARGING: u8 = 3;
 /// Seconds of an hour.
 const HOUR: f32 = 3600.0;
+
+/// Returns a body of unknown outline with a laser.
+pub(crate) fn body(now: Duration, laser: Option<Mount>) -> Body {
+    let mount = |Mount { x, y, yaw }| types::Mount {
+        frame: Text::new("laser"),
+        pose: Pose2D::new(x, y, yaw),
+    };
+    Body {
+        header: Header::new(now, "base_link"),
+        lasers: laser.map(mount).into_iter().collect(),
+        ..Body::default()
+    }
+}
 
 /// Returns a range by REP-117: +∞ without an echo within the greatest range, −∞ below the least one, NaN if
 /// it is no measurement.

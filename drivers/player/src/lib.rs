@@ -15,6 +15,7 @@ use core::time::Duration;
 use jde_device::Device;
 use jde_player::{HeadSetpoint, Setpoint};
 use jde_schema::prelude::*;
+use jde_schema::types::Body;
 
 use link::Link;
 use sense::SensorState;
@@ -101,6 +102,9 @@ pub struct Robot {
     /// Position and speed of the head.
     #[export]
     pan_tilt: Export<PanTilt>,
+    /// The place of the laser; the server does not report the outline. For windows.
+    #[export]
+    body: Export<Body>,
     /// Whether the robot is connected, its devices, or the reason for the loss.
     #[export]
     connection: Export<Connection>,
@@ -140,6 +144,7 @@ impl Schema for Robot {
             device.close(cx, &mut self.connection);
         }
         self.retract(cx, |_| true);
+        self.body.retract(cx);
     }
 }
 

@@ -39,6 +39,8 @@ impl Robot {
         for event in events {
             match event {
                 Event::Ready(robot) => {
+                    self.body
+                        .write(cx, convert::body(now, robot.laser.map(|laser| laser.mount)));
                     self.senses.sonars = robot.sonars;
                     self.senses.bumper_mounts = robot.bumpers.map(|(_, mounts)| mounts).unwrap_or_default();
                     self.senses.bumpers.clear();

@@ -12,7 +12,7 @@ mod sense;
 mod worlds;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Movers, Scenery};
+use jde_schema::types::{Body, Movers, Scenery};
 use jde_sim::{HeadCommand, RobotModel, Twist2, World, WorldError};
 
 pub use camera::Camera;
@@ -133,6 +133,9 @@ pub struct Robot {
     /// the simulator.
     #[export]
     truth: Export<Truth>,
+    /// The outline of the robot's file and the places of its lasers; for windows and pictures.
+    #[export]
+    body: Export<Body>,
     /// The static objects of the world, published when the robot enters it and when they change; for
     /// windows. No robot has such a sensor.
     #[export]
@@ -188,6 +191,9 @@ impl Robot {
         }
         self.sense(cx, &world, robot, &active.model, &mut active.due)?;
         self.publish_connection(cx, &world, active.since);
+        if active.scenery.is_none() {
+            self.publish_body(cx, &active.model);
+        }
         if active.scenery.replace(world.changes()) != Some(world.changes()) {
             self.publish_scenery(cx, &world);
         }

@@ -1,13 +1,14 @@
-//! Exports the objects of the world, for windows. The exports have names of their own, so that no schema
-//! steers by them inadvertently.
+//! Exports the body of the robot and the objects of the world, for windows. The exports have names of their
+//! own, so that no schema steers by them inadvertently.
 
 use core::time::Duration;
 
 use jde_schema::prelude::*;
-use jde_schema::types::Thing;
-use jde_sim::{Color, Figure, Outline, Pose2, RobotId, Shape, World};
+use jde_schema::types::{Body, Footprint, Mount, Point2D, Thing};
+use jde_sim::{Color, Figure, Outline, Pose2, RobotId, RobotModel, Shape, World};
 
 use crate::Robot;
+use crate::sense::pose;
 
 /// Period of the moving objects: smooth for viewers, and small in a recording.
 pub(crate) const PUBLISH_PERIOD: Duration = Duration::from_millis(100);
@@ -23,6 +24,27 @@ const SHELL: Color = Color::new(200, 34, 30);
 const ROBOT_HEIGHT: f32 = 0.4;
 
 impl Robot {
+    /// Publishes the outline, of at most as many corners as fit, and where the lasers are. The frame of the
+    /// first one is that of the export `laser`.
+    pub(crate) fn publish_body(&mut self, cx: &Context, model: &RobotModel) {
+        let corners: Vec<[f64; 2]> = model.config.footprint.corners().collect();
+        let step = corners.len().div_ceil(Seq::<Point2D, 32>::CAPACITY).max(1);
+        let frames = core::iter::once("laser").chain(model.lasers.iter().skip(1).map(|laser| &*laser.name));
+        let mounts = frames.zip(&model.lasers).map(|(frame, laser)| Mount {
+            frame: Text::truncated(frame),
+            pose: pose(laser.config.mount),
+        });
+        let body = Body {
+            header: Header::new(cx.now(), "base_link"),
+            footprint: Footprint {
+                radius: model.config.footprint.radius(),
+                points: corners.iter().step_by(step).map(|&[x, y]| Point2D { x, y }).collect(),
+            },
+            lasers: mounts.collect(),
+        };
+        self.body.write(cx, body);
+    }
+
     /// Publishes the static objects, then the paint of the floor.
     pub(crate) fn publish_scenery(&mut self, cx: &Context, world: &World) {
         let mut scenery = self.scenery.loan(cx);

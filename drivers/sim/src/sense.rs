@@ -258,7 +258,7 @@ impl Robot {
     }
 }
 
-fn pose(pose: Pose2) -> Pose2D {
+pub(crate) fn pose(pose: Pose2) -> Pose2D {
     Pose2D::new(pose.x, pose.y, pose.heading)
 }
 

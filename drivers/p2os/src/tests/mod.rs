@@ -15,6 +15,8 @@ use jde_schema::prelude::{
     Twist, WheelEncoders,
 };
 
+use jde_schema::types::Body;
+
 use super::Pioneer;
 use robot::{Robot, Script};
 
@@ -161,6 +163,9 @@ fn the_laser_of_a_simulator_is_exported_in_metres_from_right_to_left() {
     assert_eq!((scan.ranges[0], scan.ranges[100]), (1.0, 6.0));
     assert_eq!(scan.ranges[140], f32::INFINITY);
     assert!(scan.intensities.is_empty());
+    let body: Body = driver.bench.exported("body").unwrap();
+    assert_eq!(body.footprint.radius, 0.25);
+    assert_eq!(body.laser("laser"), Pose2D::new(0.018, 0.0, 0.0));
 }
 
 #[test]
@@ -189,7 +194,9 @@ fn the_exports_of_a_lost_robot_are_retracted_and_its_odometry_continues() {
         robot.with(|script| (script.hang_up, script.mute) = (!silence, silence));
         driver.until(|bench| state(bench) == Connection::LOST);
         assert!(!connection(&driver.bench).note.is_empty());
-        for export in ["odometry", "sonars", "laser", "battery", "bumpers", "encoders"] {
+        for export in [
+            "odometry", "sonars", "laser", "battery", "bumpers", "encoders", "body",
+        ] {
             assert_eq!(driver.bench.exported_at(export), None, "{export}");
         }
         robot.with(|script| {
