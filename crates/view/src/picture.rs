@@ -5,6 +5,9 @@ use eframe::egui;
 use jde_abi::describe::{Field, Form, Type};
 use jde_link::Sample;
 
+/// The encoding of depths in metres (REP-118).
+const DEPTHS: &[u8] = b"32FC1";
+
 /// An image, with rows from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Picture {
@@ -31,9 +34,12 @@ impl Picture {
             b"rgb8" => (3, [0, 1, 2]),
             b"bgr8" => (3, [2, 1, 0]),
             b"mono8" => (1, [0, 0, 0]),
+            DEPTHS => (4, [0, 0, 0]),
             other => {
                 let other = String::from_utf8_lossy(other);
-                return Err(format!("its pixels are `{other}`: expected rgb8, bgr8 or mono8"));
+                return Err(format!(
+                    "its pixels are `{other}`: expected rgb8, bgr8, mono8 or 32FC1"
+                ));
             }
         };
         let row = width.checked_mul(depth).ok_or("it is not an image")?;
@@ -48,15 +54,25 @@ impl Picture {
                 "its {length} bytes are not {width} × {height} pixels in rows of {step}"
             ));
         }
-        let mut rgba = Vec::with_capacity(4 * width * height);
-        for pixel in pixels
+        let pixels = pixels
             .chunks(step)
             .take(height)
-            .flat_map(|line| line[..row].chunks_exact(depth))
-        {
-            let [red, green, blue] = order.map(|place| pixel[place]);
-            rgba.extend_from_slice(&[red, green, blue, 255]);
-        }
+            .flat_map(|line| line[..row].chunks_exact(depth));
+        let rgba = if encoding == DEPTHS {
+            let is_bigendian = fields
+                .of("is_bigendian")
+                .and_then(|field| bytes.get(field.offset))
+                == Some(&1);
+            greys(
+                &pixels
+                    .map(|pixel| metres(pixel, is_bigendian))
+                    .collect::<Vec<_>>(),
+            )
+        } else {
+            pixels
+                .flat_map(|pixel| rgba(order.map(|place| pixel[place])))
+                .collect()
+        };
         Ok(Self {
             size: [width, height],
             rgba,
@@ -80,6 +96,39 @@ pub(crate) fn fits([width, height]: [usize; 2], limit: usize) -> Result<(), Stri
     Err(format!(
         "{width} × {height} pixels are too large for this graphics card, which takes {limit} × {limit}"
     ))
+}
+
+fn rgba([red, green, blue]: [u8; 3]) -> [u8; 4] {
+    [red, green, blue, 255]
+}
+
+fn metres(pixel: &[u8], is_bigendian: bool) -> f32 {
+    let bytes = pixel.try_into().unwrap_or_default();
+    if is_bigendian {
+        f32::from_be_bytes(bytes)
+    } else {
+        f32::from_le_bytes(bytes)
+    }
+}
+
+/// Depths as grey levels: the nearest are light, those at the greatest depth, in whole metres, are dark, and
+/// pixels without a depth are black. By REP-117, -∞ is nearer than what can be measured.
+fn greys(depths: &[f32]) -> Vec<u8> {
+    let is_depth = |depth: &&f32| depth.is_finite();
+    let greatest = depths
+        .iter()
+        .filter(is_depth)
+        .fold(1.0_f32, |far, depth| far.max(*depth))
+        .ceil();
+    let grey = |depth: &f32| match *depth {
+        depth if depth.is_finite() => 255.0 - 215.0 * (depth / greatest).max(0.0),
+        f32::NEG_INFINITY => 255.0,
+        _ => 0.0,
+    };
+    depths
+        .iter()
+        .flat_map(|depth| rgba([grey(depth) as u8; 3]))
+        .collect()
 }
 
 /// The fields of a value: its type and its bytes.
@@ -166,6 +215,15 @@ mod tests {
             read("rgb8").image().pixels[3],
             egui::Color32::from_rgb(10, 11, 12)
         );
+    }
+
+    #[test]
+    fn depths_are_lighter_the_nearer_they_are() {
+        let depths = [f32::NEG_INFINITY, 1.0, 3.5, f32::INFINITY, f32::NAN];
+        let data: Vec<u8> = depths.iter().flat_map(|depth| depth.to_le_bytes()).collect();
+        let picture = Picture::read(&sample([5, 1], 20, "32FC1", &data)).expect("depths");
+        let greys: Vec<u8> = picture.rgba.chunks(4).map(|pixel| pixel[0]).collect();
+        assert_eq!(greys, [255, 201, 66, 0, 0]);
     }
 
     #[test]

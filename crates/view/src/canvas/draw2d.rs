@@ -18,18 +18,6 @@ const FINEST: f64 = 0.5;
 const MANY: usize = 1500;
 /// Minimum length of a drawn robot, in points of the screen.
 const SMALLEST: f64 = 14.0;
-/// The outline of a Pioneer seen from above, in m. It represents every robot, because the shapes of other
-/// robots are unknown.
-const OUTLINE: [[f64; 2]; 8] = [
-    [0.22, 0.10],
-    [0.16, 0.17],
-    [-0.16, 0.17],
-    [-0.22, 0.10],
-    [-0.22, -0.10],
-    [-0.16, -0.17],
-    [0.16, -0.17],
-    [0.22, -0.10],
-];
 const FONT: f32 = 12.0;
 
 /// Draws on a plane, in metres.
@@ -66,8 +54,8 @@ impl<'a> Draw2d<'a> {
         &self.painter
     }
 
-    /// Draws a shape of a panel.
-    pub(crate) fn shape(&self, shape: &Shape) {
+    /// Draws a shape of a panel. A robot has the given outline, in its own frame.
+    pub(crate) fn shape(&self, shape: &Shape, outline: &[[f64; 2]]) {
         let color_of = |color| style::exact(color, self.style);
         match shape {
             Shape::Line {
@@ -91,7 +79,7 @@ impl<'a> Draw2d<'a> {
             Shape::Polygon { points, color } => self.polygon(points, color_of(*color)),
             Shape::Arrow { from, to, stroke } => self.arrow(*from, *to, stroke.width, color_of(stroke.color)),
             Shape::Label { at, text, color } => self.label(*at, text, color_of(*color)),
-            Shape::Robot { pose } => self.robot(*pose),
+            Shape::Robot { pose } => self.robot(*pose, outline),
         }
     }
 
@@ -192,27 +180,24 @@ impl<'a> Draw2d<'a> {
         self.painter.galley(rect.min, galley, color);
     }
 
-    /// Draws the outline of a robot at x, y and heading, enlarged where it would be too small to see.
-    pub(crate) fn robot(&self, [x, y, heading]: [f64; 3]) {
+    /// Draws the outline of a robot at x, y and heading, enlarged where it would be too small to see. The
+    /// outline is in the robot's own frame, in m.
+    pub(crate) fn robot(&self, [x, y, heading]: [f64; 3], outline: &[[f64; 2]]) {
         let (sin, cos) = heading.sin_cos();
-        let longest = OUTLINE.iter().map(|[x, y]| 2.0 * x.hypot(*y)).fold(0.0, f64::max);
+        let longest = outline.iter().map(|[x, y]| 2.0 * x.hypot(*y)).fold(0.0, f64::max);
         let larger = (SMALLEST / (longest * self.transform.scale())).max(1.0);
         let placed = |[ahead, left]: [f64; 2]| {
             let (ahead, left) = (ahead * larger, left * larger);
             [x + ahead * cos - left * sin, y + ahead * sin + left * cos]
         };
-        let body: Vec<_> = OUTLINE.iter().map(|corner| placed(*corner)).collect();
-        let front = OUTLINE.iter().map(|[x, _]| *x).fold(0.0, f64::max);
+        let body: Vec<_> = outline.iter().map(|corner| placed(*corner)).collect();
         let color = style::color_of(Ink::Plain, self.style);
         self.polygon(&body, color.gamma_multiply(0.18));
         self.line(&body, true, 1.5, color);
-        let nose = [
-            [front * 0.25, 0.4 * front],
-            [front * 0.9, 0.0],
-            [front * 0.25, -0.4 * front],
-        ]
-        .map(placed);
-        self.polygon(&nose, style::color_of(Ink::Accent, self.style));
+        self.polygon(
+            &nose(outline).map(placed),
+            style::color_of(Ink::Accent, self.style),
+        );
     }
 
     /// The position on the screen of a position on the plane, in double precision.
@@ -293,6 +278,14 @@ impl<'a> Draw2d<'a> {
             self.painter.add(path);
         }
     }
+}
+
+/// The triangle on a robot that shows its heading, in the robot's own frame.
+pub(crate) fn nose(outline: &[[f64; 2]]) -> [[f64; 2]; 3] {
+    let reach = |axis: usize| outline.iter().map(|corner| corner[axis]).fold(0.0, f64::max);
+    let (front, size) = (reach(0), reach(0).min(reach(1)));
+    let back = front - 0.75 * size;
+    [[back, 0.4 * size], [front - 0.1 * size, 0.0], [back, -0.4 * size]]
 }
 
 /// The bounding box of shapes, at least 1 m wide and high. Labels count as points. `None` if there are no

@@ -13,7 +13,7 @@ use jde_panel::{Area, Touch, Wants};
 
 use crate::style::Style;
 
-pub(crate) use draw2d::{Draw2d, bounds};
+pub(crate) use draw2d::{Draw2d, bounds, nose};
 pub(crate) use gestures::Gestures;
 pub(crate) use view::{Transform, View};
 

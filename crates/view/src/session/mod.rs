@@ -25,7 +25,7 @@ use jde_link::{Error, Rate, Remote, Sample, Subscription};
 use jde_panel::Gesture;
 use jde_records::RecordKind;
 use jde_records::snapshot::{HoldKind, SchemaView, Snapshot};
-use jde_types::Value;
+use jde_types::{Body, Value};
 
 pub(crate) use client::{Notice, Outcome};
 pub(crate) use history::{History, Progress, StateInterval};
@@ -177,6 +177,21 @@ impl Session {
         let name = T::describe().name;
         let fits = move |variable: &&VariableInfo| variable.access == "export" && variable.type_name == name;
         self.variables.iter().filter(fits)
+    }
+
+    /// The body of a robot, by its driver, or of the robot that a schema drives or reads: of the first one, if
+    /// it is bound to none. `None` until it is published. Call in each frame, as [`Self::value`].
+    pub(crate) fn body(&self, schema: &str) -> Option<Body> {
+        let info = self.schema(schema)?;
+        let is_bound = |robot: &str| {
+            let mut variables = info.ports.iter().filter_map(|port| port.variable.as_deref());
+            schema == robot
+                || variables.any(|name| name.rsplit_once('.').is_some_and(|(owner, _)| owner == robot))
+        };
+        let bound = self.exports::<Body>().find(|body| is_bound(&body.owner));
+        let first = || self.exports::<Body>().next().filter(|_| info.kind != "driver");
+        let body = bound.or_else(first)?;
+        Some(self.read::<Body>(&body.name, Rate::Hz(1))?.0)
     }
 
     /// The newest states of all schemas and groups.

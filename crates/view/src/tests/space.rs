@@ -64,7 +64,7 @@ fn a_driving_robot_moves_in_the_picture() {
     });
     let second = harness.render().expect("the window renders");
     assert!(first != second);
-    // The red shell is at the reported position, within the body's radius. The plate hides half of it.
+    // The red body is at the reported position, within its radius.
     let (at, mean_red_position) = (
         robot_on_screen(&harness),
         mean_red_position(second.enumerate_pixels().map(|(x, y, pixel)| (x, y, pixel.0))),
@@ -93,7 +93,10 @@ fn the_walls_are_where_the_laser_measures_them() {
     });
     let seen = harness.state().space.seen();
     let robot = &seen.robots[0];
-    let (laser, scan) = (robot.laser().expect("the laser has a pose"), &robot.lasers[0].1);
+    let (laser, scan) = (
+        robot.laser("laser").expect("the laser has a pose"),
+        &robot.lasers[0].1,
+    );
     let scenery = seen.world.scenery.as_ref().expect("the scenery was received");
     let mut at_a_wall = 0;
     for point in scan.points() {

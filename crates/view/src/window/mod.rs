@@ -1,5 +1,6 @@
 //! The kinds of windows on an application, each in its own folder, and their common interface.
 
+pub(crate) mod body;
 pub(crate) mod panel;
 pub(crate) mod robot;
 pub(crate) mod scope;

@@ -15,6 +15,8 @@ const LEAST: f32 = 170.0;
 pub(super) struct ListLayout<'a> {
     pub(super) style: &'a Style,
     pub(super) kept: &'a mut PanelState,
+    /// The corners of the robot that shapes show, in its own frame.
+    outline: &'a [[f64; 2]],
     gestures: Vec<Gesture>,
     /// Height of a widget that stretches, in points.
     height: f32,
@@ -25,10 +27,16 @@ pub(super) struct ListLayout<'a> {
 }
 
 impl<'a> ListLayout<'a> {
-    pub(super) fn new(style: &'a Style, kept: &'a mut PanelState, alive: bool) -> Self {
+    pub(super) fn new(
+        style: &'a Style,
+        kept: &'a mut PanelState,
+        outline: &'a [[f64; 2]],
+        alive: bool,
+    ) -> Self {
         Self {
             style,
             kept,
+            outline,
             gestures: Vec::new(),
             height: LEAST,
             alive,
@@ -190,12 +198,13 @@ impl<'a> ListLayout<'a> {
             self.kept.home(id, drawn)
         });
         let mut view = self.kept.view(id);
+        let outline = self.outline;
         let shown = Canvas::new(id, home)
             .size(vec2(f32::INFINITY, self.height))
             .forward_up(forward_up)
             .wants(wants)
             .show(ui, self.style, &mut view, |draw| {
-                shapes.iter().for_each(|shape| draw.shape(shape));
+                shapes.iter().for_each(|shape| draw.shape(shape, outline));
             });
         self.kept.look_at(id, view);
         if !self.alive {

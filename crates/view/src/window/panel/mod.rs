@@ -19,7 +19,7 @@ use jde_panel::{Gesture, Ink, List};
 use jde_records::snapshot::HoldKind;
 use jde_records::state_name;
 
-use super::Window;
+use super::{Window, body};
 use crate::session::{Outcome, Session};
 use crate::style::{self, Style};
 use layout::ListLayout;
@@ -39,6 +39,8 @@ pub(crate) struct Panel {
     kept: PanelState,
     /// The newest list, and when it arrived.
     newest: Option<(Arc<List>, Instant)>,
+    /// The corners of the schema's robot, in its own frame.
+    outline: Vec<[f64; 2]>,
     /// The outcome of the last gesture.
     outcome: Outcome,
 }
@@ -62,6 +64,7 @@ impl Panel {
             schema: schema.to_owned(),
             kept: PanelState::read(kept),
             newest: None,
+            outline: Vec::new(),
             outcome: Outcome::default(),
         }
     }
@@ -161,7 +164,7 @@ impl Panel {
                     if !alive {
                         ui.multiply_opacity(FADED);
                     }
-                    gestures = ListLayout::new(style, kept, alive).show(ui, list);
+                    gestures = ListLayout::new(style, kept, &self.outline, alive).show(ui, list);
                 });
                 gestures
             }
@@ -175,6 +178,7 @@ impl Window for Panel {
         if session.view(&self.schema).is_none() {
             return;
         }
+        self.outline = body::outline(session.body(&self.schema).as_ref());
         let refused = match session.panel(&self.schema, RATE) {
             None => None,
             Some(Ok(list)) => {
@@ -226,6 +230,7 @@ pub(crate) mod bench {
     #[derive(Default)]
     pub(crate) struct Bench {
         kept: PanelState,
+        outline: Vec<[f64; 2]>,
         /// The list to show.
         pub(crate) list: Arc<List>,
         /// The gestures so far.
@@ -237,6 +242,7 @@ pub(crate) mod bench {
         pub(crate) fn of(list: List) -> Self {
             Self {
                 list: Arc::new(list),
+                outline: body::outline(None),
                 ..Self::default()
             }
         }
@@ -246,8 +252,8 @@ pub(crate) mod bench {
             let list = Arc::clone(&self.list);
             self.kept.take(&list);
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                self.gestures
-                    .extend(ListLayout::new(style, &mut self.kept, true).show(ui, &list));
+                let layout = ListLayout::new(style, &mut self.kept, &self.outline, true);
+                self.gestures.extend(layout.show(ui, &list));
             });
         }
     }

@@ -4,12 +4,13 @@ use std::f32::consts::PI;
 
 use eframe::egui::{self, Panel, Ui};
 use jde_types::{
-    BatteryState, Bumpers, Flag, LaserScan, Odometry, Pose2D, RangeRing, Time, Twist, WheelEncoders,
+    BatteryState, Bumpers, Flag, Imu, LaserScan, LineSensor, Odometry, Point2D, Pose2D, PositionFix,
+    RangeRing, Time, Twist, WheelEncoders,
 };
 
 use super::plane::Plane;
 use super::reading::{Freshness, NoReading, Reading};
-use super::sensors::{Outline, Sensors};
+use super::sensors::Sensors;
 use super::table;
 use crate::style::Style;
 
@@ -24,7 +25,8 @@ impl FixedRobot {
         let pose = Pose2D::new(3.2, 1.5, 0.4);
         let mut senses = Sensors {
             body: "pioneer".to_owned(),
-            outline: Outline::Round(0.25),
+            outline: vec![[0.3, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.3, -0.2]],
+            mount: Pose2D::new(0.2, 0.0, 0.0),
             odometry: reading(
                 "odometry",
                 Odometry::planar(Time::default(), pose, Twist::planar(0.3, 0.35)),
@@ -51,6 +53,17 @@ impl FixedRobot {
             head: Reading::None(
                 "pioneer.pan_tilt".to_owned(),
                 NoReading::Silent("pioneer".to_owned()),
+            ),
+            line: reading("line_sensor", line()),
+            imu: reading("imu", imu()),
+            position: reading(
+                "position",
+                PositionFix {
+                    x: pose.x - 0.4,
+                    y: pose.y + 0.5,
+                    covariance: [0.04, 0.01, 0.01, 0.01],
+                    ..PositionFix::default()
+                },
             ),
             commanded: reading("velocity", Twist::planar(0.4, 0.5)),
             target: Some(Pose2D::new(5.5, 3.6, 0.0)),
@@ -115,6 +128,27 @@ fn sonars() -> RangeRing {
         ring.ranges.push(range).expect("the sequence has room");
     }
     ring
+}
+
+/// A line under two of eight cells.
+fn line() -> LineSensor {
+    let mut line = LineSensor::default();
+    for cell in 0..8_u8 {
+        let y = 0.14 - 0.04 * f64::from(cell);
+        line.cells
+            .push(Point2D { x: 0.25, y })
+            .expect("the sequence has room");
+        let brightness = if [2, 3].contains(&cell) { 0.1 } else { 0.9 };
+        line.brightness.push(brightness).expect("the sequence has room");
+    }
+    line
+}
+
+fn imu() -> Imu {
+    let mut imu = Imu::default();
+    imu.angular_velocity.z = 0.35;
+    imu.linear_acceleration.z = 9.81;
+    imu
 }
 
 fn bumpers() -> Bumpers {

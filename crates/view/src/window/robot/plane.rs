@@ -5,11 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use eframe::egui::{Color32, Mesh, Shape, Ui};
 use jde_panel::{Area, Ink};
-use jde_types::{Bumpers, LaserScan, Pose2D, RangeRing, Twist};
+use jde_types::{Bumpers, LaserScan, LineSensor, Pose2D, PositionFix, RangeRing, Twist};
 use serde::{Deserialize, Serialize};
 
 use super::super::trail::Trail;
-use super::sensors::{Outline, Sensors};
+use super::sensors::Sensors;
 use crate::canvas::{Canvas, Draw2d, View};
 use crate::style::{self, Style};
 
@@ -22,12 +22,8 @@ const AROUND: Area = Area {
 const MARGIN: f64 = 2.0;
 /// Opacity of stale data.
 const OLD: f32 = 0.3;
-/// The mark for a robot without a known outline, in m. It points ahead.
-const MARK: [[f64; 2]; 3] = [[0.16, 0.0], [-0.1, 0.11], [-0.1, -0.11]];
-/// Number of corners with which a round robot is drawn.
-const CORNERS: usize = 32;
-/// Distance of the bumpers from the middle of a robot whose radius is not known, in m.
-const REACH: f64 = 0.25;
+/// Number of corners with which an ellipse is drawn.
+const CORNERS: u32 = 32;
 /// A speed is drawn as the distance covered in this time, in s.
 const ARROW_SECONDS: f64 = 1.5;
 /// A slower robot stands still, in m/s and rad/s.
@@ -132,7 +128,8 @@ impl Drawing<'_, '_> {
         if plane.laser
             && let Some(laser) = senses.laser.value()
         {
-            self.fan(laser, self.color_of(Ink::Seen, senses.laser.is_fresh()));
+            let color = self.color_of(Ink::Seen, senses.laser.is_fresh());
+            self.fan(&self.robot.transform(&senses.mount), laser, color);
         }
         if plane.sonars
             && let Some(sonars) = senses.sonars.value()
@@ -149,17 +146,22 @@ impl Drawing<'_, '_> {
         if let Some(target) = senses.target {
             self.target(on(&self.floor, [target.x, target.y]));
         }
-        self.body(senses);
+        let Pose2D { x, y, theta } = self.robot;
+        self.draw.robot([x, y, theta], &senses.outline);
         if let Some(bumpers) = senses.bumpers.value() {
-            self.bumpers(bumpers, senses.outline, senses.bumpers.is_fresh());
+            self.bumpers(bumpers, &senses.outline, senses.bumpers.is_fresh());
+        }
+        if let Some(line) = senses.line.value() {
+            self.cells(line);
+        }
+        if let Some(fix) = senses.position.value() {
+            self.position(fix, self.color_of(Ink::Goal, senses.position.is_fresh()));
         }
         if plane.laser
             && let Some(laser) = senses.laser.value()
         {
-            let hits: Vec<_> = laser
-                .points()
-                .map(|point| on(&self.robot, [point.x, point.y]))
-                .collect();
+            let at = self.robot.transform(&senses.mount);
+            let hits: Vec<_> = laser.points().map(|point| on(&at, [point.x, point.y])).collect();
             self.draw
                 .points(&hits, 3.0, self.color_of(Ink::Seen, senses.laser.is_fresh()));
         }
@@ -179,14 +181,13 @@ impl Drawing<'_, '_> {
         if fresh { color } else { color.gamma_multiply(OLD) }
     }
 
-    /// Draws the area that the laser found free, and its rays, faintly. A scan does not contain the pose of
-    /// its scanner on the base, so it is drawn from the middle.
-    fn fan(&self, laser: &LaserScan, color: Color32) {
+    /// Draws the area that a laser at a pose found free, and its rays, faintly.
+    fn fan(&self, at: &Pose2D, laser: &LaserScan, color: Color32) {
         let mut mesh = Mesh::default();
         let ground = color.gamma_multiply(0.09);
         let transform = *self.draw.transform();
         let vertex = |mesh: &mut Mesh, at: [f64; 2]| mesh.colored_vertex(transform.screen(at), ground);
-        vertex(&mut mesh, on(&self.robot, [0.0, 0.0]));
+        vertex(&mut mesh, [at.x, at.y]);
         let mut last = None;
         for (beam, range) in laser.ranges.iter().enumerate() {
             let range = match *range {
@@ -201,7 +202,7 @@ impl Drawing<'_, '_> {
             let (sin, cos) = laser.angle(beam).sin_cos();
             let range = f64::from(range);
             let number = mesh.vertices.len() as u32;
-            vertex(&mut mesh, on(&self.robot, [range * cos, range * sin]));
+            vertex(&mut mesh, on(at, [range * cos, range * sin]));
             if let Some(before) = last.replace(number) {
                 mesh.add_triangle(0, before, number);
             }
@@ -209,7 +210,7 @@ impl Drawing<'_, '_> {
         self.draw.painter().add(Shape::mesh(mesh));
         let faint = color.gamma_multiply(0.12);
         for point in laser.points() {
-            let ray = [on(&self.robot, [0.0, 0.0]), on(&self.robot, [point.x, point.y])];
+            let ray = [[at.x, at.y], on(at, [point.x, point.y])];
             self.draw.line(&ray, false, 1.0, faint);
         }
     }
@@ -242,36 +243,35 @@ impl Drawing<'_, '_> {
         self.draw.disc(at, 0.06, color);
     }
 
-    fn body(&mut self, senses: &Sensors) {
-        let Pose2D { x, y, theta } = self.robot;
-        match senses.outline {
-            Outline::Pioneer => self.draw.robot([x, y, theta]),
-            Outline::Round(radius) => {
-                let round: Vec<_> = (0..CORNERS)
-                    .map(|corner| {
-                        let (sin, cos) = (2.0 * PI * corner as f64 / CORNERS as f64).sin_cos();
-                        on(&self.robot, [radius * cos, radius * sin])
-                    })
-                    .collect();
-                let color = style::color_of(Ink::Plain, self.style);
-                self.draw.polygon(&round, color.gamma_multiply(0.12));
-                self.draw.line(&round, true, 1.0, color.gamma_multiply(0.6));
-                self.draw.robot([x, y, theta]);
-            }
-            Outline::Unknown => {
-                let mark = MARK.map(|corner| on(&self.robot, corner));
-                self.draw.polygon(&mark, style::color_of(Ink::Plain, self.style));
-            }
+    /// Draws a measured position, as if its frame were that of the odometry, with the ellipse in which the
+    /// true one is with a probability of 86 %: two standard deviations.
+    fn position(&self, fix: &PositionFix, color: Color32) {
+        let [a, b, _, c] = fix.covariance;
+        let (mean, half) = ((a + c) / 2.0, ((a - c) / 2.0).hypot(b));
+        let axes = [mean + half, mean - half].map(|variance| 2.0 * variance.max(0.0).sqrt());
+        let frame = Pose2D::new(fix.x, fix.y, 0.5 * (2.0 * b).atan2(a - c));
+        let at = self.floor.transform(&frame);
+        let ellipse = (0..CORNERS).map(|corner| {
+            let (sin, cos) = (2.0 * PI * f64::from(corner) / f64::from(CORNERS)).sin_cos();
+            on(&at, [axes[0] * cos, axes[1] * sin])
+        });
+        self.draw.line(&ellipse.collect::<Vec<_>>(), true, 1.5, color);
+        self.draw.points(&[[at.x, at.y]], 6.0, color);
+    }
+
+    /// Draws the cells of a line sensor in the grey of what they see.
+    fn cells(&self, line: &LineSensor) {
+        for (cell, brightness) in line.cells.iter().zip(&line.brightness) {
+            let at = on(&self.robot, [cell.x, cell.y]);
+            let grey = Color32::from_gray((255.0 * brightness.clamp(0.0, 1.0)) as u8);
+            self.draw.points(&[at], 8.0, self.color_of(Ink::Faint, true));
+            self.draw.points(&[at], 6.0, grey);
         }
     }
 
     /// Draws the bumpers as arcs in front and at the rear, in their order. Pressed ones are highlighted.
-    fn bumpers(&self, bumpers: &Bumpers, outline: Outline, fresh: bool) {
-        let radius_of_arc = 0.05
-            + match outline {
-                Outline::Round(radius) => radius,
-                Outline::Pioneer | Outline::Unknown => REACH,
-            };
+    fn bumpers(&self, bumpers: &Bumpers, outline: &[[f64; 2]], fresh: bool) {
+        let radius_of_arc = outline.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max) + 0.05;
         // Both in front and at the rear from left to right.
         for (side, from, direction) in [
             (&bumpers.front, FRAC_PI_2 * 0.8, -1.0),

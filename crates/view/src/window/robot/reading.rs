@@ -33,8 +33,10 @@ pub(super) enum NoReading {
     Waiting,
     /// The exporting schema, of this name, is SLEPT.
     Asleep(String),
-    /// The exporting schema, of this name, withdrew its value or never wrote one.
+    /// The exporting schema, of this name, withdrew its value.
     Silent(String),
+    /// The exporting schema, of this name, has never written one: it may lack the sensor.
+    Never(String),
     /// Subscribing failed, for this reason.
     Trouble(String),
 }
@@ -102,6 +104,7 @@ impl NoReading {
             Self::Waiting => "waiting for the first value".to_owned(),
             Self::Asleep(owner) => format!("no value: {owner} sleeps, because no schema needs it"),
             Self::Silent(owner) => format!("no value: {owner} has none now"),
+            Self::Never(owner) => format!("no value: {owner} has had none"),
             Self::Trouble(trouble) => format!("no value: {trouble}"),
         }
     }
@@ -145,6 +148,7 @@ pub(super) fn sampled(
     if sample.bytes.is_none() {
         let reason = match asleep {
             Some(owner) => NoReading::Asleep(owner),
+            None if sample.sequence == 0 => NoReading::Never(owner.clone()),
             None => NoReading::Silent(owner.clone()),
         };
         return Reading::None(name.clone(), reason);

@@ -3,10 +3,11 @@
 use jde_link::Rate;
 use jde_link::message::VariableInfo;
 use jde_types::{
-    BatteryState, Bumpers, LaserScan, Mission, Odometry, PanTilt, Pose2D, RangeRing, Twist, Value,
-    WheelEncoders,
+    BatteryState, Bumpers, Imu, LaserScan, LineSensor, Mission, Odometry, PanTilt, Pose2D, PositionFix,
+    RangeRing, Twist, Value, WheelEncoders,
 };
 
+use super::super::body::outline;
 use super::super::trail::Trail;
 use super::reading::{Reading, read};
 use crate::session::Session;
@@ -40,12 +41,17 @@ pub(super) struct Sensors {
     pub(super) body: String,
     /// All schemas that drive wheels.
     pub(super) bodies: Vec<String>,
-    /// The known outline of the robot.
-    pub(super) outline: Outline,
+    /// The corners of the robot, in its own frame.
+    pub(super) outline: Vec<[f64; 2]>,
+    /// Where the laser is on the robot.
+    pub(super) mount: Pose2D,
     pub(super) odometry: Reading<Odometry>,
     pub(super) laser: Reading<Box<LaserScan>>,
     pub(super) sonars: Reading<RangeRing>,
     pub(super) bumpers: Reading<Bumpers>,
+    pub(super) line: Reading<LineSensor>,
+    pub(super) imu: Reading<Imu>,
+    pub(super) position: Reading<PositionFix>,
     pub(super) battery: Reading<BatteryState>,
     pub(super) encoders: Reading<WheelEncoders>,
     pub(super) head: Reading<PanTilt>,
@@ -57,18 +63,6 @@ pub(super) struct Sensors {
     pub(super) trail: Trail,
     /// The camera variables.
     pub(super) cameras: Vec<String>,
-}
-
-/// The known outline of a robot.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Outline {
-    /// Unknown: only a mark is drawn.
-    #[default]
-    Unknown,
-    /// A Pioneer, by the type of its driver.
-    Pioneer,
-    /// A simulated Pioneer with a round body of this radius, in m.
-    Round(f64),
 }
 
 impl Sensors {
@@ -92,11 +86,20 @@ impl Sensors {
             .or(lasers.first())
             .copied();
         let odometry = sensor::<Odometry>(session, body, &bodies);
-        self.outline = outline(session, body);
+        let shape = session.body(body);
+        self.outline = outline(shape.as_ref());
         self.odometry = read(session, odometry, DRAWN_RATE);
         self.laser = boxed(read(session, laser, DRAWN_RATE));
+        let frame = self
+            .laser
+            .value()
+            .map_or("", |scan| scan.header.frame_id.as_str());
+        self.mount = shape.map_or(Pose2D::ORIGIN, |body| body.laser(frame));
         self.sonars = read(session, sensor::<RangeRing>(session, body, &bodies), DRAWN_RATE);
         self.bumpers = read(session, sensor::<Bumpers>(session, body, &bodies), DRAWN_RATE);
+        self.line = read(session, sensor::<LineSensor>(session, body, &bodies), DRAWN_RATE);
+        self.imu = read(session, sensor::<Imu>(session, body, &bodies), NUMBER_RATE);
+        self.position = read(session, sensor::<PositionFix>(session, body, &bodies), DRAWN_RATE);
         self.battery = read(
             session,
             sensor::<BatteryState>(session, body, &bodies),
@@ -173,26 +176,6 @@ fn commanded(session: &Session, body: &str) -> Reading<Twist> {
         return Reading::Absent;
     }
     read(session, command, DRAWN_RATE)
-}
-
-fn outline(session: &Session, body: &str) -> Outline {
-    let Some(schema) = session.schema(body) else {
-        return Outline::Unknown;
-    };
-    if !schema.type_name.ends_with("/pioneer") {
-        return Outline::Unknown;
-    }
-    let radius = schema
-        .ports
-        .iter()
-        .any(|port| port.role == "modulation" && port.name == "radius" && port.unit == "m");
-    if !radius {
-        return Outline::Pioneer;
-    }
-    match session.read::<f64>(&format!("{body}.radius"), Rate::Hz(1)) {
-        Some((radius, _)) => Outline::Round(radius),
-        None => Outline::Pioneer,
-    }
 }
 
 fn boxed<T>(reading: Reading<T>) -> Reading<Box<T>> {

@@ -1,12 +1,15 @@
 //! Sensor data in numbers, one row per sensor, with its age. Sensors that the application lacks are listed as
 //! text.
 
-use eframe::egui::{self, Color32, RichText, Ui};
+use eframe::egui::{self, Color32, Rect, RichText, Sense, Ui, vec2};
 use jde_link::message::Action;
 use jde_panel::Ink;
-use jde_types::{BatteryState, Bumpers, LaserScan, Odometry, PanTilt, RangeRing, Twist, WheelEncoders};
+use jde_types::{
+    BatteryState, Bumpers, Imu, LaserScan, Odometry, PanTilt, PositionFix, RangeRing, Twist, Vector3,
+    WheelEncoders,
+};
 
-use super::reading::{Freshness, Reading};
+use super::reading::{Freshness, NoReading, Reading};
 use super::sensors::Sensors;
 use crate::session::Session;
 use crate::style::{self, Style};
@@ -59,6 +62,17 @@ pub(super) fn show(ui: &mut Ui, senses: &Sensors, session: Option<&Session>, sty
                 } else {
                     ui.label(text);
                 }
+            });
+            rows.row(ui, "Line", "line sensor", &senses.line, |ui, line| {
+                strip(ui, &line.brightness);
+            });
+            rows.row(ui, "Inertia", "inertial unit", &senses.imu, |ui, imu| {
+                ui.label(inertia(imu, style))
+                    .on_hover_text("Turn rate about z, and specific forces along x, y and z");
+            });
+            rows.row(ui, "Position", "position sensor", &senses.position, |ui, fix| {
+                ui.label(position(fix, style))
+                    .on_hover_text("x, y, and the greater standard deviation of the two");
             });
             rows.row(ui, "Wheels", "encoders", &senses.encoders, |ui, encoders| {
                 ui.label(ticks(encoders))
@@ -122,9 +136,8 @@ impl Rows<'_> {
         show: impl FnOnce(&mut Ui, &T),
     ) {
         match reading {
-            Reading::Absent if sensor.is_empty() => {}
-            Reading::Absent => self.absent.push(sensor),
-            Reading::None(_, _) if sensor.is_empty() => {}
+            Reading::Absent | Reading::None(..) if sensor.is_empty() => {}
+            Reading::Absent | Reading::None(_, NoReading::Never(_)) => self.absent.push(sensor),
             Reading::None(variable, reason) => {
                 ui.label(name).on_hover_text(variable);
                 ui.horizontal(|ui| {
@@ -157,10 +170,37 @@ impl Rows<'_> {
 
 fn place(odometry: &Odometry, style: &Style) -> String {
     let pose = odometry.pose2d();
-    let (x, unit) = style.units.convert(pose.x, "m");
-    let (y, _) = style.units.convert(pose.y, "m");
+    format!("{}  {}", point([pose.x, pose.y], style), angle(pose.theta, style))
+}
+
+fn position(fix: &PositionFix, style: &Style) -> String {
+    let deviation = fix.covariance[0].max(fix.covariance[3]).max(0.0).sqrt();
+    format!("{}  ± {}", point([fix.x, fix.y], style), length(deviation, style))
+}
+
+fn point([x, y]: [f64; 2], style: &Style) -> String {
+    let (x, unit) = style.units.convert(x, "m");
+    let (y, _) = style.units.convert(y, "m");
     let digits = if unit == "m" { 2 } else { 0 };
-    format!("{x:.digits$}, {y:.digits$} {unit}  {}", angle(pose.theta, style))
+    format!("{x:.digits$}, {y:.digits$} {unit}")
+}
+
+fn inertia(imu: &Imu, style: &Style) -> String {
+    let Vector3 { x, y, z } = imu.linear_acceleration;
+    let turn = rate(imu.angular_velocity.z, style);
+    format!("{turn}  {x:.1}, {y:.1}, {z:.1} m/s²")
+}
+
+/// Draws the cells of a line sensor from left to right, in the grey of what they see.
+fn strip(ui: &mut Ui, brightness: &[f32]) {
+    let (area, response) = ui.allocate_exact_size(vec2(12.0 * brightness.len() as f32, 14.0), Sense::hover());
+    for (cell, brightness) in brightness.iter().enumerate() {
+        let left = area.left_top() + vec2(12.0 * cell as f32, 0.0);
+        let grey = Color32::from_gray((255.0 * brightness.clamp(0.0, 1.0)) as u8);
+        let rect = Rect::from_min_size(left, vec2(11.0, 14.0));
+        ui.painter().rect_filled(rect, 0.0, grey);
+    }
+    response.on_hover_text("The brightness of the floor below each cell");
 }
 
 /// Formats the speed ahead and the turn rate.

@@ -7,6 +7,7 @@ use glam::{Affine3A, Vec3};
 use jde_panel::{Ink, Item, List};
 use jde_types::{LaserScan, Pose2D, RangeRing, Thing};
 
+use super::super::body::outline;
 use super::draw_list::{DrawList, Picture};
 use super::items::Items;
 use super::models::{self, CUT, SONAR_HEIGHT};
@@ -123,7 +124,7 @@ fn show_robot(draw_list: &mut DrawList, robot: &RobotData, items: &Items, style:
     }
     let Some(place) = robot.place() else { return };
     if items.robot {
-        models::robot(draw_list, place, &robot.carries);
+        models::robot(draw_list, place, &outline(robot.body.as_ref()), &robot.carries);
         let middle = place.transform_point3(Vec3::Z * 0.15);
         draw_list.thing(robot.name.as_str(), middle, 0.28);
         if items.labels {
@@ -131,11 +132,11 @@ fn show_robot(draw_list: &mut DrawList, robot: &RobotData, items: &Items, style:
             draw_list.label(above, robot.name.as_str(), color_of(Ink::Plain, style));
         }
     }
-    if items.laser
-        && let Some(laser) = robot.laser()
-    {
+    if items.laser {
         for (_, scan) in &robot.lasers {
-            show_laser(draw_list, laser, scan, style);
+            if let Some(laser) = robot.laser(scan.header.frame_id.as_str()) {
+                show_laser(draw_list, laser, scan, style);
+            }
         }
     }
     if items.sonars {

@@ -2,7 +2,7 @@
 
 use jde_types::{
     Image, LaserScan, Mission, Movers, Odometry, PanTilt, Path, RangeRing, Route, Scenery, Target, Truth,
-    Value, WheelEncoders,
+    Value,
 };
 
 use crate::session::Session;
@@ -16,7 +16,6 @@ pub(super) struct Entities {
     pub(super) lasers: Vec<[String; 2]>,
     pub(super) sonars: Vec<[String; 2]>,
     pub(super) heads: Vec<[String; 2]>,
-    pub(super) wheels: Vec<[String; 2]>,
     pub(super) images: Vec<[String; 2]>,
     pub(super) missions: Vec<[String; 2]>,
     pub(super) targets: Vec<[String; 2]>,
@@ -52,14 +51,16 @@ impl Entities {
                 .find(|[_, owner]| owner == world)
                 .map(|[name, _]| name)
         };
+        // The depths of a camera would cover its picture.
+        let mut images = exports::<Image>(session);
+        images.dedup_by(|later, first| later[1] == first[1]);
         Self {
             made_of: session.variables().len(),
             robots: exports::<Odometry>(session),
             lasers: exports::<LaserScan>(session),
             sonars: exports::<RangeRing>(session),
             heads: exports::<PanTilt>(session),
-            wheels: exports::<WheelEncoders>(session),
-            images: exports::<Image>(session),
+            images,
             missions: exports::<Mission>(session),
             targets: inputs::<Target>(session),
             routes: inputs::<Route>(session),

@@ -8,7 +8,7 @@ use jde_link::Rate;
 use jde_panel::Item;
 use jde_types::{
     Flag, LaserScan, Mission, Movers, Odometry, PanTilt, Path, Pose2D, RangeRing, Route, Scenery, Target,
-    Text, Truth, Value, WheelEncoders,
+    Text, Truth, Value,
 };
 
 use super::draw_list::Pixels;
@@ -62,8 +62,9 @@ impl Sampler {
             robot.name.clone_from(owner);
             robot.lasers.clear();
             robot.sonars.clear();
-            robot.carries.laser = false;
-            robot.carries.sonars = false;
+            robot.body = session.body(owner);
+            let mounts = robot.body.iter().flat_map(|body| body.lasers.iter());
+            robot.carries.lasers = mounts.map(|mount| mount.pose).collect();
             for sample in session.values(odometry, MOTION_RATE, "space") {
                 let Some(odometry_value) = sample.bytes.as_deref().and_then(Odometry::from_bytes) else {
                     continue;
@@ -85,7 +86,6 @@ impl Sampler {
             let Some(robot) = seen.robots.get_mut(entities.robot(owner)) else {
                 continue;
             };
-            robot.carries.laser = true;
             if items.laser
                 && let Some((scan, _)) = session.read::<LaserScan>(name, MOTION_RATE)
             {
@@ -96,7 +96,6 @@ impl Sampler {
             let Some(robot) = seen.robots.get_mut(entities.robot(owner)) else {
                 continue;
             };
-            robot.carries.sonars = true;
             if items.sonars
                 && let Some((ring, _)) = session.read::<RangeRing>(name, MOTION_RATE)
             {
@@ -108,13 +107,6 @@ impl Sampler {
                 let head = session.read::<PanTilt>(name, MOTION_RATE);
                 let angles = head.map(|(head, _)| [head.pan, head.tilt].map(|angle| angle as f32));
                 robot.carries.head = angles.filter(|angles| angles.iter().all(|angle| angle.is_finite()));
-            }
-        }
-        for [name, owner] in &entities.wheels {
-            if let Some(robot) = seen.robots.get_mut(entities.robot(owner))
-                && let Some((encoders, _)) = session.read::<WheelEncoders>(name, MOTION_RATE)
-            {
-                robot.roll(&encoders);
             }
         }
     }

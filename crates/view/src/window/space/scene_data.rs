@@ -5,16 +5,11 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
 use jde_panel::List;
-use jde_types::{
-    LaserScan, Mission, Movers, Path, Pose2D, RangeRing, Route, Scenery, Target, Thing, WheelEncoders,
-};
+use jde_types::{Body, LaserScan, Mission, Movers, Path, Pose2D, RangeRing, Route, Scenery, Target, Thing};
 
 use super::super::trail::Trail;
 use super::draw_list::{Pixels, placed};
-use super::models::{HEAD, LASER_AHEAD, LASER_HEIGHT, Payload};
-
-/// Radius of a Pioneer's wheels, in m.
-const WHEEL: f64 = 0.0975;
+use super::models::{HEAD, LASER_HEIGHT, Payload};
 
 /// All data of the scene.
 #[derive(Debug, Default)]
@@ -38,6 +33,8 @@ pub(crate) struct RobotData {
     pub(crate) name: String,
     /// The pose by odometry. `None` until a value arrives.
     pub(crate) pose: Option<Pose2D>,
+    /// Its outline, and where its lasers are. `None` until it is published.
+    pub(crate) body: Option<Body>,
     pub(crate) lasers: Vec<(String, Box<LaserScan>)>,
     pub(crate) sonars: Vec<(String, Box<RangeRing>)>,
     /// The devices of the robot, whether their data is shown or not.
@@ -86,21 +83,10 @@ impl RobotData {
         finite.then(|| frame(pose))
     }
 
-    /// The laser in the frame of the odometry.
-    pub(crate) fn laser(&self) -> Option<Affine3A> {
-        let mount = Affine3A::from_translation(Vec3::new(LASER_AHEAD, 0.0, LASER_HEIGHT));
-        Some(self.place()? * mount)
-    }
-
-    /// Sets the angles of the wheels from the encoders' counts.
-    pub(crate) fn roll(&mut self, encoders: &WheelEncoders) {
-        if encoders.ticks_per_meter > 0.0 {
-            let angle = |ticks: i64| {
-                let turned = ticks as f64 / encoders.ticks_per_meter / WHEEL;
-                turned.rem_euclid(std::f64::consts::TAU) as f32
-            };
-            self.carries.wheels = [angle(encoders.left), angle(encoders.right)];
-        }
+    /// The laser of a frame, in the frame of the odometry.
+    pub(crate) fn laser(&self, name: &str) -> Option<Affine3A> {
+        let mount = self.body.map_or(Pose2D::ORIGIN, |body| body.laser(name));
+        Some(self.place()? * frame(mount) * Affine3A::from_translation(Vec3::Z * LASER_HEIGHT))
     }
 }
 
@@ -144,7 +130,7 @@ impl SceneData {
             "odom" | "" => Some(Affine3A::IDENTITY),
             "map" => Some(self.world.frame),
             "base_link" => first?.place(),
-            "laser" => first?.laser(),
+            "laser" => first?.laser(name),
             _ => None,
         }
     }

@@ -117,10 +117,8 @@ pub(super) fn room() -> SceneData {
         lasers: vec![("pioneer.laser".to_owned(), scan)],
         sonars: vec![("pioneer.sonars".to_owned(), ring)],
         carries: Payload {
-            laser: true,
-            sonars: true,
+            lasers: vec![Pose2D::new(0.018, 0.0, 0.0)],
             head: Some([0.3, 0.05]),
-            wheels: [0.4, 0.7],
         },
         ..RobotData::default()
     };
