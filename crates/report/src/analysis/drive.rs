@@ -8,12 +8,12 @@ use jde_board::value::{self, Value};
 use jde_core::Nanos;
 use jde_log::{Channel, Message, Recording};
 use jde_ros::{cdr, definition};
-use jde_sim::{Footprint, RobotModel, World};
-use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
+use jde_sim::World;
+use jde_types::{Body, LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
 use super::columns::Columns;
 use super::decimated::Decimated;
-use super::robot::{Robot, TruthRange};
+use super::robot::{Robot, TruthRange, footprint};
 use crate::map::{Drive, Obstacle, Paint, RobotPath, Takeover, Target};
 
 /// Most takeovers stored: more than a picture can show.
@@ -104,8 +104,6 @@ impl DriveCollector {
             if let Some(Value::Text(path)) = single(channel, message).filter(|_| time <= columns.to) {
                 self.world(&path);
             }
-        } else {
-            self.body(message);
         }
     }
 
@@ -173,7 +171,7 @@ impl DriveCollector {
             scans.extend(robot.scans.into_items().into_iter().flatten());
             RobotPath {
                 robot: robot.name,
-                body: robot.body,
+                body: robot.body.as_ref().and_then(footprint),
                 points: robot.path.into_items(),
                 distance: robot.distance,
             }
@@ -228,25 +226,6 @@ impl DriveCollector {
     /// Whether the walls are drawn, which makes laser points unnecessary.
     fn shows_walls(&self) -> bool {
         matches!(self.world, Some((_, Ok(_)))) && self.robots.iter().any(|robot| robot.truth_topic.is_some())
-    }
-
-    /// Takes a modulation that states the body of a robot.
-    fn body(&mut self, message: &Message) {
-        for robot in &mut self.robots {
-            let own = robot.body_channels.iter();
-            let Some(channel) = own.clone().find(|own| own.topic == message.channel.topic) else {
-                continue;
-            };
-            robot.body = match single(channel, message) {
-                Some(Value::Float(radius)) if radius > 0.0 => Some(Footprint::Circle { radius }),
-                Some(Value::Text(model)) => {
-                    let folder = self.folder.clone().unwrap_or_default();
-                    let model = RobotModel::find(&folder.join(model).to_string_lossy());
-                    model.ok().map(|model| model.config.footprint)
-                }
-                _ => None,
-            };
-        }
     }
 
     fn mission(&mut self, mission: Mission) {
@@ -326,9 +305,13 @@ impl Topics {
             of_type.map(|channel| channel.topic.clone()).collect::<Vec<_>>()
         };
         let owner = |topic: &str| topic.rsplit_once('/').map(|(owner, _)| owner.to_owned());
-        let [truths, odometries, lasers] =
-            [&Truth::describe(), &Odometry::describe(), &LaserScan::describe()]
-                .map(|of| all(&definition::name(of)));
+        let [truths, odometries, lasers, bodies] = [
+            &Truth::describe(),
+            &Odometry::describe(),
+            &LaserScan::describe(),
+            &Body::describe(),
+        ]
+        .map(|of| all(&definition::name(of)));
         let commanded = |topic: &String| {
             recording.channels().any(|channel| {
                 let is_command = channel
@@ -369,20 +352,8 @@ impl Topics {
             own.or(topics.first().filter(|_| is_single)).cloned()
         };
         let count = naming_topics.len();
-        let bodies = |robot: &str| {
-            let own = recording.channels().filter(|channel| {
-                let metadata = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
-                let name = metadata("variable").strip_prefix(robot);
-                metadata("access") == "modulation"
-                    && matches!(
-                        (name, metadata("unit")),
-                        (Some(".model"), "path") | (Some(".radius"), "m")
-                    )
-            });
-            own.cloned().collect()
-        };
         let robots = naming_topics.iter().map(|topic| Robot {
-            body_channels: bodies(schema_name(&owner(topic).unwrap_or_default())),
+            body_topic: of(topic, &bodies),
             truth_topic: of(topic, &truths),
             odometry_topic: of(topic, &odometries),
             laser_topic: of(topic, &lasers),
@@ -393,19 +364,15 @@ impl Topics {
         let mission = missions.first().cloned();
         let mission_owner = mission.as_deref().and_then(owner);
         let routes = all(&definition::name(&Route::describe()));
-        let variable = |name: &str, unit: &str| {
-            let mut fits = recording.channels().filter(|channel| {
-                let metadata = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
-                metadata("access") == "modulation"
-                    && metadata("unit") == unit
-                    && metadata("variable").ends_with(name)
-            });
-            fits.next().cloned()
-        };
-        let world = variable(".world", "path");
+        let world = recording.channels().find(|channel| {
+            let metadata = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
+            metadata("access") == "modulation"
+                && metadata("unit") == "file"
+                && metadata("variable").ends_with(".world")
+        });
         let topics = Self {
             route: routes.into_iter().find(|topic| owner(topic) == mission_owner),
-            world,
+            world: world.cloned(),
             mission,
             other_missions: missions.len().saturating_sub(1),
             left_out: left_out

@@ -2,9 +2,9 @@
 //! knows no other robot and no world.
 
 use jde_core::Nanos;
-use jde_log::{Channel, Message};
+use jde_log::Message;
 use jde_sim::Footprint;
-use jde_types::{LaserScan, Odometry, Pose2D, Truth};
+use jde_types::{Body, LaserScan, Odometry, Pose2D, Truth};
 
 use super::columns::Columns;
 use super::decimated::Decimated;
@@ -23,9 +23,8 @@ pub(super) struct Robot {
     pub(super) truth_topic: Option<String>,
     pub(super) odometry_topic: Option<String>,
     pub(super) laser_topic: Option<String>,
-    /// The modulations that name its robot file, or state the radius of its body.
-    pub(super) body_channels: Vec<Channel>,
-    pub(super) body: Option<Footprint>,
+    pub(super) body_topic: Option<String>,
+    pub(super) body: Option<Body>,
     pub(super) truth: Option<TruthRange>,
     pub(super) odometry: Option<Pose2D>,
     pub(super) pose: Option<Pose2D>,
@@ -54,7 +53,7 @@ impl Robot {
             truth_topic: None,
             odometry_topic: None,
             laser_topic: None,
-            body_channels: Vec::new(),
+            body_topic: None,
             body: None,
             truth: None,
             odometry: None,
@@ -69,7 +68,12 @@ impl Robot {
     }
 
     pub(super) fn has(&self, topic: &str) -> bool {
-        let topics = [&self.truth_topic, &self.odometry_topic, &self.laser_topic];
+        let topics = [
+            &self.truth_topic,
+            &self.odometry_topic,
+            &self.laser_topic,
+            &self.body_topic,
+        ];
         topics.into_iter().flatten().any(|own| own == topic)
     }
 
@@ -94,6 +98,8 @@ impl Robot {
                     self.at(columns, time, odometry.pose2d(), acting);
                 }
             }
+        } else if self.body_topic.as_ref() == topic {
+            self.body = read::<Body>(message);
         } else if !shows_walls {
             self.laser(columns, time, message);
         }
@@ -152,14 +158,32 @@ impl Robot {
         let hits = scan.ranges.iter().enumerate().filter(|(_, range)| {
             (scan.range_min..=scan.range_max).contains(*range) && **range < scan.range_max
         });
+        let frame = scan.header.frame_id.as_str();
+        let laser = robot.transform(&self.body.map_or(Pose2D::ORIGIN, |body| body.laser(frame)));
         let place = |(beam, range): (usize, &f32)| {
             let angle = f64::from(scan.angle_min) + beam as f64 * f64::from(scan.angle_increment);
             let (sin, cos) = angle.sin_cos();
             let range = f64::from(*range);
-            let place = robot.transform(&Pose2D::new(range * cos, range * sin, 0.0));
+            let place = laser.transform(&Pose2D::new(range * cos, range * sin, 0.0));
             (place.x, place.y)
         };
         self.scans.add(hits.map(place).collect());
+    }
+}
+
+/// The outline of a body; none if it is unknown or not that of a robot.
+pub(super) fn footprint(body: &Body) -> Option<Footprint> {
+    let corners: Vec<_> = body
+        .footprint
+        .points
+        .iter()
+        .map(|point| [point.x, point.y])
+        .collect();
+    let radius = body.footprint.radius;
+    if corners.is_empty() {
+        (radius.is_finite() && radius > 0.0).then_some(Footprint::Circle { radius })
+    } else {
+        Footprint::polygon(&corners).ok()
     }
 }
 
