@@ -9,6 +9,7 @@ mod playhead;
 mod reader;
 
 use jde_schema::prelude::*;
+use jde_schema::types::Body;
 
 use output::{Output, Outputs};
 use playhead::{PlaybackRequest, Playhead};
@@ -69,6 +70,18 @@ pub struct Recording {
     /// The encoders' topic.
     #[modulation(default = "", fixed)]
     encoders_topic: Modulation<Text<120>>,
+    /// The line sensor's topic.
+    #[modulation(default = "", fixed)]
+    line_sensor_topic: Modulation<Text<120>>,
+    /// The inertial unit's topic.
+    #[modulation(default = "", fixed)]
+    imu_topic: Modulation<Text<120>>,
+    /// The topic of the measured position.
+    #[modulation(default = "", fixed)]
+    position_topic: Modulation<Text<120>>,
+    /// The topic of the robot's body.
+    #[modulation(default = "", fixed)]
+    body_topic: Modulation<Text<120>>,
     /// The topic of the connection's state.
     #[modulation(default = "", fixed)]
     connection_topic: Modulation<Text<120>>,
@@ -123,6 +136,18 @@ pub struct Recording {
     /// The counts of the wheels.
     #[export]
     encoders: Export<WheelEncoders>,
+    /// The line sensor.
+    #[export]
+    line_sensor: Export<LineSensor>,
+    /// The inertial unit.
+    #[export]
+    imu: Export<Imu>,
+    /// The measured position.
+    #[export]
+    position: Export<PositionFix>,
+    /// The outline of the robot and the places of its lasers; for windows.
+    #[export]
+    body: Export<Body>,
     /// Whether the robot was connected.
     #[export]
     connection: Export<Connection>,
@@ -261,6 +286,10 @@ impl Recording {
             PanTilt: PanTilt as pan_tilt_topic,
             BatteryState: Battery as battery_topic,
             WheelEncoders: Encoders as encoders_topic,
+            LineSensor: LineSensor as line_sensor_topic,
+            Imu: Imu as imu_topic,
+            PositionFix: Position as position_topic,
+            Body: Body as body_topic,
             Connection: Connection as connection_topic,
             Image: Image as image_topic
         );
@@ -321,6 +350,10 @@ impl Recording {
             Output::PanTilt => put!(pan_tilt),
             Output::Battery => put!(battery),
             Output::Encoders => put!(encoders),
+            Output::LineSensor => put!(line_sensor),
+            Output::Imu => put!(imu),
+            Output::Position => put!(position),
+            Output::Body => put!(body),
             Output::Connection => put!(connection),
             Output::Image => put!(image),
         }

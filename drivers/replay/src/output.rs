@@ -20,6 +20,10 @@ pub(crate) enum Output {
     PanTilt,
     Battery,
     Encoders,
+    LineSensor,
+    Imu,
+    Position,
+    Body,
     Connection,
     Image,
 }

@@ -9,6 +9,7 @@ use std::time::SystemTime;
 
 use jde_log::{Options, Origin, Recorder, Stamps};
 use jde_schema::bench::{Bench, Failure};
+use jde_schema::types::Footprint;
 use tempfile::TempDir;
 
 use super::*;
@@ -38,6 +39,23 @@ impl Fixture {
         let pose = Pose2D::new(1.0, 2.0, 0.5);
         let odometer = Odometry::planar(Duration::from_millis(50), pose, Twist::ZERO);
         odometry.put(odometer.as_bytes(), stamps(50 * MS, 0, 1));
+        let mut imu = Imu::default();
+        imu.angular_velocity.z = 0.5;
+        let fix = PositionFix {
+            x: 3.0,
+            y: 4.0,
+            ..PositionFix::default()
+        };
+        let mut line = LineSensor::default();
+        line.brightness.push(0.25).expect("room for one");
+        let body = Body {
+            footprint: Footprint::circle(0.3),
+            ..Body::default()
+        };
+        put(&recorder, "/pioneer/imu", &imu);
+        put(&recorder, "/pioneer/position", &fix);
+        put(&recorder, "/pioneer/line_sensor", &line);
+        put(&recorder, "/pioneer/body", &body);
         for scan in 0..=100_u64 {
             for (topic, more) in &lasers {
                 let mut laser = Box::new(LaserScan::zeroed());
@@ -108,6 +126,12 @@ fn recorder(file: &Path) -> Recorder {
     Recorder::create(file, options).expect("a file")
 }
 
+/// Records a value at 60 ms.
+fn put<T: Value>(recorder: &Recorder, topic: &str, value: &T) {
+    let topic = recorder.topic(topic, Arc::new(T::describe()), BTreeMap::new());
+    topic.put(value.as_bytes(), stamps(60 * MS, 0, 1));
+}
+
 fn stamps(published: u64, age: u64, sequence: u64) -> Stamps {
     Stamps {
         published,
@@ -138,6 +162,14 @@ fn a_drive_is_played_at_its_recorded_times() {
         Some(Duration::from_millis(170)),
         "measured 30 ms before it was published, which was at 0.2 s"
     );
+    let imu: Imu = fixture.bench.exported("imu").expect("it has played one");
+    assert_eq!(imu.angular_velocity.z, 0.5);
+    let fix: PositionFix = fixture.bench.exported("position").expect("it has played one");
+    assert_eq!((fix.x, fix.y), (3.0, 4.0));
+    let line: LineSensor = fixture.bench.exported("line_sensor").expect("it has played one");
+    assert_eq!(line.brightness.as_slice(), [0.25]);
+    let body: Body = fixture.bench.exported("body").expect("it has played one");
+    assert_eq!(body.footprint.radius, 0.3);
     let laser: LaserScan = fixture.bench.exported("laser").expect("it is exported");
     assert_eq!(laser.header.stamp, Duration::from_millis(170).into());
     fixture.at(20.0);

@@ -26,6 +26,36 @@ pub(crate) trait Stamped: Value {
     fn header(&self) -> &Header;
 }
 
+/// A pose with its covariance, whose header has the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "geometry_msgs/msg/PoseWithCovarianceStamped")]
+pub(crate) struct PoseWithCovarianceStamped {
+    pub(crate) header: Header,
+    pub(crate) pose: PoseWithCovariance,
+}
+
+/// A variance of what is not measured, such as the heading: so large that it says nothing.
+const UNKNOWN: f64 = 1e6;
+
+impl From<&PositionFix> for PoseWithCovarianceStamped {
+    fn from(fix: &PositionFix) -> Self {
+        let mut this = Self {
+            header: fix.header,
+            pose: PoseWithCovariance::default(),
+        };
+        this.pose.pose = Pose2D::new(fix.x, fix.y, 0.0).into();
+        // Six rows of six: x, y, z, and the rotations about them.
+        for axis in 0..6 {
+            this.pose.covariance[7 * axis] = UNKNOWN;
+        }
+        let [xx, xy, yx, yy] = fix.covariance;
+        this.pose.covariance[..2].copy_from_slice(&[xx, xy]);
+        this.pose.covariance[6..8].copy_from_slice(&[yx, yy]);
+        this
+    }
+}
+
 macro_rules! stamped {
     ($($stamped:ty),*) => { $(
         impl Stamped for $stamped {
@@ -42,6 +72,8 @@ stamped!(
     Image,
     BatteryState,
     Range,
+    Imu,
+    PoseWithCovarianceStamped,
     crate::scan::Sweep
 );
 

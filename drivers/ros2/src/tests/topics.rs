@@ -1,6 +1,7 @@
 //! The topics that a jde robot publishes, and the velocities that it executes.
 
 use super::*;
+use crate::messages::PoseWithCovarianceStamped;
 use crate::tf::Transforms;
 use crate::{Follow, Topics};
 
@@ -19,7 +20,19 @@ fn sensors_are_published_to_subscribers_with_wall_clock_stamps() {
     ring.ranges.extend_from_slice(&[1.0, 2.0]).unwrap();
     ring.poses.extend_from_slice(&[Pose2D::ORIGIN; 2]).unwrap();
     fixture.bench.import("sonars", &ring);
-    fixture.bench.unbind("image");
+    let fix = PositionFix {
+        x: 3.0,
+        y: 4.0,
+        covariance: [0.04, 0.01, 0.01, 0.09],
+        ..PositionFix::default()
+    };
+    fixture.bench.import("position", &fix);
+    let mut imu = Imu::default();
+    imu.angular_velocity.z = 0.5;
+    fixture.bench.import("imu", &imu);
+    for port in ["image", "depth"] {
+        fixture.bench.unbind(port);
+    }
     let mut fixture = fixture.awake();
     fixture.until_note(Connection::CONNECTED, &address);
 
@@ -53,6 +66,23 @@ fn sensors_are_published_to_subscribers_with_wall_clock_stamps() {
         .map(|step| step.child_frame_id.to_string())
         .collect();
     assert_eq!(frames, ["base_link", "sonar_0", "sonar_1"]);
+
+    let (imus, positions) = (
+        listen::<Imu>(&session, "/imu"),
+        listen::<PoseWithCovarianceStamped>(&session, "/position"),
+    );
+    let (mut inertia, mut place) = (None, None);
+    fixture.until(|_| {
+        inertia = inertia.or_else(|| receive::<Imu>(&imus));
+        place = place.or_else(|| receive::<PoseWithCovarianceStamped>(&positions));
+        inertia.is_some() && place.is_some()
+    });
+    assert_eq!(inertia.unwrap().angular_velocity.z, 0.5);
+    let place = place.unwrap().pose;
+    assert_eq!((place.pose.position.x, place.pose.position.y), (3.0, 4.0));
+    assert_eq!(place.covariance[..2], [0.04, 0.01]);
+    assert_eq!(place.covariance[6..8], [0.01, 0.09]);
+    assert!(place.covariance[35] > 1e3, "no heading is measured");
 
     let mut ranges = Vec::new();
     fixture.until(|_| {
@@ -107,7 +137,7 @@ fn the_node_and_its_topics_are_announced() {
     let mut fixture = Fixture::<Topics>::connecting_to(&address);
     fixture.bench.set("node", Text::<128>::new("pioneer"));
     fixture.bench.set("namespace", Text::<128>::new("fleet"));
-    for port in ["laser", "image", "sonars", "battery"] {
+    for port in ["laser", "image", "depth", "sonars", "battery", "imu", "position"] {
         fixture.bench.unbind(port);
     }
     fixture.bench.set("cmd_vel_topic", Text::<128>::new("/cmd_vel"));

@@ -7,11 +7,11 @@ use jde_schema::prelude::*;
 
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::keys::Quality;
-use crate::messages::Codec;
+use crate::messages::{Codec, PoseWithCovarianceStamped};
 use crate::node::NodeConfig;
 use crate::settings::{Modulations, Settings};
 use crate::tf::{Transforms, range_messages};
-use publisher::{TopicPublisher, publish_new, take_due, topic_publisher};
+use publisher::{Publications, TopicPublisher, publish_new, take_due};
 
 /// Publishes a robot in ROS 2. Each bound import is published on its topic when it is new and has
 /// subscribers. Velocities from ROS 2 are exported for `ros2/follow`.
@@ -55,6 +55,15 @@ pub struct Topics {
     /// Topic of the battery.
     #[modulation(default = "battery_state", fixed)]
     battery_topic: Modulation<Text<128>>,
+    /// Topic of the depths of a camera.
+    #[modulation(default = "depth/image", fixed)]
+    depth_topic: Modulation<Text<128>>,
+    /// Topic of the inertial unit.
+    #[modulation(default = "imu", fixed)]
+    imu_topic: Modulation<Text<128>>,
+    /// Topic of the measured position.
+    #[modulation(default = "position", fixed)]
+    position_topic: Modulation<Text<128>>,
     /// Topic of the transforms between frames: the base by the odometry, and on it the laser and the sonars.
     #[modulation(default = "/tf", fixed)]
     tf_topic: Modulation<Text<128>>,
@@ -82,6 +91,15 @@ pub struct Topics {
     /// The state of the battery.
     #[import(optional)]
     battery: Import<BatteryState>,
+    /// The depths of a camera.
+    #[import(optional)]
+    depth: Import<Image>,
+    /// The measurement of the inertial unit.
+    #[import(optional)]
+    imu: Import<Imu>,
+    /// The measured position.
+    #[import(optional)]
+    position: Import<PositionFix>,
     /// The velocity from ROS 2, while it is fresh.
     #[export]
     cmd_vel: Export<Twist>,
@@ -97,8 +115,11 @@ struct ActiveTopics {
     laser: Option<TopicPublisher<LaserScan>>,
     odometry: Option<TopicPublisher<Odometry>>,
     image: Option<TopicPublisher<Image>>,
+    depth: Option<TopicPublisher<Image>>,
     sonars: Option<TopicPublisher<Range>>,
     battery: Option<TopicPublisher<BatteryState>>,
+    imu: Option<TopicPublisher<Imu>>,
+    position: Option<TopicPublisher<PoseWithCovarianceStamped>>,
     tf: Option<TopicPublisher<Transforms>>,
     cmd_vel: Option<TopicSubscription<Twist>>,
 }
@@ -122,7 +143,14 @@ impl Schema for Topics {
         publish_new(node, clock, &mut active.laser, laser);
         publish_new(node, clock, &mut active.odometry, odometry);
         publish_new(node, clock, &mut active.image, self.image.get(cx));
+        publish_new(node, clock, &mut active.depth, self.depth.get(cx));
         publish_new(node, clock, &mut active.battery, self.battery.get(cx));
+        publish_new(node, clock, &mut active.imu, self.imu.get(cx));
+        if let Some((publisher, fix)) = take_due(node, &mut active.position, self.position.get(cx)) {
+            let pose = PoseWithCovarianceStamped::from(&*fix);
+            let message = publisher.codec.encode_stamped(&pose, fix.time(), clock);
+            node.publish(publisher.number, vec![message]);
+        }
         if let Some((publisher, ring)) = take_due(node, &mut active.sonars, sonars) {
             let message = |(range, _)| publisher.codec.encode_stamped(&range, ring.time(), clock);
             node.publish(publisher.number, range_messages(&ring).map(message).collect());
@@ -175,8 +203,11 @@ impl Inspect for Topics {
             &self.laser_topic,
             &self.odometry_topic,
             &self.image_topic,
+            &self.depth_topic,
             &self.sonars_topic,
             &self.battery_topic,
+            &self.imu_topic,
+            &self.position_topic,
             &self.tf_topic,
             &self.cmd_vel_topic,
         ];
@@ -216,63 +247,29 @@ impl Topics {
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTopics> {
         let name = settings.name()?;
         let (config, endpoint) = settings.connection_config()?;
-        let mut topics = Vec::new();
         let namespace = name.namespace.as_str();
-        let odometry = self.odometry.is_bound(cx);
+        let mut topics = Publications::new(namespace);
         let sensor = Quality::Sensor;
-        let laser = topic_publisher(
-            &mut topics,
-            namespace,
-            self.laser.is_bound(cx),
-            &self.laser_topic.get(cx),
-            sensor,
+        let laser = topics.add(self.laser.is_bound(cx), self.laser_topic.get(cx), sensor)?;
+        let odometry = topics.add(self.odometry.is_bound(cx), self.odometry_topic.get(cx), sensor)?;
+        let image = topics.add(self.image.is_bound(cx), self.image_topic.get(cx), sensor)?;
+        let depth = topics.add(self.depth.is_bound(cx), self.depth_topic.get(cx), sensor)?;
+        let sonars = topics.add(self.sonars.is_bound(cx), self.sonars_topic.get(cx), sensor)?;
+        let battery = topics.add(self.battery.is_bound(cx), self.battery_topic.get(cx), sensor)?;
+        let imu = topics.add(self.imu.is_bound(cx), self.imu_topic.get(cx), sensor)?;
+        let position = topics.add(self.position.is_bound(cx), self.position_topic.get(cx), sensor)?;
+        let tf = topics.add(
+            self.odometry.is_bound(cx),
+            self.tf_topic.get(cx),
+            Quality::Reliable,
         )?;
-        let publishers = (
-            laser,
-            topic_publisher(
-                &mut topics,
-                namespace,
-                odometry,
-                &self.odometry_topic.get(cx),
-                sensor,
-            )?,
-            topic_publisher(
-                &mut topics,
-                namespace,
-                self.image.is_bound(cx),
-                &self.image_topic.get(cx),
-                sensor,
-            )?,
-            topic_publisher(
-                &mut topics,
-                namespace,
-                self.sonars.is_bound(cx),
-                &self.sonars_topic.get(cx),
-                sensor,
-            )?,
-            topic_publisher(
-                &mut topics,
-                namespace,
-                self.battery.is_bound(cx),
-                &self.battery_topic.get(cx),
-                sensor,
-            )?,
-            topic_publisher(
-                &mut topics,
-                namespace,
-                odometry,
-                &self.tf_topic.get(cx),
-                Quality::Reliable,
-            )?,
-        );
-        let (laser, odometry, image, sonars, battery, tf) = publishers;
         let codec = Codec::new();
         let cmd_vel = crate::names::topic(namespace, self.cmd_vel_topic.get(cx).as_str())?
             .map(|topic| codec.topic(topic, Quality::Reliable));
         let connection = RosConnection::start(NodeConfig {
             config,
             endpoint,
-            publications: topics,
+            publications: topics.topics,
             subscriptions: cmd_vel.clone().into_iter().collect(),
             name,
         })?;
@@ -281,8 +278,11 @@ impl Topics {
             laser,
             odometry,
             image,
+            depth,
             sonars,
             battery,
+            imu,
+            position,
             tf,
             cmd_vel: cmd_vel.map(|topic| TopicSubscription::new(0, topic.name, codec)),
         })

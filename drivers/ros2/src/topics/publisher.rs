@@ -15,31 +15,45 @@ pub(super) struct TopicPublisher<T> {
     sent: u64,
 }
 
-/// Adds a publication of that topic, unless its name is empty or its import is not bound.
-pub(super) fn topic_publisher<T: Value>(
-    topics: &mut Vec<Topic>,
-    namespace: &str,
-    bound: bool,
-    name: &Text<128>,
-    quality: Quality,
-) -> Result<Option<TopicPublisher<T>>> {
-    let topic = crate::names::topic(namespace, name.as_str())?;
-    let Some(topic) = topic.filter(|_| bound) else {
-        return Ok(None);
-    };
-    if topics.iter().any(|other| other.name == topic) {
-        return Err(format!(
-            "two of its topics have the name {topic}; rename one of them, or set it to \"\""
-        )
-        .into());
+/// The topics of a node.
+pub(super) struct Publications<'n> {
+    namespace: &'n str,
+    pub(super) topics: Vec<Topic>,
+}
+
+impl<'n> Publications<'n> {
+    pub(super) fn new(namespace: &'n str) -> Self {
+        Self {
+            namespace,
+            topics: Vec::new(),
+        }
     }
-    let codec = Codec::new();
-    topics.push(codec.topic(topic, quality));
-    Ok(Some(TopicPublisher {
-        number: topics.len() - 1,
-        codec,
-        sent: 0,
-    }))
+
+    /// Adds a publication of that topic, unless its name is empty or its import is not bound.
+    pub(super) fn add<T: Value>(
+        &mut self,
+        bound: bool,
+        name: Text<128>,
+        quality: Quality,
+    ) -> Result<Option<TopicPublisher<T>>> {
+        let topic = crate::names::topic(self.namespace, name.as_str())?;
+        let Some(topic) = topic.filter(|_| bound) else {
+            return Ok(None);
+        };
+        if self.topics.iter().any(|other| other.name == topic) {
+            return Err(format!(
+                "two of its topics have the name {topic}; rename one of them, or set it to \"\""
+            )
+            .into());
+        }
+        let codec = Codec::new();
+        self.topics.push(codec.topic(topic, quality));
+        Ok(Some(TopicPublisher {
+            number: self.topics.len() - 1,
+            codec,
+            sent: 0,
+        }))
+    }
 }
 
 /// Returns a publication that has subscribers, with its new value; `None` otherwise.
