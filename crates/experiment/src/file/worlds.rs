@@ -1,5 +1,8 @@
 //! Worlds as values of an axis or a case: a file, or all files of a folder.
 
+use std::fs;
+use std::io::{self, ErrorKind};
+
 use jde_app::Override;
 use jde_document::section::{Node, text};
 use jde_document::{FaultReport, quote};
@@ -15,11 +18,19 @@ pub(super) fn worlds(report: &mut FaultReport, subject: &Subject<'_>, node: &Nod
         return Vec::new();
     };
     let path = folder(subject.file).join(written.text);
-    if !path.is_dir() {
-        return Vec::from_iter(world(report, subject, node));
-    }
-    let entries = std::fs::read_dir(&path).into_iter().flatten().flatten();
+    let entries = match fs::read_dir(&path).and_then(Iterator::collect::<io::Result<Vec<_>>>) {
+        Ok(entries) => entries,
+        Err(error) if [ErrorKind::NotADirectory, ErrorKind::NotFound].contains(&error.kind()) => {
+            return Vec::from_iter(world(report, subject, node));
+        }
+        Err(error) => {
+            let folder = quote(&path.display().to_string());
+            report.fault(&node.span(), format!("cannot read the folder {folder}: {error}"));
+            return Vec::new();
+        }
+    };
     let mut names: Vec<_> = entries
+        .into_iter()
         .filter_map(|entry| entry.file_name().into_string().ok())
         .filter(|name| name.ends_with(".toml"))
         .collect();

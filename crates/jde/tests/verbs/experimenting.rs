@@ -328,6 +328,14 @@ fn the_worlds_of_a_folder_are_an_axis_and_may_state_the_length_of_their_referenc
     assert_eq!(refused.status, Some(2));
     assert!(refused.err.contains("worlds.toml:3:"), "{}", refused.err);
     assert!(refused.err.contains("has no world"), "{}", refused.err);
+
+    fs::write(&experiment_file, text.replace("[\"worlds\"]", "[\"loop\"]")).unwrap();
+    std::os::unix::fs::symlink("loop", folder.path().join("loop")).unwrap();
+    let unreadable = experiment(folder.path(), &["worlds.toml"]);
+    assert_eq!(unreadable.status, Some(2));
+    for part in ["worlds.toml:3:", "cannot read the folder", "symbolic links"] {
+        assert!(unreadable.err.contains(part), "{}", unreadable.err);
+    }
 }
 
 #[test]
