@@ -1,17 +1,13 @@
 //! Describes what of an application would run: the hierarchy, all bindings, and the contract of every group.
 
 use std::io::{self, Write};
-use std::path::Path;
 
 use jde_abi::describe::{Kind, Port, Role};
 use jde_app::period::format_setting;
-use jde_app::{
-    Application, Binding, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation, is_path,
-};
-use jde_board::value::Value;
+use jde_app::{Application, Binding, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation};
 use jde_core::{Absence, Policy, contract};
 
-use super::value::{decode_plain, format_value};
+use super::value::format_value;
 use crate::failure;
 use crate::terminal::{FAINT, TITLE, WARN};
 
@@ -212,16 +208,6 @@ fn describe_isolation(isolation: Isolation) -> String {
     format!("in a process of its own: {limits}")
 }
 
-/// Whether the value is a path that does not exist on this machine. The application may be meant for another
-/// one.
-fn is_missing(port: &Port, value: &[u8]) -> bool {
-    let path = match decode_plain(&port.value_type, value) {
-        Value::Text(path) if is_path(&port.unit) && !path.is_empty() => path,
-        _ => return false,
-    };
-    !Path::new(&path).exists()
-}
-
 /// Describes a binding. `None` for a port that needs none.
 fn describe_binding(
     application: &Application,
@@ -243,12 +229,7 @@ fn describe_binding(
                 return None;
             };
             let value = format_value(&port.value_type, initial, &port.unit);
-            let missing = if is_missing(port, initial) {
-                format!("  {WARN}missing{WARN:#}: the schema does not start without it")
-            } else {
-                String::new()
-            };
-            (initial != default).then(|| format!("{name} = {value}{missing}"))
+            (initial != default).then(|| format!("{name} = {value}"))
         }
         Binding::Actuator { target } => {
             let target = target.map_or_else(unbound, |(owner, port)| application.variable_name(owner, port));

@@ -255,10 +255,10 @@ fn plugins_lists_the_folders_in_the_order_of_the_search() {
         .find(|plugin| plugin["name"] == "sim")
         .expect("the simulator is found");
     let schemas = sim["schemas"].as_array().expect("a list");
-    assert!(schemas.iter().any(|schema| schema == "pioneer"), "{sim}");
+    assert!(schemas.iter().any(|schema| schema == "robot"), "{sim}");
     let text = output_of(&mut jde_with_plugins(&["plugins"]));
     assert!(
-        text.out.contains("(JDE_PLUGIN_PATH)") && text.out.contains("pioneer"),
+        text.out.contains("(JDE_PLUGIN_PATH)") && text.out.contains("robot"),
         "{}",
         text.out
     );
@@ -278,6 +278,24 @@ fn check_reports_a_missing_file_that_a_modulation_names() {
     }
     let check = output_of(&mut jde_with_plugins(&["check", &app("room.toml")]));
     assert_eq!(check.status, Some(0), "{check:?}");
+
+    let shipped = output_of(&mut jde_with_plugins(&[
+        "check",
+        &app("room.toml"),
+        "--set",
+        "pioneer.model=turtlebot4",
+    ]));
+    assert!(
+        shipped.status == Some(0) && shipped.out.contains("turtlebot4") && !shipped.out.contains("missing"),
+        "{shipped:?}"
+    );
+    let unknown = output_of(&mut jde_with_plugins(&[
+        "check",
+        &app("room.toml"),
+        "--set",
+        "pioneer.model=turtlebot5",
+    ]));
+    assert!(unknown.err.contains("`turtlebot4`"), "{unknown:?}");
 
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("app.toml");
