@@ -25,8 +25,8 @@ pub(crate) enum Purpose {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
     key: [u32; 2],
-    source: u32,
-    step: u64,
+    /// The last three words of the counter.
+    source: [u32; 3],
 }
 
 /// Robots in one world: as many as fit in 32 bits beside the purpose and the stream.
@@ -34,12 +34,9 @@ pub(crate) const MAX_ROBOTS: usize = 1 << 12;
 
 impl Noise {
     pub(crate) fn new(seed: u64, robot: usize, purpose: Purpose, stream: u16, step: u64) -> Self {
-        debug_assert!(robot < MAX_ROBOTS);
-        let source = (purpose as u32) << 28 | (robot as u32) << 16 | u32::from(stream);
         Self {
             key: [seed as u32, (seed >> 32) as u32],
-            source,
-            step,
+            source: source(purpose as u8, robot, stream, step),
         }
     }
 
@@ -61,9 +58,21 @@ impl Noise {
     }
 
     fn bits(&self, index: u32) -> [u32; 4] {
-        let counter = [index, self.source, self.step as u32, (self.step >> 32) as u32];
-        philox(counter, self.key)
+        let [source, low, high] = self.source;
+        philox([index, source, low, high], self.key)
     }
+}
+
+/// Returns the last three words of a counter. The lower half of the purpose shares a word with the robot, the
+/// upper half one with the step.
+fn source(purpose: u8, robot: usize, stream: u16, step: u64) -> [u32; 3] {
+    debug_assert!(robot < MAX_ROBOTS && step >> 60 == 0);
+    let [low, high] = [purpose & 0xF, purpose >> 4].map(|half| u32::from(half) << 28);
+    [
+        low | (robot as u32) << 16 | u32::from(stream),
+        step as u32,
+        high | (step >> 32) as u32,
+    ]
 }
 
 /// Returns the upper 53 of 64 bits: a float holds no more.
@@ -90,7 +99,16 @@ fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
 
 #[cfg(test)]
 mod tests {
-    use super::philox;
+    use std::collections::BTreeSet;
+
+    use super::{philox, source};
+
+    #[test]
+    fn every_purpose_has_streams_of_its_own() {
+        let sources = (0..=u8::MAX).map(|purpose| source(purpose, 4095, u16::MAX, (1 << 60) - 1));
+        assert_eq!(sources.collect::<BTreeSet<_>>().len(), 256);
+        assert_eq!(source(10, 1, 2, 3 << 32 | 4), [10 << 28 | 1 << 16 | 2, 4, 3]);
+    }
 
     #[test]
     fn philox_gives_the_published_test_vectors() {
