@@ -175,8 +175,9 @@ impl Reader {
                 let _guard = lock(&self.variable.copy_lock);
                 let pin = pinned.pin();
                 // SAFETY: pinned in this cell.
-                copy.bytes_mut(self.bytes)
-                    .copy_from_slice(unsafe { pinned.bytes(&pin) });
+                let newest = unsafe { pinned.bytes(&pin) };
+                let value_type = &self.variable.describe().value_type;
+                value_type.copy_into(newest, copy.bytes_mut(self.bytes));
                 let stamp = pinned.stamp(&pin);
                 pinned.unpin(pin);
                 LatchedValue::new(copy.base(), stamp, pinned.never_matching())

@@ -75,6 +75,12 @@ impl Writer {
         }
     }
 
+    /// Returns a copy of the value in the loaned buffer.
+    pub fn copy_loan(&mut self) -> Vec<u8> {
+        let variable = Arc::clone(&self.variable);
+        variable.describe().value_type.copy(self.loan())
+    }
+
     /// Returns whether a buffer is loaned.
     #[must_use]
     pub fn is_loaned(&self) -> bool {

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use jde_abi::describe::Type;
 use jde_board::{Stamp, Variable};
 
 use jde_loader::AlignedBytes;
@@ -18,6 +19,7 @@ const MAX_BYTES: usize = 1 << 20;
 /// The last values of a variable.
 pub(crate) struct History {
     inner: Mutex<Inner>,
+    value_type: Arc<Type>,
     capacity: usize,
 }
 
@@ -39,6 +41,7 @@ impl History {
     pub(crate) fn of(variable: &Arc<Variable>) -> Arc<Self> {
         let history = Arc::new(Self {
             inner: Mutex::default(),
+            value_type: Arc::clone(&variable.describe().value_type),
             capacity: MIN_VALUES.max(MAX_BYTES / variable.describe().value_type.bytes.max(1)),
         });
         history.record_newest(variable);
@@ -68,8 +71,11 @@ impl History {
         if inner.values.len() == self.capacity {
             inner.values.pop_front();
         }
-        let bytes = AlignedBytes::new(bytes);
-        inner.values.push_back(Arc::new(HistoricValue { stamp, bytes }));
+        let mut copy = AlignedBytes::zeros(bytes.len());
+        self.value_type.copy_into(bytes, copy.bytes_mut());
+        inner
+            .values
+            .push_back(Arc::new(HistoricValue { stamp, bytes: copy }));
     }
 
     /// Marks the newest value as retracted.

@@ -9,15 +9,16 @@ pub struct AlignedBytes {
 impl AlignedBytes {
     /// Returns a copy of these bytes.
     pub fn new(bytes: &[u8]) -> Self {
-        let mut words = vec![0_u128; bytes.len().div_ceil(16)];
-        for (word, chunk) in words.iter_mut().zip(bytes.chunks(16)) {
-            let mut padded = [0; 16];
-            padded[..chunk.len()].copy_from_slice(chunk);
-            *word = u128::from_ne_bytes(padded);
-        }
+        let mut copy = Self::zeros(bytes.len());
+        copy.bytes_mut().copy_from_slice(bytes);
+        copy
+    }
+
+    /// Returns this many zeros.
+    pub fn zeros(bytes: usize) -> Self {
         Self {
-            words,
-            bytes: bytes.len(),
+            words: vec![0; bytes.div_ceil(16)],
+            bytes,
         }
     }
 

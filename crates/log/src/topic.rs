@@ -236,37 +236,43 @@ impl Topic {
             panic!("the topic of a panel has no values");
         };
         assert_eq!(bytes.len(), value_type.bytes, "a value of {}", self.queue.name);
-        self.fill(bytes, SlotForm::Value, stamps)
+        self.fill(bytes.len(), SlotForm::Value, stamps, |slot| {
+            slot.resize(bytes.len(), 0);
+            value_type.copy_into(bytes, slot);
+        })
     }
 
     /// Records an encoded message: CDR, little endian, with its header. Like [`Self::put`], but the first few
     /// calls may allocate. The contents are not checked; `jde_ros::cdr::decode` checks them against the type.
     pub fn put_message(&self, message: &[u8], stamps: Stamps) -> bool {
-        self.fill(message, SlotForm::Message, stamps)
+        self.fill(message.len(), SlotForm::Message, stamps, |slot| {
+            slot.clear();
+            slot.extend_from_slice(message);
+        })
     }
 
     /// Records the drawing of a panel, or the reason why there is none. It may allocate.
     pub fn put_panel(&self, shown: &Result<List, String>, stamps: Stamps) -> bool {
-        self.fill(&panel::message(shown), SlotForm::Message, stamps)
+        self.put_message(&panel::message(shown), stamps)
     }
 
-    fn fill(&self, bytes: &[u8], form: SlotForm, stamps: Stamps) -> bool {
+    /// Lets `write` fill an empty slot with this many bytes.
+    fn fill(&self, bytes: usize, form: SlotForm, stamps: Stamps, write: impl FnOnce(&mut Vec<u8>)) -> bool {
         if self.shared.closed.load(Ordering::Acquire) {
             return false;
         }
         let queue = &*self.queue;
         // For publishers that wait instead of losing values, the number of slots is the limit.
-        let fits = queue.reserve_bytes(bytes.len()) || self.shared.lossless;
+        let fits = queue.reserve_bytes(bytes) || self.shared.lossless;
         let slot = fits.then(|| queue.free.pop().or_else(|| self.shared.wait_for_room(queue)));
         let Some(mut slot) = slot.flatten() else {
-            queue.release_bytes(bytes.len());
+            queue.release_bytes(bytes);
             queue.lost.fetch_add(1, Ordering::Relaxed);
             return false;
         };
         slot.order = self.shared.assign_order();
         (slot.stamps, slot.form) = (stamps, form);
-        slot.bytes.clear();
-        slot.bytes.extend_from_slice(bytes);
+        write(&mut slot.bytes);
         // There are no more slots than the queue can hold.
         let _ = queue.full.push(slot);
         if queue.free.len() < queue.free.capacity() / 4 {

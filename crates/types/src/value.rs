@@ -104,6 +104,13 @@ pub unsafe trait Value: Copy + Send + Sync + 'static {
         // SAFETY: every pattern of bytes is a valid value by the contract of this trait.
         unsafe { core::mem::zeroed() }
     }
+
+    /// Returns the value whose bytes are all 0 on the heap, for values that are too large for a stack.
+    #[must_use]
+    fn boxed() -> Box<Self> {
+        // SAFETY: as above.
+        unsafe { Box::new_zeroed().assume_init() }
+    }
 }
 
 /// Returns the table of a structure with these fields.

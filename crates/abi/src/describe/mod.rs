@@ -310,6 +310,22 @@ impl FieldKind {
     }
 }
 
+impl Field {
+    /// Returns how many of its elements are present in a value, at most its capacity.
+    ///
+    /// # Panics
+    /// If the value has fewer bytes than its type.
+    #[must_use]
+    pub fn length(&self, value: &[u8]) -> usize {
+        let capacity = self.form.capacity();
+        self.form.length_offset().map_or(capacity, |offset| {
+            let mut bytes = [0; 4];
+            bytes.copy_from_slice(&value[offset..][..4]);
+            capacity.min(u32::from_ne_bytes(bytes) as usize)
+        })
+    }
+}
+
 impl Form {
     /// Returns the largest number of elements.
     #[must_use]
@@ -361,6 +377,45 @@ impl Type {
             ] => Some(*scalar),
             _ => None,
         }
+    }
+
+    /// Returns a copy of a value, with zeros in place of the elements of its sequences that are not present.
+    ///
+    /// # Panics
+    /// If it has not as many bytes as the type.
+    #[must_use]
+    pub fn copy(&self, value: &[u8]) -> Vec<u8> {
+        // Memory of the system is zero and costs nothing until it is written: most of a large value is empty.
+        let mut copy = vec![0; self.bytes];
+        self.copy_into(value, &mut copy);
+        copy
+    }
+
+    /// Copies a value without the elements of its sequences that are not present. Their bytes in `to` stay as they
+    /// are.
+    ///
+    /// # Panics
+    /// If one of the two has not as many bytes as the type.
+    pub fn copy_into(&self, value: &[u8], to: &mut [u8]) {
+        assert_eq!(
+            (value.len(), to.len()),
+            (self.bytes, self.bytes),
+            "a `{}`",
+            self.name
+        );
+        let mut copied = 0;
+        for field in &self.fields {
+            let Form::Sequence { capacity, .. } = field.form else {
+                continue;
+            };
+            let end = field.offset + field.length(value) * field.kind.bytes();
+            // A field that lies before others of the list is copied with them.
+            if end >= copied {
+                to[copied..end].copy_from_slice(&value[copied..end]);
+                copied = field.offset + capacity * field.kind.bytes();
+            }
+        }
+        to[copied..].copy_from_slice(&value[copied..]);
     }
 
     fn feed(&self, hash: &mut Fnv) {

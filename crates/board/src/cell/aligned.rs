@@ -26,7 +26,10 @@ pub struct Aligned {
 
 /// The origin of the memory, to which it returns.
 enum From {
-    Heap(Layout),
+    Heap {
+        start: NonNull<u8>,
+        layout: Layout,
+    },
     #[cfg(not(loom))]
     File,
 }
@@ -43,15 +46,19 @@ impl Aligned {
     /// If that exceeds the address space.
     pub fn new(bytes: usize) -> Self {
         let rounded = bytes.max(1).next_multiple_of(LINE);
-        let layout = Layout::from_size_align(rounded, LINE).expect("a value fits the address space");
+        // With its own alignment, the system returns large memory that is zero without writing to it: what is never
+        // used costs nothing.
+        let layout = Layout::from_size_align(rounded + LINE, align_of::<u128>());
+        let layout = layout.expect("a value fits the address space");
         // SAFETY: the layout is not empty.
-        let Some(base) = NonNull::new(unsafe { alloc_zeroed(layout) }) else {
+        let Some(start) = NonNull::new(unsafe { alloc_zeroed(layout) }) else {
             handle_alloc_error(layout)
         };
         Self {
-            base,
+            // SAFETY: less than a line, by which the memory is longer.
+            base: unsafe { start.add(start.align_offset(LINE)) },
             bytes: rounded,
-            from: From::Heap(layout),
+            from: From::Heap { start, layout },
         }
     }
 
@@ -104,7 +111,7 @@ impl Drop for Aligned {
     fn drop(&mut self) {
         match self.from {
             // SAFETY: allocated in `new` with this layout, and owned.
-            From::Heap(layout) => unsafe { dealloc(self.base(), layout) },
+            From::Heap { start, layout } => unsafe { dealloc(start.as_ptr(), layout) },
             #[cfg(not(loom))]
             From::File => {
                 // SAFETY: mapped in `of_file` with this size, and owned.

@@ -24,7 +24,7 @@ pub(super) fn decode_field(field: &Field, bytes: &[u8]) -> Value {
     match field.form {
         Form::One => decode_element(field, bytes, 0),
         Form::Array(_) | Form::Sequence { .. } => {
-            let count = length(field, bytes);
+            let count = field.length(bytes);
             Value::List(
                 (0..count)
                     .map(|index| decode_element(field, bytes, index))
@@ -32,7 +32,7 @@ pub(super) fn decode_field(field: &Field, bytes: &[u8]) -> Value {
             )
         }
         Form::Text { .. } => {
-            let text = &bytes[field.offset..][..length(field, bytes)];
+            let text = &bytes[field.offset..][..field.length(bytes)];
             Value::Text(String::from_utf8_lossy(text).into_owned())
         }
     }
@@ -44,14 +44,6 @@ pub(super) fn decode_element(field: &Field, bytes: &[u8], index: usize) -> Value
     match &field.kind {
         FieldKind::Struct(inner) => decode(inner, bytes),
         FieldKind::Scalar(scalar) => decode_scalar(*scalar, bytes),
-    }
-}
-
-/// Returns the number of elements of a field in the structure at the start of `bytes`.
-pub(super) fn length(field: &Field, bytes: &[u8]) -> usize {
-    match field.form.length_offset() {
-        None => field.form.capacity(),
-        Some(offset) => (u32::from_ne_bytes(chunk(&bytes[offset..])) as usize).min(field.form.capacity()),
     }
 }
 

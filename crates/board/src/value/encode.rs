@@ -2,7 +2,6 @@
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-use super::decode::length;
 use super::{Value, ValueError};
 use crate::nearest::nearest;
 
@@ -80,7 +79,7 @@ fn encode_field(field: &Field, value: &Value, output: &mut [u8], path: &str) -> 
             Value::List(values),
         ) => {
             at_most(capacity, values.len(), "elements", path)?;
-            let (old, new) = (length(field, output), values.len());
+            let (old, new) = (field.length(output), values.len());
             // Bytes past the old end or past the new end belong to no element.
             let bytes = field.kind.bytes();
             output[field.offset..][old.min(new) * bytes..capacity * bytes].fill(0);

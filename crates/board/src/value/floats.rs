@@ -2,8 +2,6 @@
 
 use jde_abi::describe::{Field, FieldKind, Scalar};
 
-use super::decode::length;
-
 /// Replaces every float of these fields of the structure at the start of `bytes`, in order. `change` receives
 /// the place of the float in its own field, and the float. Of a sequence, only the present elements count.
 ///
@@ -12,7 +10,7 @@ use super::decode::length;
 pub fn change_floats(fields: &[Field], bytes: &mut [u8], change: &mut dyn FnMut(usize, f64) -> f64) {
     for field in fields {
         let size = field.kind.bytes();
-        for index in 0..length(field, bytes) {
+        for index in 0..field.length(bytes) {
             let element = &mut bytes[field.offset + index * size..][..size];
             match &field.kind {
                 FieldKind::Struct(inner) => change_floats(&inner.fields, element, change),

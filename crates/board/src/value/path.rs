@@ -3,7 +3,7 @@
 
 use jde_abi::describe::{Field, FieldKind, Form, Type};
 
-use super::decode::{decode, decode_element, decode_field, length};
+use super::decode::{decode, decode_element, decode_field};
 use super::encode::unknown_field;
 use super::{Value, ValueError};
 
@@ -70,7 +70,7 @@ fn parse(step: &str) -> Result<(&str, Option<usize>), String> {
 
 fn element(field: &Field, bytes: &[u8], part: &str, index: usize) -> Result<usize, ValueError> {
     let length = match field.form {
-        Form::Array(_) | Form::Sequence { .. } => length(field, bytes),
+        Form::Array(_) | Form::Sequence { .. } => field.length(bytes),
         Form::One | Form::Text { .. } => return Err(path_error(part, "only lists have elements".to_owned())),
     };
     if index >= length {

@@ -46,10 +46,11 @@ struct Noise {
 impl ExportFaults {
     /// Lets an export fail from the next publication on.
     pub(crate) fn fail(&self, port: usize, variable: &Arc<Variable>, fault: SensorFault, seed: u64) {
+        let value_type = &variable.describe().value_type;
         let last = variable
             .reader("host")
             .latch()
-            .map(|latched| latched.bytes.to_vec());
+            .map(|latched| value_type.copy(latched.bytes));
         let noise = Noise { state: seed };
         let mut active = self.active();
         active.insert(port, ActiveFault { fault, last, noise });
@@ -80,7 +81,7 @@ impl ExportFaults {
         match fault {
             SensorFault::Silent => return Publication::Retraction,
             SensorFault::Frozen => match last {
-                Some(last) => writer.loan().copy_from_slice(last),
+                Some(last) => value_type.copy_into(last, writer.loan()),
                 None => return Publication::Nothing,
             },
             SensorFault::Noise { sigma } => {

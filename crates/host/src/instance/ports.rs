@@ -273,7 +273,7 @@ impl Ports {
         {
             // Nothing is loaned afterwards, whether the publication succeeds or not.
             self.loan_count -= 1;
-            bytes = self.write_log.as_ref().map(|_| writer.loan().to_vec());
+            bytes = self.write_log.as_ref().map(|_| writer.copy_loan());
         }
         let published = match port {
             BoundPort::Unbound => return Err(PortError::Unbound),

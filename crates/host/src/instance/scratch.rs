@@ -18,9 +18,7 @@ impl Scratch {
             self.loaned.push(port);
         }
         let entry = self.buffers.entry(port);
-        entry
-            .or_insert_with(|| AlignedBytes::new(&vec![0; bytes]))
-            .bytes_mut()
+        entry.or_insert_with(|| AlignedBytes::zeros(bytes)).bytes_mut()
     }
 
     /// Whether the port was loaned in the current call.

@@ -156,11 +156,11 @@ impl RecordedExport {
             self.history.retract();
             return self.writer.retract();
         };
-        let buffer = self.writer.loan();
-        if buffer.len() != bytes.len() {
-            return self.writer.discard();
+        let value_type = Arc::clone(&self.writer.variable().describe().value_type);
+        if value_type.bytes != bytes.len() {
+            return;
         }
-        buffer.copy_from_slice(bytes);
+        value_type.copy_into(bytes, self.writer.loan());
         if self.writer.publish(value.measured, value.published).is_ok() {
             // Turns refer to the recorded number; the board counts from 1 again.
             let stamp = Stamp {

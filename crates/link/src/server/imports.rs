@@ -165,13 +165,12 @@ impl ImportWriter {
     fn write(&mut self, update: ImportUpdate, now: Nanos) {
         match update {
             ImportUpdate::Value { bytes, time } => {
-                let buffer = self.writer.loan();
-                if buffer.len() != bytes.len() {
+                let value_type = Arc::clone(&self.writer.variable().describe().value_type);
+                if value_type.bytes != bytes.len() {
                     // The types were compared before.
-                    self.writer.discard();
                     return;
                 }
-                buffer.copy_from_slice(&bytes);
+                value_type.copy_into(&bytes, self.writer.loan());
                 self.current_time = self.writer.publish(time, now).is_ok().then_some(time);
             }
             ImportUpdate::Retracted => self.retract(),

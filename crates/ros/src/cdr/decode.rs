@@ -1,21 +1,20 @@
-//! Decodes a message as the bytes of a value. Bytes outside of fields are zero, and so are elements past the
-//! end.
+//! Decodes a message as the bytes of a value. Bytes outside of fields and elements past the end are not written.
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::{ENCAPSULATION, Error};
 
-/// Returns the bytes of the value in a message.
+/// Returns the bytes of the value in a message. Bytes that no field has are zero.
 ///
 /// # Errors
 /// [`Error`]. For any input, it does not panic and allocates no more than a value.
 pub fn decode(value_type: &Type, message: &[u8]) -> Result<Vec<u8>, Error> {
     let mut value = vec![0; value_type.bytes];
-    over_zeros(value_type, message, &mut value)?;
+    decode_into(value_type, message, &mut value)?;
     Ok(value)
 }
 
-/// Replaces the bytes of a value by those of the value in a message. It does not allocate.
+/// Replaces a value by that in a message. Elements past the end keep their bytes. It does not allocate.
 ///
 /// # Errors
 /// [`Error`]. The contents of `value` are unspecified then.
@@ -29,12 +28,6 @@ pub fn decode_into(value_type: &Type, message: &[u8], value: &mut [u8]) -> Resul
         "the bytes of a `{}`",
         value_type.name
     );
-    value.fill(0);
-    over_zeros(value_type, message, value)
-}
-
-/// Decodes as [`decode_into`] does, into bytes that are zero.
-fn over_zeros(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(), Error> {
     let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
     // The second half contains options, which do not affect the body.
     if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {

@@ -34,10 +34,7 @@ fn structure(value_type: &Type, value: &[u8], message: &mut Vec<u8>) {
 }
 
 fn one_field(field: &Field, value: &[u8], message: &mut Vec<u8>) {
-    let count = match field.form.length_offset() {
-        None => field.form.capacity(),
-        Some(offset) => (number(value, offset) as usize).min(field.form.capacity()),
-    };
+    let count = field.length(value);
     match field.form {
         Form::One | Form::Array(_) => {}
         Form::Sequence { .. } => length(count, message),
@@ -91,10 +88,4 @@ fn length(length: usize, message: &mut Vec<u8>) {
 fn align(alignment: usize, message: &mut Vec<u8>) {
     let body = message.len() - ENCAPSULATION.len();
     message.resize(ENCAPSULATION.len() + body.next_multiple_of(alignment), 0);
-}
-
-fn number(value: &[u8], offset: usize) -> u32 {
-    let mut bytes = [0; 4];
-    bytes.copy_from_slice(&value[offset..][..4]);
-    u32::from_ne_bytes(bytes)
 }

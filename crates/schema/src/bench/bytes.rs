@@ -3,10 +3,9 @@
 
 #![allow(unsafe_code)]
 
-use core::ptr;
 use core::slice;
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{FieldKind, Scalar, Type};
 use jde_types::Value;
 
 /// The bytes of one value, aligned to 16.
@@ -24,16 +23,12 @@ impl Bytes {
         }
     }
 
-    pub(super) fn copy(bytes: &[u8]) -> Self {
-        let mut this = Self::zeros(bytes.len());
-        // SAFETY: as many bytes of room.
-        unsafe { ptr::copy_nonoverlapping(bytes.as_ptr(), this.as_mut_ptr(), bytes.len()) };
+    pub(super) fn copy(ty: &Type, value: &[u8]) -> Self {
+        let mut this = Self::zeros(ty.bytes);
+        // SAFETY: the words hold at least as many bytes.
+        let room = unsafe { slice::from_raw_parts_mut(this.as_mut_ptr(), this.length) };
+        ty.copy_into(value, room);
         this
-    }
-
-    pub(super) fn of<T: Value>(value: &T) -> Self {
-        // SAFETY: every byte of a value belongs to a field, so all are initialised.
-        Self::copy(unsafe { slice::from_raw_parts(ptr::from_ref(value).cast(), size_of::<T>()) })
     }
 
     /// Returns the value. The caller has compared the type.
@@ -69,7 +64,7 @@ impl Bytes {
 pub(super) fn finite(ty: &Type, bytes: &[u8]) -> bool {
     ty.fields.iter().all(|field| {
         let size = field.kind.bytes();
-        (0..count(field, bytes)).all(|index| {
+        (0..field.length(bytes)).all(|index| {
             let element = &bytes[field.offset + index * size..][..size];
             match &field.kind {
                 FieldKind::Struct(inner) => finite(inner, element),
@@ -83,22 +78,4 @@ pub(super) fn finite(ty: &Type, bytes: &[u8]) -> bool {
             }
         })
     })
-}
-
-fn count(field: &Field, bytes: &[u8]) -> usize {
-    match field.form {
-        Form::One => 1,
-        Form::Array(capacity) => capacity,
-        Form::Sequence {
-            capacity,
-            length_offset,
-        }
-        | Form::Text {
-            capacity,
-            length_offset,
-        } => {
-            let length = bytes[length_offset..][..4].try_into().unwrap_or_default();
-            (u32::from_ne_bytes(length) as usize).min(capacity)
-        }
-    }
 }

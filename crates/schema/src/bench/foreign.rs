@@ -33,7 +33,7 @@ impl Bench<Foreign> {
         self.state.check_value(port, value)?;
         let now = self.state.now;
         let port = &mut self.state.ports[port];
-        port.newest = Some((Bytes::copy(value), now));
+        port.newest = Some((Bytes::copy(&port.port.value_type, value), now));
         port.sequence += 1;
         port.bound = true;
         Ok(())

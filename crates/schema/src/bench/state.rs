@@ -62,7 +62,7 @@ impl BenchState {
             sequence: 0,
             initial: match &port.role {
                 Role::Modulation { default: initial, .. } | Role::Command { neutral: initial, .. } => {
-                    Some(Bytes::copy(initial))
+                    Some(Bytes::copy(&port.value_type, initial))
                 }
                 Role::Import { .. } | Role::Export | Role::Actuator | Role::ChildModulation { .. } => None,
             },
@@ -109,7 +109,7 @@ impl BenchState {
 
     pub(super) fn put<T: Value>(&mut self, port: usize, value: &T) {
         let port = &mut self.ports[port];
-        port.newest = Some((Bytes::of(value), self.now));
+        port.newest = Some((Bytes::copy(&port.port.value_type, value.as_bytes()), self.now));
         port.sequence += 1;
         port.bound = true;
     }
@@ -192,7 +192,7 @@ impl BenchState {
         } else {
             Duration::from_nanos(time_ns)
         };
-        port.newest = Some((port.loan.clone(), time));
+        port.newest = Some((Bytes::copy(&port.port.value_type, port.loan.as_slice()), time));
         port.sequence += 1;
         raw::OK
     }
