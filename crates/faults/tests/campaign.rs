@@ -86,6 +86,13 @@ fn r16_a_case_of_one_seed_is_reproducible() {
     assert_ne!(injected("3"), injected("4"));
 }
 
+/// The arm has its first turn while the fault is in force.
+#[test]
+fn a_driver_that_has_not_started_is_given_no_fault() {
+    let run = faults(&["--seed", "5", "--case", "lockstep/hundred/9"]);
+    assert_eq!(run.status.code(), Some(0), "{}", stdout(&run));
+}
+
 /// Each kind of false data is found by its check and reported with the command that repeats the case.
 #[test]
 fn a_campaign_fails_when_an_invariant_is_violated() {

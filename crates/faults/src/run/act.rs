@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use jde_abi::describe::Kind;
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::reload::ReloadOptions;
@@ -71,13 +72,18 @@ impl Drop for CompetingThreads {
     }
 }
 
-/// Selects the schema for a fault: usually one that is about to make the call in question.
+/// Selects the schema for a fault: usually one that is about to make the call in question. A driver without an
+/// iteration is not selected: its failure would end the application.
 pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Handle) -> Option<usize> {
     let snapshot = handle.snapshot();
     let names = application.victims(fault.target, fault.kind.needs_process());
     let suitable: Vec<usize> = names
         .iter()
         .filter_map(|name| handle.application().instance(name))
+        .filter(|index| {
+            let schema = &snapshot.schemas[*index];
+            schema.kind != Kind::Driver || schema.iterations > 0
+        })
         .collect();
     let call = match &fault.act {
         Act::SetTrouble { place, .. } | Act::Reload { place, .. } => *place,
