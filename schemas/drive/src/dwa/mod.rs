@@ -20,8 +20,7 @@ const PERIOD: f64 = 0.05;
 
 /// Follows a path among the obstacles of a map by the best of many arcs.
 ///
-/// It is ready while it has a path, a pose, a map, and a scan that measures something. Off the map it stands. The
-/// arcs avoid what the map has; before the command acts, it is checked against the newest scan. If every arc
+/// It is ready while it has a path, a pose on a map, and a scan that measures something. The arcs avoid what the map has; before the command acts, it is checked against the newest scan. If every arc
 /// touches something, it backs with `escape` as far as the map is free, or stands and states the reason.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "20ms")]
@@ -170,15 +169,17 @@ impl Inspect for Dwa {
 }
 
 impl Dwa {
-    /// Takes in scan, pose, path and map; returns how the base moves, or `None` if one of them is missing.
+    /// Takes in scan, pose, path and map; returns how the base moves, or `None` if one of them is missing or the
+    /// robot is not on the map.
     fn observe(&mut self, cx: &Context) -> Option<Travel> {
         let (laser, odometry) = (self.laser.get(cx), self.pose.get(cx));
         let body = self.body.as_mut()?;
         let (pose, velocity) = body.observe(laser.as_deref(), odometry.as_deref())?;
         let path = self.path.get(cx)?;
         let poses = path.poses.iter().map(|stamped| stamped.pose.into());
-        let is_complete = self.track.replace(poses) && self.map.get(cx).is_some();
-        is_complete.then_some(Travel { pose, velocity })
+        let is_followed = self.track.replace(poses);
+        let map = self.map.get(cx)?;
+        (is_followed && window::place(&map, &pose).is_some()).then_some(Travel { pose, velocity })
     }
 
     /// Returns the command.

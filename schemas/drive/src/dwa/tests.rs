@@ -15,17 +15,8 @@ const HALF: u32 = 120;
 
 /// A map of 12 m around the zero, free but for the cells on these walls.
 fn map(walls: &[Wall]) -> Box<OccupancyGrid> {
-    // Without optimisation a new map passes over the stack several times, which is more than a test has.
-    std::thread::scope(|scope| {
-        let builder = std::thread::Builder::new().stack_size(1 << 24);
-        let thread = builder.spawn_scoped(scope, || draw(walls)).expect("a thread");
-        thread.join().expect("a map")
-    })
-}
-
-fn draw(walls: &[Wall]) -> Box<OccupancyGrid> {
     let side = 2 * HALF;
-    let mut map = Box::<OccupancyGrid>::default();
+    let mut map = OccupancyGrid::boxed();
     map.info.resolution = RESOLUTION as f32;
     (map.info.width, map.info.height) = (side, side);
     let corner = -f64::from(HALF) * RESOLUTION;
@@ -195,6 +186,7 @@ fn a_map_without_the_robot_or_of_another_size_than_it_states_moves_nothing() {
         let mut wrong = map(&[]);
         spoil(&mut wrong);
         world.bench.import("map", &*wrong);
+        assert!(!world.bench.check().expect("it checks").ready);
         world.bench.iterate().expect("it iterates");
         assert_eq!(world.bench.commanded("base"), Some(Twist::ZERO));
     }

@@ -2,7 +2,7 @@
 
 use jde_grid::costmap::{LETHAL, UNKNOWN};
 use jde_grid::{Cell, Costmap, Geometry, Inflation, Occupancy, OccupancyGrid as Grid};
-use jde_schema::types::{Footprint, OccupancyGrid, Pose2D};
+use jde_schema::types::{Footprint, MapMetaData, OccupancyGrid, Pose2D};
 
 /// The most cells from the robot to a side of the window.
 const MAX_HALF: f64 = 200.0;
@@ -47,6 +47,22 @@ impl Perimeter {
     }
 }
 
+/// Returns the geometry of a map and the cell of the robot; `None` if the robot is not on the map, or the map is no
+/// map.
+pub(super) fn place(map: &OccupancyGrid, robot: &Pose2D) -> Option<(Geometry, Cell)> {
+    let MapMetaData {
+        width,
+        height,
+        resolution,
+        ref origin,
+        ..
+    } = map.info;
+    let place = (origin.position.x, origin.position.y, origin.orientation.yaw());
+    let geometry = Geometry::new(width, height, f64::from(resolution), place).ok()?;
+    let robot = geometry.cell_at((robot.x, robot.y))?;
+    (map.data.len() == geometry.cells()).then_some((geometry, robot))
+}
+
 /// The costs within a square around the robot.
 #[derive(Clone, Debug)]
 pub(super) struct Window {
@@ -63,25 +79,13 @@ impl Window {
         half: f64,
         (reach, decay): (f64, f64),
     ) -> Option<Self> {
-        let origin = map.info.origin;
-        let place = (origin.position.x, origin.position.y, origin.orientation.yaw());
-        let whole = Geometry::new(
-            map.info.width,
-            map.info.height,
-            f64::from(map.info.resolution),
-            place,
-        )
-        .ok()?;
-        let middle = whole.cell_at((robot.x, robot.y))?;
-        if map.data.len() != whole.cells() {
-            return None;
-        }
+        let (whole, middle) = place(map, robot)?;
         let half = (half / whole.resolution()).ceil().min(MAX_HALF) as u32;
         let least = Cell::new(middle.x.saturating_sub(half), middle.y.saturating_sub(half));
         let width = (middle.x + half + 1).min(whole.width()) - least.x;
         let height = (middle.y + half + 1).min(whole.height()) - least.y;
         let (x, y) = whole.to_world((f64::from(least.x), f64::from(least.y)));
-        let geometry = Geometry::new(width, height, whole.resolution(), (x, y, place.2)).ok()?;
+        let geometry = Geometry::new(width, height, whole.resolution(), (x, y, whole.origin().2)).ok()?;
         let mut grid = Grid::filled(geometry, Occupancy::Free);
         for index in 0..geometry.cells() {
             let cell = geometry.cell(index);
