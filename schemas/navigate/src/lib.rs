@@ -16,7 +16,7 @@ use jde_schema::types::OccupancyGrid;
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
 pub struct Navigate {
-    /// The estimated pose of the robot, in the frame of the map.
+    /// The estimated pose of the robot, in the frame of the map. One that is not finite counts as none.
     #[import]
     pose: Import<Odometry>,
     /// What the planner says.
@@ -73,7 +73,8 @@ impl Schema for Navigate {
     fn iterate(&mut self, cx: &Context) -> Result {
         self.plan.wake(cx);
         self.drive.wake(cx);
-        let Some(pose) = self.pose.get(cx).map(|odometry| odometry.pose2d()) else {
+        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        let Some(pose) = pose.filter(|pose| pose.x.is_finite() && pose.y.is_finite()) else {
             return Ok(());
         };
         let terms = self.terms(cx);

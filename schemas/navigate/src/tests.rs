@@ -39,6 +39,45 @@ fn the_planner_receives_one_target_after_another() {
 }
 
 #[test]
+fn poses_that_are_no_numbers_or_jump_and_a_gap_in_time_neither_reach_nor_give_up_a_target() {
+    let mut bench = father(&[Pose2D::new(9.0, 0.0, 0.0)]);
+    bench.set("patience", 3.0);
+    let nowhere = Odometry::planar(Time::default(), Pose2D::new(f64::NAN, 0.0, 0.0), Twist::ZERO);
+    bench.import("pose", &nowhere);
+    bench.iterate().expect("the iteration succeeds");
+    // Of the gap of an hour, no time counts; the jump back counts as a way that takes less than its patience.
+    for (second, x) in [
+        (1, 0.0),
+        (2, 1.0),
+        (3, 2.0),
+        (4, 3.0),
+        (3605, 3.0),
+        (3606, -500.0),
+        (3607, 4.0),
+    ] {
+        bench.set_now(Duration::from_secs(second));
+        assert_eq!(
+            iterate_at(&mut bench, x, 0.0).state,
+            Mission::RUNNING,
+            "{second} s"
+        );
+        bench.import("pose", &nowhere);
+        bench.iterate().expect("the iteration succeeds");
+    }
+    for second in 3608..3612 {
+        bench.set_now(Duration::from_secs(second));
+        iterate_at(&mut bench, 4.0, 0.0);
+    }
+    assert_eq!(iterate_at(&mut bench, 4.0, 0.0).state, Mission::FAILED);
+    assert!(
+        bench
+            .log()
+            .iter()
+            .any(|(_, line)| line.contains("it came no nearer than 5.00 m for 3 s"))
+    );
+}
+
+#[test]
 fn a_click_on_the_field_sends_the_robot_there_first() {
     let target = Pose2D::new(2.0, 0.0, 0.0);
     let mut bench = father(&[target]);

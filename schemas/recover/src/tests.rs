@@ -139,6 +139,26 @@ fn it_is_ready_only_for_a_robot_with_a_target_that_stands_for_some_time() {
 }
 
 #[test]
+fn a_pose_that_is_no_number_moves_nothing_and_one_that_jumps_ends_the_action() {
+    let mut world = World::round(&[]);
+    world.pass_until(true);
+    for (x, theta) in [(f64::NAN, 0.0), (f64::INFINITY, 0.0), (0.0, f64::NAN)] {
+        let odometry = Odometry::planar(world.now, Pose2D::new(x, 0.0, theta), Twist::ZERO);
+        world.bench.import("pose", &odometry);
+        assert!(
+            !world.bench.check().expect("the check succeeds").ready,
+            "{x}, {theta}"
+        );
+        world.bench.iterate().expect("the iteration succeeds");
+        assert_eq!(world.bench.commanded("base"), Some(Twist::ZERO), "{x}, {theta}");
+    }
+    world.pass_until(true);
+    world.travel.pose = Pose2D::new(5.0, 5.0, 1.0);
+    assert!(world.step().is_none_or(|twist| twist == Twist::ZERO));
+    assert_eq!(world.step(), None);
+}
+
+#[test]
 fn it_goes_back_along_the_arc_that_it_came() {
     let mut world = World::round(&[]);
     world.bench.set("back", 1.0);
