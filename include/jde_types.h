@@ -514,8 +514,8 @@ static const jde_type jde_map_meta_data_type = {
     sizeof(jde_map_meta_data), 8u, jde_map_meta_data_fields};
 
 /**
- * nav_msgs/msg/OccupancyGrid: A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every
- * recording of a map costs as much memory; a larger area needs a coarser resolution.
+ * nav_msgs/msg/OccupancyGrid: A map of up to 4096 × 4096 cells: 200 m at 5 cm. Cells that a map does not have cost no memory. A stack has no
+ * room for this type: fill a loan, or memory of the heap.
  */
 typedef struct jde_occupancy_grid {
     /** Time, and the frame of the origin. */
@@ -526,21 +526,21 @@ typedef struct jde_occupancy_grid {
      * The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1
      * unknown.
      */
-    struct { uint32_t length; uint32_t spare; int8_t items[921600]; } data;
+    struct { uint32_t length; uint32_t spare; int8_t items[16777216]; } data;
 } jde_occupancy_grid;
 
-typedef char jde_occupancy_grid_has_its_size[sizeof(jde_occupancy_grid) == 921752 ? 1 : -1];
+typedef char jde_occupancy_grid_has_its_size[sizeof(jde_occupancy_grid) == 16777368 ? 1 : -1];
 
 static const jde_field jde_occupancy_grid_fields[] = {
     JDE_FIELD("header", offsetof(jde_occupancy_grid, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "Time, and the frame of the origin.", "", &jde_header_type),
     JDE_FIELD("info", offsetof(jde_occupancy_grid, info), 0u, JDE_STRUCT, JDE_ONE, 1u,
               "Size, resolution and origin.", "", &jde_map_meta_data_type),
-    JDE_FIELD("data", offsetof(jde_occupancy_grid, data.items), offsetof(jde_occupancy_grid, data.length), JDE_I8, JDE_SEQUENCE, 921600u,
+    JDE_FIELD("data", offsetof(jde_occupancy_grid, data.items), offsetof(jde_occupancy_grid, data.length), JDE_I8, JDE_SEQUENCE, 16777216u,
               "The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1\nunknown.", "", NULL),
 };
 static const jde_type jde_occupancy_grid_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_occupancy_grid_fields), "nav_msgs/msg/OccupancyGrid", "A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every\nrecording of a map costs as much memory; a larger area needs a coarser resolution.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_occupancy_grid_fields), "nav_msgs/msg/OccupancyGrid", "A map of up to 4096 × 4096 cells: 200 m at 5 cm. Cells that a map does not have cost no memory. A stack has no\nroom for this type: fill a loan, or memory of the heap.",
     sizeof(jde_occupancy_grid), 8u, jde_occupancy_grid_fields};
 
 /** nav_msgs/msg/Path: A path to follow, of up to 256 poses: ways through a building turn more often than 64 times. */

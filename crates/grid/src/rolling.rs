@@ -26,14 +26,25 @@ pub struct Ray {
     pub hit: bool,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+/// What the rays have shown, cell by cell. Where no ray was, its memory is zero and not touched.
+#[derive(Clone, Debug)]
 struct Evidence {
     /// Logarithm of the odds of an obstacle; 0 if nothing was seen.
-    odds: f32,
+    odds: Vec<f32>,
     /// The last scan that a ray of touched it.
-    scan: u64,
-    /// When that was.
-    seen: Duration,
+    scan: Vec<u32>,
+    /// When that was, ns.
+    seen: Vec<u64>,
+}
+
+impl Evidence {
+    fn none(cells: usize) -> Self {
+        Self {
+            odds: vec![0.0; cells],
+            scan: vec![0; cells],
+            seen: vec![0; cells],
+        }
+    }
 }
 
 /// A square grid around the robot.
@@ -43,11 +54,10 @@ pub struct RollingGrid {
     /// The column and row of the first cell, counted from the zero of the frame. So a cell keeps its place in
     /// the world when the grid moves.
     corner: (i64, i64),
-    cells: Vec<Evidence>,
-    scans: u64,
-    /// Memory for the ends of the rays of one scan, and for the cells while the grid moves.
+    evidence: Evidence,
+    scans: u32,
+    /// Memory for the ends of the rays of one scan.
     ends: Vec<(Cell, bool)>,
-    moving: Vec<Evidence>,
 }
 
 impl RollingGrid {
@@ -60,10 +70,9 @@ impl RollingGrid {
         Ok(Self {
             geometry: geometry_at(corner, side, resolution)?,
             corner,
-            cells: vec![Evidence::default(); side as usize * side as usize],
+            evidence: Evidence::none(side as usize * side as usize),
             scans: 0,
             ends: Vec::new(),
-            moving: Vec::with_capacity(side as usize * side as usize),
         })
     }
 
@@ -92,15 +101,16 @@ impl RollingGrid {
         self.geometry = Geometry::new(side, side, resolution, origin)?;
         let moved_to = (place.0 as i64, place.1 as i64);
         let shift = (moved_to.0 - self.corner.0, moved_to.1 - self.corner.1);
-        core::mem::swap(&mut self.cells, &mut self.moving);
-        self.cells.clear();
-        self.cells.resize(self.geometry.cells(), Evidence::default());
-        for (index, &evidence) in self.moving.iter().enumerate() {
+        let before = core::mem::replace(&mut self.evidence, Evidence::none(self.geometry.cells()));
+        for (index, &odds) in before.odds.iter().enumerate().filter(|(_, odds)| **odds != 0.0) {
             let cell = self.geometry.cell(index);
             let at = |from: u32, by: i64| u32::try_from(i64::from(from) - by).unwrap_or(u32::MAX);
             let moved = Cell::new(at(cell.x, shift.0), at(cell.y, shift.1));
             if self.geometry.contains(moved) {
-                self.cells[self.geometry.index(moved)] = evidence;
+                let moved = self.geometry.index(moved);
+                self.evidence.odds[moved] = odds;
+                self.evidence.scan[moved] = before.scan[index];
+                self.evidence.seen[moved] = before.seen[index];
             }
         }
         self.corner = moved_to;
@@ -136,9 +146,9 @@ impl RollingGrid {
         for (x, y) in self.cells_within(middle, radius) {
             let cell = Cell::new(x, y);
             if is_in_place(self.geometry.center(cell)) {
-                let evidence = &mut self.cells[self.geometry.index(cell)];
-                if evidence.odds == 0.0 {
-                    evidence.odds = PASS;
+                let odds = &mut self.evidence.odds[self.geometry.index(cell)];
+                if *odds == 0.0 {
+                    *odds = PASS;
                 }
             }
         }
@@ -149,9 +159,9 @@ impl RollingGrid {
         for (x, y) in self.cells_within(middle, radius) {
             let cell = Cell::new(x, y);
             let (at_x, at_y) = self.geometry.center(cell);
-            let evidence = &mut self.cells[self.geometry.index(cell)];
-            if evidence.odds > 0.0 && (at_x - middle.0).hypot(at_y - middle.1) <= radius {
-                *evidence = Evidence::default();
+            let odds = &mut self.evidence.odds[self.geometry.index(cell)];
+            if *odds > 0.0 && (at_x - middle.0).hypot(at_y - middle.1) <= radius {
+                *odds = 0.0;
             }
         }
     }
@@ -164,16 +174,14 @@ impl RollingGrid {
         self.cells_within(middle, radius).filter_map(move |(x, y)| {
             let cell = Cell::new(x, y);
             let index = self.geometry.index(cell);
-            let evidence = &self.cells[index];
-            if evidence.odds < 0.0 || (evidence.odds > 0.0 && evidence.scan == self.scans) {
+            let odds = &self.evidence.odds;
+            if odds[index] < 0.0 || (odds[index] > 0.0 && self.evidence.scan[index] == self.scans) {
                 return None;
             }
             let is_inner = |at: u32| at > 0 && (at as usize) < side - 1;
             let has_free_neighbour = || {
                 let neighbours = [index - 1, index + 1, index - side, index + side];
-                neighbours
-                    .iter()
-                    .any(|&neighbour| self.cells[neighbour].odds < 0.0)
+                neighbours.iter().any(|&neighbour| odds[neighbour] < 0.0)
             };
             let is_boundary = is_inner(x) && is_inner(y) && has_free_neighbour();
             is_boundary.then(|| self.geometry.center(cell))
@@ -190,12 +198,13 @@ impl RollingGrid {
         now: Duration,
         age: Duration,
     ) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let oldest = nanoseconds(now.saturating_sub(age));
         self.cells_within(middle, radius).filter_map(move |(x, y)| {
             let cell = Cell::new(x, y);
-            let evidence = &self.cells[self.geometry.index(cell)];
-            let is_remembered = evidence.odds > 0.0
-                && evidence.scan != self.scans
-                && now.saturating_sub(evidence.seen) <= age;
+            let index = self.geometry.index(cell);
+            let is_remembered = self.evidence.odds[index] > 0.0
+                && self.evidence.scan[index] != self.scans
+                && self.evidence.seen[index] >= oldest;
             is_remembered.then(|| self.geometry.center(cell))
         })
     }
@@ -216,11 +225,14 @@ impl RollingGrid {
     /// # Panics
     /// If `data` has not as many numbers as the grid cells.
     pub fn write_ros(&self, now: Duration, age: Duration, data: &mut [i8]) {
-        assert_eq!(data.len(), self.cells.len(), "a number for each cell");
-        for (number, evidence) in data.iter_mut().zip(&self.cells) {
-            let state = if now.saturating_sub(evidence.seen) > age || evidence.odds == 0.0 {
+        let odds = &self.evidence.odds;
+        assert_eq!(data.len(), odds.len(), "a number for each cell");
+        let oldest = nanoseconds(now.saturating_sub(age));
+        for ((number, &odds), index) in data.iter_mut().zip(odds).zip(0..) {
+            // Most cells of a large grid are unknown.
+            let state = if odds == 0.0 || self.evidence.seen[index] < oldest {
                 Occupancy::Unknown
-            } else if evidence.odds > 0.0 {
+            } else if odds > 0.0 {
                 Occupancy::Occupied
             } else {
                 Occupancy::Free
@@ -255,15 +267,22 @@ impl RollingGrid {
     }
 
     fn add(&mut self, cell: Cell, odds: f32, now: Duration) {
-        let evidence = &mut self.cells[self.geometry.index(cell)];
-        if evidence.scan != self.scans {
-            *evidence = Evidence {
-                odds: (evidence.odds + odds).clamp(LIMITS.0, LIMITS.1),
-                scan: self.scans,
-                seen: now,
-            };
+        let index = self.geometry.index(cell);
+        let Evidence {
+            odds: known,
+            scan,
+            seen,
+        } = &mut self.evidence;
+        if scan[index] != self.scans {
+            known[index] = (known[index] + odds).clamp(LIMITS.0, LIMITS.1);
+            (scan[index], seen[index]) = (self.scans, nanoseconds(now));
         }
     }
+}
+
+/// The time in ns; it has room for 584 years.
+fn nanoseconds(time: Duration) -> u64 {
+    time.as_nanos() as u64
 }
 
 fn geometry_at(corner: (i64, i64), side: u32, resolution: f64) -> Result<Geometry, GeometryError> {

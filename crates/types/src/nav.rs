@@ -40,8 +40,8 @@ pub struct MapMetaData {
     pub origin: Pose,
 }
 
-/// A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every
-/// recording of a map costs as much memory; a larger area needs a coarser resolution.
+/// A map of up to 4096 × 4096 cells: 200 m at 5 cm. Cells that a map does not have cost no memory. A stack has no
+/// room for this type: fill a loan, or memory of the heap.
 #[derive(Clone, Copy, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "nav_msgs/msg/OccupancyGrid")]
@@ -52,7 +52,7 @@ pub struct OccupancyGrid {
     pub info: MapMetaData,
     /// The cells, row by row from the origin: 0 to 100 is the probability of an obstacle in percent, -1
     /// unknown.
-    pub data: Seq<i8, { 960 * 960 }>,
+    pub data: Seq<i8, { 4096 * 4096 }>,
 }
 
 /// A path to follow, of up to 256 poses: ways through a building turn more often than 64 times.
@@ -86,12 +86,6 @@ pub struct Target {
     pub set: Flag,
     /// Unused bytes.
     pub padding: Padding<7>,
-}
-
-impl Default for OccupancyGrid {
-    fn default() -> Self {
-        Self::zeroed()
-    }
 }
 
 impl core::fmt::Debug for OccupancyGrid {

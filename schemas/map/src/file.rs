@@ -2,11 +2,9 @@
 
 use std::path::Path as FilePath;
 
-use jde_grid::Occupancy;
+use jde_grid::{MAX_CELLS, Occupancy};
 use jde_map_file::{Cell, MapFile};
 use jde_schema::prelude::*;
-
-use crate::MAX_CELLS;
 
 /// Exports the map of a ROS map server's YAML file: a trinary map with an image in PGM or PNG.
 ///

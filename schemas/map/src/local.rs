@@ -1,11 +1,9 @@
 //! The schema of the map around the robot. It reads scans as of the newest pose, and so requires a pose that
 //! is as new as the scan.
 
-use jde_grid::{Ray, RollingGrid};
+use jde_grid::{MAX_CELLS, Ray, RollingGrid};
 use jde_schema::prelude::*;
 use jde_schema::types::Point2D;
-
-use crate::MAX_SIDE;
 
 /// Exports a square map around the robot, from the scans of its laser.
 ///
@@ -32,7 +30,7 @@ pub struct Local {
     /// Side of the map.
     #[modulation(default = 12.0, unit = "m", min = 1.0, max = 500.0, fixed)]
     side: Modulation<f64>,
-    /// Side of a cell. The map has at most 960 × 960 of them.
+    /// Side of a cell. The map has at most 4096 × 4096 of them.
     #[modulation(default = 0.05, unit = "m", min = 0.01, max = 1.0, fixed)]
     resolution: Modulation<f64>,
     /// How long a cell is known after the last ray through it.
@@ -51,7 +49,7 @@ pub struct Local {
 impl Schema for Local {
     fn awake(&mut self, cx: &Context) -> Result {
         let side = self.side.get(cx) / self.resolution.get(cx);
-        let capacity = f64::from(MAX_SIDE);
+        let capacity = MAX_CELLS.isqrt() as f64;
         if side > capacity {
             return Err(format!(
                 "a map of {} m has {side:.0} cells of {} m a side: expected at most {capacity}",

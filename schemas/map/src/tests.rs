@@ -125,12 +125,25 @@ fn without_a_scan_or_a_pose_there_is_no_map() {
 #[test]
 fn a_map_of_too_many_cells_is_refused() {
     let mut bench = Bench::<Local>::new();
-    bench.set("side", 200.0);
+    bench.set("side", 205.0);
     let error = bench.awake().expect_err("refused").to_string();
     assert!(
-        error.contains("4000 cells of 0.05 m a side: expected at most 960"),
+        error.contains("4100 cells of 0.05 m a side: expected at most 4096"),
         "{error}"
     );
+}
+
+#[test]
+fn a_map_of_200_m_has_every_cell() {
+    let mut bench = bench([1.0; 4], Pose2D::new(0.025, 0.025, 0.0));
+    bench.set("side", 200.0);
+    bench.set("resolution", 0.05);
+    bench.awake().expect("it awakes");
+    bench.iterate().expect("the iteration succeeds");
+    let map = bench.exported_in_place::<OccupancyGrid>("map").expect("a map");
+    assert_eq!((map.info.width, map.data.len()), (4000, 4000 * 4000));
+    assert_eq!(at(&bench, 1.025, 0.025), Some(100));
+    assert_eq!(at(&bench, 99.0, 99.0), Some(-1));
 }
 
 /// A folder with a map of these rows of shades, and its file.
@@ -170,12 +183,28 @@ fn a_map_is_exported_as_its_files_state_it() {
 }
 
 #[test]
+fn a_map_may_have_one_cell_or_sixteen_million() {
+    for side in [1, 4000] {
+        let mut shades = vec![254; side * side];
+        shades[0] = 0;
+        let (_folder, file) = map_file(side, &shades);
+        let mut bench = file_bench(&file);
+        bench.awake().expect("it awakes");
+        bench.iterate().expect("the iteration succeeds");
+        let map = bench.exported_in_place::<OccupancyGrid>("map").expect("a map");
+        assert_eq!((map.info.width, map.info.height), (side as u32, side as u32));
+        let occupied = map.data.iter().position(|&cell| cell == 100);
+        assert_eq!((map.data.len(), occupied), (side * side, Some(side * (side - 1))));
+    }
+}
+
+#[test]
 fn files_that_are_no_map_are_refused() {
-    let (_folder, large) = map_file(4000, &vec![254; 4000 * 4000]);
+    let (_folder, large) = map_file(4100, &vec![254; 4100 * 4100]);
     for (file, words) in [
         ("", "`file` names no map"),
         ("/nowhere/map.yaml", "cannot read the map"),
-        (large.as_str(), "has 4000 x 4000 cells: expected at most 921600"),
+        (large.as_str(), "has 4100 x 4100 cells: expected at most 16777216"),
     ] {
         let error = file_bench(file).awake().expect_err("refused").to_string();
         assert!(error.contains(words), "{error}");

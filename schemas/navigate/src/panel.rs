@@ -6,7 +6,7 @@ use jde_schema::types::OccupancyGrid;
 
 use super::Navigate;
 
-/// Most points for the occupied cells. Of a map with more, only every so many columns and rows are drawn.
+/// Most points for the occupied cells. Of more, only every so many are drawn.
 const MOST_CELLS: usize = 20_000;
 /// From this number on a cell is drawn as occupied: the threshold of ROS's map server.
 const OCCUPIED: i8 = 65;
@@ -44,6 +44,7 @@ impl Panel for Navigate {
             self.targets.draw_target(&terms, field);
         });
         self.targets.draw_clear(pen);
+        pen.text("Keep-out zones and lanes are drawn in the panel of the planner.");
     }
 
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
@@ -60,14 +61,12 @@ fn occupied(map: &OccupancyGrid) -> Vec<(f64, f64)> {
     let cells = cells
         .filter(|(_, cell)| **cell >= OCCUPIED)
         .map(|(index, _)| index);
-    let count = cells.clone().count();
-    let step = (count as f64 / MOST_CELLS as f64).sqrt().ceil().max(1.0) as usize;
+    let step = cells.clone().count().div_ceil(MOST_CELLS).max(1);
     let place = |number: usize| (number as f64 + 0.5) * resolution;
     cells
-        .map(|index| (index % width.max(1), index / width.max(1)))
-        .filter(|(column, row)| column % step == 0 && row % step == 0)
-        .take(MOST_CELLS)
-        .map(|(column, row)| {
+        .step_by(step)
+        .map(|index| {
+            let (column, row) = (index % width.max(1), index / width.max(1));
             let point = origin.transform(&Pose2D::new(place(column), place(row), 0.0));
             (point.x, point.y)
         })

@@ -9,7 +9,7 @@ use jde_schema::types::{Lanes, Point2D, Strip, Zone, Zones};
 
 use super::{Plan, drawn};
 
-/// Most points for the obstacles. Of a map with more, only every so many columns and rows are drawn.
+/// Most points for the obstacles. Of more, only every so many are drawn.
 const MOST_CELLS: usize = 20_000;
 /// The widths of lanes that an operator can choose, m.
 const WIDTHS: core::ops::RangeInclusive<f64> = 0.1..=5.0;
@@ -133,15 +133,10 @@ fn obstacles(costs: &Costmap) -> Vec<(f64, f64)> {
     let geometry = costs.geometry();
     let cells = costs.costs().iter().enumerate();
     let cells = cells.filter(|(_, cost)| **cost == LETHAL);
-    let step = (cells.clone().count() as f64 / MOST_CELLS as f64)
-        .sqrt()
-        .ceil()
-        .max(1.0) as u32;
+    let step = cells.clone().count().div_ceil(MOST_CELLS).max(1);
     cells
-        .map(|(index, _)| geometry.cell(index))
-        .filter(|cell| cell.x % step == 0 && cell.y % step == 0)
-        .take(MOST_CELLS)
-        .map(|cell| geometry.center(cell))
+        .step_by(step)
+        .map(|(index, _)| geometry.center(geometry.cell(index)))
         .collect()
 }
 

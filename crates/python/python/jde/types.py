@@ -45,6 +45,7 @@ __all__ = [
     "Scenery",
     "SonarEcho",
     "Strip",
+    "Target",
     "Thing",
     "Time",
     "Truth",
@@ -240,8 +241,8 @@ class MapMetaData:
 
 @standard("nav_msgs/msg/OccupancyGrid")
 class OccupancyGrid:
-    """A map of up to 960 × 960 cells: 48 m at 5 cm. It is as large as an image, because every reader and every
-    recording of a map costs as much memory; a larger area needs a coarser resolution.
+    """A map of up to 4096 × 4096 cells: 200 m at 5 cm. Cells that a map does not have cost no memory. A stack has no
+    room for this type: fill a loan, or memory of the heap.
     """
 
     header: Header = field(default_factory=Header)
@@ -271,6 +272,17 @@ class Route:
 
     poses: Sequence[Pose2D] = field(default_factory=list)
     """The targets, from first to last."""
+
+
+@standard("jde_msgs/msg/Target")
+class Target(_standard.TargetFunctions):
+    """An optional target position."""
+
+    pose: Pose2D = field(default_factory=Pose2D)
+    """The position, in the frame of the odometry. Its heading is not used."""
+
+    set: bool = False
+    """Whether there is a target."""
 
 
 @standard("jde_msgs/msg/Footprint")

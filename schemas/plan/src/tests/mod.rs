@@ -4,22 +4,13 @@ mod lanes;
 mod zones;
 
 use jde_schema::bench::Bench;
-use jde_schema::panel::{Button, Touch};
+use jde_schema::panel::{Button, Shape, Touch};
 
 use super::*;
 
 /// A map with sides of 0.1 m from rows of text, the first at the top: `#` occupied, `?` unknown.
 fn map(rows: &[&str]) -> Box<OccupancyGrid> {
-    // Without optimisation a new map passes over the stack several times, which is more than a test has.
-    std::thread::scope(|scope| {
-        let builder = std::thread::Builder::new().stack_size(1 << 24);
-        let thread = builder.spawn_scoped(scope, || read_map(rows)).expect("a thread");
-        thread.join().expect("a map")
-    })
-}
-
-fn read_map(rows: &[&str]) -> Box<OccupancyGrid> {
-    let mut map = Box::<OccupancyGrid>::default();
+    let mut map = OccupancyGrid::boxed();
     map.info.resolution = 0.1;
     (map.info.width, map.info.height) = (rows[0].len() as u32, rows.len() as u32);
     map.info.origin.orientation = Quaternion::IDENTITY;
@@ -216,6 +207,36 @@ fn a_map_of_one_cell_has_a_path_within_it() {
     let mut bench = bench(&map(&["."]), (0.02, 0.05), (0.08, 0.05));
     assert_eq!(state(&mut bench), "a path of 0.06 m");
     assert_eq!(poses(&bench).expect("a path").len(), 2);
+}
+
+#[test]
+fn a_map_of_sixteen_million_cells_has_paths_and_is_drawn_in_part() {
+    let side: u32 = 4000;
+    let mut large = map(&["."]);
+    (large.info.width, large.info.height) = (side, side);
+    let columns = large
+        .data
+        .resize((side * side) as usize)
+        .chunks_exact_mut(side as usize);
+    // A wall of 0.6 m across the map, with a gap of 1.5 m at the top.
+    columns.take(3985).for_each(|row| row[1997..2003].fill(100));
+    for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
+        let mut bench = bench(&large, (199.0, 398.0), (201.0, 398.0));
+        bench.set("planner", planner);
+        assert!(state(&mut bench).starts_with("a path of "), "{planner:?}");
+        let top = poses(&bench)
+            .expect("a path")
+            .iter()
+            .map(|pose| pose.y)
+            .fold(0.0, f64::max);
+        assert!(top > 398.5, "{planner:?} passes above the wall: {top} m");
+        let panel = bench.draw().expect("the panel is drawn");
+        let points = panel.shapes("map").iter().find_map(|shape| match shape {
+            Shape::Points { points, .. } => Some(points.len()),
+            _ => None,
+        });
+        assert_eq!(points, Some(6 * 3985 / 2));
+    }
 }
 
 #[test]
