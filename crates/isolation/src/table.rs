@@ -86,8 +86,8 @@ impl CallState {
         }
     }
 
-    /// Whether the host need not answer changes that it accepts for certain.
-    fn answers_nothing(&self) -> bool {
+    /// Whether changes that the host accepts for certain need no reply.
+    fn may_go_unanswered(&self) -> bool {
         self.flags & (CHANGES_NOTHING | ANSWERED) == 0
     }
 
@@ -185,7 +185,7 @@ impl Session {
             return raw::BAD_ARGUMENT;
         };
         let has_authority = || self.authority.as_ref().is_some_and(AuthorityFlag::is_set);
-        let is_accepted = self.call.answers_nothing() && port.is_accepted(has_authority);
+        let is_accepted = self.call.may_go_unanswered() && port.is_accepted(has_authority);
         let time = if time == 0 { self.call.now() } else { time };
         let frame = Frame {
             number,
@@ -198,7 +198,7 @@ impl Session {
 
     fn retract(&mut self, number: u32) -> i32 {
         let port = self.ports.get(number as usize);
-        let is_accepted = self.call.answers_nothing() && port.is_some_and(IsolatedPort::is_export);
+        let is_accepted = self.call.may_go_unanswered() && port.is_some_and(IsolatedPort::is_export);
         let frame = Frame {
             number,
             ..Frame::new(FrameKind::Retract)

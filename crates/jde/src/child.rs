@@ -1,5 +1,5 @@
 //! This program as a child process without a verb: it runs one isolated schema for a running application, or
-//! inspects plugin files before another process loads them.
+//! inspects plugin files before another process loads them, or runs one drive or one check for a verb.
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -11,6 +11,9 @@ use jde_loader::{LoadedPlugin, Plugins};
 use crate::interrupt::SignalListener;
 use crate::terminal;
 
+/// The argument that runs a check of a plugin.
+#[cfg(feature = "tools")]
+const CHECK: &str = "--serve-check";
 /// The argument that runs the drives of an experiment.
 #[cfg(feature = "tools")]
 const DRIVES: &str = "--serve-drives";
@@ -23,6 +26,12 @@ pub(crate) fn drives(arguments: &jde_experiment::worker::WorkerArguments) -> Pro
         .arguments
         .extend(arguments.to_vec().into_iter().map(Into::into));
     program
+}
+
+/// The command that runs a check of a plugin.
+#[cfg(feature = "tools")]
+pub(crate) fn validator() -> Program {
+    own_program(CHECK)
 }
 
 /// The command that runs a schema in a process of its own.
@@ -43,7 +52,7 @@ fn own_program(argument: &str) -> Program {
 /// Whether the first argument requests a child process.
 pub(crate) fn is_child(argument: &OsStr) -> bool {
     #[cfg(feature = "tools")]
-    if argument == DRIVES {
+    if argument == DRIVES || argument == CHECK {
         return true;
     }
     argument == Program::SCHEMA || argument == Program::INSPECTIONS
@@ -60,6 +69,11 @@ pub(crate) fn main() -> Option<ExitCode> {
         #[cfg(feature = "tools")]
         if argument == DRIVES {
             return Some(report(serve_drives()));
+        }
+        #[cfg(feature = "tools")]
+        if argument == CHECK {
+            let arguments: Vec<String> = std::env::args().skip(2).collect();
+            return Some(report(jde_validate::serve(&arguments)));
         }
         return None;
     };

@@ -57,6 +57,9 @@ pub(crate) enum Failure {
     /// A replay made other decisions than the recording. The report has listed them.
     #[error("not every selection is as it was")]
     Mismatch,
+    /// A plugin breaks a promise. The list of checks has shown it.
+    #[error("not every promise is kept")]
+    Promise,
     /// The verb could not continue.
     #[error("{0}")]
     Broken(String),
@@ -142,6 +145,7 @@ impl Failure {
         match self {
             Self::Mission
             | Self::Mismatch
+            | Self::Promise
             | Self::Broken(_)
             | Self::NotReloaded(_)
             | Self::NoMatch(_)
@@ -161,7 +165,7 @@ impl Failure {
 
     fn render(&self) -> String {
         match self {
-            Self::Mission | Self::Mismatch => String::new(),
+            Self::Mission | Self::Mismatch | Self::Promise => String::new(),
             Self::Application {
                 faults,
                 missing,

@@ -45,6 +45,10 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
         "an instance in a process of its own gets that process's table",
     ),
     (
+        "crates/validate/src/",
+        "a plugin is driven through its table, and gets that of a host that watches it",
+    ),
+    (
         "crates/host/src/instance/",
         "an instance is driven through the plugin's table, and gets the host's",
     ),

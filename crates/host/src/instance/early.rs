@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use jde_board::Access;
+use jde_isolation::launch::Acceptance;
 use jde_isolation::wire::{Frame, FrameKind, IN_PLACE, UNCHANGED, Wire};
 use jde_records::turn::Turn;
 
@@ -167,8 +169,25 @@ pub(super) fn show(frame: &mut Frame, view: &View<'_>, variable: Option<&jde_boa
     }
 }
 
-/// A value that is shown early counts as read only once the plugin reads it. Otherwise it is released.
+/// What a process of its own may know and have early. A value that is shown early counts as read only once the plugin reads it. Otherwise it is released.
 impl Ports {
+    /// Returns what it takes for a value of an output to be published.
+    pub(crate) fn acceptance(&self, port: usize) -> Acceptance {
+        match self.ports.get(port) {
+            Some(BoundPort::Output(_)) => Acceptance::Always,
+            Some(BoundPort::ForeignOutput { writer, guards, .. }) => {
+                let declaration = writer.variable().describe();
+                match declaration.access {
+                    _ if !guards.is_empty() || !declaration.limits.is_none() => Acceptance::ByHost,
+                    Access::Command { .. } => Acceptance::IfAuthorized,
+                    Access::Modulation => Acceptance::IfFinite,
+                    Access::Export => Acceptance::ByHost,
+                }
+            }
+            _ => Acceptance::ByHost,
+        }
+    }
+
     /// Whether showing an input early makes no difference: no guard judges it, and the call cannot change it.
     pub(super) fn can_show_early(&self, port: usize) -> bool {
         match self.ports.get(port) {

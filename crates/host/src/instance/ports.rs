@@ -3,9 +3,8 @@
 
 use std::sync::Arc;
 
-use jde_board::{Access, DetachedLoan, Latched, Reader, Refused, Stamp, Variable, Writer};
+use jde_board::{DetachedLoan, Latched, Reader, Refused, Stamp, Variable, Writer};
 use jde_core::Nanos;
-use jde_isolation::launch::Acceptance;
 use jde_records::turn::{RecordedTurn, Turn};
 
 use super::bound_port::{BoundPort, PortError, PortWrite, RecordedInput, ShownValue};
@@ -351,23 +350,6 @@ impl Ports {
         }
         if let (Some(writes), Some(number)) = (&mut self.write_log, number) {
             writes.push(PortWrite { port, number, bytes });
-        }
-    }
-
-    /// Returns what it takes for a value of an output to be published.
-    pub(crate) fn acceptance(&self, port: usize) -> Acceptance {
-        match self.ports.get(port) {
-            Some(BoundPort::Output(_)) => Acceptance::Always,
-            Some(BoundPort::ForeignOutput { writer, guards, .. }) => {
-                let declaration = writer.variable().describe();
-                match declaration.access {
-                    _ if !guards.is_empty() || !declaration.limits.is_none() => Acceptance::ByHost,
-                    Access::Command { .. } => Acceptance::IfAuthorized,
-                    Access::Modulation => Acceptance::IfFinite,
-                    Access::Export => Acceptance::ByHost,
-                }
-            }
-            _ => Acceptance::ByHost,
         }
     }
 

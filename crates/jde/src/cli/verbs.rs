@@ -10,7 +10,7 @@ use crate::terminal::TITLE;
 /// The title of each group with its verbs.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Run", &["demo", "run", "replay", "experiment", "test", "sim"]),
-    ("Write", &["new", "check", "describe", "plugins"]),
+    ("Write", &["new", "check", "describe", "validate", "plugins"]),
     (
         "Inspect running applications",
         &[

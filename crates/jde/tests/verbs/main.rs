@@ -29,5 +29,6 @@ mod stopping;
 mod support;
 mod unread;
 mod usage;
+mod validating;
 #[cfg(feature = "view")]
 mod windows;

@@ -11,7 +11,7 @@ use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
 
 /// The plugins that the tests use.
-const PLUGINS: [&str; 18] = [
+pub(crate) const PLUGINS: [&str; 18] = [
     "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop", "fault", "see",
     "map", "plan", "drive", "navigate", "guard", "recover",
 ];

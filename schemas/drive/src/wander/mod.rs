@@ -122,8 +122,14 @@ impl Panel for Wander {
             (Gait::Turning(turn), None) if turn.side > 0.0 => pen.text("turns to the left"),
             (Gait::Turning(_), None) => pen.text("turns to the right"),
         }
-        if let Some(body) = &self.body {
-            pen.value("free ahead", body.free_ahead(self.margin.get(cx)), "m");
+        let free = self
+            .body
+            .as_ref()
+            .map(|body| body.free_ahead(self.margin.get(cx)));
+        match free {
+            Some(free) if free.is_finite() => pen.value("free ahead", free, "m"),
+            Some(_) => pen.text("nothing is ahead"),
+            None => {}
         }
     }
 }

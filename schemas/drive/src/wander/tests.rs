@@ -15,6 +15,8 @@ fn in_the_open_it_goes_straight_at_full_speed() {
     let mut world = Loop::<Wander>::new(Vec::new(), Pose2D::ORIGIN);
     assert!(world.bench.check().expect("the check succeeds").ready);
     assert_eq!(command(&mut world.bench), Twist::planar(0.4, 0.0));
+    let panel = world.bench.draw().expect("the panel is drawn");
+    assert_eq!(panel.texts(), ["goes straight", "nothing is ahead"]);
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod run;
 mod shell;
 mod sim;
 mod test;
+mod validate;
 #[cfg(feature = "view")]
 mod view;
 
@@ -41,6 +42,7 @@ pub(super) enum Tool {
     Sim(sim::Sim),
     Check(check::Check),
     Describe(describe::Describe),
+    Validate(validate::Validate),
     Plugins(plugins::Plugins),
     New(new::New),
     Completions(completions::Completions),
@@ -66,6 +68,7 @@ impl Tool {
             Self::Sim(sim) => sim.run(),
             Self::Check(check) => check.run(),
             Self::Describe(describe) => describe.run(),
+            Self::Validate(validate) => validate.run(),
             Self::Plugins(plugins) => plugins.run(),
             Self::New(new) => new.run(),
             Self::Completions(completions) => completions.run(),
