@@ -78,7 +78,7 @@ pub struct Recording {
     imu_topic: Modulation<Text<120>>,
     /// The topic of the measured position.
     #[modulation(default = "", fixed)]
-    position_topic: Modulation<Text<120>>,
+    position_fix_topic: Modulation<Text<120>>,
     /// The topic of the robot's body.
     #[modulation(default = "", fixed)]
     body_topic: Modulation<Text<120>>,
@@ -144,7 +144,7 @@ pub struct Recording {
     imu: Export<Imu>,
     /// The measured position.
     #[export]
-    position: Export<PositionFix>,
+    position_fix: Export<PositionFix>,
     /// The outline of the robot and the places of its lasers; for windows.
     #[export]
     body: Export<Body>,
@@ -288,7 +288,7 @@ impl Recording {
             WheelEncoders: Encoders as encoders_topic,
             LineSensor: LineSensor as line_sensor_topic,
             Imu: Imu as imu_topic,
-            PositionFix: Position as position_topic,
+            PositionFix: PositionFix as position_fix_topic,
             Body: Body as body_topic,
             Connection: Connection as connection_topic,
             Image: Image as image_topic
@@ -352,7 +352,7 @@ impl Recording {
             Output::Encoders => put!(encoders),
             Output::LineSensor => put!(line_sensor),
             Output::Imu => put!(imu),
-            Output::Position => put!(position),
+            Output::PositionFix => put!(position_fix),
             Output::Body => put!(body),
             Output::Connection => put!(connection),
             Output::Image => put!(image),

@@ -22,7 +22,7 @@ pub(crate) enum Output {
     Encoders,
     LineSensor,
     Imu,
-    Position,
+    PositionFix,
     Body,
     Connection,
     Image,

@@ -164,7 +164,7 @@ fn a_drive_is_played_at_its_recorded_times() {
     );
     let imu: Imu = fixture.bench.exported("imu").expect("it has played one");
     assert_eq!(imu.angular_velocity.z, 0.5);
-    let fix: PositionFix = fixture.bench.exported("position").expect("it has played one");
+    let fix: PositionFix = fixture.bench.exported("position_fix").expect("it has played one");
     assert_eq!((fix.x, fix.y), (3.0, 4.0));
     let line: LineSensor = fixture.bench.exported("line_sensor").expect("it has played one");
     assert_eq!(line.brightness.as_slice(), [0.25]);
