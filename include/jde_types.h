@@ -621,6 +621,50 @@ static const jde_type jde_footprint_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_footprint_fields), "jde_msgs/msg/Footprint", "The outline of a robot on the floor: in files `{ radius = 0.25 }`, or `{ points = [[0.3, 0.2], ...] }`.",
     sizeof(jde_footprint), 8u, jde_footprint_fields};
 
+/** jde_msgs/msg/Mount: Where a sensor is on a robot. */
+typedef struct jde_mount {
+    /** The frame of the sensor, as in the headers of its values. */
+    struct { uint32_t length; char bytes[52]; } frame;
+    /** Its pose in the frame of the base. */
+    jde_pose2d pose;
+} jde_mount;
+
+typedef char jde_mount_has_its_size[sizeof(jde_mount) == 80 ? 1 : -1];
+
+static const jde_field jde_mount_fields[] = {
+    JDE_FIELD("frame", offsetof(jde_mount, frame.bytes), offsetof(jde_mount, frame.length), JDE_U8, JDE_TEXT, 52u,
+              "The frame of the sensor, as in the headers of its values.", "", NULL),
+    JDE_FIELD("pose", offsetof(jde_mount, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Its pose in the frame of the base.", "", &jde_pose2d_type),
+};
+static const jde_type jde_mount_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_mount_fields), "jde_msgs/msg/Mount", "Where a sensor is on a robot.",
+    sizeof(jde_mount), 8u, jde_mount_fields};
+
+/** jde_msgs/msg/Body: The body of a robot, for windows and pictures. A driver publishes it once it is known. */
+typedef struct jde_body {
+    /** Time, and the frame of the base. */
+    jde_header header;
+    /** The outline; a circle of radius 0 if it is unknown. */
+    jde_footprint footprint;
+    /** Where its lasers are. */
+    struct { uint32_t length; uint32_t spare; jde_mount items[8]; } lasers;
+} jde_body;
+
+typedef char jde_body_has_its_size[sizeof(jde_body) == 1240 ? 1 : -1];
+
+static const jde_field jde_body_fields[] = {
+    JDE_FIELD("header", offsetof(jde_body, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the base.", "", &jde_header_type),
+    JDE_FIELD("footprint", offsetof(jde_body, footprint), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The outline; a circle of radius 0 if it is unknown.", "", &jde_footprint_type),
+    JDE_FIELD("lasers", offsetof(jde_body, lasers.items), offsetof(jde_body, lasers.length), JDE_STRUCT, JDE_SEQUENCE, 8u,
+              "Where its lasers are.", "", &jde_mount_type),
+};
+static const jde_type jde_body_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_body_fields), "jde_msgs/msg/Body", "The body of a robot, for windows and pictures. A driver publishes it once it is known.",
+    sizeof(jde_body), 8u, jde_body_fields};
+
 /** jde_msgs/msg/Zone: An area of the floor: a polygon, in files `{ corners = [[1, 1], [2, 1], [2, 2]] }`. */
 typedef struct jde_zone {
     /** At least three corners, in order, in the frame of the map. The last is connected to the first. */

@@ -9,11 +9,13 @@ use jde_log::{
     Options, Origin, RecordedGroup, RecordedHierarchy, RecordedSchema, Recorder, Recording, Stamps, Topic,
 };
 use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord, StateRecord};
-use jde_types::{Body, Footprint, Mission, Odometry, Point2D, Pose2D, Text, Truth, Twist, Value};
+use jde_types::{Mission, Odometry, Pose2D, Truth, Twist, Value};
 use tiny_skia::{ColorU8, Pixmap};
 
 use crate::drawing::ColorRole;
 use crate::{Analysis, Picture, Series, Size, Wanted, page};
+
+mod outlines;
 
 const SECOND: u64 = 1_000_000_000;
 
@@ -304,42 +306,6 @@ fn contacts_and_the_least_clearance_are_those_of_the_time_range() {
     let recording = record(20);
     assert_eq!(counts(&recording, None, 40), (1, None));
     assert_eq!(counts(&recording, None, 60), (1, Some(0.1)));
-}
-
-#[test]
-fn the_outline_of_the_robot_and_the_walls_of_its_world_are_drawn() {
-    let folder = tempfile::tempdir().unwrap();
-    let (file, world) = (folder.path().join("room.mcap"), folder.path().join("room.toml"));
-    std::fs::write(&world, "walls = [{ points = [[0, 0], [4, 0]] }]").unwrap();
-    let recorder = recorder(&file, None);
-    let text = Text::<1024>::new(world.to_str().unwrap());
-    let about = [
-        ("variable", "robot.world"),
-        ("access", "modulation"),
-        ("unit", "file"),
-    ];
-    let about = about.map(|(key, value)| (key.to_owned(), value.to_owned()));
-    let topic = recorder.topic("/robot/world", Arc::new(Text::<1024>::describe()), about.into());
-    topic.put(text.as_bytes(), at(0, 1));
-    let corners = [[0.3, 0.2], [-0.1, 0.2], [-0.1, -0.2], [0.3, -0.2]];
-    let body = Body {
-        footprint: Footprint {
-            radius: 0.4,
-            points: corners.iter().map(|&[x, y]| Point2D { x, y }).collect(),
-        },
-        ..Body::default()
-    };
-    export::<Body>(&recorder, "body").put(body.as_bytes(), at(0, 1));
-    let truth = export::<Truth>(&recorder, "truth");
-    for second in 1..3 {
-        truth.put(Truth::default().as_bytes(), at(second * SECOND, second));
-    }
-    recorder.finish();
-    let drive = read(&Recording::open(&file).unwrap(), columns(600)).ending.drive;
-    let outline = drive.paths[0].body.as_ref().unwrap();
-    assert_eq!(outline.corners().count(), 4);
-    assert_eq!(outline.extent(), [[-0.1, -0.2], [0.3, 0.2]]);
-    assert_eq!(drive.shapes.len(), 1);
 }
 
 #[test]

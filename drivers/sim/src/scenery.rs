@@ -38,7 +38,11 @@ impl Robot {
             header: Header::new(cx.now(), "base_link"),
             footprint: Footprint {
                 radius: model.config.footprint.radius(),
-                points: corners.iter().step_by(step).map(|&[x, y]| Point2D { x, y }).collect(),
+                points: corners
+                    .iter()
+                    .step_by(step)
+                    .map(|&[x, y]| Point2D { x, y })
+                    .collect(),
             },
             lasers: mounts.collect(),
         };

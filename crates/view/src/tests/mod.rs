@@ -1,6 +1,7 @@
 //! Tests of the windows on real applications, with widgets found by label, clicked and typed into; and
 //! pictures of them.
 
+mod bodies;
 mod common;
 mod frame;
 mod letters;

@@ -11,9 +11,8 @@ use jde_link::Client;
 use jde_link::message::{Action, Request};
 use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
-use jde_schema::types::Body;
 
-use super::common::{Robot, plugins, until};
+use super::common::{Robot, until};
 use crate::session::Session;
 use crate::style::{Style, Units};
 use crate::window::Window as _;
@@ -448,54 +447,6 @@ fn an_unused_driver_is_shown_as_asleep_and_can_be_played() {
         state(&handle, "eye") == State::Winner
     });
     until(&mut harness, |harness| has_text(harness, "nearest 1.00 m"));
-}
-
-/// A Jackal and a TurtleBot in one world, each with a schema that drives it.
-const TWO: &str = r#"
-name = "two"
-
-[roots.left]
-members = ["left-stop"]
-
-[roots.right]
-members = ["right-stop"]
-
-[schemas.left]
-type  = "sim/robot"
-model = "jackal"
-world = "../worlds/two-robots.toml"
-
-[schemas.right]
-type  = "sim/robot"
-model = "turtlebot4"
-world = "../worlds/two-robots.toml"
-
-[schemas.left-stop]
-type      = "stop"
-imports   = { laser = "left.laser" }
-actuators = { base = "left.velocity" }
-
-[schemas.right-stop]
-type      = "stop"
-imports   = { laser = "right.laser" }
-actuators = { base = "right.velocity" }
-"#;
-
-#[test]
-fn each_robot_and_the_panels_of_its_schemas_have_its_own_body() {
-    let robot = Robot::linked(TWO, plugins());
-    let mut harness = open(&robot);
-    fn bodies(harness: &Harness<'_, Fixture>) -> [Option<Body>; 4] {
-        let session = &harness.state().session;
-        ["left", "left-stop", "right", "right-stop"].map(|schema| session.body(schema))
-    }
-    until(&mut harness, |harness| {
-        bodies(harness).iter().all(Option::is_some)
-    });
-    let [left, left_stop, right, right_stop] = bodies(&harness).map(Option::unwrap);
-    assert_eq!((left, right), (left_stop, right_stop));
-    assert_eq!((left.footprint.points.len(), right.footprint.radius), (4, 0.171));
-    assert_eq!((left.laser("laser").x, right.laser("laser").x), (-0.065, -0.04));
 }
 
 fn assert_snapshot(theme: Theme, name: &str) {

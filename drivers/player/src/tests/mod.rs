@@ -98,7 +98,7 @@ fn a_robot_is_connected_sensed_and_driven() {
     );
     assert_eq!((scan.range_min, scan.range_max), (0.05, 8.0));
     let mount = exported::<Body>(&driver, "body").laser("laser");
-    assert_eq!(mount, Pose2D::new(0.15, 0.0, 0.0));
+    assert_eq!(mount, Pose2D::new(0.1, 0.0, 0.0));
     let ring: RangeRing = exported(&driver, "sonars");
     assert_eq!(
         (ring.poses.len(), ring.ranges[..3].to_vec()),

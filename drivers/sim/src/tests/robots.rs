@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use jde_schema::bench::Bench;
+use jde_schema::types::{Body, Footprint};
 
 use super::*;
 
@@ -121,6 +122,33 @@ fn a_robot_publishes_only_the_sensors_that_it_has_at_their_own_rates() {
         assert_eq!(bench.exported_at(sensor), None, "{sensor}");
     }
     assert!(bench.exported_at("odometry") == Some(now) && bench.exported_at("encoders") == Some(now));
+}
+
+#[test]
+fn the_body_has_the_outline_and_the_place_of_each_laser_by_its_frame() {
+    let (folder, path) = file(ROOM);
+    let body = |model: &str| -> Body {
+        let mut bench = awake(model, &path);
+        drive(&mut bench, Duration::ZERO, Twist::ZERO, 1);
+        bench.exported("body").expect("it is published at the start")
+    };
+    let omni = body("omni");
+    assert_eq!(omni.footprint.points.len(), 4);
+    assert_eq!(omni.laser("laser"), Pose2D::new(0.3, 0.0, 0.0));
+    assert_eq!(omni.laser("rear"), Pose2D::new(-0.3, 0.0, PI));
+    assert_eq!(omni.laser("none"), Pose2D::ORIGIN);
+    assert_eq!(body("turtlebot4").footprint, Footprint::circle(0.171));
+    let corner = |corner: u32| {
+        let (sin, cos) = (f64::from(corner) * PI / 20.0).sin_cos();
+        format!("[{}, {}]", 0.3 * cos, 0.3 * sin)
+    };
+    let corners: Vec<_> = (0..40).map(corner).collect();
+    let text = include_str!("../../../../robots/turtlebot4.toml");
+    let text = text.replace("radius = 0.171", &format!("polygon = [{}]", corners.join(", ")));
+    let model = folder.path().join("round.toml");
+    fs::write(&model, text).expect("a file");
+    let round = body(model.to_str().expect("a path in UTF-8"));
+    assert_eq!(round.footprint.points.len(), 20, "every second corner");
 }
 
 #[test]
