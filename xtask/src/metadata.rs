@@ -31,14 +31,6 @@ pub(crate) struct Package {
     pub(crate) repository: Option<String>,
     #[serde(default)]
     pub(crate) dependencies: Vec<Dependency>,
-    #[serde(default)]
-    pub(crate) targets: Vec<Target>,
-}
-
-/// What cargo builds of a package: a library, an executable, a test.
-#[derive(Debug, Deserialize)]
-pub(crate) struct Target {
-    pub(crate) kind: Vec<String>,
 }
 
 /// One line of a `[dependencies]` table.
@@ -129,12 +121,6 @@ impl Metadata {
 }
 
 impl Package {
-    /// Returns whether the package is a plugin of jde: a library of which cargo builds a `cdylib`.
-    pub(crate) fn is_plugin(&self) -> bool {
-        let mut kinds = self.targets.iter().flat_map(|target| &target.kind);
-        kinds.any(|kind| kind == "cdylib")
-    }
-
     /// Returns the package's folder relative to the root of the workspace, with `/` as separator.
     pub(crate) fn folder(&self, root: &Path) -> String {
         folder(root, self.manifest_path.parent().unwrap_or(&self.manifest_path))

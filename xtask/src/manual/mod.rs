@@ -54,7 +54,7 @@ pub(crate) fn run(root: &Path, paint: Paint) -> Result<()> {
     cargo.arg("build").current_dir(root);
     package::build(
         cargo,
-        &package::plugins(&Metadata::of_workspace(root)?),
+        &package::plugins(root, &Metadata::of_workspace(root)?),
         true,
         paint,
     )?;
@@ -96,7 +96,7 @@ fn make(root: &Path, paint: Paint) -> Result<PathBuf> {
     let programs = metadata.target_directory.join("debug");
     parts.push((
         "Reference".to_owned(),
-        reference::write(&programs, &package::plugins(&metadata), &source)?,
+        reference::write(&programs, &package::plugins(root, &metadata), &source)?,
     ));
     fs::write(source.join("SUMMARY.md"), summary::text(&parts))?;
     fs::write(folder.join("book.toml"), BOOK)?;

@@ -70,7 +70,7 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
 /// Builds with a call of `cargo build`, and returns the packages that it makes of the build.
 fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) -> Result<Vec<PathBuf>> {
     let metadata = Metadata::with_dependencies(root)?;
-    let plugins = plugins(&metadata);
+    let plugins = plugins(root, &metadata);
     let executable = metadata.members().find(|package| package.name == "jde");
     let mut time = Command::new("git");
     time.args(["log", "-1", "--format=%ct"]).current_dir(root);
@@ -98,9 +98,13 @@ fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) ->
     Ok(packages)
 }
 
-/// Returns the plugins of the workspace.
-pub(crate) fn plugins(metadata: &Metadata) -> Vec<&Package> {
-    metadata.members().filter(|package| package.is_plugin()).collect()
+/// Returns the plugins of the workspace. Not every library with a C ABI is one: that of Python is not.
+pub(crate) fn plugins<'m>(root: &Path, metadata: &'m Metadata) -> Vec<&'m Package> {
+    let is_plugin = |folder: &str| folder.starts_with("schemas/") || folder.starts_with("drivers/");
+    metadata
+        .members()
+        .filter(|package| is_plugin(&package.folder(root)))
+        .collect()
 }
 
 /// Builds the executable and plugins with a call of `cargo build`.
