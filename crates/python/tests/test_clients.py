@@ -41,8 +41,8 @@ def test_values_are_read_and_watched(robot: jde.Remote) -> None:
 
 
 def test_a_watch_is_an_iterator_for_tasks_too(robot: jde.Remote) -> None:
-    async def take() -> list[jde.Sample]:
-        taken: list[jde.Sample] = []
+    async def take() -> list[jde.RemoteSample]:
+        taken: list[jde.RemoteSample] = []
         with robot.watch("pioneer.truth", rate=50.0) as watch:
             async for sample in watch:
                 taken.append(sample)

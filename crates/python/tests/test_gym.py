@@ -1,6 +1,9 @@
 """Environments of Gymnasium."""
 
-import importlib.util
+import importlib
+import json
+import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -102,19 +105,23 @@ def test_a_wrong_name_is_refused_in_words(reach: Path) -> None:
             make(reach, **arguments)
 
 
-def test_the_example_rewards_the_way_to_the_middle(reach: Path) -> None:
-    specification = importlib.util.spec_from_file_location("learn", reach.with_name("learn.py"))
-    assert specification is not None
-    assert specification.loader is not None
-    learn = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(learn)
+def test_the_policy_of_the_example_is_trained_and_then_drives(
+    reach: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(reach.parent, tmp_path, dirs_exist_ok=True)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    learn = importlib.import_module("learn")
     env = learn.reach()
-    turning = np.array([[0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.5, 0.0]])
+    turning = [[0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.5, 0.0]]
     gain, reached = learn.drive(env, turning, seed=5)
     assert reached
     assert gain > 0.0
-    gain, reached = learn.drive(env, np.zeros((2, 4)), seed=5)
+    gain, reached = learn.drive(env, np.zeros((2, 4)).tolist(), seed=5)
     assert not reached
     assert gain == pytest.approx(-2.0), "200 steps at 0.01"
     vars(learn).update(GENERATIONS=1, POLICIES=8, EPISODES=1)
-    assert learn.train(env, seed=1).shape == (8,)
+    assert np.shape(learn.train(env, seed=1)) == (2, 4)
+    (tmp_path / "weights.json").write_text(json.dumps(turning))
+    with jde.run(tmp_path / "reach.toml") as run:
+        assert run.until(lambda run: math.hypot(run["robot.truth.pose.x"], run["robot.truth.pose.y"]) < 0.2, within=20)
+        assert run.winner("roots") == "policy"

@@ -159,11 +159,15 @@ def test_a_mock_commands_what_it_is_given(reach: Path) -> None:
         assert (run["robot.velocity"].linear.x, run["robot.velocity"].angular.z) == (0.0, 0.3)
         twist = run["robot.velocity"]
         run["policy.base"] = twist
+        run["policy.base"] = jde.types.Twist.planar(0.2, 0.1)
+        run.until(4.5)
+        assert (run["robot.velocity"].linear.x, run["robot.velocity"].angular.z) == (0.2, 0.1)
         with pytest.raises(jde.Error, match="no field `lin`"):
             run["policy.base"] = {"lin": 1.0}
         run["policy.base"] = {"linear": {"x": math.nan}}
         run.until(6.0)
-        assert run["robot.velocity"].linear.x == 0.0, "the host refuses it"
+        assert run["robot.velocity"].linear.x == 0.2, "the host refuses it"
+        assert run["robot.truth.twist.linear.x"] == pytest.approx(0.0, abs=1e-6), "no command is in force"
         assert any(event["kind"] == "refused" and event["schema"] == "policy" for event in run.events)
 
 

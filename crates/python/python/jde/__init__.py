@@ -23,7 +23,7 @@ from jde._ports import (
 )
 from jde._schema import Precondition, Problems, Schema
 from jde._values import array, f32, f64, field, i8, i16, i32, i64, seq, text, u8, u16, u32, u64, value
-from jde.clients import Remote, Watch, connect
+from jde.clients import Remote, RemoteSample, Watch, connect
 from jde.experiments import Results, experiment
 from jde.recordings import Recording, open
 from jde.runs import Application, Run, run
@@ -50,6 +50,7 @@ __all__ = [
     "Problems",
     "Recording",
     "Remote",
+    "RemoteSample",
     "Results",
     "Run",
     "Sample",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LEASE = 1.0
 
 
-class Sample(NamedTuple):
+class RemoteSample(NamedTuple):
     """A value of a variable; `None` if there is none."""
 
     value: Any
@@ -46,7 +46,7 @@ class Watch:
     def receive(self, timeout: float | None = None) -> Any:
         """Wait for the next arrival, at most so many seconds; `None` after that time or at the end."""
         arrival = self._native.receive(timeout)
-        return Sample(*arrival) if self._sample and arrival is not None else arrival
+        return RemoteSample(*arrival) if self._sample and arrival is not None else arrival
 
     def __iter__(self) -> Iterator[Any]:
         """Yield each arrival until the watch is closed or the application is gone."""
@@ -110,9 +110,9 @@ class Remote:
         """Write a modulation or a period."""
         self._native.write(name, value)
 
-    def sample(self, name: str) -> Sample:
+    def sample(self, name: str) -> RemoteSample:
         """Return the newest value of a variable with its time and number."""
-        return Sample(*self._native.get(name))
+        return RemoteSample(*self._native.get(name))
 
     def watch(self, name: str, *, rate: float | None = None) -> Watch:
         """Receive the values of a variable as samples: all, or at most `rate` a second."""
