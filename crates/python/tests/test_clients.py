@@ -5,8 +5,9 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
-import jde
 import pytest
+
+import jde
 
 #: The longest wait for something that happens at once, s.
 PATIENCE = 60.0

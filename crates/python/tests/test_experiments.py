@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-import jde
 import pytest
+
+import jde
 
 EXPERIMENT = """
 name = "starts"

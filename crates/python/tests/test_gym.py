@@ -12,8 +12,9 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
-import jde.gym
 from gymnasium.utils.env_checker import check_env
+
+import jde.gym
 
 ACT = {"policy.base.linear.x": (0.0, 0.5), "policy.base.angular.z": (-1.0, 1.0)}
 POSE = ["robot.truth.pose"]

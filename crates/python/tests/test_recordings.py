@@ -3,9 +3,10 @@
 import subprocess
 from pathlib import Path
 
-import jde
 import numpy as np
 import pytest
+
+import jde
 
 
 @pytest.fixture

@@ -5,9 +5,10 @@ import math
 import threading
 from pathlib import Path
 
-import jde
 import numpy as np
 import pytest
+
+import jde
 
 
 def test_a_run_is_the_run_of_its_seed(navigation: Path) -> None:
