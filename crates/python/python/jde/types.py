@@ -12,6 +12,7 @@ from jde._values import field, standard
 
 __all__ = [
     "BatteryState",
+    "Body",
     "Bumpers",
     "ColorBlob",
     "ColorBlobs",
@@ -26,6 +27,7 @@ __all__ = [
     "LineSensor",
     "MapMetaData",
     "Mission",
+    "Mount",
     "Movers",
     "OccupancyGrid",
     "Odometry",
@@ -294,6 +296,31 @@ class Footprint:
 
     points: Sequence[Point2D] = field(default_factory=list)
     """The corners of a convex polygon in the frame of the base, in order; none for a circle."""
+
+
+@standard("jde_msgs/msg/Mount")
+class Mount:
+    """Where a sensor is on a robot."""
+
+    frame: str = ""
+    """The frame of the sensor, as in the headers of its values."""
+
+    pose: Pose2D = field(default_factory=Pose2D)
+    """Its pose in the frame of the base."""
+
+
+@standard("jde_msgs/msg/Body")
+class Body:
+    """The body of a robot, for windows and pictures. A driver publishes it once it is known."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the base."""
+
+    footprint: Footprint = field(default_factory=Footprint)
+    """The outline; a circle of radius 0 if it is unknown."""
+
+    lasers: Sequence[Mount] = field(default_factory=list)
+    """Where its lasers are."""
 
 
 @standard("jde_msgs/msg/Zone")
