@@ -3,6 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod exceptions;
 
 #[path = "../conformance/arbitration.rs"]
 mod arbitration;
