@@ -100,10 +100,11 @@ impl DriveCollector {
             if let Some(route) = read::<Route>(message) {
                 self.route = route.poses.iter().map(|pose| (pose.x, pose.y)).collect();
             }
-        } else if let Some(channel) = self.topics.world.as_ref().filter(|world| world.topic == *topic) {
-            if let Some(Value::Text(path)) = single(channel, message).filter(|_| time <= columns.to) {
-                self.world(&path);
-            }
+        } else if let Some(channel) = self.topics.world.as_ref().filter(|world| world.topic == *topic)
+            && time <= columns.to
+            && let Some(Value::Text(path)) = single(channel, message)
+        {
+            self.world(&path);
         }
     }
 
