@@ -167,8 +167,8 @@ mod tests {
         assert!(is_used(Kind::Motor, "pioneer"));
         assert!(is_used(Kind::Perceptive, "face"));
         assert!(is_used(Kind::Driver, "Jaws"));
-        assert!(is_used(Kind::PythonMotor, "jde"));
-        assert!(is_used(Kind::PythonMotor, "Bench"));
+        assert!(is_used(Kind::MotorPython, "jde"));
+        assert!(is_used(Kind::MotorPython, "Bench"));
         assert!(is_used(Kind::Application, "guide"));
         for name in ["gripper", "Gripper", "wall", "Wall", "follow"] {
             assert!(Kind::ALL.iter().all(|kind| !is_used(*kind, name)), "{name}");
