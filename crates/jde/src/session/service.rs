@@ -3,7 +3,7 @@
 //! Before each message a thread takes the application's lock. A run whose lock is never free sends none, and
 //! systemd restarts it.
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 use std::io;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
@@ -68,7 +68,7 @@ impl Drop for ServiceNotifier {
 }
 
 /// Returns the address of a socket: a path, or an abstract name after `@`.
-fn address(name: &OsString) -> io::Result<SocketAddr> {
+fn address(name: &OsStr) -> io::Result<SocketAddr> {
     match name.as_bytes().strip_prefix(b"@") {
         Some(name) => SocketAddr::from_abstract_name(name),
         None => SocketAddr::from_pathname(name),
