@@ -120,7 +120,10 @@ impl Instance {
         self.begin_turn();
         let result = match self.table.awake {
             Some(_) => self.call_checked("awake", Body::awake),
-            None => Ok(()),
+            None => {
+                self.call_nothing();
+                Ok(())
+            }
         };
         self.release();
         result
@@ -136,6 +139,8 @@ impl Instance {
                 (status, ready, urgency) = body.check(call);
                 status
             })?;
+        } else {
+            self.call_nothing();
         }
         Ok(CheckResult {
             ready,
@@ -221,7 +226,10 @@ impl Instance {
         self.begin_turn();
         let (_, failure) = match self.table.sleep {
             Some(_) => self.call(Body::sleep),
-            None => ((), None),
+            None => {
+                self.call_nothing();
+                ((), None)
+            }
         };
         self.release();
         failure.map_or(Ok(()), Err)
@@ -345,6 +353,12 @@ impl Instance {
     fn call<R>(&mut self, call: impl FnOnce(&mut Body, &mut CallContext<'_>) -> R) -> (R, Option<String>) {
         let (result, failure, _) = self.call_with(Permissions::All, call);
         (result, failure)
+    }
+
+    /// Takes the place of a call of a function that the schema does not have: a record of the turn states when it
+    /// was.
+    fn call_nothing(&mut self) {
+        self.call_optional(Permissions::ReadOnly(None), |_, _| ());
     }
 
     /// Like [`Self::call`], with fewer permissions. Also returns the permissions, which contain the

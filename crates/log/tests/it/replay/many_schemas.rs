@@ -6,11 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
+use jde_abi::raw;
 use jde_app::Application;
 use jde_host::{Handle, Lockstep, Options, Running};
 use jde_loader::{Plugins, SearchPath};
 use jde_log::replay::{Drive, ReplayReport as Verdicts, Span, Tolerance, replay_and_compare};
 use jde_log::{Origin, Recorder, Recording};
+use jde_schema::derived::{Describe as _, plugin};
 use jde_schema::prelude::*;
 
 /// Exports a level that depends on the machine's clock.
@@ -211,11 +213,19 @@ impl Arbitrate for Leader {
     }
 }
 
-static PLUGIN: jde_abi::raw::Plugin = jde_schema::plugin!(
-    "many_schemas",
-    "Hard to replay.",
-    [Noise, Smooth, Many, Above, Leader]
-);
+/// `Above` has no functions for awakening and sleeping, as a schema in C may.
+const SCHEMAS: &[raw::Schema] = &[
+    Noise::TABLE,
+    Smooth::TABLE,
+    Many::TABLE,
+    raw::Schema {
+        awake: None,
+        sleep: None,
+        ..Above::TABLE
+    },
+    Leader::TABLE,
+];
+static PLUGIN: raw::Plugin = plugin("many_schemas\0", "1\0", "Hard to replay.\0", false, SCHEMAS);
 
 const TEXT: &str = r#"
 name  = "many"
