@@ -1,12 +1,10 @@
-//! Builds the Python package by cargo, and runs its tests: `target/python/jde` is the package as a wheel would
-//! install it, so that `PYTHONPATH=target/python` is enough to use it.
+//! The tests of the package for Python.
 
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 
+use crate::package::python::{self, CRATE};
 use crate::python::Environment;
 use crate::shell;
 use crate::step::StepOutcome;
@@ -26,14 +24,17 @@ const ENVIRONMENT: Environment = Environment {
     ],
     imports: &["gymnasium", "mypy", "numpy", "pandas", "pytest", "ruff"],
 };
-/// The crate with the package and its tests.
-const CRATE: &str = "crates/python";
 
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip"])) {
         return context.missing_tool("Python with venv", "sudo apt-get install python3-venv");
     }
-    let packages = package(context)?;
+    let packages = python::make(
+        &context.root,
+        &context.target,
+        context.cargo(&["build"]),
+        context.paint,
+    )?;
     let python = ENVIRONMENT.interpreter(context)?;
     let tests = context.root.join(CRATE);
     let checks: [&[&str]; 4] = [
@@ -57,37 +58,4 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         shell::run(&mut command, context.paint)?;
     }
     Ok(StepOutcome::Passed)
-}
-
-/// Builds the package, and returns the folder that contains it.
-fn package(context: &Context) -> Result<PathBuf> {
-    let mut cargo = context.cargo(&["build", "--package", "jde-python"]);
-    shell::run(&mut cargo, context.paint)?;
-    let folder = context.target.join("python");
-    let package = folder.join("jde");
-    if package.exists() {
-        fs::remove_dir_all(&package).context("the old package cannot be removed")?;
-    }
-    copy(&context.root.join(CRATE).join("python/jde"), &package)?;
-    let library = context.target.join("debug/lib_jde.so");
-    fs::copy(library, package.join("_jde.abi3.so")).context("the extension module cannot be copied")?;
-    Ok(folder)
-}
-
-/// Copies a folder with all that is in it, except what Python has compiled.
-fn copy(from: &Path, to: &Path) -> Result<()> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let target = to.join(entry.file_name());
-        if entry.file_name() == "__pycache__" {
-            continue;
-        }
-        if entry.file_type()?.is_dir() {
-            copy(&entry.path(), &target)?;
-        } else {
-            fs::copy(entry.path(), target)?;
-        }
-    }
-    Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::io;
+use std::path::PathBuf;
 
 use super::Program;
 
@@ -14,7 +15,7 @@ const USUAL: &str = "python3";
 /// modules.
 const BEGIN: &str = r#"
 import sys
-sys.path[:] = [folder for folder in sys.path if folder]
+sys.path[:] = [folder for folder in sys.path if folder] + sys.argv[3:]
 if sys.version_info < (3, 10):
     sys.exit("%s is Python %d.%d, and jde needs 3.10 or newer; name another interpreter in JDE_PYTHON" % ((sys.executable,) + sys.version_info[:2]))
 try:
@@ -22,8 +23,8 @@ try:
 except ModuleNotFoundError as error:
     if error.name != "jde":
         raise
-    sys.exit("%s has no package jde: run %s -m pip install jde" % (sys.executable, sys.executable))
-_serve.main(*sys.argv[1:])
+    sys.exit("%s has no package jde, and there is none in %s: run `cargo xtask package --only python` in the checkout of jde" % (sys.executable, " or ".join(sys.argv[3:])))
+_serve.main(*sys.argv[1:3])
 "#;
 
 /// The name of the interpreter.
@@ -45,12 +46,24 @@ pub(crate) fn inspector() -> Program {
 }
 
 fn command(what: &str) -> Program {
+    let mut arguments = ["-c", BEGIN, what, env!("CARGO_PKG_VERSION")]
+        .map(OsString::from)
+        .to_vec();
+    arguments.extend(folders().map(PathBuf::into_os_string));
     Program {
         path: interpreter().into(),
-        arguments: ["-c", BEGIN, what, env!("CARGO_PKG_VERSION")]
-            .map(OsString::from)
-            .to_vec(),
+        arguments,
     }
+}
+
+/// The folders that hold the package of this executable's build, for an interpreter that has none: of an
+/// installation, and of a checkout.
+pub fn folders() -> impl Iterator<Item = PathBuf> {
+    let executable = std::env::current_exe().unwrap_or_default();
+    let prefix = executable.ancestors().nth(2).map(PathBuf::from);
+    prefix
+        .into_iter()
+        .flat_map(|prefix| [prefix.join("lib/jde/python"), prefix.join("python")])
 }
 
 /// Why the interpreter cannot be started, in words.

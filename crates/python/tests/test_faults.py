@@ -153,6 +153,12 @@ def interpreter(folder: Path, before: str) -> str:
     return str(path)
 
 
+def test_the_package_of_the_executable_is_found_without_a_path(robot: Robot) -> None:
+    robot.write(HEAD + "    def iterate(self, cx): pass\n")
+    done = robot.jde("check", "app.toml", PYTHONPATH="")
+    assert done.status == 0, done.text
+
+
 def test_an_older_python_is_named(robot: Robot) -> None:
     robot.write("")
     old = interpreter(robot.folder, "import sys\nsys.version_info = (3, 9, 2)\n")
@@ -164,4 +170,5 @@ def test_a_python_without_the_package_is_told_how_to_get_it(robot: Robot) -> Non
     robot.write("")
     bare = interpreter(robot.folder, "import sys\nsys.modules['jde'] = None\n")
     done = robot.jde("check", "app.toml", JDE_PYTHON=bare)
-    assert "has no package jde: run" in done.text and "-m pip install jde" in done.text
+    assert "has no package jde, and there is none in" in done.text
+    assert "run `cargo xtask package --only python`" in done.text

@@ -197,7 +197,12 @@ fn libraries(work: &Path) -> Result<String> {
     let mut tool = Command::new("dpkg-shlibdeps");
     tool.args(["-O", "debian/jde/usr/bin/jde"]).current_dir(work);
     for plugin in fs::read_dir(work.join("debian/jde/usr/lib/jde"))? {
-        tool.arg(plugin?.path());
+        let path = plugin?.path();
+        tool.arg(if path.is_dir() {
+            path.join(python::MODULE)
+        } else {
+            path
+        });
     }
     let output = shell::read(&mut tool)?;
     let libraries = output.trim().strip_prefix("shlibs:Depends=");

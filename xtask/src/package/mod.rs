@@ -4,6 +4,7 @@
 
 mod deb;
 mod prefix;
+pub(crate) mod python;
 mod third_party;
 pub(crate) mod trial;
 
@@ -35,6 +36,8 @@ pub(crate) enum Form {
     Tarball,
     /// Packages of Debian and Ubuntu.
     Deb,
+    /// The package for Python of the development build, as a folder for `PYTHONPATH`.
+    Python,
 }
 
 /// What all packages of one build share.
@@ -55,6 +58,11 @@ struct Release<'r> {
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
     let mut cargo = shell::cargo();
     cargo.arg("build").current_dir(root);
+    if choice.only == [Form::Python] {
+        let target = Metadata::of_workspace(root)?.target_directory;
+        println!("{}", python::make(root, &target, cargo, paint)?.display());
+        return Ok(());
+    }
     let forms = if choice.only.is_empty() {
         Form::value_variants()
     } else {
@@ -107,12 +115,13 @@ pub(crate) fn plugins<'m>(root: &Path, metadata: &'m Metadata) -> Vec<&'m Packag
         .collect()
 }
 
-/// Builds the executable and plugins with a call of `cargo build`.
+/// Builds the executable, the plugins and the extension module of Python with a call of `cargo build`.
 pub(crate) fn build(mut cargo: Command, plugins: &[&Package], dev: bool, paint: Paint) -> Result<()> {
     if !dev {
         cargo.arg("--release");
     }
     cargo.args(["--package", "jde"]);
+    cargo.args(["--package", "jde-python"]);
     for plugin in plugins {
         cargo.args(["--package", &plugin.name]);
     }

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result};
 
-use super::{Release, third_party};
+use super::{Release, python, third_party};
 use crate::metadata::{Kind, Package};
 use crate::{project_files, shell};
 
@@ -47,6 +47,12 @@ pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -
         let file = format!("lib{}.so", plugin.name.replace('-', "_"));
         install_stripped(&built.join(&file), &prefix.join("lib/jde").join(file))?;
     }
+    python::write(
+        release.root,
+        built,
+        &prefix.join("lib/jde/python"),
+        install_stripped,
+    )?;
     let data = prefix.join("share/jde");
     project_files::copy(release.root, DATA, &data)?;
     write_sdk(release, &data)?;

@@ -11,6 +11,8 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use jde_isolation::python::folders;
+
 use crate::failure::{self, Failure};
 use crate::paths;
 use crate::terminal::{self, FAINT, TITLE};
@@ -39,6 +41,7 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
             .replace("__about__", kind.about())
             .replace("__build__", kind.build_folder())
             .replace("__prefix__", &prefix())
+            .replace("__python__", &python())
             .replace("__dependencies__", &dependencies(kind))
             .replace("__jde__", &jde);
         let written = path
@@ -55,7 +58,8 @@ pub(crate) fn write(kind: Kind, name: &str, folder: &Path) -> Result<(), Failure
     )?;
     writeln!(out, "  cd {shown}")?;
     for line in kind.next_commands() {
-        writeln!(out, "  {}", line.replace("__jde__", &jde))?;
+        let line = line.replace("__jde__", &jde).replace("__python__", &python());
+        writeln!(out, "  {line}")?;
     }
     Ok(())
 }
@@ -122,6 +126,14 @@ fn prefix() -> String {
     installed.unwrap_or(&data).display().to_string()
 }
 
+/// Returns the folder of this build's package for Python.
+fn python() -> String {
+    let mut folders: Vec<PathBuf> = folders().collect();
+    let built = folders.iter().position(|folder| folder.is_dir());
+    let folder = built.map_or_else(|| folders.pop(), |index| Some(folders.swap_remove(index)));
+    folder.unwrap_or_default().display().to_string()
+}
+
 /// Returns how the user calls this program: by name if PATH finds it, else by path.
 fn program() -> String {
     let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("jde"));
@@ -185,6 +197,7 @@ mod tests {
                 "__about__",
                 "__build__",
                 "__prefix__",
+                "__python__",
                 "__dependencies__",
                 "__jde__",
             ]

@@ -12,8 +12,8 @@ def main(what: str, version: str) -> None:
     """Serve the host at standard input. `version` is the host's own."""
     if version != _jde.__version__:
         sys.exit(
-            f"the package jde of {sys.executable} has the version {_jde.__version__}, and this jde {version}: "
-            f"run {sys.executable} -m pip install jde=={version}"
+            f"the package {os.path.dirname(__file__)} has the version {_jde.__version__}, and this jde {version}: "
+            "remove it from the path of Python; an installation of jde has its own"
         )
     try:
         if what == "schema":
