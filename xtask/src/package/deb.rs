@@ -7,7 +7,7 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result};
 
-use super::{Release, prefix};
+use super::{Release, prefix, python};
 use crate::{project_files, shell};
 
 /// The first revision of each version.
