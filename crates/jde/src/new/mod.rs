@@ -128,9 +128,9 @@ fn prefix() -> String {
 
 /// Returns the folder of this build's package for Python.
 fn python() -> String {
-    let mut folders: Vec<PathBuf> = folders().collect();
-    let built = folders.iter().position(|folder| folder.is_dir());
-    let folder = built.map_or_else(|| folders.pop(), |index| Some(folders.swap_remove(index)));
+    let folder = folders()
+        .find(|folder| folder.is_dir())
+        .or_else(|| folders().last());
     folder.unwrap_or_default().display().to_string()
 }
 
