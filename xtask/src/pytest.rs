@@ -29,12 +29,9 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip"])) {
         return context.missing_tool("Python with venv", "sudo apt-get install python3-venv");
     }
-    let packages = python::make(
-        &context.root,
-        &context.target,
-        context.cargo(&["build"]),
-        context.paint,
-    )?;
+    let mut cargo = context.cargo(&["build"]);
+    cargo.args(context.selection());
+    let packages = python::make(&context.root, &context.target, cargo, context.paint)?;
     let python = ENVIRONMENT.interpreter(context)?;
     let tests = context.root.join(CRATE);
     let checks: [&[&str]; 4] = [

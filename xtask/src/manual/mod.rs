@@ -51,13 +51,8 @@ pub(crate) fn run(root: &Path, paint: Paint) -> Result<()> {
         bail!("mdbook is not installed: {INSTALL}");
     }
     let mut cargo = shell::cargo();
-    cargo.arg("build").current_dir(root);
-    package::build(
-        cargo,
-        &package::plugins(root, &Metadata::of_workspace(root)?),
-        true,
-        paint,
-    )?;
+    cargo.args(["build", "--workspace"]).current_dir(root);
+    shell::run(&mut cargo, paint)?;
     let book = make(root, paint)?;
     println!("{}", book.join("index.html").display());
     Ok(())

@@ -58,7 +58,11 @@ struct Release<'r> {
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
     let mut cargo = shell::cargo();
     cargo.arg("build").current_dir(root);
-    if choice.only == [Form::Python] {
+    let is_python = choice.only == [Form::Python];
+    if choice.dev || is_python {
+        cargo.arg("--workspace");
+    }
+    if is_python {
         let target = Metadata::of_workspace(root)?.target_directory;
         println!("{}", python::make(root, &target, cargo, paint)?.display());
         return Ok(());
@@ -115,15 +119,14 @@ pub(crate) fn plugins<'m>(root: &Path, metadata: &'m Metadata) -> Vec<&'m Packag
         .collect()
 }
 
-/// Builds the executable, the plugins and the extension module of Python with a call of `cargo build`.
-pub(crate) fn build(mut cargo: Command, plugins: &[&Package], dev: bool, paint: Paint) -> Result<()> {
+/// Builds the executable, the plugins and the extension module of Python with a call of `cargo build`; for a development
+/// build the call says itself what it builds, so that nothing is built a second time with other features.
+fn build(mut cargo: Command, plugins: &[&Package], dev: bool, paint: Paint) -> Result<()> {
     if !dev {
-        cargo.arg("--release");
-    }
-    cargo.args(["--package", "jde"]);
-    cargo.args(["--package", "jde-python"]);
-    for plugin in plugins {
-        cargo.args(["--package", &plugin.name]);
+        cargo.args(["--release", "--package", "jde", "--package", "jde-python"]);
+        for plugin in plugins {
+            cargo.args(["--package", &plugin.name]);
+        }
     }
     shell::run(&mut cargo, paint)
 }

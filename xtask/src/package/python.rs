@@ -16,10 +16,10 @@ const LIBRARY: &str = "lib_jde.so";
 /// The same in the package, with the name of Python's stable ABI.
 pub(super) const MODULE: &str = "jde/_jde.abi3.so";
 
-/// Builds the package with a call of `cargo build`, as `python/jde` in cargo's target folder, where the executable of
-/// the same build finds it. Returns the folder `python`.
+/// Builds with a call of `cargo build` for the whole workspace, and writes the package as `python/jde` in cargo's
+/// target folder, where the executable of the same build finds it. Returns the folder `python`.
 pub(crate) fn make(root: &Path, target: &Path, mut cargo: Command, paint: Paint) -> Result<PathBuf> {
-    shell::run(cargo.args(["--package", "jde-python"]), paint)?;
+    shell::run(&mut cargo, paint)?;
     let folder = target.join("python");
     write(root, &target.join("debug"), &folder, |from, to| {
         fs::copy(from, to)

@@ -51,13 +51,9 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         ));
     }
     let forms = [Form::Tarball, Form::Deb];
-    let packages = make(
-        &context.root,
-        context.cargo(&["build"]),
-        true,
-        &forms,
-        context.paint,
-    )?;
+    let mut cargo = context.cargo(&["build"]);
+    cargo.args(context.selection());
+    let packages = make(&context.root, cargo, true, &forms, context.paint)?;
     let [archive, debs @ ..] = &packages[..] else {
         unreachable!("there is a package of each form");
     };
