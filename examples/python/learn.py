@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Trains the policy of the cart of reach.toml, which then drives: `jde run reach.toml --view`.
 
 The policy is a linear one, found by the cross-entropy method (Rubinstein, 1999): it draws policies from a normal

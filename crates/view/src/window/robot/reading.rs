@@ -146,7 +146,10 @@ pub(super) fn sampled(
         return Reading::None(name.clone(), reason);
     };
     if sample.bytes.is_none() {
+        // A driver that has run without a value for it may lack the sensor, whether or not it sleeps now.
+        let has_run = view.is_some_and(|view| view.iterations > 0);
         let reason = match asleep {
+            _ if sample.sequence == 0 && has_run => NoReading::Never(owner.clone()),
             Some(owner) => NoReading::Asleep(owner),
             None if sample.sequence == 0 => NoReading::Never(owner.clone()),
             None => NoReading::Silent(owner.clone()),
