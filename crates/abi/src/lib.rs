@@ -3,7 +3,7 @@
 //! - [`raw`] contains the tables exactly as they cross the boundary. `include/jde.h` is generated from it.
 //! - [`describe`] contains the description of a plugin as owned Rust values.
 //! - [`read`] converts the tables to descriptions, and checks every table before it is used.
-//! - [`write`] converts descriptions to tables.
+//! - [`mod@write`] converts descriptions to tables.
 //! - [`table`] reads and writes tables of different minor versions.
 //! - [`state`], [`inspect`] and [`guard`] are the host's sides of saving a memory, of inspecting modulations and
 //!   of judging commands.
