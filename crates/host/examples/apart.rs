@@ -1,4 +1,4 @@
-//! What a process of its own costs: the time of the machine that a turn of the same schema takes in lockstep, here and
+//! What a process of its own costs: the time of the machine that a turn of the same schema takes in lockstep, in process and
 //! apart, beside the time of a byte through a pipe and back; and the share of a core of ten such schemas in real time.
 //!
 //! `cargo run --release -p jde-host --example apart`
@@ -88,9 +88,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => {}
     }
     let apart = APPLICATION.replace("\"cost/follow\"", "\"cost/follow\"\nisolate = \"process\"");
-    let (here, pipe, apart) = (turn(APPLICATION, &plugins)?, pipe()?, turn(&apart, &plugins)?);
+    let (in_process, pipe, apart) = (turn(APPLICATION, &plugins)?, pipe()?, turn(&apart, &plugins)?);
     let bytes = size_of::<LaserScan>();
-    println!("here  {here:8.2} us for a turn that reads a scan of {bytes} bytes and commands a speed");
+    println!(
+        "in process {in_process:8.2} us for a turn that reads a scan of {bytes} bytes and commands a speed"
+    );
     println!("apart {apart:8.2} us");
     println!("pipe  {pipe:8.2} us for a byte to another process and back");
     println!(
@@ -163,7 +165,7 @@ fn echo() -> Result<(), Box<dyn Error>> {
 }
 
 /// The processor time of this process and its children in a second of an application with ten schemas apart, without that
-/// of the same schemas here.
+/// of the same schemas in process.
 fn share(plugins: &Plugins) -> Result<f64, Box<dyn Error>> {
     let time = |isolate: &str| -> Result<f64, Box<dyn Error>> {
         let names: Vec<String> = (0..10).map(|number| format!("follow{number}")).collect();

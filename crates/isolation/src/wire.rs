@@ -110,7 +110,7 @@ pub const IN_PLACE: u32 = 1 << 31;
 pub const READY: u32 = 1;
 /// The call may change nothing.
 pub const CHANGES_NOTHING: u32 = 2;
-/// The call may not do all that its authority allows, so the host answers all it does.
+/// The host answers every change, because this call may not do all that its authority allows.
 pub const ANSWERED: u32 = 4;
 /// The child knows the outcome and waits for no reply.
 pub const UNANSWERED: u32 = 8;

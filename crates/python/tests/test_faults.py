@@ -41,6 +41,13 @@ def test_a_run_repeats_to_the_bit_and_is_decided_again(robot: Robot, body: Drive
     assert "now   linear.x = -0.1" in changed.text and changed.status == 1
 
 
+def test_a_check_that_fails_while_the_schema_wins_is_decided_again(robot: Robot, body: Drive) -> None:
+    body("\ndef check(self, cx):\n    assert cx.now < 1.0, 'planted'\n    return True\n" + BACK, more=NEVER)
+    assert "AssertionError: planted" in robot.drive(6, "--record", "drive.mcap").text
+    again = robot.jde("replay", "--trust", "--decide", "drive.mcap")
+    assert again.text.splitlines()[-1].startswith("same: "), again.text
+
+
 @pytest.mark.parametrize("call", ["check", "iterate", "awake", "sleep"])
 def test_an_error_is_a_fault_with_its_traceback(body: Drive, call: str) -> None:
     functions = {"check": NEAR, "iterate": BACK, "awake": "", "sleep": ""}

@@ -116,13 +116,10 @@ impl Engine {
             .iter()
             .any(|instance| instance.isolate.is_some());
         // Without the table, processes ask about every command.
-        let authority = (is_isolated && program.is_some())
-            .then(|| {
-                AuthorityTable::new(application.instances.len())
-                    .ok()
-                    .map(Arc::new)
-            })
-            .flatten();
+        let authority = is_isolated
+            .then(|| AuthorityTable::new(application.instances.len()))
+            .and_then(Result::ok)
+            .map(Arc::new);
         commands.show_authority(authority.clone());
         let application = Arc::new(application);
         let clock = Arc::new(clock);

@@ -169,7 +169,8 @@ pub(super) fn show(frame: &mut Frame, view: &View<'_>, variable: Option<&jde_boa
     }
 }
 
-/// What a process of its own may know and have early. A value that is shown early counts as read only once the plugin reads it. Otherwise it is released.
+/// What is shown to a process of its own before it asks. A value counts as read only once the plugin reads it;
+/// otherwise it is released.
 impl Ports {
     /// Returns what it takes for a value of an output to be published.
     pub(crate) fn acceptance(&self, port: usize) -> Acceptance {

@@ -158,17 +158,19 @@ impl Instance {
         self.table.check.is_some() && self.body.as_ref().is_some_and(Body::is_isolated)
     }
 
-    /// Evaluates the precondition as [`Self::check`] does and, if it is true, iterates in the same call. An error
-    /// is that of either.
-    pub(crate) fn check_and_iterate(&mut self) -> Result<CheckResult, String> {
+    /// Evaluates the precondition as [`Self::check`] does and, if it is true, iterates in the same call. Returns
+    /// whether it iterated, and the check's result or the error of either.
+    pub(crate) fn check_and_iterate(&mut self) -> (bool, Result<CheckResult, String>) {
         self.begin_turn();
         let ((status, ready, urgency), failure) = self.call(Body::check_and_iterate);
-        call_result(if ready { "iterate" } else { "check" }, status, failure)?;
-        Ok(CheckResult {
+        let called = call_result(if ready { "iterate" } else { "check" }, status, failure);
+        let newest = self.port_access.newest();
+        let result = called.map(|()| CheckResult {
             ready,
             urgency,
-            newest: self.port_access.newest(),
-        })
+            newest,
+        });
+        (ready, result)
     }
 
     /// Draws the panel from the values read since the last release. Returns `None` if there is no panel.

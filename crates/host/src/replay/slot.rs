@@ -180,7 +180,7 @@ impl ReplaySlot {
     pub(super) fn run_iteration(&mut self, engine: &Engine) {
         if let Some(turn) = self.permitted_turn.take() {
             if !turn.acted.has_occurred() {
-                // It ended where its check found the precondition false.
+                // It ended where its check found the precondition false, or failed.
                 self.iteration_result = Some(Ok(()));
                 return;
             }

@@ -109,23 +109,24 @@ impl Runner {
     }
 
     /// Takes the check and the iteration of a WINNER that stays READY in one call, which is its iteration for the
-    /// rules. If the precondition is false, the iteration ends there.
+    /// rules. If the precondition is false or the check fails, the iteration ends there.
     fn check_within_iteration(&mut self, now: Nanos, begun: Moment) {
         let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
             return;
         };
-        let result = instance.check_and_iterate();
-        let is_at_end = result.as_ref().is_ok_and(|check| !check.ready);
-        self.record.add_combined(instance, begun, !is_at_end);
+        let (iterated, result) = instance.check_and_iterate();
+        self.record.add_combined(instance, begun, iterated);
         let mut outcome = result.as_ref().map(drop).map_err(String::clone);
         if result.is_ok()
             && let Some(check) = self.handle_check_result(now, result)
         {
             self.record.turn.checked = self.engine.rules.report_check(self.number, check);
         }
-        if !is_at_end {
+        if iterated {
             let took = self.engine.clock.now().saturating_sub(now);
             self.engine.metrics[self.number].record_iteration(took);
+        } else if outcome.is_err() {
+            return self.finish_iteration(outcome);
         } else if self.engine.rules.should_go_on(self.number) {
             outcome = self.iterate();
         } else {
