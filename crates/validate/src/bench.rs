@@ -239,7 +239,7 @@ impl<'s> Bench<'s> {
         self.change(&format!("publishes `{}`", port.name), is_export);
         if !is_export {
             if let Some(field) = Finite::new(&port.value_type).first_not_finite(&bytes) {
-                let field = format!("it writes `{}` with a `{field}` that is no number", port.name);
+                let field = format!("it writes `{}` with a `{field}` that is not finite", port.name);
                 self.breach("values", field);
                 return Err(raw::NOT_FINITE);
             }

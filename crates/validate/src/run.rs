@@ -2,15 +2,17 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::os::fd::OwnedFd;
+use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use jde_isolation::Program;
 use jde_isolation::process::describe_exit_status;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
 
 use crate::checks::{CHECKS, Check, LOADS, RETURNS, STAYS, SURVIVES};
 use crate::serve::Report;
@@ -121,7 +123,7 @@ fn describe(end: &End, timeout: Duration) -> String {
     match end {
         End::Reported(_) => String::new(),
         End::Ended(status) => describe_exit_status(*status),
-        End::Lasted => format!("a call did not return within {timeout:?}"),
+        End::Lasted => format!("a call, or the end of its process, took longer than {timeout:?}"),
     }
 }
 
@@ -150,9 +152,12 @@ fn run(
     drop(command);
     let mut text = String::new();
     let read = (&stream).read_to_string(&mut text);
-    let end = if let Err(error) = read
-        && matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
-    {
+    let lasts = match read {
+        Err(error) => matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut),
+        // A destructor of the plugin may not return.
+        Ok(_) => !ends_within(&child, timeout)?,
+    };
+    let end = if lasts {
         child.kill()?;
         child.wait()?;
         End::Lasted
@@ -164,6 +169,14 @@ fn run(
         }
     };
     Ok((end, first_line(printed.reopen()?)?))
+}
+
+/// Waits for the end of a process, and returns whether it came in time.
+fn ends_within(child: &Child, timeout: Duration) -> io::Result<bool> {
+    let handle = pidfd_open(Pid::from_child(child), PidfdFlags::empty())?;
+    let timeout = Timespec::try_from(timeout).map_err(io::Error::other)?;
+    let mut end = [PollFd::from_borrowed_fd(handle.as_fd(), PollFlags::IN)];
+    Ok(poll(&mut end, Some(&timeout))? > 0)
 }
 
 /// Returns the first line of what was printed.

@@ -256,6 +256,14 @@ static const void *ability(const char *id)
     return strcmp(id, JDE_ABILITY_STATE) == 0 ? &state : NULL;
 }
 
+/* Runs when the process ends. */
+__attribute__((destructor)) static void end(void)
+{
+    if (IS(34)) {
+        wait_for_ever(NULL);
+    }
+}
+
 static const jde_schema schemas[] = {
     {(uint32_t)sizeof(jde_schema), JDE_MOTOR, "planted", "Breaks one promise.", JDE_MS(10), 0u, ports, children,
      JDE_COUNT(ports), JDE_COUNT(children), create, destroy, awake, check, iterate, arbitrate, fall_asleep, ability},

@@ -129,6 +129,19 @@ fn each_offence_is_named_by_exactly_the_check_meant_for_it() {
 }
 
 #[test]
+fn a_process_that_does_not_end_is_ended() {
+    let _watchdog = Watchdog::for_test();
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = build(folder.path(), OFFENCES.len() + 1);
+    let findings = validate(&file, &program(), &[], Duration::from_secs(2)).expect("processes start");
+    let [(check, words)] = failed(&findings)[..] else {
+        panic!("{findings:?}");
+    };
+    assert_eq!(check, "loads");
+    assert!(words.contains("the end of its process"), "{words}");
+}
+
+#[test]
 fn only_the_chosen_checks_are_shown() {
     let _watchdog = Watchdog::for_test();
     let folder = tempfile::tempdir().expect("a folder");
