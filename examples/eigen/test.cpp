@@ -35,7 +35,7 @@ static void it_turns_to_a_wall_that_is_too_far()
     JDE_EXPECT(!bench.check().ready);
     bench.import("wall", Wall{1.5, 0.0});
     bench.iterate();
-    JDE_EXPECT(bench.commanded<jde::Twist>("base")->angular.z == 0.4);
+    JDE_EXPECT(bench.commanded<jde::Twist>("base").value().angular.z == 0.4);
 }
 
 int main()

@@ -33,7 +33,7 @@ static void it_finds_the_direction_of_a_spot()
         bench.iterate();
         // Halfway to the edge of the picture.
         const double expected = sign * std::atan(0.5 * std::tan(jde::pi / 6.0));
-        JDE_EXPECT(std::fabs(*bench.exported<double>("bearing") - expected) < 0.01);
+        JDE_EXPECT(std::fabs(bench.exported<double>("bearing").value() - expected) < 0.01);
     }
 }
 

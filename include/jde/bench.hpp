@@ -8,6 +8,8 @@
 
 #include "bench_state.hpp"
 
+#include <algorithm>
+
 namespace jde {
 
 /** The failure of a call of a schema. */
@@ -71,7 +73,7 @@ public:
     {
         instance_ = table_.create(&table_, &state_.host(), state_.context());
         if (instance_ == nullptr) {
-            throw CallFailed(JDE_FAILED, state_.reason.value_or(""));
+            throw CallFailed(JDE_FAILED, state_.reason.value_or("`create` returned no instance, and gave no reason"));
         }
     }
     ~TableBench()
@@ -140,6 +142,11 @@ public:
         level.candidate_count = static_cast<std::uint32_t>(candidates.size());
         jde_verdict verdict = {sizeof verdict, -1, {}};
         call([&](jde_context *cx) { return table_.arbitrate(instance_, cx, &level, &verdict); });
+        if (verdict.child >= 0 && std::none_of(candidates.begin(), candidates.end(), [&](const jde_candidate &candidate) {
+                return candidate.child == static_cast<std::uint32_t>(verdict.child);
+            })) {
+            throw std::logic_error("it chose child " + std::to_string(verdict.child) + ", which is no candidate of `" + group + "`");
+        }
         return {verdict.child < 0 ? "" : state_.children[static_cast<std::size_t>(verdict.child)].table.name, verdict.reason};
     }
     /** Draws the panel, as if a viewer showed it. */

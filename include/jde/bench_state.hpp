@@ -307,6 +307,9 @@ struct BenchDrawing {
     }
     static std::int32_t end(jde_drawing *drawing)
     {
+        if (of(drawing).open.empty()) {
+            return JDE_BAD_ARGUMENT;
+        }
         of(drawing).open.pop_back();
         return JDE_OK;
     }

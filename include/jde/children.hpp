@@ -60,14 +60,14 @@ public:
     Child &operator=(const Child &) = delete;
 
     /** Wakes it. Has no effect on a child that is awake. */
-    Outcome wake(const Context &cx) const { return detail::outcome(name(), "wake", cx.host().wake(cx.raw(), number_)); }
+    Outcome wake(const Context &cx) const { return detail::outcome(name(), "wake", cx.host().wake(cx.raw(), number(cx))); }
     /** Puts it and its subtree to sleep. */
-    Outcome sleep(const Context &cx) const { return detail::outcome(name(), "sleep", cx.host().sleep(cx.raw(), number_)); }
+    Outcome sleep(const Context &cx) const { return detail::outcome(name(), "sleep", cx.host().sleep(cx.raw(), number(cx))); }
     /** Its state. An unbound child sleeps. */
     Status status(const Context &cx) const
     {
         jde_child_status status = {sizeof(jde_child_status), JDE_SLEPT, 0, 0};
-        const std::int32_t code = cx.host().child(cx.raw(), number_, &status);
+        const std::int32_t code = cx.host().child(cx.raw(), number(cx), &status);
         if (code != JDE_OK && code != JDE_UNBOUND) {
             detail::broken(name(), "child", code);
         }
@@ -78,15 +78,21 @@ public:
     Outcome set_policy(const Context &cx, Policy policy) const
     {
         const auto time = static_cast<std::uint64_t>(policy.time.count());
-        return detail::outcome(name(), "set_policy", cx.host().set_policy(cx.raw(), number_, policy.code, time, policy.number));
+        return detail::outcome(name(), "set_policy", cx.host().set_policy(cx.raw(), number(cx), policy.code, time, policy.number));
     }
     const char *name() const noexcept { return table_.name; }
     /** Its index among the children of its father. */
     constexpr std::uint32_t number() const noexcept { return number_; }
 
 protected:
+    /** Its number in the schema that is called. */
+    std::uint32_t number(const Context &cx) const
+    {
+        owner_.check_called(cx, name(), "child");
+        return number_;
+    }
     constexpr Child(Ports &owner, const char *name, const char *doc, std::uint32_t flags) noexcept
-        : previous_(owner.last_child_), number_(owner.child_count_), table_{sizeof(jde_child), JDE_MOTOR, name, "", doc, flags, 0}
+        : owner_(owner), previous_(owner.last_child_), number_(owner.child_count_), table_{sizeof(jde_child), JDE_MOTOR, name, "", doc, flags, 0}
     {
         if (number_ > 0 && (previous_->table_.flags & JDE_MANY) != 0) {
             detail::children_of_any_number_are_the_last_children();
@@ -98,6 +104,7 @@ protected:
     constexpr void set(PerceptiveChild) noexcept { table_.kind = JDE_PERCEPTIVE; }
     constexpr void set(Optional) noexcept { table_.flags |= JDE_OPTIONAL; }
 
+    const Ports &owner_;
     const Child *previous_;
     std::uint32_t number_;
     jde_child table_;
@@ -124,7 +131,7 @@ private:
         Outcome missed = Outcome::accepted;
         jde_child_status status = {sizeof(jde_child_status), JDE_SLEPT, 0, 0};
         /* It also ends in a call that the host has given up, because all its requests are refused. */
-        for (std::uint32_t child = number(); cx.host().child(cx.raw(), child, &status) == JDE_OK; child++) {
+        for (std::uint32_t child = number(cx); cx.host().child(cx.raw(), child, &status) == JDE_OK; child++) {
             const Outcome outcome = detail::outcome(name(), call, request(cx.raw(), child));
             missed = outcome == Outcome::accepted ? missed : outcome;
         }

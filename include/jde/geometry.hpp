@@ -67,22 +67,29 @@ struct LaserPoint {
 };
 
 /**
- * The hits of a scan, first beam first. Beams without a hit or a measurement are left out (REP-117). An object too close to
+ * Calls `use` with each hit of a scan, first beam first. Beams without a hit or a measurement are left out (REP-117). An object too close to
  * measure counts as at `range_min`.
  */
-inline std::vector<LaserPoint> points(const LaserScan &scan)
+template <typename Use>
+void for_each_point(const LaserScan &scan, Use use)
 {
-    std::vector<LaserPoint> points;
     const auto ranges = elements(scan.ranges);
-    points.reserve(ranges.size());
     for (std::size_t beam = 0; beam < ranges.size(); beam++) {
         const float range = std::isinf(ranges[beam]) && ranges[beam] < 0.0f ? scan.range_min : ranges[beam];
         if (range >= scan.range_min && range <= scan.range_max) {
             const double angle = static_cast<double>(scan.angle_min) + static_cast<double>(beam) * static_cast<double>(scan.angle_increment);
             const double length = static_cast<double>(range);
-            points.push_back({beam, angle, length, length * std::cos(angle), length * std::sin(angle)});
+            use(LaserPoint{beam, angle, length, length * std::cos(angle), length * std::sin(angle)});
         }
     }
+}
+
+/** The same as a list. */
+inline std::vector<LaserPoint> points(const LaserScan &scan)
+{
+    std::vector<LaserPoint> points;
+    points.reserve(elements(scan.ranges).size());
+    for_each_point(scan, [&](const LaserPoint &point) { points.push_back(point); });
     return points;
 }
 
@@ -90,11 +97,11 @@ inline std::vector<LaserPoint> points(const LaserScan &scan)
 inline std::optional<double> nearest_ahead(const LaserScan &scan, double half_width)
 {
     std::optional<double> nearest;
-    for (const LaserPoint &point : points(scan)) {
+    for_each_point(scan, [&](const LaserPoint &point) {
         if (point.x > 0.0 && std::fabs(point.y) <= half_width && (!nearest || point.x < *nearest)) {
             nearest = point.x;
         }
-    }
+    });
     return nearest;
 }
 

@@ -38,6 +38,15 @@ private:
     friend class Child;
     friend struct detail::Access;
 
+    /** Throws unless the schema of these ports is called. The same number would mean another port of another schema. */
+    void check_called(const Context &cx, const char *name, const char *what) const
+    {
+        if (table_ != cx.ports()) {
+            throw std::logic_error(std::string("`") + name + "` is a " + what +
+                                   " of another schema than the one that is called; use it in calls of its own");
+        }
+    }
+
     const detail::Port *last_port_ = nullptr;
     const Child *last_child_ = nullptr;
     std::uint32_t port_count_ = 0;
@@ -106,13 +115,10 @@ protected:
 
     const char *name() const noexcept { return table_.name; }
 
-    /** The number of the port in the schema that is called. The same number would mean another port of another schema. */
+    /** The number of the port in the schema that is called. */
     std::uint32_t number(const Context &cx) const
     {
-        if (owner_.table_ != cx.ports()) {
-            throw std::logic_error(std::string("`") + name() +
-                                   "` is a port of another schema than the one that is called; use it in calls of its own");
-        }
+        owner_.check_called(cx, name(), "port");
         return number_;
     }
 

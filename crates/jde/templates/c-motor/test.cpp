@@ -17,7 +17,7 @@ static double speed_at(float range)
     bench.import("laser", scan(range));
     JDE_EXPECT(bench.check().ready);
     bench.iterate();
-    return bench.commanded<jde::Twist>("base")->linear.x;
+    return bench.commanded<jde::Twist>("base").value().linear.x;
 }
 
 static void it_is_not_ready_without_a_scan()

@@ -41,7 +41,7 @@ static void the_robot_turns_to_the_nearest_obstacle()
     bench.import("nearest", jde::Pose2D{0.0, 1.0, 0.0});
     JDE_EXPECT(bench.check().ready);
     bench.iterate();
-    JDE_EXPECT(bench.commanded<jde::Twist>("base")->angular.z == 0.5);
+    JDE_EXPECT(bench.commanded<jde::Twist>("base").value().angular.z == 0.5);
 }
 
 int main()

@@ -36,7 +36,7 @@ static void a_father_acts()
     const Doors *passed = bench.exported_in_place<Doors>("passed");
     JDE_EXPECT(passed != nullptr && jde::text(passed->building) == "annex" && jde::elements(passed->places)[0].y == 2.0);
     JDE_EXPECT(bench.exported_at("passed") == 5ns);
-    JDE_EXPECT(bench.commanded<jde::Twist>("base")->linear.x == -0.2);
+    JDE_EXPECT(bench.commanded<jde::Twist>("base").value().linear.x == -0.2);
     JDE_EXPECT(bench.modulated<bool>("cruise", "hurry") == false);
     JDE_EXPECT(bench.policy("cruise")->time == 1s);
     JDE_EXPECT(bench.child_state("brake") == jde::State::checking && bench.child_state("map") == jde::State::winner);
@@ -95,6 +95,7 @@ class Faulty : public jde::Motor<FaultyPorts>, public jde::Panel {
 public:
     static constexpr jde::About about() { return {"faulty", "Fails.", 1s}; }
     CounterPorts foreign;
+    PorterPorts other;
 
     void iterate(jde::Context &cx) override
     {
@@ -103,7 +104,8 @@ public:
         case 1: throw std::out_of_range("beyond the end");
         case 2: throw jde::Failure("the cable is loose");
         case 3: foreign.count.write(cx, 1); break;
-        case 4: JDE_EXPECT(base.command(cx, jde::planar(std::numeric_limits<double>::quiet_NaN(), 0.0)) == jde::Outcome::not_finite);
+        case 4: other.brake.wake(cx); break;
+        case 5: JDE_EXPECT(base.command(cx, jde::planar(std::numeric_limits<double>::quiet_NaN(), 0.0)) == jde::Outcome::not_finite);
         }
     }
     void draw(jde::Context &cx, jde::Pen &) const override { const_cast<Faulty *>(this)->out.write(cx, 1.0); }
@@ -113,8 +115,9 @@ static void exceptions_are_failures_with_their_texts()
 {
     jde::Bench<Faulty> bench;
     const char *const reasons[] = {"it threw what is no std::exception", "beyond the end", "the cable is loose",
-                                   "`count` is a port of another schema than the one that is called; use it in calls of its own"};
-    for (std::uint32_t mistake = 0; mistake < 4; mistake++) {
+                                   "`count` is a port of another schema than the one that is called; use it in calls of its own",
+                                   "`brake` is a child of another schema than the one that is called; use it in calls of its own"};
+    for (std::uint32_t mistake = 0; mistake < 5; mistake++) {
         bench.set("mistake", mistake);
         try {
             bench.iterate();
@@ -124,7 +127,7 @@ static void exceptions_are_failures_with_their_texts()
             JDE_EXPECT(failed.panicked() == (mistake != 2));
         }
     }
-    bench.set<std::uint32_t>("mistake", 4);
+    bench.set<std::uint32_t>("mistake", 5);
     bench.iterate();
     JDE_EXPECT(failure([&] { bench.draw(); }) == "it tried to write in a call that changes nothing");
 }
