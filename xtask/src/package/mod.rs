@@ -56,22 +56,27 @@ struct Release<'r> {
 
 /// Makes the packages, and prints the path and the size of each.
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
-    let mut cargo = shell::cargo();
-    cargo.arg("build").current_dir(root);
-    let is_python = choice.only == [Form::Python];
-    if choice.dev || is_python {
-        cargo.arg("--workspace");
-    }
-    if is_python {
+    let forms = if choice.only.is_empty() {
+        &[Form::Tarball, Form::Deb]
+    } else {
+        choice.only.as_slice()
+    };
+    let build = |all: bool| {
+        let mut cargo = shell::cargo();
+        cargo.arg("build").current_dir(root);
+        if all {
+            cargo.arg("--workspace");
+        }
+        cargo
+    };
+    if forms.contains(&Form::Python) {
         let target = Metadata::of_workspace(root)?.target_directory;
-        println!("{}", python::make(root, &target, cargo, paint)?.display());
+        println!("{}", python::make(root, &target, build(true), paint)?.display());
+    }
+    if forms.iter().all(|form| *form == Form::Python) {
         return Ok(());
     }
-    let forms = if choice.only.is_empty() {
-        Form::value_variants()
-    } else {
-        &choice.only
-    };
+    let cargo = build(choice.dev);
     for package in make(root, cargo, choice.dev, forms, paint)? {
         let megabytes = package.metadata()?.len() as f64 / 1e6;
         println!("{megabytes:6.1} MB  {}", package.display());
