@@ -189,8 +189,6 @@ impl Pioneer {
     }
 }
 
-/// The speeds from the wheels. The turn rate comes from the firmware if it measures it, because that is more
-/// accurate.
 /// Returns the circle in which a robot turns, with the usual place of its laser.
 fn body(now: Duration, model: &Model) -> Body {
     let (x, y) = (model.laser.x_mm / 1000.0, model.laser.y_mm / 1000.0);
@@ -205,6 +203,8 @@ fn body(now: Duration, model: &Model) -> Body {
     }
 }
 
+/// The speeds from the wheels. The turn rate comes from the firmware if it measures it, because that is more
+/// accurate.
 fn twist(model: &Model, sip: &Sip) -> Twist {
     let speed = |units: i16| f64::from(units) * model.units.velocity_mm_s;
     let (left, right) = (speed(sip.left_velocity), speed(sip.right_velocity));

@@ -179,8 +179,8 @@ impl Session {
         self.variables.iter().filter(fits)
     }
 
-    /// The body of a robot, by its driver, or of the robot that a schema drives or reads: of the first one, if
-    /// it is bound to none. `None` until it is published. Call in each frame, as [`Self::value`].
+    /// The body that this driver exports, or that of the robot to which this schema is bound; the first body for a
+    /// schema that is bound to no robot. `None` until it is published. Call in each frame, as [`Self::value`].
     pub(crate) fn body(&self, schema: &str) -> Option<Body> {
         let info = self.schema(schema)?;
         let is_bound = |robot: &str| {

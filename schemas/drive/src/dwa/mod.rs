@@ -20,8 +20,9 @@ const PERIOD: f64 = 0.05;
 
 /// Follows a path among the obstacles of a map by the best of many arcs.
 ///
-/// It is ready while it has a path, a pose on a map, and a scan that measures something. The arcs avoid what the map has; before the command acts, it is checked against the newest scan. If every arc
-/// touches something, it backs with `escape` as far as the map is free, or stands and states the reason.
+/// It is ready while it has a path, a pose on a map, and a scan that measures something. The arcs avoid what the
+/// map has; before the command acts, it is checked against the newest scan. If every arc touches something, it
+/// backs with `escape` as far as the map is free, or stands and states the reason.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "20ms")]
 pub struct Dwa {
