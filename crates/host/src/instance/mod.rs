@@ -159,7 +159,8 @@ impl Instance {
     }
 
     /// Evaluates the precondition as [`Self::check`] does and, if it is true, iterates in the same call. Returns
-    /// whether it iterated, and the check's result or the error of either.
+    /// whether it iterated, and the check's result or the error of either. A process that died in the call counts as
+    /// one that iterated: what it had published took effect.
     pub(crate) fn check_and_iterate(&mut self) -> (bool, Result<CheckResult, String>) {
         self.begin_turn();
         let ((status, ready, urgency), failure) = self.call(Body::check_and_iterate);
@@ -170,7 +171,7 @@ impl Instance {
             urgency,
             newest,
         });
-        (ready, result)
+        (ready || self.is_dead(), result)
     }
 
     /// Draws the panel from the values read since the last release. Returns `None` if there is no panel.
