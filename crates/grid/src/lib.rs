@@ -38,7 +38,7 @@ pub use field::Field;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
 pub use layers::{Drawing, Lanes, Layers};
 pub use line::walk;
-pub use nearest::nearest_open;
+pub use nearest::{nearest_open, nearest_reachable};
 pub use occupancy::{Occupancy, OccupancyGrid};
 pub use price::{MAX_WEIGHT, Prices, UNIT, Unknown};
 pub use rolling::{Ray, RollingGrid};

@@ -1,9 +1,12 @@
-//! The open cell next to a closed one: where a robot that is too close to an obstacle can go, and what of a goal
-//! beside an obstacle can be reached.
+//! The open cell next to a closed one: where a robot that is too close to an obstacle can go, and which cell near a
+//! goal can be reached.
 
 use crate::costmap::{Costmap, INSCRIBED};
 use crate::geometry::Cell;
 use crate::price::Prices;
+
+/// The steps to the neighbours of a cell.
+const SIDES: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
 /// Returns the open cell nearest to `from`, if there is one within `reach` cells; `from` itself if it is open.
 ///
@@ -15,10 +18,6 @@ pub fn nearest_open(costs: &Costmap, prices: &Prices, from: Cell, reach: f64) ->
     if !geometry.contains(from) {
         return None;
     }
-    let square = |cell: Cell| {
-        let (x, y) = (cell.x.abs_diff(from.x), cell.y.abs_diff(from.y));
-        f64::from(x).powi(2) + f64::from(y).powi(2)
-    };
     let mut seen = vec![false; geometry.cells()];
     let mut open: Vec<Cell> = Vec::new();
     let mut due = vec![from];
@@ -27,9 +26,9 @@ pub fn nearest_open(costs: &Costmap, prices: &Prices, from: Cell, reach: f64) ->
             open.push(cell);
             continue;
         }
-        for (x, y) in [(1, 0), (0, 1), (-1, 0), (0, -1)] {
+        for (x, y) in SIDES {
             let next = cell.offset(x, y).filter(|&next| geometry.contains(next));
-            if let Some(next) = next.filter(|&next| square(next) <= reach * reach)
+            if let Some(next) = next.filter(|&next| square(next, from) <= reach * reach)
                 && (costs.get(next) == INSCRIBED || prices.at(costs, next) > 0)
                 && !core::mem::replace(&mut seen[geometry.index(next)], true)
             {
@@ -37,7 +36,44 @@ pub fn nearest_open(costs: &Costmap, prices: &Prices, from: Cell, reach: f64) ->
             }
         }
     }
-    open.into_iter().min_by(|&a, &b| square(a).total_cmp(&square(b)))
+    open.into_iter()
+        .min_by(|&a, &b| square(a, from).total_cmp(&square(b, from)))
+}
+
+/// Returns the cell nearest to `goal` of those to which a way over open cells leads from `start`, if there is one
+/// within `reach` cells of `goal`. Takes a time in proportion to the cells that are reached.
+#[must_use]
+pub fn nearest_reachable(
+    costs: &Costmap,
+    prices: &Prices,
+    start: Cell,
+    goal: Cell,
+    reach: f64,
+) -> Option<Cell> {
+    let geometry = costs.geometry();
+    let is_open = |cell: Cell| geometry.contains(cell) && prices.at(costs, cell) > 0;
+    let mut due: Vec<Cell> = Vec::from_iter(Some(start).filter(|&start| is_open(start)));
+    let mut seen = vec![false; geometry.cells()];
+    let mut best = None;
+    while let Some(cell) = due.pop() {
+        let distance = square(cell, goal);
+        if distance <= best.map_or(reach * reach, |(least, _)| least) {
+            best = Some((distance, cell));
+        }
+        for (x, y) in SIDES {
+            if let Some(next) = cell.offset(x, y).filter(|&next| is_open(next))
+                && !core::mem::replace(&mut seen[geometry.index(next)], true)
+            {
+                due.push(next);
+            }
+        }
+    }
+    best.map(|(_, cell)| cell)
+}
+
+/// The square of the distance between two cells.
+fn square(a: Cell, b: Cell) -> f64 {
+    f64::from(a.x.abs_diff(b.x)).powi(2) + f64::from(a.y.abs_diff(b.y)).powi(2)
 }
 
 #[cfg(test)]
@@ -49,6 +85,11 @@ mod tests {
 
     /// `#` an obstacle, `o` too close to one, `?` unknown.
     fn nearest(row: &str, from: u32, reach: f64) -> Option<u32> {
+        let (costs, prices) = costmap(row);
+        nearest_open(&costs, &prices, Cell::new(from, 0), reach).map(|cell| cell.x)
+    }
+
+    fn costmap(row: &str) -> (Costmap, Prices) {
         let costs: Vec<u8> = row
             .bytes()
             .map(|symbol| match symbol {
@@ -59,9 +100,25 @@ mod tests {
             })
             .collect();
         let geometry = Geometry::new(costs.len() as u32, 1, 0.1, (0.0, 0.0, 0.0)).expect("valid");
-        let costs = Costmap::with_costs(geometry, &costs);
-        let prices = Prices::new(1.0, Unknown::Closed);
-        nearest_open(&costs, &prices, Cell::new(from, 0), reach).map(|cell| cell.x)
+        (
+            Costmap::with_costs(geometry, &costs),
+            Prices::new(1.0, Unknown::Closed),
+        )
+    }
+
+    #[test]
+    fn the_nearest_that_can_be_reached_is_not_in_a_pocket() {
+        let (costs, prices) = costmap("?....ooo..o#");
+        let nearest = |start, goal, reach| {
+            let (start, goal) = (Cell::new(start, 0), Cell::new(goal, 0));
+            nearest_reachable(&costs, &prices, start, goal, reach).map(|cell| cell.x)
+        };
+        assert_eq!(nearest(2, 8, 4.0), Some(4), "not the pocket");
+        assert_eq!(nearest(2, 8, 3.9), None);
+        assert_eq!(nearest(2, 3, 0.0), Some(3), "the goal itself");
+        assert_eq!(nearest(9, 2, 6.0), Some(8));
+        assert_eq!(nearest(5, 4, 9.0), None, "from an obstacle");
+        assert_eq!(nearest(12, 4, 9.0), None, "from outside");
     }
 
     #[test]

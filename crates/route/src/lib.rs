@@ -27,6 +27,8 @@ pub struct Terms<'call> {
     pub patience: f64,
     /// How many targets may be out of reach before the mission fails.
     pub skips: u32,
+    /// Whether the robot is where its way to the current target ends. The target then counts as reached.
+    pub is_at_end: bool,
 }
 
 /// The progress through the targets.
@@ -73,7 +75,7 @@ impl Targets {
     ) -> (Target, Mission) {
         if let Some(target) = self.current(terms) {
             let distance = pose.distance_to(&target);
-            if distance < terms.tolerance {
+            if distance < terms.tolerance || terms.is_at_end {
                 self.arrive(cx, target);
             } else {
                 let patience = Duration::try_from_secs_f64(terms.patience).unwrap_or_default();

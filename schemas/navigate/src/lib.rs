@@ -28,7 +28,7 @@ pub struct Navigate {
     /// The map, used only by the panel.
     #[import(optional)]
     map: Import<OccupancyGrid>,
-    /// The planned path, used only by the panel.
+    /// The planned path, used by the panel, and for a target that cannot be reached exactly.
     #[import(optional)]
     path: Import<Path>,
     /// The scan of the laser, used only by the panel.
@@ -43,6 +43,10 @@ pub struct Navigate {
     /// Distance to a target below which it counts as reached.
     #[modulation(default = 0.3, unit = "m", min = 0.01)]
     tolerance: Modulation<f64>,
+    /// How far from a target that no way reaches the path may end. At its end the target then counts as reached.
+    /// Above 0 it takes the place of the planner's own `tolerance`.
+    #[modulation(default = 0.0, unit = "m", min = 0.0, max = 5.0)]
+    nearby: Modulation<f64>,
     /// Time for which it may lead without getting nearer to a target, which then counts as out of reach; 0
     /// for no limit.
     #[modulation(default = 60.0, unit = "s", min = 0.0)]
@@ -61,12 +65,17 @@ pub struct Navigate {
     /// The target of the planner.
     #[modulates(child = "plan", name = "target")]
     target: Modulates<Target>,
+    /// How far from a target that no way reaches the planner may end its path, m.
+    #[modulates(child = "plan", name = "tolerance", optional)]
+    plan_tolerance: Modulates<f64>,
     /// Drive along the path.
     #[child(group = "base")]
     drive: Children,
     targets: Targets,
     /// The number of the last failure of a recovery.
     failure: u64,
+    /// The tolerance that the planner has from here; 0 if it has its own.
+    stated: f64,
 }
 
 impl Schema for Navigate {
@@ -77,8 +86,13 @@ impl Schema for Navigate {
         let Some(pose) = pose.filter(|pose| pose.x.is_finite() && pose.y.is_finite()) else {
             return Ok(());
         };
-        let terms = self.terms(cx);
+        let mut terms = self.terms(cx);
         self.take_failure(cx, &terms);
+        let nearby = self.nearby.get(cx);
+        if core::mem::replace(&mut self.stated, nearby) != nearby {
+            self.plan_tolerance.set(cx, nearby);
+        }
+        terms.is_at_end = self.is_at_end(cx, &terms, pose);
         let planner = self.state.get(cx);
         let words = planner.as_ref().map(|state| state.as_str());
         let (target, mission) = self.targets.advance(cx, &terms, pose, words);
@@ -104,6 +118,18 @@ impl Navigate {
         }
     }
 
+    /// Whether the robot is at the end of a path that ends near the current target. A path to another target does
+    /// not: the planner has not planned anew yet.
+    fn is_at_end(&self, cx: &Context, terms: &Terms, pose: Pose2D) -> bool {
+        let target = self.targets.current(terms);
+        let path = self.path.get(cx);
+        let end = path.as_ref().and_then(|path| path.poses.last());
+        target.zip(end).is_some_and(|(target, end)| {
+            let end = Pose2D::from(end.pose);
+            end.distance_to(&target) <= self.nearby.get(cx) && pose.distance_to(&end) < terms.tolerance
+        })
+    }
+
     fn terms<'call>(&self, cx: &'call Context<'_>) -> Terms<'call> {
         Terms {
             route: self.route.sample(cx),
@@ -111,6 +137,7 @@ impl Navigate {
             tolerance: self.tolerance.get(cx),
             patience: self.patience.get(cx),
             skips: self.skips.get(cx),
+            is_at_end: false,
         }
     }
 }

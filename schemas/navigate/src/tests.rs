@@ -39,6 +39,43 @@ fn the_planner_receives_one_target_after_another() {
 }
 
 #[test]
+fn at_the_end_of_a_path_near_a_target_in_an_obstacle_the_target_counts_as_reached() {
+    let (first, second) = (Pose2D::new(5.0, 0.0, 0.0), Pose2D::new(9.0, 0.0, 0.0));
+    let mut bench = father(&[first, second]);
+    let mut path = Path::default();
+    path.poses
+        .push(PoseStamped {
+            pose: Pose2D::new(4.5, 0.0, 0.0).into(),
+            ..PoseStamped::default()
+        })
+        .expect("it fits");
+    bench.import("path", &path);
+    assert_eq!(iterate_at(&mut bench, 4.4, 0.0).reached, 0, "none may end before");
+    assert_eq!(
+        bench.modulated::<f64>("plan", "tolerance"),
+        None,
+        "the planner's own is in force"
+    );
+    bench.set("nearby", 0.6);
+    assert_eq!(
+        iterate_at(&mut bench, 4.1, 0.0).reached,
+        0,
+        "it is not at the end"
+    );
+    assert_eq!(bench.modulated("plan", "tolerance"), Some(0.6));
+    bench.set("nearby", 0.0);
+    iterate_at(&mut bench, 4.1, 0.0);
+    assert_eq!(bench.modulated("plan", "tolerance"), Some(0.0), "it follows");
+    bench.set("nearby", 0.6);
+    assert_eq!(iterate_at(&mut bench, 4.4, 0.0).reached, 1);
+    assert_eq!(
+        iterate_at(&mut bench, 4.4, 0.0).reached,
+        1,
+        "it is not the path to the second target"
+    );
+}
+
+#[test]
 fn poses_that_are_no_numbers_or_jump_and_a_gap_in_time_neither_reach_nor_give_up_a_target() {
     let mut bench = father(&[Pose2D::new(9.0, 0.0, 0.0)]);
     bench.set("patience", 3.0);

@@ -1,7 +1,7 @@
 //! Where a way begins and ends, when the robot or the target is too close to an obstacle or in a keep-out zone.
 
 use jde_grid::costmap::LETHAL;
-use jde_grid::{Cell, Costmap, PlanError, Prices, nearest_open, way_out};
+use jde_grid::{Cell, Costmap, PlanError, Prices, nearest_open, nearest_reachable, way_out};
 
 use crate::followed::Followed;
 use crate::situation::Situation;
@@ -23,6 +23,19 @@ impl Ends<'_> {
             return Err(Situation::TargetInZone);
         }
         Ok(goal)
+    }
+
+    /// Returns the cell nearest to the target to which a way leads, at most `tolerance` metres away.
+    pub(crate) fn reachable(&self, start: Cell, target: (f64, f64), tolerance: f64) -> Option<Cell> {
+        let costs = self.followed.costs();
+        let goal = costs.geometry().cell_at(target)?;
+        nearest_reachable(
+            costs,
+            self.prices,
+            start,
+            goal,
+            tolerance / costs.geometry().resolution(),
+        )
     }
 
     /// Returns the cell to plan from, and the points in columns and rows over which the robot gets there.

@@ -9,7 +9,8 @@ mod panel;
 mod situation;
 
 use jde_grid::{
-    Angles, Drawing, Field, Inflation, Lanes as DrawnLanes, PlanError, Prices, Route as Way, Unknown,
+    Angles, Cell, Costmap, Drawing, Field, Inflation, Lanes as DrawnLanes, PlanError, Prices, Route as Way,
+    Unknown,
 };
 use jde_schema::prelude::*;
 use jde_schema::types::{Lanes, Zones};
@@ -21,6 +22,9 @@ use situation::Situation;
 
 /// By how much a path may leave the planned way, in cells: far below what a cell itself leaves open.
 const TOLERANCE: f64 = 0.25;
+
+/// A field to a goal, with the prices that it was made from.
+type PricedField = Option<(Prices, Field)>;
 
 /// How it plans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
@@ -71,7 +75,7 @@ pub struct Plan {
     /// How many times its length a way along an obstacle costs more. 0 is the shortest way.
     #[modulation(default = 4.0, min = 0.0, max = 20.0)]
     clearance: Modulation<f64>,
-    /// How far from a target in an obstacle the path may end.
+    /// How far from a target that cannot be reached the path may end.
     #[modulation(default = 0.0, unit = "m", min = 0.0, max = 5.0)]
     tolerance: Modulation<f64>,
     /// Whether the way may lead through unknown cells.
@@ -94,8 +98,8 @@ pub struct Plan {
     #[export]
     state: Export<Text<160>>,
     followed: Option<Followed>,
-    /// The field of prices to the last target, with the prices that it was made from.
-    field: Option<(Prices, Field)>,
+    /// The fields to the last target, and to the place near it where the path ends instead.
+    fields: [PricedField; 2],
     situation: Option<Situation>,
     /// What an operator has drawn on the panel.
     drawn: Drawn,
@@ -136,11 +140,13 @@ impl Plan {
         let change = Followed::follow(&mut self.followed, map, inflation, drawing);
         match &change {
             Ok(Change::Cells(cells)) => {
-                if let (Some((_, field)), Some(followed)) = (&mut self.field, &self.followed) {
-                    field.update(followed.costs(), cells);
+                if let Some(followed) = &self.followed {
+                    for (_, field) in self.fields.iter_mut().flatten() {
+                        field.update(followed.costs(), cells);
+                    }
                 }
             }
-            Ok(Change::All) | Err(_) => self.field = None,
+            Ok(Change::All) | Err(_) => self.fields = Default::default(),
         }
         change?;
         let robot = pose.pose2d();
@@ -168,24 +174,20 @@ impl Plan {
             followed,
             prices: &prices,
         };
-        let goal = ends.goal(target, self.tolerance.get(cx))?;
+        let tolerance = self.tolerance.get(cx);
+        let goal = ends.goal(target, tolerance)?;
         let (mut points, start) = ends.start(robot, 2.0 * self.circumscribed.get(cx))?;
-        let costs = followed.costs();
-        let search = |angles| jde_grid::plan(costs, &prices, angles, start, goal);
-        let way = match self.planner.get(cx) {
-            Planner::Grid => search(Angles::Eight),
-            Planner::AnyAngle => search(Angles::Any),
-            Planner::Gradient => {
-                let is_same = |(made, field): &(Prices, Field)| *made == prices && field.goal() == goal;
-                let mut field = match self.field.take().filter(is_same) {
-                    Some((_, field)) => field,
-                    None => Field::new(costs, &prices, goal)?,
-                };
-                let way = field.route(start);
-                self.field = Some((prices, field));
-                way
-            }
+        let (costs, planner) = (followed.costs(), self.planner.get(cx));
+        let [exact, instead] = &mut self.fields;
+        let mut way = search(planner, costs, &prices, exact, (start, goal));
+        let place = match way {
+            Err(PlanError::Unreachable) if tolerance > 0.0 => ends.reachable(start, target, tolerance),
+            _ => None,
         };
+        match place {
+            Some(place) => way = search(planner, costs, &prices, instead, (start, place)),
+            None => *instead = None,
+        }
         let way = way.map_err(|error| match error {
             PlanError::Unreachable if followed.has_zones() => Situation::NoWayOutside,
             other => other.into(),
@@ -253,6 +255,30 @@ impl Plan {
             Unknown::Closed
         }
     }
+}
+
+/// Returns the way between two cells. The gradient field is kept for the next one.
+fn search(
+    planner: Planner,
+    costs: &Costmap,
+    prices: &Prices,
+    kept: &mut PricedField,
+    (start, goal): (Cell, Cell),
+) -> Result<Way, PlanError> {
+    let angles = match planner {
+        Planner::Grid => Angles::Eight,
+        Planner::AnyAngle => Angles::Any,
+        Planner::Gradient => {
+            let is_same = |(made, field): &(Prices, Field)| made == prices && field.goal() == goal;
+            let field = match kept.take().filter(is_same) {
+                Some((_, field)) => field,
+                None => Field::new(costs, prices, goal)?,
+            };
+            let (_, field) = kept.insert((prices.clone(), field));
+            return field.route(start);
+        }
+    };
+    jde_grid::plan(costs, prices, angles, start, goal)
 }
 
 /// The path through these points. Each pose faces the next one, and the last faces as the one before it.

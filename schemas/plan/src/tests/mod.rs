@@ -195,6 +195,32 @@ fn a_path_may_end_before_a_target_in_an_obstacle() {
 }
 
 #[test]
+fn a_path_ends_as_near_as_it_can_to_a_target_that_no_way_reaches() {
+    let rows = ["............", ".....#####..", ".....#...#..", ".....#####.."];
+    for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
+        let mut bench = bench(&map(&rows), (0.05, 0.05), (0.65, 0.15));
+        bench.set("planner", planner);
+        assert_eq!(state(&mut bench), "no way leads to the goal");
+        bench.set("tolerance", 0.15);
+        assert_eq!(state(&mut bench), "no way leads to the goal", "too far");
+        bench.set("tolerance", 0.3);
+        for _ in 0..2 {
+            let state = state(&mut bench);
+            assert!(state.starts_with("a path of"), "{state}");
+            let last = *poses(&bench).expect("a path").last().expect("poses");
+            assert!(
+                last.distance_to(&Pose2D::new(0.65, 0.35, 0.0)) < 1e-6,
+                "behind the wall: {last:?}"
+            );
+        }
+        bench.import("map", &*map(&[rows[0]; 4]));
+        state(&mut bench);
+        let last = *poses(&bench).expect("a path").last().expect("poses");
+        assert_eq!((last.x, last.y), (0.65, 0.15), "the way is open");
+    }
+}
+
+#[test]
 fn unknown_cells_are_walls_unless_permitted() {
     let mut bench = bench(&map(&[".....?....."]), (0.05, 0.05), (1.05, 0.05));
     assert_eq!(state(&mut bench), "no way leads to the goal");
