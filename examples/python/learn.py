@@ -36,6 +36,16 @@ def prepare(env):
     env.distance = math.hypot(x, y)
 
 
+class Seen(gymnasium.ObservationWrapper):
+    """The environment as the policy sees it."""
+
+    observation_space = gymnasium.spaces.Box(-np.inf, np.inf, shape=(3,), dtype=np.float32)
+
+    def observation(self, pose):
+        """Return what is seen from a pose."""
+        return np.array(seen(*pose), dtype=np.float32)
+
+
 def reach():
     """Return the environment, whose observation is what the policy sees."""
     env = jde.gym.make(
@@ -47,8 +57,7 @@ def reach():
         prepare=prepare,
         limit=20.0,
     )
-    space = gymnasium.spaces.Box(-np.inf, np.inf, shape=(3,), dtype=np.float32)
-    return gymnasium.wrappers.TransformObservation(env, lambda pose: np.array(seen(*pose), dtype=np.float32), space)
+    return Seen(env)
 
 
 def drive(env, weights, seed):
