@@ -30,4 +30,13 @@ def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str]
 
 def test_a_name_that_hides_the_package_is_refused(tmp_path: Path) -> None:
     done = Robot(tmp_path).jde("new", "schema", "jde", "--python")
-    assert done.status == 2
+    assert done.status == 2 and "the name `jde` is taken" in done.text, done.text
+
+
+@pytest.mark.parametrize("name", ["class", "lambda", "random", "pytest"])
+def test_a_word_of_python_is_refused_for_a_schema_in_python_alone(tmp_path: Path, name: str) -> None:
+    robot = Robot(tmp_path)
+    done = robot.jde("new", "schema", name, "--python")
+    assert done.status == 2 and not (tmp_path / name).exists()
+    assert f"the name `{name}` is taken: Python has a keyword or a module of that name" in done.text, done.text
+    assert robot.jde("new", "schema", name).status == 0
