@@ -140,6 +140,12 @@ impl Bench {
             .collect()
     }
 
+    /// Returns the name, the time, ns, and the number of the policy that the schema set through a child, if it did.
+    fn policy(&self, role: &str) -> Option<(&'static str, u64, f64)> {
+        let policy = self.bench.policy(role)?;
+        Some((policy.name(), policy.time(), policy.number()))
+    }
+
     /// Returns the log: of each message the level and the text.
     fn log(&self) -> Vec<(String, String)> {
         let messages = self.bench.log().iter();

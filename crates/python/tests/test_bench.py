@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy
 import pytest
@@ -23,6 +24,7 @@ from jde import (
     Modulates,
     Modulation,
     Outcome,
+    Policy,
     Precondition,
     Problems,
     Schema,
@@ -299,6 +301,52 @@ def test_a_father_wakes_modulates_and_decides() -> None:
     bench.set_child("near", State.CHECKING)
     bench.set_child("far", State.CHECKING)
     assert bench.arbitrate("base") == (None, "nobody of base")
+
+
+def test_a_father_sets_the_policy_of_a_group() -> None:
+    class Sets(Father, kind="motor", period="75ms"):
+        wanted: ClassVar[Any] = Policy.PRIORITY
+
+        def iterate(self, cx: Context) -> None:
+            cx.info(self.near.set_policy(self.wanted).name)
+
+    bench = Bench(Sets)
+    assert bench.policy("near") is None
+    policies = [Policy.PRIORITY, Policy.URGENCY, Policy.FATHER, Policy.sticky(0.5, 0.1), Policy.round_robin(2.0)]
+    assert [policy.name for policy in policies] == ["priority", "urgency", "father", "sticky", "round-robin"]
+    for policy in policies:
+        Sets.wanted = policy
+        bench.iterate()
+        assert bench.policy("near") == policy
+    bench.set_authority(False)
+    bench.iterate()
+    assert [text for _, text in bench.log] == ["ACCEPTED"] * 5 + ["REFUSED"]
+    Sets.wanted = 2
+    with pytest.raises(RuntimeError, match="`near` takes a Policy, such as Policy.URGENCY, not 2"):
+        bench.iterate()
+
+
+def test_the_policy_of_a_child_without_a_group_is_a_mistake_in_words() -> None:
+    class Sets(Father, kind="motor", period="75ms"):
+        def iterate(self, cx: Context) -> None:
+            self.scout.set_policy(Policy.URGENCY)
+
+    with pytest.raises(RuntimeError, match="`scout` competes in no group"):
+        Bench(Sets).iterate()
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Policy("loudest"), "no policy 'loudest', but priority, urgency, sticky, round-robin, father"),
+        (lambda: Policy.sticky(-0.5, 0.1), "0 or more, not -0.5 and 0.1"),
+        (lambda: Policy.sticky(0.5, math.nan), "0 or more, not 0.5 and nan"),
+        (lambda: Policy.round_robin(0.0), "a turn is longer than 0 s"),
+    ],
+)
+def test_what_is_no_policy_is_refused(make: Callable[[], Policy], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()
 
 
 class Motor(Schema, kind="driver", period="20ms"):

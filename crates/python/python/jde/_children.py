@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 from jde._ports import Outcome
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from jde._schema import Schema
+
+#: The host's answer to what makes no sense.
+BAD_ARGUMENT = 4
 
 
 class State(IntEnum):
@@ -26,11 +30,45 @@ class State(IntEnum):
 
 @dataclass(frozen=True)
 class Policy:
-    """A policy of a group: `Policy.PRIORITY`, `Policy.sticky(0.5, 0.1)`, ..."""
+    """How a group settles a collision (R4): `Policy.PRIORITY`, `Policy.sticky(0.5, 0.1)`, ..."""
 
-    code: int
-    dwell: float = 0.0
+    PRIORITY: ClassVar[Policy]
+    """The first READY member in the father's order wins."""
+    URGENCY: ClassVar[Policy]
+    """The READY member with the highest urgency wins."""
+    FATHER: ClassVar[Policy]
+    """The father's function `arbitrate` chooses."""
+
+    name: str
+    time: float = 0.0
+    """The dwell, or the turn, s."""
     hysteresis: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no policy."""
+        if self.name not in _POLICIES:
+            raise ValueError(f"there is no policy {self.name!r}, but {', '.join(_POLICIES)}")
+        if not (0.0 <= self.time < 9e9 and 0.0 <= self.hysteresis < math.inf):
+            raise ValueError(
+                f"a policy has a time and a hysteresis of 0 or more, not {self.time} and {self.hysteresis}"
+            )
+        if self.name == "round-robin" and round(self.time * 1e9) == 0:
+            raise ValueError(f"a turn is longer than 0 s, and not {self.time} s")
+
+    @classmethod
+    def sticky(cls, dwell: float, hysteresis: float = 0.0) -> Policy:
+        """The winner stays for `dwell` seconds, and until a rival is more urgent by more than `hysteresis`."""
+        return cls("sticky", dwell, hysteresis)
+
+    @classmethod
+    def round_robin(cls, turn: float) -> Policy:
+        """Each READY member in turn, in the father's order, for `turn` seconds."""
+        return cls("round-robin", turn)
+
+
+#: The names of the policies, in the order of their numbers.
+_POLICIES = ("priority", "urgency", "sticky", "round-robin", "father")
+Policy.PRIORITY, Policy.URGENCY, Policy.FATHER = Policy("priority"), Policy("urgency"), Policy("father")
 
 
 class Role:
@@ -113,7 +151,13 @@ class BoundChild:
 
     def set_policy(self, policy: Policy) -> Outcome:
         """Change the policy of the group in which the child competes."""
-        return Outcome(self._raw.set_policy(self.number, policy.code, round(policy.dwell * 1e9), policy.hysteresis))
+        if not isinstance(policy, Policy):
+            raise TypeError(f"`{self.name}` takes a Policy, such as Policy.URGENCY, not {policy!r}")
+        code, time_ns = _POLICIES.index(policy.name), round(policy.time * 1e9)
+        status = self._raw.set_policy(self.number, code, time_ns, policy.hysteresis)
+        if status == BAD_ARGUMENT:
+            raise ValueError(f"`{self.name}` competes in no group, so there is no policy to set")
+        return Outcome(status)
 
 
 class BoundChildren:

@@ -9,7 +9,7 @@ import json
 from typing import Any, Generic, TypeVar
 
 from jde import _jde
-from jde._children import State
+from jde._children import Policy, State
 from jde._ports import Port
 from jde._schema import Precondition, Schema
 
@@ -125,6 +125,11 @@ class Bench(Generic[S]):
     def awake_children(self) -> list[str]:
         """The children that are awake, in the order of their roles."""
         return self._bench.awake_children()
+
+    def policy(self, child: str) -> Policy | None:
+        """Return the policy that the schema set through a child; None if it set none."""
+        found = self._bench.policy(self._child(child))
+        return None if found is None else Policy(found[0], found[1] / 1e9, found[2])
 
     @property
     def log(self) -> list[tuple[str, str]]:
