@@ -97,10 +97,21 @@ impl Run {
         })
     }
 
-    /// Runs the next instant. Returns whether the application goes on.
-    fn step(&self, py: Python<'_>) -> PyResult<bool> {
-        let next = py.detach(|| self.state().lockstep.as_ref()?.next_instant());
-        Ok(self.advance(py, next.unwrap_or_default(), false)? != Stop::End)
+    /// Runs the next instant, or until a time, s, if that comes first. Returns whether the application goes on: not
+    /// if it has ended, and not if nothing is due and no time is given.
+    #[pyo3(signature = (time=None))]
+    fn step(&self, py: Python<'_>, time: Option<f64>) -> PyResult<bool> {
+        let end = time.map(nanoseconds).transpose()?;
+        let next = py.detach(|| next_instant(self.state().lockstep.as_mut()?, &self.handle));
+        match next.into_iter().chain(end).min() {
+            Some(time) => Ok(self.advance(py, time, false)? != Stop::End),
+            None => Ok(false),
+        }
+    }
+
+    /// Whether a time, s, is reached.
+    fn has_reached(&self, time: f64) -> PyResult<bool> {
+        Ok(self.handle.now() >= nanoseconds(time)?)
     }
 
     /// Runs until a time, s. Returns whether the application goes on.
@@ -414,15 +425,13 @@ impl State {
             let Some(lockstep) = &mut self.lockstep else {
                 return Stop::End;
             };
+            let next = next_instant(lockstep, handle);
+            if next.is_none() && end == FOREVER {
+                return Stop::Time;
+            }
             // Without records nothing looks at the instants in between.
-            let next = match self.observation {
-                Some(_) => lockstep.next_instant().unwrap_or(end).min(end),
-                None => lockstep
-                    .next_instant()
-                    .unwrap_or(end)
-                    .saturating_add(MAX_STRIDE)
-                    .min(end),
-            };
+            let stride = if self.observation.is_some() { 0 } else { MAX_STRIDE };
+            let next = next.unwrap_or(end).saturating_add(stride).min(end);
             let outcome = lockstep.run_until(next);
             let is_true = self.observe(handle);
             if outcome.is_some() {
@@ -445,4 +454,13 @@ impl State {
         let observation = self.observation.as_mut();
         observation.is_some_and(|observation| observation.observe(handle.now()))
     }
+}
+
+/// Returns the time of the next instant at which anything is due.
+fn next_instant(lockstep: &mut Lockstep, handle: &Handle) -> Option<Nanos> {
+    lockstep.next_instant().or_else(|| {
+        // What an operator has done since is processed at the present time, and may make a schema due.
+        lockstep.run_until(handle.now());
+        lockstep.next_instant()
+    })
 }

@@ -105,6 +105,41 @@ def test_conditions_are_those_of_breakpoints(navigation: Path) -> None:
         assert decision["reason"]
 
 
+@pytest.fixture
+def still(tmp_path: Path, reach: Path) -> Path:
+    """Return an application whose schemas sleep, so that nothing is ever due."""
+    source = "from jde import Export, Schema\nclass Never(Schema, kind='motor', period='1s'):\n"
+    (tmp_path / "never.py").write_text(source + "    number: Export[float]\n    def iterate(self, cx): pass\n")
+    file = tmp_path / "still.toml"
+    file.write_text('name = "still"\nroots = ["never"]\n[schemas.never]\ntype = "never.py"\n')
+    return file
+
+
+def test_a_function_is_not_waited_for_when_nothing_is_due(still: Path) -> None:
+    with jde.run(still, mocks=["never"]) as run:
+        run.stop("never")
+        run.until(1.0)
+        assert not run.step(), "nothing is due"
+        assert not run.until(lambda run: False)
+        assert not run.until("time > 5.0")
+        assert run.time == 1.0
+        assert not run.until(lambda run: False, within=2.0)
+        assert run.time == 3.0
+        assert run.outcome is None
+        run.release("never")
+        assert run.step(), "its check is due"
+        assert run.time == pytest.approx(3.0, abs=1.0)
+
+
+def test_a_time_is_reached_to_the_nanosecond(navigation: Path) -> None:
+    with jde.run(navigation) as run:
+        assert 0.1 + 0.2 > 0.3
+        assert run.until(0.1 + 0.2)
+        assert run.time == 0.3
+        assert not run.until(lambda run: False, within=0.033)
+        assert run.time == pytest.approx(0.333)
+
+
 def test_a_mission_ends_the_run(navigation: Path) -> None:
     with jde.run(navigation) as run:
         assert not run.until(1e4), "it ends before"

@@ -89,7 +89,7 @@ class Run:
         return self._native.outcome
 
     def step(self) -> bool:
-        """Run the next instant at which anything is due. Return whether the application goes on."""
+        """Run the next instant at which anything is due. Return whether there was one and the application goes on."""
         return self._native.step()
 
     def until(self, target: float | str | Callable[[Run], object], *, within: float | None = None) -> bool:
@@ -104,10 +104,10 @@ class Run:
             return self._native.until_condition(target, end)
         if not callable(target):
             self._native.until_time(float(target))
-            return self.time >= float(target)
+            return self._native.has_reached(float(target))
         try:
             while not target(self):
-                if (end is not None and self.time >= end) or not self._native.step():
+                if (end is not None and self._native.has_reached(end)) or not self._native.step(end):
                     return False
         except BaseException:
             self.close()
