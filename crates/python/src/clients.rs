@@ -94,6 +94,13 @@ impl RemoteApplication {
         &self.remote.about().name
     }
 
+    /// The name with the id of this run, by which the executable finds it among others of the name.
+    #[getter]
+    fn address(&self) -> String {
+        let about = self.remote.about();
+        format!("{}@{}", about.name, about.id)
+    }
+
     /// Whether the application can be reached.
     #[getter]
     fn is_alive(&self) -> bool {
@@ -125,7 +132,7 @@ impl RemoteApplication {
     /// Receives the values of a variable, all or at most so many a second.
     #[pyo3(signature = (name, rate=None))]
     fn watch(&self, py: Python<'_>, name: &str, rate: Option<f64>) -> PyResult<Watch> {
-        let rate = rate.map_or(Rate::Full, Rate::at_least);
+        let rate = rate.map(valid_rate).transpose()?.unwrap_or(Rate::Full);
         self.receive(py, |send| {
             self.remote
                 .watch(name, rate, move |sample| send(Arrival::Value(sample)))
@@ -134,8 +141,8 @@ impl RemoteApplication {
 
     /// Receives the drawings of a panel, at most so many a second.
     fn watch_panel(&self, py: Python<'_>, schema: &str, rate: f64) -> PyResult<Watch> {
+        let rate = valid_rate(rate)?;
         self.receive(py, |send| {
-            let rate = Rate::at_least(rate);
             self.remote
                 .watch_panel(schema, rate, move |panel| send(Arrival::Panel(panel)))
         })
@@ -247,6 +254,9 @@ impl Watch {
     /// Waits for the next arrival, at most so many seconds; `None` after that time or at the end.
     #[pyo3(signature = (timeout=None))]
     fn receive<'py>(&self, py: Python<'py>, timeout: Option<f64>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if timeout.is_some_and(f64::is_nan) {
+            return Err(PyValueError::new_err("nan s is no time to wait"));
+        }
         let end = timeout.map(|timeout| Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 1e9)));
         loop {
             let left = end.map_or(LOOK, |end| end.saturating_duration_since(Instant::now()));
@@ -280,6 +290,15 @@ impl Lease {
     fn close(&self, py: Python<'_>) {
         py.detach(|| drop(lock(&self.0).take()));
     }
+}
+
+/// Returns the rate of so many arrivals a second, or more.
+fn valid_rate(rate: f64) -> PyResult<Rate> {
+    if rate > 0.0 && rate.is_finite() {
+        return Ok(Rate::at_least(rate));
+    }
+    let message = format!("{rate} is no rate: give a number above 0, how many a second");
+    Err(PyValueError::new_err(message))
 }
 
 fn sending(sender: SyncSender<Arrival>, missed: Arc<AtomicU64>) -> impl Fn(Arrival) + Send + Sync {

@@ -1,13 +1,18 @@
 """Clients of a running application."""
 
 import asyncio
+import contextlib
+import math
+import socket
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
 import jde
+from jde.clients import Watch
 
 #: The longest wait for something that happens at once, s.
 PATIENCE = 60.0
@@ -18,12 +23,21 @@ def robot(navigation: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """Run safe navigation in real time, and return a connection."""
     monkeypatch.setenv("JDE_RUNTIME_DIR", str(tmp_path / "run"))
     command = ["jde", "run", str(navigation), "--plain", "--for", f"{PATIENCE}s", "--set", "example.rounds=0"]
+    with running(command):
+        yield jde.connect()
+
+
+@contextlib.contextmanager
+def running(command: list[str]) -> Iterator[None]:
+    """Run an application in real time."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as application:
         assert application.stdout is not None
         application.stdout.readline()
-        yield jde.connect()
-        application.terminate()
-        application.communicate()
+        try:
+            yield
+        finally:
+            application.terminate()
+            application.communicate()
 
 
 def test_values_are_read_and_watched(robot: jde.Remote) -> None:
@@ -60,6 +74,38 @@ def test_a_watch_is_an_iterator_for_tasks_too(robot: jde.Remote) -> None:
     assert list(watch) == [], "it is closed"
 
 
+def test_a_task_receives_what_has_arrived_by_the_end() -> None:
+    class Over:
+        """A subscription of an application that is gone."""
+
+        is_over = True
+
+        def __init__(self) -> None:
+            self.waiting = [1, 2, 3]
+
+        def receive(self, timeout: float | None) -> Any:
+            return self.waiting.pop(0) if self.waiting else None
+
+    async def take() -> list[int]:
+        return [arrival async for arrival in Watch(cast(Any, Over()))]
+
+    assert asyncio.run(asyncio.wait_for(take(), PATIENCE)) == [1, 2, 3]
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf])
+def test_a_rate_is_above_zero(robot: jde.Remote, rate: float) -> None:
+    for watch in (robot.watch, robot.panel):
+        with pytest.raises(ValueError, match="is no rate: give a number above 0"):
+            watch("pioneer.truth", rate=rate)
+
+
+def test_a_wait_is_a_time(robot: jde.Remote) -> None:
+    with robot.watch("pioneer.truth") as watch:
+        with pytest.raises(ValueError, match="nan s is no time to wait"):
+            watch.receive(math.nan)
+        assert watch.receive(PATIENCE) is not None
+
+
 def test_an_operator_acts_for_a_block(robot: jde.Remote) -> None:
     with robot.hold("stop", "example"), robot.setting("goon.ahead", "90 cm"):
         assert robot["goon.ahead"] == 0.9
@@ -94,6 +140,87 @@ def test_a_block_is_recorded(robot: jde.Remote, tmp_path: Path) -> None:
         for _ in range(5):
             watch.receive(PATIENCE)
     assert len(jde.open(file)["pioneer.truth"]) > 0
+
+
+def afar(folder: Path, reach: Path, name: str, protocol: str, link: str) -> tuple[str, list[str]]:
+    """Write an application with the schema `idle`. Return its endpoint, and the command that runs it."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"{protocol}/127.0.0.1:{free.getsockname()[1]}"
+    head = "from jde import Actuator, Schema\nfrom jde import types as t\n"
+    idle = "class Idle(Schema, kind='motor', period='100ms'):\n    base: Actuator[t.Twist]\n"
+    (folder / "idle.py").write_text(head + idle + "    def iterate(self, cx): pass\n")
+    (folder / "afar.toml").write_text(
+        f'name = "{name}"\nroots = ["idle"]\n[link]\nlisten = ["{endpoint}"]\n{link}\n'
+        '[schemas.robot]\ntype = "sim/robot"\n'
+        f'model = "{reach.parent / "cart.toml"}"\nworld = "{reach.parent / "empty.toml"}"\n'
+        '[schemas.idle]\ntype = "idle.py"\nactuators = { base = "robot.velocity" }\n'
+    )
+    return endpoint, ["jde", "run", str(folder / "afar.toml"), "--plain", "--for", f"{PATIENCE}s"]
+
+
+def test_an_application_afar_is_asked_and_recorded_rather_than_its_namesake(
+    robot: jde.Remote, reach: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = str(tmp_path / "run")
+    endpoint, command = afar(tmp_path, reach, robot.name, "tcp", "insecure = true")
+    monkeypatch.setenv("JDE_RUNTIME_DIR", str(tmp_path / "afar"))
+    with running(command):
+        monkeypatch.setenv("JDE_RUNTIME_DIR", here)
+        monkeypatch.setenv("JDE_AT", "tcp/127.0.0.1:1")
+        away = jde.connect(robot.name, at=[endpoint])
+        assert "example" in robot.why("example")
+        assert "idle" in away.why("idle")
+        with pytest.raises(jde.Error, match="vff"):
+            away.why("vff")
+        file = tmp_path / "afar.mcap"
+        with away.watch("robot.truth") as watch, away.record(file, "robot.truth"):
+            while not file.exists():
+                assert watch.receive(PATIENCE) is not None
+            for _ in range(5):
+                watch.receive(PATIENCE)
+    assert len(jde.open(file)["robot.truth"]) > 0
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> dict[str, Path]:
+    """Make the files of docs/link.md: an authority, and the certificate and the key of this machine."""
+    files = {name: tmp_path / name for name in ("ca.key", 'the "ca".pem', "me.key", "me.csr", "me.pem")}
+    ca_key, ca, key, request, certificate = map(str, files.values())
+    new = ["req", "-newkey", "ed25519", "-nodes"]
+    for arguments in (
+        [*new, "-x509", "-subj", "/CN=our robots", "-keyout", ca_key, "-out", ca],
+        [*new, "-subj", "/CN=here", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", request],
+        ["x509", "-req", "-in", request, "-CA", ca, "-CAkey", ca_key, "-copy_extensions", "copy", "-out", certificate],
+    ):
+        subprocess.run(["openssl", *arguments], check=True, capture_output=True)
+    return {"authority": Path(ca), "certificate": Path(certificate), "key": Path(key)}
+
+
+@pytest.mark.parametrize("proof", ["password", "certificate"])
+def test_a_client_proves_who_it_is_within_tls(
+    proof: str, keys: dict[str, Path], reach: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    password = tmp_path / "lab.password"
+    password.write_text("secret\n")
+    tls = ", ".join(f"{name} = '{file}'" for name, file in keys.items())
+    if proof == "password":
+        link = f"user = 'lab'\npassword-file = '{password}'\ntls = {{ {tls}, clients = false }}"
+        known: dict[str, Any] = {"user": "lab", "password_file": password.name, "authority": keys["authority"].name}
+    else:
+        link = f"tls = {{ {tls} }}"
+        known = {name: file.name for name, file in keys.items()}
+    monkeypatch.setenv("JDE_RUNTIME_DIR", str(tmp_path / "run"))
+    endpoint, command = afar(tmp_path, reach, "afar", "tls", link)
+    with running(command):
+        monkeypatch.setenv("JDE_RUNTIME_DIR", str(tmp_path / "elsewhere"))
+        monkeypatch.chdir(tmp_path)
+        robot = jde.connect(at=[endpoint], **known)
+        monkeypatch.chdir(tmp_path.parent)
+        assert "robot.truth" in robot.variables
+        assert "idle" in robot.why("idle")
+        with pytest.raises(jde.Error):
+            jde.connect(at=[endpoint], authority=keys["authority"])
 
 
 def test_without_an_application_a_connection_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 from jde._jde import Error
@@ -22,9 +23,9 @@ def command(*arguments: str) -> list[str]:
     return [str(executable), *arguments]
 
 
-def call(*arguments: str) -> str:
+def call(*arguments: str, environment: Mapping[str, str] | None = None) -> str:
     """Call it, and return what it prints."""
-    done = subprocess.run(command(*arguments), capture_output=True, text=True, check=False)
+    done = subprocess.run(command(*arguments), env=environment, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise Error(done.stderr.strip())
     return done.stdout

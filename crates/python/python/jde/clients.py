@@ -8,6 +8,7 @@ import json
 import os
 import signal
 import subprocess
+import tempfile
 from collections.abc import AsyncIterator, Iterator, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -55,11 +56,15 @@ class Watch:
 
     async def __aiter__(self) -> AsyncIterator[Any]:
         """Yield each arrival; other tasks run meanwhile."""
-        while not self._native.is_over:
+        while True:
+            # Asked before, so that what has arrived by the end is still received.
+            is_over = self._native.is_over
             # Short, so that a task that was cancelled leaves no thread behind.
             arrival = await asyncio.to_thread(self.receive, 0.1)
             if arrival is not None:
                 yield arrival
+            elif is_over:
+                return
 
     def close(self) -> None:
         """End the subscription."""
@@ -83,9 +88,9 @@ class Remote:
     a modulation or a period as an operator (R14), until it is released.
     """
 
-    def __init__(self, native: _jde.Remote) -> None:
-        """Take a connection; `connect` makes one."""
-        self._native = native
+    def __init__(self, native: _jde.Remote, at: Sequence[str] = (), key: str = "") -> None:
+        """Take a connection, its endpoints, and the text of a key file for them; `connect` makes one."""
+        self._native, self._at, self._key = native, tuple(at), key
 
     @property
     def name(self) -> str:
@@ -131,8 +136,9 @@ class Remote:
         return self._native.snapshot()
 
     def why(self, question: str) -> str:
-        """Answer a question as `jde why` does. Only for an application on this machine."""
-        return _executable.call("why", "--app", self.name, *question.split())
+        """Answer a question as `jde why` does."""
+        with self._target() as target:
+            return _executable.call("why", *target, "--", *question.split(), environment=_environment())
 
     def play(self, schema: str) -> None:
         """Wake a schema as its father would."""
@@ -178,15 +184,30 @@ class Remote:
     @contextlib.contextmanager
     def record(self, file: str | os.PathLike[str], *patterns: str) -> Iterator[None]:
         """Record the variables that match, or all, to a file for the time of a block; see `jde record`."""
-        command = _executable.command("record", "--app", self.name, os.fspath(file), *patterns)
-        recorder = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        try:
-            yield
-        finally:
-            recorder.send_signal(signal.SIGINT)
-            said, _ = recorder.communicate()
-            if recorder.returncode != 0:
-                raise _jde.Error(said.strip())
+        with self._target() as target:
+            command = _executable.command("record", *target, "--", os.fspath(file), *patterns)
+            recorder = subprocess.Popen(
+                command, env=_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            )
+            try:
+                yield
+            finally:
+                recorder.send_signal(signal.SIGINT)
+                said, _ = recorder.communicate()
+                if recorder.returncode != 0:
+                    raise _jde.Error(said.strip())
+
+    @contextlib.contextmanager
+    def _target(self) -> Iterator[list[str]]:
+        """Return the options of the executable that select this application."""
+        target = ["--app", self._native.address, *(part for endpoint in self._at for part in ("--at", endpoint))]
+        if not self._key:
+            yield target
+            return
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as key:
+            key.write(self._key)
+            key.flush()
+            yield [*target, "--key", key.name]
 
     def _operate(self, action: str, schema: str, lease: float | None = None) -> _jde.Lease | None:
         return self._native.operate(json.dumps({"action": action, "schema": schema}), lease)
@@ -226,4 +247,26 @@ def connect(
     login = None if user is None or password_file is None else (user, os.fspath(password_file))
     identity = None if certificate is None or key is None else (os.fspath(certificate), os.fspath(key))
     signed_by = None if authority is None else os.fspath(authority)
-    return Remote(_jde.Remote(name, list(at), login, signed_by, identity))
+    native = _jde.Remote(name, list(at), login, signed_by, identity)
+    return Remote(native, at, _key_file(login, signed_by, identity) if at else "")
+
+
+def _key_file(login: tuple[str, str] | None, authority: str | None, identity: tuple[str, str] | None) -> str:
+    """Return the text of the key file of the executable with these credentials."""
+    tls = {"authority": authority, "certificate": identity and identity[0], "key": identity and identity[1]}
+    text = "" if login is None else f"user = {_quoted(login[0])}\npassword-file = {_path(login[1])}\n"
+    given = [f"{name} = {_path(file)}\n" for name, file in tls.items() if file is not None]
+    return text + "".join(["[tls]\n", *given] if given else [])
+
+
+def _path(file: str) -> str:
+    return _quoted(os.path.abspath(file))
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment of the executable without the variables that select an application."""
+    return {name: value for name, value in os.environ.items() if name not in ("JDE_APP", "JDE_AT", "JDE_KEY")}
