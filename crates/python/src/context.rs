@@ -4,7 +4,7 @@
 
 use std::ffi::CStr;
 use std::ptr::null_mut;
-use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use jde_abi::raw::{self, Host};
@@ -31,6 +31,17 @@ pub(crate) struct Context {
     /// The thread of the present call.
     thread: AtomicU64,
     given: Mutex<Vec<Py<PyAny>>>,
+    /// Whether a value is being written. Its elements may be computed in Python, which may try to write another.
+    writing: AtomicBool,
+}
+
+/// A write that is under way.
+struct Writing<'c>(&'c AtomicBool);
+
+impl Drop for Writing<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
 }
 
 impl Context {
@@ -42,6 +53,7 @@ impl Context {
             present: AtomicPtr::new(null_mut()),
             thread: AtomicU64::new(0),
             given: Mutex::default(),
+            writing: AtomicBool::new(false),
         }
     }
 
@@ -79,6 +91,15 @@ impl Context {
             ));
         }
         Ok(present)
+    }
+
+    fn begin_write(&self) -> PyResult<Writing<'_>> {
+        if self.writing.swap(true, Ordering::Relaxed) {
+            return Err(PyRuntimeError::new_err(
+                "a value is being written: compute its elements first, and write one value after the other",
+            ));
+        }
+        Ok(Writing(&self.writing))
     }
 
     fn layout(&self, port: u32) -> PyResult<&Layout> {
@@ -154,11 +175,13 @@ impl Context {
     fn write(&self, port: u32, value: &Bound<'_, PyAny>, time_ns: u64) -> PyResult<i32> {
         let layout = self.layout(port)?;
         let context = self.present()?;
+        let _writing = self.begin_write()?;
         let mut buffer = null_mut();
         // SAFETY: the context of the present call, and room for a pointer.
         match unsafe { (self.host.loan)(context, port, &raw mut buffer) } {
             raw::OK if !buffer.is_null() => {
-                // SAFETY: the host's buffer for a value of the port, which nobody else uses until it is published.
+                // SAFETY: the host's buffer for a value of the port, which nobody else uses until it is published:
+                // a second write is refused meanwhile.
                 let bytes = unsafe { std::slice::from_raw_parts_mut(buffer.cast::<u8>(), layout.ty.bytes) };
                 layout.encode(value, bytes)?;
             }
@@ -175,6 +198,7 @@ impl Context {
     /// Retracts the newest value of an export.
     fn retract(&self, port: u32) -> PyResult<()> {
         let context = self.present()?;
+        let _writing = self.begin_write()?;
         if let Some(retract) = self.host.retract {
             // SAFETY: the context of the present call.
             unsafe { retract(context, port) };

@@ -319,11 +319,17 @@ fn encode_field(field: &Field, part: &Part, value: &Bound<'_, PyAny>, bytes: &mu
             {
                 return Ok(());
             }
-            for (index, item) in value.try_iter().map_err(of_field)?.enumerate().take(count) {
-                let element = &mut room[index * size..][..size];
+            // The iterator of a class in Python may disagree with its length.
+            let mut items = value.try_iter().map_err(of_field)?;
+            for given in 0..count {
+                let item = items.next().ok_or_else(|| miscounted(field, count, given))?;
+                let element = &mut room[given * size..][..size];
                 encode_element(field, part, &item.map_err(of_field)?, element).map_err(of_field)?;
             }
-            Ok(())
+            match items.next() {
+                Some(_) => Err(miscounted(field, count, count + 1)),
+                None => Ok(()),
+            }
         }
     }
 }
@@ -344,6 +350,14 @@ fn in_field(py: Python<'_>, name: &str, error: PyErr) -> PyErr {
     } else {
         PyValueError::new_err(message)
     }
+}
+
+fn miscounted(field: &Field, count: usize, given: usize) -> PyErr {
+    let more = if given > count { " or more" } else { "" };
+    PyValueError::new_err(format!(
+        "`{}` has {count} elements by its length, and its iterator gives {given}{more}",
+        field.name
+    ))
 }
 
 fn too_many(field: &Field, count: usize, what: &str) -> PyErr {

@@ -395,6 +395,62 @@ def test_too_many_elements_are_refused() -> None:
         Bench(Shy).give("laser", t.LaserScan(ranges=[1.0] * 1089))
 
 
+class Lying(list):  # type: ignore[type-arg]
+    """Numbers whose iterator disagrees with their length."""
+
+    def __init__(self, length: int, given: Iterator[float]) -> None:
+        super().__init__([0.0] * length)
+        self.given = given
+
+    def __iter__(self) -> Iterator[float]:
+        return self.given
+
+
+@pytest.mark.parametrize(("given", "words"), [(2, "gives 2"), (4, "gives 4 or more")])
+def test_elements_that_disagree_with_their_number_are_refused(given: int, words: str) -> None:
+    numbers = Lying(3, iter([1.0] * given))
+    with pytest.raises(ValueError, match=f"`ranges` has 3 elements by its length, and its iterator {words}$"):
+        Bench(Shy).give("laser", t.LaserScan(ranges=numbers))
+
+
+def test_a_write_during_a_write_is_refused() -> None:
+    class Writes(Schema, kind="perceptive", period="1s"):
+        scan: Export[t.LaserScan]
+        nested: ClassVar[str] = "write"
+
+        def within(self) -> Iterator[float]:
+            yield 1.0
+            if self.nested == "write":
+                self.scan.write(t.LaserScan(ranges=[7.0, 7.0]))
+            elif self.nested == "retract":
+                self.scan.retract()
+            yield 2.0
+
+        def iterate(self, cx: Context) -> None:
+            self.scan.write(t.LaserScan(ranges=Lying(2, self.within())))
+
+    bench = Bench(Writes)
+    for Writes.nested in ("write", "retract"):
+        with pytest.raises(RuntimeError, match="a value is being written: compute its elements first"):
+            bench.iterate()
+        assert bench.exported("scan") is None
+    Writes.nested = "nothing"
+    bench.iterate()
+    assert list(bench.exported("scan").ranges) == [1.0, 2.0], "a write that failed has ended"
+
+
+@pytest.mark.parametrize("time", [math.nan, -1.0, 1e300])
+def test_a_time_of_a_value_that_is_none_is_refused(time: float) -> None:
+    class Writes(Schema, kind="perceptive", period="1s"):
+        nearest: Export[float]
+
+        def iterate(self, cx: Context) -> None:
+            self.nearest.write(1.0, time=time)
+
+    with pytest.raises(RuntimeError, match=f"export `nearest`: {re.escape(repr(time))} is no time: it is in seconds"):
+        Bench(Writes).iterate()
+
+
 def test_a_number_that_is_not_finite_is_refused() -> None:
     class Wrong(Schema, kind="motor", period="1s"):
         base: Actuator[t.Twist]

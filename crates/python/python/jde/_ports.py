@@ -136,8 +136,8 @@ class Writer(Generic[T]):
         port = self._port
         if port.choice is not None:
             value = port.to(value)
-        time_ns = 0 if time is None else round(time * 1e9)
         try:
+            time_ns = 0 if time is None else _nanoseconds(time)
             return Outcome(self._cx._raw.write(port.number, value, time_ns))
         except (TypeError, ValueError) as error:
             raise type(error)(f"{port.role} `{port.name}`: {error}") from None
@@ -246,6 +246,12 @@ def command(neutral: Any, *, validity: str | float, unit: str = "") -> Any:
 def modulates(child: str, name: str, *, unit: str = "") -> Any:
     """The modulation `name` of a child, which is an attribute of the schema."""
     return Modulates(Options(child=child, name=name, unit=unit))
+
+
+def _nanoseconds(time: float) -> int:
+    if not 0.0 <= time < 9e9:
+        raise ValueError(f"{time!r} is no time: it is in seconds since the application's start")
+    return round(time * 1e9)
 
 
 def names_of(choice: type[Enum]) -> list[str]:
