@@ -6,7 +6,24 @@ from typing import Any
 
 import pytest
 
-from jde import Actuator, Child, Command, Export, Import, Modulates, Modulation, Schema, modulates, modulation
+from jde import (
+    Actuator,
+    Child,
+    Command,
+    Export,
+    Import,
+    Modulates,
+    Modulation,
+    Schema,
+    child,
+    children,
+    command,
+    modulates,
+    modulation,
+    optional,
+    trigger,
+    unit,
+)
 from jde import types as t
 
 
@@ -15,6 +32,21 @@ class Whole(Schema):
 
     def iterate(self, cx: Any) -> None:
         """Do nothing."""
+
+
+async def asynchronous(self: Any, cx: Any) -> bool:
+    """Return a coroutine."""
+    return True
+
+
+def generator(self: Any, cx: Any) -> Any:
+    """Return a generator."""
+    yield True
+
+
+async def both(self: Any, cx: Any) -> Any:
+    """Return an asynchronous generator."""
+    yield True
 
 
 def declare(body: dict[str, Any], **options: Any) -> None:
@@ -38,7 +70,52 @@ def test_a_class_without_iterate_is_refused() -> None:
     [
         ({}, {"kind": "actor", "period": 1}, "of the kind 'actor'"),
         ({}, {"kind": "motor"}, "states no period"),
-        ({}, {"kind": "motor", "period": "fast"}, "'fast' is no time"),
+        ({}, {"kind": "motor", "period": "fast"}, "Wrong: period: 'fast' is no time"),
+        ({}, {"kind": "motor", "period": "1.2.3s"}, "Wrong: period: '1.2.3s' is no time"),
+        ({}, {"kind": "motor", "period": None}, "states no period"),
+        ({}, {"kind": "motor", "period": []}, r"Wrong: period: \[\] is no time"),
+        ({}, {"kind": "motor", "period": -1}, "Wrong: period: -1 is no time of a schema: write one above 0"),
+        ({}, {"kind": "motor", "period": 0}, "Wrong: period: 0 is no time of a schema"),
+        ({}, {"kind": "motor", "period": float("nan")}, "Wrong: period: nan is no time"),
+        ({}, {"kind": "motor", "period": 1, "budget": float("inf")}, "Wrong: budget: inf is no time of a schema"),
+        ({}, {"kind": "motor", "period": 1, "priod": 2}, "Wrong states priod, and a schema states kind, period"),
+        ({}, {"period": 1}, "Wrong states no kind"),
+        ({"check": asynchronous}, MOTOR, "Wrong.check is asynchronous or a generator.*write def check without async"),
+        ({"iterate": generator}, MOTOR, "Wrong.iterate is asynchronous or a generator"),
+        ({"awake": both}, MOTOR, "Wrong.awake is asynchronous or a generator"),
+        ({"x": trigger()}, MOTOR, r"Wrong.x is a port .* without its type: write x: Import\[LaserScan\] = trigger"),
+        ({"m": modulation(0.5)}, MOTOR, r"Wrong.m .*: write m: Modulation\[float\] = modulation\(0.5\)"),
+        ({"annotations": {"m": float}, "m": modulation(0.5)}, MOTOR, r"write m: Modulation\[float\]"),
+        ({"c": command(t.Twist(), validity=1)}, MOTOR, r"Wrong.c .*: write c: Command\[Twist\] = command"),
+        ({"s": modulates("near", "speed")}, MOTOR, r"Wrong.s .*: write s: Modulates\[float\]"),
+        ({"o": optional()}, MOTOR, r"Wrong.o .*: write o: Import\[float\] = optional"),
+        ({"e": unit("m")}, MOTOR, r"Wrong.e .*: write e: Export\[float\] = unit"),
+        ({"near": child(group="base")}, MOTOR, r"Wrong.near .*: write near: Child = child"),
+        ({"rest": children()}, MOTOR, r"Wrong.rest .*: write rest: Children = children"),
+        (
+            {"annotations": {"m": Modulation[float]}, "m": 0.8},
+            MOTOR,
+            r"Wrong.m states 0.8: write m: Modulation\[float\] = modulation\(0.8\)",
+        ),
+        ({"annotations": {"m": Modulation[float]}, "m": unit("m")}, MOTOR, r"Wrong.m states no default: write"),
+        ({"annotations": {"laser": Import[float]}, "laser": 3}, MOTOR, r"Wrong.laser states 3, .* Import\[float\]$"),
+        ({"annotations": {"m": Modulation[float]}, "m": modulation(0.8, min="a")}, MOTOR, "Wrong.m: min is a number"),  # type: ignore[arg-type]
+        (
+            {"annotations": {"m": Modulation[float]}, "m": modulation(0.8, max=float("nan"))},
+            MOTOR,
+            "Wrong.m: max is a number, and not nan",
+        ),
+        ({"annotations": {"m": Modulation[float]}, "m": modulation(0.8, unit=1)}, MOTOR, "Wrong.m: unit is a text"),  # type: ignore[arg-type]
+        (
+            {"annotations": {"m": Modulation[float]}, "m": modulation("fast")},
+            MOTOR,
+            "Wrong.m has a default that is none of its type: .*not a str",
+        ),
+        (
+            {"annotations": {"c": Command[t.Twist]}, "c": command(t.Twist(), validity=-1)},
+            MOTOR,
+            "Wrong.c: validity: -1 is no time of a schema",
+        ),
         (
             {"check": lambda self, cx: True},
             {"kind": "perceptive", "period": 1},
@@ -65,6 +142,16 @@ def test_a_class_without_iterate_is_refused() -> None:
 def test_a_mistake_is_named(body: dict[str, Any], options: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         declare(dict(body), **options)
+
+
+def test_a_mistake_is_at_the_line_of_its_class() -> None:
+    with pytest.raises(ValueError, match="Late: period: -1") as raised:
+
+        class Late(Whole, kind="motor", period=-1):
+            pass
+
+    lines = [str(entry.statement) for entry in raised.traceback if str(entry.path) == __file__]
+    assert lines[-1].strip().startswith("class Late(")
 
 
 def test_the_tables_are_checked_as_those_of_any_plugin() -> None:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import inspect as signatures
+import math
 import pickle
 import re
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any, ClassVar, get_args, get_origin, get_type_hints
 
 from jde import _jde
-from jde._children import Candidate, Level, Role, State, Verdict
+from jde._children import Candidate, Child, Level, Role, State, Verdict
 from jde._context import Context
-from jde._ports import Command, Modulates, Modulation, Port, names_of
+from jde._ports import Command, Import, Modulates, Modulation, Port, names_of
 from jde._values import attribute_docs, layout_of
 
 if TYPE_CHECKING:
@@ -31,6 +33,10 @@ FUNCTIONS = {
     "restore": 3,
     "inspect": 2,
 }
+# The kinds of function whose call only makes an object.
+RETURN_AT_ONCE = (signatures.iscoroutinefunction, signatures.isgeneratorfunction, signatures.isasyncgenfunction)
+# The end of times, ns.
+LONGEST = 9e18
 UNITS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
 
 
@@ -119,8 +125,17 @@ class Schema:
     def __init_subclass__(
         cls, kind: str | None = None, period: str | float | None = None, budget: str | float | None = None, **more: Any
     ) -> None:
-        super().__init_subclass__(**more)
+        try:
+            super().__init_subclass__(**more)
+        except TypeError as error:
+            if not more:
+                raise
+            raise TypeError(
+                f"{cls.__name__} states {', '.join(more)}, and a schema states kind, period and budget: {error}"
+            ) from None
         if kind is None:
+            if period is not None or budget is not None:
+                raise TypeError(f'{cls.__name__} states no kind: write kind="motor", "perceptive" or "driver"')
             # A class that others extend.
             return
         if kind not in KINDS:
@@ -138,9 +153,9 @@ class Schema:
             name=cls.__name__,
             doc=signatures.cleandoc(vars(cls).get("__doc__") or ""),
             kind=kind,
-            period_ns=nanoseconds(period),
-            budget_ns=None if budget is None else nanoseconds(budget),
-            ports=[_port_spec(port, docs.get(port.name, ""), children) for port in ports],
+            period_ns=_duration(period, f"{cls.__name__}: period"),
+            budget_ns=None if budget is None else _duration(budget, f"{cls.__name__}: budget"),
+            ports=[_port_spec(cls, port, docs.get(port.name, ""), children) for port in ports],
             children=[_child_spec(child, docs.get(child.name, "")) for child in children],
             functions=_functions(cls, kind),
             layouts=[port.layout for port in ports],
@@ -217,14 +232,18 @@ class Schema:
         return problems.found
 
 
-def nanoseconds(time: str | float) -> int:
-    """Return a time: `"100ms"`, or a number of seconds."""
+def _duration(time: str | float, what: str, *, may_be_zero: bool = False) -> int:
+    """Return a time, `"100ms"` or a number of seconds, in ns."""
+    nanoseconds = math.nan
     if isinstance(time, (int, float)):
-        return round(time * 1e9)
-    match = re.fullmatch(r"\s*([0-9.]+)\s*(s|ms|us|ns)\s*", time)
-    if match is None:
-        raise ValueError(f'{time!r} is no time: write "100ms", "2s" or a number of seconds')
-    return round(float(match[1]) * UNITS[match[2]])
+        nanoseconds = time * 1e9
+    elif isinstance(time, str) and (match := re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|ms|us|ns)\s*", time)):
+        nanoseconds = float(match[1]) * UNITS[match[2]]
+    if math.isnan(nanoseconds):
+        raise ValueError(f'{what}: {time!r} is no time: write "100ms", "2s" or a number of seconds')
+    if not (0.0 if may_be_zero else 0.5) <= nanoseconds < LONGEST:
+        raise ValueError(f"{what}: {time!r} is no time of a schema: write one above 0 and below 290 years")
+    return round(nanoseconds)
 
 
 def _declarations(cls: type[Schema]) -> tuple[list[Port[Any]], list[Role]]:
@@ -249,17 +268,23 @@ def _declarations(cls: type[Schema]) -> tuple[list[Port[Any]], list[Role]]:
             setattr(cls, name, role)
             children.append(role)
             continue
-        if given is not None and not isinstance(given, origin) and type(given) is not Port:
+        is_port = isinstance(given, (Port, Role))
+        if is_port and not isinstance(given, origin) and type(given) is not Port:
             raise TypeError(
                 f"{cls.__name__}.{name} is declared as {origin.__name__}, and its value makes it another port"
             )
-        if given is None and issubclass(origin, (Modulation, Command, Modulates)):
+        if not isinstance(given, origin) and issubclass(origin, (Modulation, Command, Modulates)):
             how = {
-                Modulation: "modulation(0.8)",
+                Modulation: f"modulation({0.8 if is_port or given is None else given!r})",
                 Command: 'command(Twist(), validity="500ms")',
                 Modulates: 'modulates("cruise", "speed")',
             }
-            raise TypeError(f"{cls.__name__}.{name} states nothing but its type: write {name}: {hint} = {how[origin]}")
+            states = "nothing but its type" if given is None else "no default" if is_port else repr(given)
+            raise TypeError(f"{cls.__name__}.{name} states {states}: write {name}: {_written(hint)} = {how[origin]}")
+        if given is not None and not is_port:
+            raise TypeError(
+                f"{cls.__name__}.{name} states {given!r}, and has no value of its own: write {name}: {_written(hint)}"
+            )
         arguments = get_args(hint)
         if not arguments:
             raise TypeError(f"{cls.__name__}.{name} states no type of value: write {origin.__name__}[LaserScan]")
@@ -273,16 +298,57 @@ def _declarations(cls: type[Schema]) -> tuple[list[Port[Any]], list[Role]]:
         port = declared.numbered(len(ports), name, layout, choice)
         setattr(cls, name, port)
         ports.append(port)
+    _refuse_undeclared(cls)
     return ports, children
 
 
-def _port_spec(port: Port[Any], doc: str, children: list[Role]) -> PortSpec:
+def _refuse_undeclared(cls: type[Schema]) -> None:
+    """Refuse ports and children that no annotation declares."""
+    for name in dir(cls):
+        given = signatures.getattr_static(cls, name)
+        if not isinstance(given, (Port, Role)) or given.number >= 0:
+            continue
+        if isinstance(given, Role):
+            how = "Child = child(...)" if isinstance(given, Child) else "Children = children(...)"
+        elif isinstance(given, Import):
+            how = "Import[LaserScan] = trigger()"
+        elif isinstance(given, Modulation):
+            how = f"Modulation[{type(given.options.default).__name__}] = modulation({given.options.default!r})"
+        elif isinstance(given, Command):
+            how = f"Command[{type(given.options.default).__name__}] = command(...)"
+        elif isinstance(given, Modulates):
+            how = "Modulates[float] = modulates(...)"
+        else:
+            how = "Import[float] = optional()" if given.options.optional else 'Export[float] = unit("m")'
+        raise TypeError(f"{cls.__name__}.{name} is a port or a child without its type: write {name}: {how}")
+
+
+def _written(hint: Any) -> str:
+    """Return an annotation as the source has it: `Modulation[float]`."""
+    names = [getattr(argument, "__name__", str(argument)) for argument in get_args(hint)]
+    return f"{(get_origin(hint) or hint).__name__}[{', '.join(names) or 'float'}]"
+
+
+def _port_spec(cls: type[Schema], port: Port[Any], doc: str, children: list[Role]) -> PortSpec:
     options = port.options
+    what = f"{cls.__name__}.{port.name}"
+    for limit in ("min", "max"):
+        given = getattr(options, limit)
+        if given is not None and (not isinstance(given, Real) or math.isnan(given)):
+            raise TypeError(f"{what}: {limit} is a number, and not {given!r}")
+    if not isinstance(options.unit, str):
+        raise TypeError(f'{what}: unit is a text such as "m", and not {options.unit!r}')
+    try:
+        initial = None if options.default is None else port.to(options.default)
+        if initial is not None:
+            port.layout.encode(initial)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"{what} has a default that is none of its type: {error}") from None
     child = 0
     if isinstance(port, Modulates):
         found = [role for role in children if role.name == options.child]
         if not found:
-            raise TypeError(f"`{port.name}` modulates the child `{options.child}`, and the schema has no such child")
+            raise TypeError(f"{what} modulates the child `{options.child}`, and the schema has no such child")
         child = found[0].number
     least, greatest = options.min, options.max
     if port.choice is not None and isinstance(port, Modulation):
@@ -293,11 +359,11 @@ def _port_spec(port: Port[Any], doc: str, children: list[Role]) -> PortSpec:
         doc=doc,
         unit=options.unit,
         layout=port.layout,
-        initial=None if options.default is None else port.to(options.default),
+        initial=initial,
         least=least,
         greatest=greatest,
         choices=names_of(port.choice) if port.choice is not None and isinstance(port, Modulation) else [],
-        validity_ns=nanoseconds(options.validity),
+        validity_ns=_duration(options.validity, f"{what}: validity", may_be_zero=not isinstance(port, Command)),
         trigger=options.trigger,
         fixed=options.fixed,
         optional=options.optional,
@@ -327,6 +393,11 @@ def _functions(cls: type[Schema], kind: str) -> list[str]:
         )
     for name in has:
         function = getattr(cls, name)
+        if any(is_kind(function) for is_kind in RETURN_AT_ONCE):
+            raise TypeError(
+                f"{cls.__name__}.{name} is asynchronous or a generator, which would do nothing when it is called: "
+                f"write def {name} without async, await and yield"
+            )
         try:
             signatures.signature(function).bind(*[None] * (FUNCTIONS[name] + 1))
         except TypeError:
