@@ -70,7 +70,7 @@ fn refuse(scalar: Scalar, value: &Bound<'_, PyAny>) -> PyErr {
     ))
 }
 
-/// Returns the letter of the number in formats of the module `struct`.
+/// Returns the letter of the number in formats of the module `struct` and of memoryviews.
 pub(crate) fn format(scalar: Scalar) -> &'static str {
     match scalar {
         Scalar::Bool => "?",

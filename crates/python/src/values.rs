@@ -10,6 +10,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
+use crate::numbers;
+
 /// A value with fields, which are attributes. Fields of numbers are read-only arrays.
 #[pyclass(frozen, module = "jde", name = "Value")]
 pub(crate) struct StructValue {
@@ -286,7 +288,7 @@ fn array<'py>(
     }
     let part = PyBytes::new(py, &bytes.as_bytes()[start..][..count * scalar.bytes()]);
     let view = py.import("builtins")?.call_method1("memoryview", (part,))?;
-    view.call_method1("cast", (buffer_code(scalar),))
+    view.call_method1("cast", (numbers::format(scalar),))
 }
 
 fn read_scalar<'py>(py: Python<'py>, scalar: Scalar, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
@@ -307,22 +309,5 @@ pub(crate) fn dtype_code(scalar: Scalar) -> &'static str {
         Scalar::I64 => "i8",
         Scalar::F32 => "f4",
         Scalar::F64 => "f8",
-    }
-}
-
-/// The code of a scalar in a memoryview.
-fn buffer_code(scalar: Scalar) -> &'static str {
-    match scalar {
-        Scalar::Bool => "?",
-        Scalar::U8 => "B",
-        Scalar::U16 => "H",
-        Scalar::U32 => "I",
-        Scalar::U64 => "Q",
-        Scalar::I8 => "b",
-        Scalar::I16 => "h",
-        Scalar::I32 => "i",
-        Scalar::I64 => "q",
-        Scalar::F32 => "f",
-        Scalar::F64 => "d",
     }
 }
