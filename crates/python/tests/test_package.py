@@ -1,9 +1,9 @@
 """The package can be imported."""
 
-import re
-
 import jde
+from conftest import Robot
 
 
-def test_the_package_has_the_version_of_the_workspace() -> None:
-    assert re.fullmatch(r"\d+\.\d+\.\d+", jde.__version__)
+def test_the_package_has_the_version_of_the_executable(robot: Robot) -> None:
+    said = robot.jde("--version").text.split()
+    assert jde.__version__ in said, said
