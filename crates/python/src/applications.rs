@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use jde_abi::describe::Role;
 use jde_app::{Application, Override};
@@ -18,7 +18,7 @@ use pyo3::types::PyDict;
 
 use crate::runs::{LivePort, Run};
 use crate::values::{as_text, from_python};
-use crate::{error, nanoseconds};
+use crate::{error, lock, nanoseconds};
 
 /// An application that was loaded and checked.
 #[pyclass(frozen, module = "jde", name = "Application")]
@@ -91,7 +91,7 @@ impl LoadedApplication {
 
 impl LoadedApplication {
     fn load(&self) -> PyResult<Application> {
-        let mut applications = self.applications.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut applications = lock(&self.applications);
         applications
             .load(&self.overrides, &Variant::default())
             .map_err(error)
@@ -100,7 +100,7 @@ impl LoadedApplication {
     fn start(&self, seed: Option<u64>, limit: Option<Nanos>, records: bool) -> PyResult<Run> {
         let mut application = self.load()?;
         application.seed = seed.unwrap_or(application.seed);
-        let mut applications = self.applications.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut applications = lock(&self.applications);
         let plugins = applications.plugins(&Variant::default());
         drop(applications);
         let (mocks, live) = self.mocks(&application);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use jde_app::literal::parse_value;
@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 
 use crate::observation::record_to_python;
 use crate::values::{from_python, to_python};
-use crate::{error, json};
+use crate::{error, json, lock};
 
 /// The most values, records or drawings that wait; newer ones are dropped and counted.
 const MAX_QUEUED: usize = 1000;
@@ -342,8 +342,4 @@ fn sample_to_python<'py>(
         .map(|bytes| to_python(py, &sample.value_type, bytes))
         .transpose()?;
     Ok((value, sample.time as f64 / 1e9, sample.sequence))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

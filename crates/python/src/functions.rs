@@ -4,7 +4,7 @@
 
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr::null_mut;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use jde_abi::raw::{self, Host};
 use jde_abi::table;
@@ -16,6 +16,7 @@ use pyo3::types::{PyBytes, PyType};
 
 use crate::context::Context;
 use crate::describe;
+use crate::lock;
 use crate::panel::{Pen, gesture};
 
 /// The functions of every schema.
@@ -74,7 +75,7 @@ pub(crate) fn table(
 ) -> PyResult<&'static raw::Plugin> {
     let (description, optional) = describe::plugin(py, about, classes)?;
     let table = write::plugin::<InPython>(&description, &FUNCTIONS, &optional);
-    let mut known = CLASSES.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut known = lock(&CLASSES);
     for (index, class) in classes.iter().enumerate() {
         // SAFETY: the table has a schema for each class.
         let schema = unsafe { table.schemas.add(index) };
@@ -113,7 +114,7 @@ unsafe extern "C" fn create(
 
 fn make(py: Python<'_>, schema: *const raw::Schema, host: Host, cx: *mut raw::Context) -> PyResult<Instance> {
     let class = {
-        let known = CLASSES.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock(&CLASSES);
         let found = known.iter().find(|(table, _)| *table == schema as usize);
         found.map(|(_, class)| class.clone_ref(py))
     };

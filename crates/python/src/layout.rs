@@ -1,14 +1,16 @@
 //! The layouts of values: how the bytes of a value become objects of Python, and objects its bytes.
 
-use std::sync::{Arc, OnceLock};
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock, Mutex};
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyString, PyType};
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyList, PyString, PyType};
 
-use crate::numbers;
 use crate::views::Views;
+use crate::{lock, numbers};
 
 /// Arrays and sequences of up to this many numbers become lists; longer ones become views of the memory.
 const LONGEST_LIST: usize = 64;
@@ -19,8 +21,11 @@ pub(crate) struct Layout {
     pub(crate) ty: Arc<Type>,
     fields: Vec<Part>,
     /// The class of its values; none for a type whose only field is its value.
-    class: OnceLock<Py<PyType>>,
+    class: PyOnceLock<Py<PyType>>,
 }
+
+/// The layouts of the types that this process has met, by the hashes of the types.
+static KNOWN: LazyLock<Mutex<HashMap<u64, Py<Layout>>>> = LazyLock::new(Mutex::default);
 
 struct Part {
     name: Py<PyString>,
@@ -96,44 +101,27 @@ impl Layout {
         Ok(Self {
             ty: Arc::new(ty),
             fields: parts,
-            class: OnceLock::new(),
+            class: PyOnceLock::new(),
         })
     }
 
     /// The layouts of all standard types by their names.
     #[staticmethod]
-    fn standard(py: Python<'_>) -> PyResult<Py<PyDict>> {
-        let known = PyDict::new(py);
-        for ty in jde_types::standard() {
-            let part = |field: &Field| {
-                let layout = match &field.kind {
-                    FieldKind::Scalar(_) => None,
-                    FieldKind::Struct(inner) => match known.get_item(&inner.name)? {
-                        Some(layout) => Some(layout.extract::<Py<Layout>>()?),
-                        None => None,
-                    },
-                };
-                Ok(Part {
-                    name: PyString::intern(py, &field.name).unbind(),
-                    layout,
-                })
-            };
-            let fields = ty.fields.iter().map(part).collect::<PyResult<_>>()?;
-            let name = ty.name.clone();
-            let layout = Self {
-                ty: Arc::new(ty),
-                fields,
-                class: OnceLock::new(),
-            };
-            known.set_item(name, Py::new(py, layout)?)?;
-        }
-        Ok(known.unbind())
+    fn standard(py: Python<'_>) -> PyResult<HashMap<String, Py<Layout>>> {
+        let standard = jde_types::standard().into_iter();
+        standard
+            .map(|ty| Ok((ty.name.clone(), Self::of(py, &Arc::new(ty))?)))
+            .collect()
     }
 
-    /// Makes the values objects of a class, whose instances have the fields as attributes.
-    fn bind(&self, class: Py<PyType>) {
+    /// Makes the values objects of a class, whose instances have the fields as attributes. From now on, values of the
+    /// type are objects of this class everywhere.
+    fn bind(slf: Py<Self>, py: Python<'_>, class: Py<PyType>) {
+        let layout = slf.get();
         // A class is bound once, by its own definition.
-        drop(self.class.set(class));
+        drop(layout.class.set(py, class));
+        let replaced = lock(&KNOWN).insert(layout.ty.hash(), slf.clone_ref(py));
+        drop(replaced);
     }
 
     /// The name of the type.
@@ -176,9 +164,33 @@ impl Layout {
 type FieldTuple<'py> = (String, String, String, Bound<'py, PyAny>, String, usize);
 
 impl Layout {
+    /// Returns the layout of a type.
+    pub(crate) fn of(py: Python<'_>, ty: &Arc<Type>) -> PyResult<Py<Self>> {
+        let hash = ty.hash();
+        if let Some(layout) = lock(&KNOWN).get(&hash) {
+            return Ok(layout.clone_ref(py));
+        }
+        let part = |field: &Field| {
+            let layout = match &field.kind {
+                FieldKind::Scalar(_) => None,
+                FieldKind::Struct(inner) => Some(Self::of(py, inner)?),
+            };
+            let name = PyString::intern(py, &field.name).unbind();
+            Ok(Part { name, layout })
+        };
+        let layout = Self {
+            fields: ty.fields.iter().map(part).collect::<PyResult<_>>()?,
+            ty: Arc::clone(ty),
+            class: PyOnceLock::new(),
+        };
+        let layout = Py::new(py, layout)?;
+        lock(&KNOWN).insert(hash, layout.clone_ref(py));
+        Ok(layout)
+    }
+
     /// Whether its only field is its value: a number or a text by itself.
-    fn is_plain(&self) -> bool {
-        matches!(&self.ty.fields[..], [field] if field.name == "data") && self.class.get().is_none()
+    fn is_plain(&self, py: Python<'_>) -> bool {
+        matches!(&self.ty.fields[..], [field] if field.name == "data") && self.class.get(py).is_none()
     }
 
     /// Returns the value at an offset.
@@ -192,7 +204,7 @@ impl Layout {
             let (field, part): (&Field, &Part) = (&self.ty.fields[index], &self.fields[index]);
             decode_field(py, field, part, views, at)
         };
-        if self.is_plain() {
+        if self.is_plain(py) {
             return field(0);
         }
         let class = self.class(py)?;
@@ -210,7 +222,7 @@ impl Layout {
     }
 
     fn encode_into(&self, value: &Bound<'_, PyAny>, bytes: &mut [u8]) -> PyResult<()> {
-        if self.is_plain() {
+        if self.is_plain(value.py()) {
             return encode_field(&self.ty.fields[0], &self.fields[0], value, bytes);
         }
         let class = self.class(value.py())?;
@@ -224,9 +236,16 @@ impl Layout {
         Ok(())
     }
 
+    /// Returns the class of the values, which is made for a type that has none.
     fn class<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyType>> {
-        let class = self.class.get().map(|class| class.bind(py));
-        class.ok_or_else(|| PyTypeError::new_err(format!("no class has the values of {}", self.ty.name)))
+        let class = self.class.get_or_try_init(py, || {
+            let names = PyList::new(py, self.fields.iter().map(|part| &part.name))?;
+            let made = py
+                .import("jde._values")?
+                .call_method1("make", (&self.ty.name, &self.ty.doc, names))?;
+            Ok::<_, PyErr>(made.cast_into::<PyType>()?.unbind())
+        })?;
+        Ok(class.bind(py))
     }
 }
 

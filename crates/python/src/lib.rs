@@ -20,6 +20,8 @@ mod serve;
 mod values;
 mod views;
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use jde_core::Nanos;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -37,6 +39,11 @@ fn error(error: impl std::fmt::Display) -> PyErr {
     Error::new_err(error.to_string())
 }
 
+/// Locks what a panic cannot leave half done.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Converts seconds.
 fn nanoseconds(seconds: f64) -> PyResult<Nanos> {
     let nanoseconds = (seconds * 1e9).round();
@@ -45,6 +52,15 @@ fn nanoseconds(seconds: f64) -> PyResult<Nanos> {
     } else {
         Err(PyValueError::new_err(format!("{seconds} s is no time of a run")))
     }
+}
+
+/// Splits a name into the longest front that is known, and the path after it: `pioneer.truth` and `pose.x`.
+fn split_name<'n, T>(name: &'n str, find: impl Fn(&'n str) -> Option<T>) -> Option<(T, &'n str)> {
+    let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
+    let known = ends
+        .chain([name.len()])
+        .filter_map(|end| Some((find(&name[..end])?, name[end..].trim_start_matches('.'))));
+    known.last()
 }
 
 /// Returns data as dictionaries, lists, numbers and texts.
@@ -80,8 +96,6 @@ mod _jde {
     use crate::runs::Run;
     #[pymodule_export]
     use crate::serve::{inspect, serve};
-    #[pymodule_export]
-    use crate::values::StructValue;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,7 +1,7 @@
 //! What a policy observes and commands, as vectors of numbers: the fast way for learning. A run is read and
 //! written without an object of Python for each value.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::Reader;
@@ -9,9 +9,9 @@ use jde_board::value::{Value, decode_scalar};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-use crate::error;
 use crate::runs::{LivePort, Run};
 use crate::values::length;
+use crate::{error, lock};
 
 /// The numbers that a policy observes and commands in one run.
 #[pyclass(frozen, module = "jde", name = "Policy")]
@@ -95,7 +95,7 @@ impl Policy {
     /// Returns the newest numbers as 32-bit floats; `None` while a variable has had no value. A variable whose
     /// value was retracted keeps its last numbers.
     fn observe<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyByteArray>> {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = lock(&self.state);
         state.observe().then(|| {
             let bytes: Vec<u8> = state
                 .numbers
@@ -108,14 +108,14 @@ impl Policy {
 
     /// Returns the names of the variables without a value.
     fn missing(&self) -> Vec<String> {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = lock(&self.state);
         let missing = state.observed.iter().filter(|observed| observed.count.is_none());
         missing.map(|observed| observed.name.clone()).collect()
     }
 
     /// Returns how many numbers each name stands for; 0 while it has had no value.
     fn counts(&self) -> Vec<usize> {
-        let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = lock(&self.state);
         let observed = state.observed.iter();
         observed
             .map(|observed| observed.count.unwrap_or_default())
@@ -124,7 +124,7 @@ impl Policy {
 
     /// Commands the numbers of an action, and runs until a time, s. Returns whether the application goes on.
     fn act(&self, py: Python<'_>, action: Vec<f64>, until: f64) -> PyResult<bool> {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = lock(&self.state);
         for command in &mut state.commands {
             for (place, part) in &command.numbers {
                 let number = action

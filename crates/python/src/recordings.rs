@@ -13,8 +13,8 @@ use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::error;
 use crate::values::dtype;
+use crate::{error, split_name};
 
 /// A recording, open for reading.
 #[pyclass(frozen, module = "jde", name = "Recording")]
@@ -67,7 +67,7 @@ impl OpenRecording {
         py: Python<'py>,
         name: &str,
     ) -> PyResult<(Vec<u64>, Bound<'py, PyBytes>, Bound<'py, PyAny>)> {
-        let (topic, value_type, _) = self.find(name)?;
+        let (_, topic, value_type, _) = self.find(name)?;
         let start = self.start();
         let (times, bytes) = py.detach(|| {
             let (mut times, mut bytes) = (Vec::new(), Vec::new());
@@ -141,23 +141,22 @@ impl OpenRecording {
             .unwrap_or_default()
     }
 
-    /// Returns the topic and the type of the variable at the front of a name, and the path after it.
-    fn find<'n>(&self, name: &'n str) -> PyResult<(&String, &Arc<Type>, &'n str)> {
-        let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
-        let mut fitting = ends.chain([name.len()]).filter_map(|end| {
-            let (topic, variable) = self.variables.get(&name[..end])?;
-            Some((topic, &variable.value_type, name[end..].trim_start_matches('.')))
-        });
-        fitting.next_back().ok_or_else(|| {
-            let known: Vec<_> = self.variables.keys().map(String::as_str).collect();
-            PyKeyError::new_err(format!("the recording has no `{name}`, but {}", known.join(", ")))
-        })
+    /// Returns the variable at the front of a name, its topic and its type, and the path after it.
+    fn find<'n>(&self, name: &'n str) -> PyResult<(&'n str, &String, &Arc<Type>, &'n str)> {
+        let found = split_name(name, |variable| Some((variable, self.variables.get(variable)?)));
+        match found {
+            Some(((variable, (topic, recorded)), path)) => Ok((variable, topic, &recorded.value_type, path)),
+            None => {
+                let known: Vec<_> = self.variables.keys().map(String::as_str).collect();
+                let message = format!("the recording has no `{name}`, but {}", known.join(", "));
+                Err(PyKeyError::new_err(message))
+            }
+        }
     }
 
     fn number(&self, name: &str) -> PyResult<Series> {
-        let (topic, value_type, path) = self.find(name)?;
+        let (variable, topic, value_type, path) = self.find(name)?;
         let (value_type, path) = (Arc::clone(value_type), path.to_owned());
-        let variable = name[..name.len() - path.len()].trim_end_matches('.');
         Ok(Series {
             topic: topic.clone(),
             variable: variable.to_owned(),

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use jde_abi::describe::{Role, Type};
@@ -22,8 +22,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::observation::{Observation, record_to_python};
-use crate::values::{as_text, dtype, from_python, plain, to_python};
-use crate::{error, json, nanoseconds};
+use crate::values::{as_text, dtype, from_python, part_of, plain, to_python};
+use crate::{error, json, lock, nanoseconds, split_name};
 
 /// The name of the operator in records.
 const OPERATOR: &str = "python";
@@ -154,11 +154,13 @@ impl Run {
             return Ok(None);
         };
         let value_type = &variable.describe().value_type;
-        if path.is_empty() {
-            return to_python(py, value_type, latched.bytes).map(Some);
+        if !path.is_empty() {
+            let part = value::get_path(value_type, latched.bytes, path).map_err(error)?;
+            if let Some(scalar) = plain(py, &part)? {
+                return Ok(Some(scalar));
+            }
         }
-        let part = value::get_path(value_type, latched.bytes, path).map_err(error)?;
-        plain(py, &part).map(Some)
+        part_of(to_python(py, value_type, latched.bytes)?, path).map(Some)
     }
 
     /// Writes a modulation or a period as an operator (R14), or what a mock writes. A text may have a unit.
@@ -333,12 +335,9 @@ impl Run {
 
     /// Returns the port of a mock at the front of a name, its full name, and the path after it.
     pub(crate) fn find_live<'n>(&self, name: &'n str) -> PyResult<(&'n str, &'n str, &LivePort)> {
-        let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
-        let fitting = ends.chain([name.len()]).filter_map(|end| {
-            let port = self.live.get(&name[..end])?;
-            Some((&name[..end], name[end..].trim_start_matches('.'), port))
-        });
-        fitting.last().ok_or_else(|| {
+        let found = split_name(name, |port| Some((port, self.live.get(port)?)));
+        let found = found.map(|((port, live), path)| (port, path, live));
+        found.ok_or_else(|| {
             let known: Vec<_> = self.live.keys().map(String::as_str).collect();
             PyKeyError::new_err(format!(
                 "no mock writes `{name}`; mocks write {}",
@@ -350,19 +349,14 @@ impl Run {
     /// Returns the variable at the front of a name, and the path after it.
     pub(crate) fn find<'n>(&self, name: &'n str) -> PyResult<(Arc<Variable>, &'n str)> {
         let board = self.handle.board();
-        if let Some(variable) = board.find(name) {
-            return Ok((variable, ""));
-        }
-        let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
-        let fitting = ends.filter_map(|end| Some((board.find(&name[..end])?, &name[end..])));
-        match fitting.last() {
-            Some((variable, path)) => Ok((variable, path.trim_start_matches('.'))),
+        split_name(name, |front| board.find(front)).map_or_else(
             // The error names the most similar variable.
-            None => match board.get(name) {
+            || match board.get(name) {
                 Ok(variable) => Ok((variable, "")),
                 Err(unknown) => Err(PyKeyError::new_err(unknown.to_string())),
             },
-        }
+            Ok,
+        )
     }
 
     fn schema(&self, name: &str) -> PyResult<usize> {
@@ -407,7 +401,7 @@ impl Run {
 
     /// Locks the state. The caller does not hold the interpreter, for which another thread with the lock waits.
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 
     fn observation<T>(&self, using: impl FnOnce(&mut Observation) -> T) -> PyResult<T> {

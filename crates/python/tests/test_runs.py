@@ -1,6 +1,7 @@
 """Applications in lockstep, stepped from Python."""
 
 import _thread
+import importlib
 import math
 import threading
 from pathlib import Path
@@ -27,24 +28,65 @@ def test_values_are_read_whole_and_in_parts(navigation: Path) -> None:
         assert run["pioneer.position"] is None, "the robot has no such sensor"
         run.until(1.0)
         laser = run["pioneer.laser"]
-        assert laser.type_name == "sensor_msgs/msg/LaserScan"
-        assert laser.ranges.dtype == np.float32
+        assert type(laser) is jde.types.LaserScan, "as a schema reads it"
+        assert np.asarray(laser.ranges).dtype == np.float32
         assert len(laser.ranges) == 180
+        assert max(point.range for point in laser.points()) == max(
+            range for range in laser.ranges if math.isfinite(range)
+        )
         assert run["pioneer.laser.ranges[3]"] == laser.ranges[3]
+        assert list(run["pioneer.laser.ranges"]) == list(laser.ranges)
         assert laser.header.frame_id == run["pioneer.laser.header.frame_id"] != ""
         assert run["goon.ahead"] == 1.2, "a plain number is a number"
-        assert run["pioneer.odometry"].to_dict()["pose"]["pose"]["position"]["z"] == 0.0
-        assert run["pioneer.odometry"] == run["pioneer.odometry"]
-        with pytest.raises(ValueError, match="read-only"):
-            laser.ranges[0] = 1.0
-        with pytest.raises(AttributeError, match="no field `range`; it has header"):
-            _ = laser.range
+        assert type(run["pioneer.odometry.pose.pose"]) is jde.types.Pose
+        assert run["pioneer.odometry.pose.pose"] == run["pioneer.odometry"].pose.pose
+        assert run["pioneer.laser"] == laser, "both are copies"
+        with pytest.raises(TypeError, match="read-only"):
+            laser.ranges[0] = 1.0  # type: ignore[index]
         with pytest.raises(KeyError, match=r"pioneer.lasr.*did you mean"):
             _ = run["pioneer.lasr"]
         with pytest.raises(jde.Error, match="no field `rnges`"):
             _ = run["pioneer.laser.rnges"]
     assert run["goon.ahead"] == 1.2, "also after the end"
     assert not run.step()
+
+
+DOORS = """
+from collections.abc import Sequence
+from typing import Annotated
+from jde import Export, Schema, seq, types as t, value
+
+@value("my_msgs/msg/Doors")
+class Doors:
+    \"\"\"Where the doors are.\"\"\"
+
+    places: Annotated[Sequence[t.Pose2D], seq(t.Pose2D, 8)]
+    marks: Annotated[Sequence[int], seq(int, 65)]
+
+class Finds(Schema, kind="motor", period="1s"):
+    doors: Export[Doors]
+    def iterate(self, cx): pass
+"""
+
+
+def test_a_type_of_a_schema_has_a_class_in_a_run_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "finds.py").write_text(DOORS)
+    file = tmp_path / "doors.toml"
+    file.write_text('name = "doors"\nroots = ["finds"]\n[schemas.finds]\ntype = "finds.py"\n')
+    with jde.run(file, mocks=["finds"]) as run:
+        run["finds.doors"] = {"places": [{"x": 1.0}, {"x": 2.0, "theta": 0.5}], "marks": [3, 4]}
+        run.until(2.0)
+        doors = run["finds.doors"]
+        assert (type(doors).__name__, type(doors).__doc__) == ("Doors", "Where the doors are.")
+        assert doors.places == [jde.types.Pose2D(x=1.0), jde.types.Pose2D(x=2.0, theta=0.5)]
+        assert (run["finds.doors.places[1]"], list(doors.marks)) == (doors.places[1], [3, 4])
+        doors.places[0].x = 7.0
+        run["finds.doors"] = doors
+        run.until(4.0)
+        assert run["finds.doors.places[0].x"] == 7.0, "what was read can be written"
+        monkeypatch.syspath_prepend(str(tmp_path))
+        finds = importlib.import_module("finds")
+        assert type(run["finds.doors"]) is finds.Doors, "the class of this program, once it has one"
 
 
 def test_an_operator_of_the_run_writes_and_acts(navigation: Path) -> None:

@@ -8,7 +8,7 @@ from jde._children import Child, Children, Level, Policy, State, Verdict, child,
 from jde._context import Context, Sample
 from jde._errors import NoValue
 from jde._hysteresis import Hysteresis
-from jde._jde import Error, Value, __version__
+from jde._jde import Error, __version__
 from jde._ports import (
     Actuator,
     Command,
@@ -86,7 +86,6 @@ __all__ = [
     "Schema",
     "Series",
     "State",
-    "Value",
     "Verdict",
     "Watch",
     "__version__",

@@ -10,13 +10,6 @@ __version__: str
 class Error(Exception): ...
 
 @final
-class Value:
-    @property
-    def type_name(self) -> str: ...
-    def to_dict(self) -> dict[str, Any]: ...
-    def __getattr__(self, name: str) -> Any: ...
-
-@final
 class Application:
     def __new__(
         cls,

@@ -168,6 +168,11 @@ def standard(name: str) -> Callable[[C], C]:
     return define
 
 
+def make(name: str, doc: str, fields: list[str]) -> type:
+    """Return a class for the values of a type that no class has."""
+    return dataclasses.make_dataclass(name.rpartition("/")[2], fields, namespace={"__doc__": doc})
+
+
 def attribute_docs(cls: type) -> dict[str, str]:
     """Return the texts below the attributes of a class; none if its source is unknown."""
     try:
