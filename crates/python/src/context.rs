@@ -4,8 +4,8 @@
 
 use std::ffi::CStr;
 use std::ptr::null_mut;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use jde_abi::raw::{self, Host};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::layout::Layout;
+use crate::lock;
 use crate::views::{self, Views};
 
 /// Values of more bytes are not copied: their views show the memory of the port. Smaller ones arrive in messages,
@@ -31,8 +32,18 @@ pub(crate) struct Context {
     /// The thread of the present call.
     thread: AtomicU64,
     given: Mutex<Vec<Py<PyAny>>>,
+    /// The values that were read in the present call.
+    read: Mutex<Vec<Read>>,
     /// Whether a value is being written. Its elements may be computed in Python, which may try to write another.
     writing: AtomicBool,
+}
+
+/// A value that was read, and where the host has it.
+struct Read {
+    port: u32,
+    data: usize,
+    sequence: u64,
+    value: Py<PyAny>,
 }
 
 /// A write that is under way.
@@ -53,6 +64,7 @@ impl Context {
             present: AtomicPtr::new(null_mut()),
             thread: AtomicU64::new(0),
             given: Mutex::default(),
+            read: Mutex::default(),
             writing: AtomicBool::new(false),
         }
     }
@@ -66,7 +78,10 @@ impl Context {
     /// Ends the call: views of values raise errors from now on.
     pub(crate) fn end(&self, py: Python<'_>) {
         self.present.store(null_mut(), Ordering::Relaxed);
-        let given = std::mem::take(&mut *self.given.lock().unwrap_or_else(PoisonError::into_inner));
+        let read = std::mem::take(&mut *lock(&self.read));
+        let given = std::mem::take(&mut *lock(&self.given));
+        // Unlocked, because the end of an object may run code of Python.
+        drop(read);
         views::release(py, given);
     }
 
@@ -125,7 +140,24 @@ impl Context {
         }
     }
 
+    /// Returns a value, which is decoded once in a call.
     fn value<'py>(&self, py: Python<'py>, port: u32, sample: &raw::Sample) -> PyResult<Bound<'py, PyAny>> {
+        let (data, sequence) = (sample.data as usize, sample.sequence);
+        let is_same = |read: &&Read| (read.port, read.data, read.sequence) == (port, data, sequence);
+        if let Some(read) = lock(&self.read).iter().find(is_same) {
+            return Ok(read.value.bind(py).clone());
+        }
+        let value = self.decode(py, port, sample)?;
+        lock(&self.read).push(Read {
+            port,
+            data,
+            sequence,
+            value: value.clone().unbind(),
+        });
+        Ok(value)
+    }
+
+    fn decode<'py>(&self, py: Python<'py>, port: u32, sample: &raw::Sample) -> PyResult<Bound<'py, PyAny>> {
         let layout = self.layout(port)?;
         let length = layout.ty.bytes;
         if sample.data.is_null() || sample.bytes as usize != length {
@@ -141,8 +173,7 @@ impl Context {
             unsafe { Views::in_place(data, length) }
         };
         let value = layout.decode(py, &views, 0);
-        let mut given = self.given.lock().unwrap_or_else(PoisonError::into_inner);
-        given.extend(views.into_given());
+        lock(&self.given).extend(views.into_given());
         value
     }
 }

@@ -390,6 +390,30 @@ def test_a_wrong_value_is_named(wrong: Any, message: str) -> None:
         Bench(Wrong).iterate()
 
 
+def test_a_value_is_decoded_once_in_a_call() -> None:
+    class Reads(Schema, kind="perceptive", period="1s"):
+        laser: Import[t.LaserScan]
+        target: Import[t.Target]
+        kept: ClassVar[list[Any]] = []
+
+        def iterate(self, cx: Context) -> None:
+            self.kept.append(self.laser)
+            sample = cx.sample(Reads.laser)
+            assert sample is not None
+            assert self.laser is self.kept[-1] is sample.value
+            assert isinstance(self.target, t.Target)
+
+    bench = Bench(Reads)
+    bench.give("target", t.Target())
+    for distance in (0.5, 0.7):
+        bench.give("laser", t.LaserScan(range_max=distance, ranges=[distance]))
+        bench.iterate()
+    bench.iterate()
+    first, second, third = Reads.kept
+    assert (first.range_max, second.range_max) == (pytest.approx(0.5), pytest.approx(0.7))
+    assert third is not second, "a call has its own"
+
+
 def test_too_many_elements_are_refused() -> None:
     with pytest.raises(ValueError, match="`ranges` holds at most 1088 elements, not 1089"):
         Bench(Shy).give("laser", t.LaserScan(ranges=[1.0] * 1089))
