@@ -40,6 +40,23 @@ def running(command: list[str]) -> Iterator[None]:
             application.communicate()
 
 
+def test_variables_are_attributes(robot: jde.Remote) -> None:
+    with robot.watch("pioneer.truth") as watch:
+        assert watch.receive(PATIENCE) is not None
+    truth = robot.pioneer.truth
+    assert type(truth.value) is jde.types.Truth
+    assert truth.time > 0.0
+    robot.goon.ahead = "90 cm"
+    assert robot.goon.ahead.value == robot["goon.ahead"] == 0.9
+    assert {"pioneer", "goon", "play"} <= set(dir(robot))
+    assert {"ahead", "period"} <= set(dir(robot.goon))
+    assert not hasattr(robot, "gone")
+    with pytest.raises(AttributeError, match="no schema with variables is called `pionier`; there are .*pioneer"):
+        _ = robot.pionier
+    with pytest.raises(AttributeError, match="schema `goon` has no variable `ahed`, but .*ahead"):
+        robot.goon.ahed = 1.0
+
+
 def test_values_are_read_and_watched(robot: jde.Remote) -> None:
     assert robot.name == "safe-navigation"
     assert robot.is_alive

@@ -81,11 +81,44 @@ class Watch:
         self.close()
 
 
+class Variables:
+    """The variables of a schema as attributes: the newest sample, and a modulation that is written."""
+
+    __slots__ = ("_remote", "_schema")
+    _remote: Remote
+    _schema: str
+
+    def __init__(self, remote: Remote, schema: str) -> None:
+        """Take a connection and the name of a schema."""
+        object.__setattr__(self, "_remote", remote)
+        object.__setattr__(self, "_schema", schema)
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the variables."""
+        before = f"{self._schema}."
+        return [name.removeprefix(before) for name in self._remote.variables if name.startswith(before)]
+
+    def __getattr__(self, name: str) -> RemoteSample:
+        """Return the newest value of a variable with its time and number."""
+        return self._remote.sample(self._known(name))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Write a modulation or the period."""
+        self._remote[self._known(name)] = value
+
+    def _known(self, name: str) -> str:
+        known = dir(self)
+        if name not in known:
+            raise AttributeError(f"schema `{self._schema}` has no variable `{name}`, but {', '.join(known)}")
+        return f"{self._schema}.{name}"
+
+
 class Remote:
     """A running application, on this machine or afar.
 
     `robot["pioneer.laser"]` is the newest value of a variable, as in a `Run`; `robot["goon.fast"] = "30 cm/s"` writes
-    a modulation or a period as an operator (R14), until it is released.
+    a modulation or a period as an operator (R14), until it is released. `robot.pioneer.laser` is the newest value with
+    its time; `robot.goon.fast = "30 cm/s"` writes too.
     """
 
     def __init__(self, native: _jde.Remote, at: Sequence[str] = (), key: str = "") -> None:
@@ -114,6 +147,18 @@ class Remote:
     def __setitem__(self, name: str, value: Any) -> None:
         """Write a modulation or a period."""
         self._native.write(name, value)
+
+    def __getattr__(self, name: str) -> Variables:
+        """Return the variables of a schema."""
+        # Names with underscores are those by which Python learns what an object can do.
+        known = [] if name.startswith("_") else self._schemas()
+        if name not in known:
+            raise AttributeError(f"no schema with variables is called `{name}`; there are {', '.join(known)}")
+        return Variables(self, name)
+
+    def __dir__(self) -> list[str]:
+        """Return the methods, and the names of the schemas."""
+        return [*super().__dir__(), *self._schemas()]
 
     def sample(self, name: str) -> RemoteSample:
         """Return the newest value of a variable with its time and number."""
@@ -208,6 +253,9 @@ class Remote:
             key.write(self._key)
             key.flush()
             yield [*target, "--key", key.name]
+
+    def _schemas(self) -> list[str]:
+        return list(dict.fromkeys(name.partition(".")[0] for name in self.variables))
 
     def _operate(self, action: str, schema: str, lease: float | None = None) -> _jde.Lease | None:
         return self._native.operate(json.dumps({"action": action, "schema": schema}), lease)
