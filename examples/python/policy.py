@@ -3,8 +3,9 @@
 import json
 import math
 from pathlib import Path
+from typing import Annotated
 
-from jde import Actuator, Import, Schema
+from jde import Actuator, Import, Modulation, Schema, modulation, text
 from jde import types as t
 
 #: The reach of the goal, m.
@@ -30,11 +31,18 @@ class Policy(Schema, kind="motor", period="100ms"):
     """Drives to the middle of the floor. It steers by the true pose, which only a simulator knows."""
 
     truth: Import[t.Truth]
+    weights: Modulation[Annotated[str, text(1000)]] = modulation(str(WEIGHTS), unit="path", fixed=True)
+    """The file of the weights."""
     base: Actuator[t.Twist]
+
+    def inspect(self, cx, problems):
+        """Say what to do before there are weights."""
+        if not Path(self.weights).exists():
+            problems.wrong(Policy.weights, f"{self.weights} does not exist: learn.py in its folder writes it")
 
     def awake(self, cx):
         """Read the weights."""
-        self.weights = json.loads(WEIGHTS.read_text())
+        self.learned = json.loads(Path(self.weights).read_text())
 
     def check(self, cx):
         """Drive until the middle is reached."""
@@ -43,4 +51,4 @@ class Policy(Schema, kind="motor", period="100ms"):
     def iterate(self, cx):
         """Command what the policy decides."""
         pose = self.truth.pose
-        self.base.command(t.Twist.planar(*decide(self.weights, seen(pose.x, pose.y, pose.theta))))
+        self.base.command(t.Twist.planar(*decide(self.learned, seen(pose.x, pose.y, pose.theta))))

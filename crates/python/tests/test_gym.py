@@ -15,6 +15,7 @@ pytest.importorskip("gymnasium")
 from gymnasium.utils.env_checker import check_env
 
 import jde.gym
+from conftest import Robot
 
 ACT = {"policy.base.linear.x": (0.0, 0.5), "policy.base.angular.z": (-1.0, 1.0)}
 POSE = ["robot.truth.pose"]
@@ -110,6 +111,8 @@ def test_the_policy_of_the_example_is_trained_and_then_drives(
     reach: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(reach.parent, tmp_path, dirs_exist_ok=True)
+    before = Robot(tmp_path).jde("run", "reach.toml", "--lockstep", "--for", "1s")
+    assert before.status == 2 and "weights.json does not exist: learn.py in its folder writes it" in before.text
     monkeypatch.syspath_prepend(str(tmp_path))
     learn = importlib.import_module("learn")
     env = learn.reach()
