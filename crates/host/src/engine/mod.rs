@@ -215,7 +215,9 @@ impl Engine {
     /// completed an iteration ends the application, which cannot work without it.
     pub(crate) fn report_fault(&self, instance: usize, reason: String) -> Moment {
         let meter = &self.metrics[instance];
-        tracing::error!(schema = self.name(instance), "faulted: {reason}");
+        // The event has the whole reason, such as a traceback.
+        let summary = reason.lines().next().unwrap_or_default();
+        tracing::error!(schema = self.name(instance), "faulted: {summary}");
         let kind = self.application.instances[instance].schema.kind;
         if kind == Kind::Driver && !meter.started.load(Ordering::Relaxed) {
             let name = self.name(instance);
