@@ -37,7 +37,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let checks: [&[&str]; 4] = [
         &["ruff", "check", "."],
         &["ruff", "format", "--check", "."],
-        &["mypy", "python", "tests"],
+        &["mypy", "python", "tests", "benches"],
         &["pytest", "-q", "-p", "no:cacheprovider"],
     ];
     for check in checks {
