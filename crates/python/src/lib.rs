@@ -13,6 +13,7 @@ mod layout;
 mod numbers;
 mod observation;
 mod panel;
+mod pictures;
 mod policies;
 mod recordings;
 mod runs;
@@ -88,6 +89,8 @@ mod _jde {
     use crate::layout::Layout;
     #[pymodule_export]
     use crate::panel::Pen;
+    #[pymodule_export]
+    use crate::pictures::{draw_numbers, draw_paths};
     #[pymodule_export]
     use crate::policies::Policy;
     #[pymodule_export]

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use jde_abi::describe::Type;
 use jde_board::value::get_path;
 use jde_log::{RecordedVariable, Recording, recorded_variables};
-use jde_report::{Analysis, Picture, SIDES, Series, Size, Wanted};
+use jde_report::{Analysis, Picture, Series, Wanted};
 use jde_ros::cdr;
-use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::pictures::{png, valid_size};
 use crate::values::dtype;
 use crate::{error, split_name};
 
@@ -107,27 +108,19 @@ impl OpenRecording {
         &self,
         py: Python<'py>,
         numbers: Vec<String>,
-        width: u32,
-        height: u32,
+        size: (u32, u32),
     ) -> PyResult<Bound<'py, PyBytes>> {
-        if ![width, height].iter().all(|side| SIDES.contains(side)) {
-            let (least, most) = (SIDES.start(), SIDES.end());
-            return Err(PyValueError::new_err(format!(
-                "a picture has {least} to {most} pixels on each side"
-            )));
-        }
-        let size = Size { width, height };
+        let size = valid_size(size)?;
         let series = numbers.iter().map(|name| self.number(name));
         let wanted = Wanted {
             columns: size.columns(),
             series: series.collect::<PyResult<_>>()?,
             ..Wanted::default()
         };
-        let png = py.detach(|| {
+        png(py, || {
             let analysis = Analysis::read(&self.recording, wanted, &mut |_| {}).map_err(error)?;
-            Picture::of_recording(&analysis, size).png().map_err(error)
-        })?;
-        Ok(PyBytes::new(py, &png))
+            Ok(Picture::of_recording(&analysis, size))
+        })
     }
 }
 

@@ -78,6 +78,12 @@ enum Stop {
 
 #[pymethods]
 impl Run {
+    /// The name of the application.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.handle.application().name
+    }
+
     /// The time since the start, s.
     #[getter]
     fn time(&self) -> f64 {

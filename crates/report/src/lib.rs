@@ -38,5 +38,5 @@ pub use map::{Drive, Obstacle, Paint, PathPoint, RobotPath, Takeover, Target};
 pub use page::{columns, page};
 pub use picture::{Picture, PictureError};
 #[cfg(feature = "recordings")]
-pub use sheet::{SIDES, Size};
+pub use sheet::{Numbers, SIDES, Size};
 pub use text::format_size;

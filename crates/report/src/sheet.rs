@@ -1,7 +1,9 @@
 //! A picture of a recording: the robots' paths or numbers over time, and below them the schemas' states on
 //! one time axis.
 
-use crate::analysis::Analysis;
+use jde_core::Nanos;
+
+use crate::analysis::{Analysis, Columns, Series, Trace};
 use crate::chart::{self, Area, Bands, SMALL};
 use crate::drawing::{Align, ColorRole, Drawing};
 use crate::map::{self, Palette};
@@ -13,6 +15,8 @@ const UNITS: f32 = 1600.0 * 1067.0;
 const MARGIN: f32 = 36.0;
 /// Height above charts for the title, units.
 const HEADING: f32 = 104.0;
+/// Height above charts for a title alone, units.
+const TITLE: f32 = 72.0;
 /// Width left of charts without row names for numbers, units.
 const AXIS: f32 = 84.0;
 /// Height below the bands for the times, units.
@@ -41,11 +45,16 @@ impl Size {
         self.width as usize
     }
 
-    fn scale(self) -> f32 {
-        let pixels = self.width as f32 * self.height as f32;
-        (pixels / UNITS).sqrt()
+    /// Returns the pixels per unit, and the width and the height in units.
+    fn units(self) -> (f32, f32, f32) {
+        let (width, height) = (self.width as f32, self.height as f32);
+        let scale = (width * height / UNITS).sqrt();
+        (scale, width / scale, height / scale)
     }
 }
+
+/// A number over time: its name, and its values in the order of their times.
+pub type Numbers = (String, Vec<(Nanos, f64)>);
 
 /// The layout of a picture.
 struct Layout<'t> {
@@ -64,8 +73,7 @@ struct Layout<'t> {
 
 impl<'t> Layout<'t> {
     fn new(analysis: &'t Analysis, size: Size) -> Self {
-        let scale = size.scale();
-        let (width, height) = (size.width as f32 / scale, size.height as f32 / scale);
+        let (scale, width, height) = size.units();
         let remarks = remarks(analysis);
         let remarks_top = height - MARGIN / 2.0 - remarks.len() as f32 * REMARK;
         let has_lines = !analysis.traces.is_empty();
@@ -133,6 +141,36 @@ impl Picture {
         }
         Self::new(drawing, layout.scale)
     }
+
+    /// Draws numbers over time. A value holds until the next.
+    #[must_use]
+    pub fn of_numbers(title: &str, numbers: Vec<Numbers>, size: Size) -> Self {
+        let (scale, width, height) = size.units();
+        let values = numbers.iter().flat_map(|(_, values)| values);
+        let (from, to) = values.fold((Nanos::MAX, 0), |(from, to), (time, _)| {
+            (from.min(*time), to.max(*time))
+        });
+        let columns = Columns::new(from.min(to), to, size.columns());
+        let traces = numbers.into_iter().map(|(name, values)| {
+            let mut trace = Trace::new(columns);
+            for (time, value) in values {
+                trace.add(columns, time, Some(value));
+            }
+            trace.finish(columns);
+            (Series::named(name), trace)
+        });
+        let mut drawing = Drawing::new(width, height);
+        drawing.text(title, 32.0, (MARGIN, 52.0), Align::Left, ColorRole::Ink);
+        let area = Area {
+            left: AXIS,
+            top: TITLE,
+            width: (width - AXIS - MARGIN).max(40.0),
+            height: (height - TITLE - TIMES).max(40.0),
+        };
+        chart::charts(&mut drawing, area, columns, &Vec::from_iter(traces));
+        chart::time_axis(&mut drawing, area, columns);
+        Self::new(drawing, scale)
+    }
 }
 
 /// The area of the bands of a picture.
@@ -170,4 +208,38 @@ fn remarks(analysis: &Analysis) -> Vec<String> {
         );
     }
     remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_a_program_has_are_drawn_over_their_time() {
+        let size = Size {
+            width: 800,
+            height: 400,
+        };
+        let step = |time: u64| (time * 1_000_000_000, if time < 10 { 0.0 } else { 1.0 });
+        let numbers = vec![("speed".to_owned(), (5..=15).map(step).collect())];
+        let pixels = Picture::of_numbers("a step", numbers, size).png().unwrap();
+        let pixels = tiny_skia::Pixmap::decode_png(&pixels).unwrap();
+        assert_eq!((pixels.width(), pixels.height()), (800, 400));
+        let color = ColorRole::Of(0).light();
+        let height_at = |share: f32| {
+            let (scale, width, _) = size.units();
+            let x = ((AXIS + share * (width - AXIS - MARGIN)) * scale) as u32;
+            // The legend above the chart has the colour too.
+            let column = ((TITLE * scale) as u32 + 30..400).map(|y| (y, pixels.pixel(x, y)));
+            let mut line = column.filter(|(_, pixel)| pixel.unwrap().demultiply() == color);
+            line.next().map(|(y, _)| y)
+        };
+        let (before, after) = (height_at(0.25).unwrap(), height_at(0.75).unwrap());
+        assert!(before > after + 200, "{before} and {after}");
+        let empty = Picture::of_numbers("nothing", Vec::new(), size).png().unwrap();
+        assert_ne!(
+            empty,
+            Picture::of_numbers("else", Vec::new(), size).png().unwrap()
+        );
+    }
 }

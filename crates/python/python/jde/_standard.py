@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import struct
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -82,6 +84,51 @@ class LaserScanFunctions:
                 if 0.0 < ahead < nearest and abs(range * sin(angle)) <= half_width:
                     nearest = ahead
         return None if nearest == math.inf else nearest
+
+
+#: The bytes of a pixel, by the encodings of an image that can be shown.
+PIXELS = {"rgb8": 3, "bgr8": 3, "mono8": 1, "32FC1": 4}
+
+
+def _grey(depths: list[tuple[float, ...]]) -> list[bytes]:
+    """Return rows of depths, m, as rows of grey."""
+    greatest = max((depth for row in depths for depth in row if 0.0 < depth < math.inf), default=1.0)
+    return [bytes(round(255 * depth / greatest) if 0.0 < depth < math.inf else 0 for depth in row) for row in depths]
+
+
+def _chunk(kind: bytes, content: bytes) -> bytes:
+    """Return a part of a PNG file."""
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+
+class ImageFunctions:
+    """The functions of `Image`."""
+
+    height: int
+    width: int
+    encoding: str
+    is_bigendian: int
+    step: int
+    data: Sequence[int]
+
+    def png(self) -> bytes:
+        """Return the image as PNG. A depth is grey: black for none, white for the greatest."""
+        if self.encoding not in PIXELS:
+            raise ValueError(f"an image in {self.encoding!r} cannot be shown, but {', '.join(PIXELS)}")
+        data, length = bytes(self.data), self.width * PIXELS[self.encoding]
+        rows = [data[start : start + length] for start in range(0, self.height * self.step, self.step)]
+        if self.encoding == "32FC1":
+            rows = _grey([struct.unpack(f"{'>' if self.is_bigendian else '<'}{self.width}f", row) for row in rows])
+        elif self.encoding == "bgr8":
+            rows = [b"".join(row[at : at + 3][::-1] for at in range(0, length, 3)) for row in rows]
+        color = 0 if self.encoding in ("mono8", "32FC1") else 2
+        header = struct.pack(">IIBBBBB", self.width, self.height, 8, color, 0, 0, 0)
+        pixels = zlib.compress(b"".join(b"\0" + row for row in rows))
+        chunks = [_chunk(b"IHDR", header), _chunk(b"IDAT", pixels), _chunk(b"IEND", b"")]
+        return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+    def _repr_png_(self) -> bytes | None:
+        return self.png() if self.encoding in PIXELS and self.width and self.height else None
 
 
 class RangeRingFunctions:

@@ -60,7 +60,7 @@ class Recording:
 
     def picture(self, *numbers: str, width: int = 1200, height: int = 800) -> bytes:
         """Return a picture as PNG: the path of the robots, or these numbers over time, and the states below."""
-        return self._native.picture(list(numbers), width, height)
+        return self._native.picture(list(numbers), (width, height))
 
     def _repr_png_(self) -> bytes:
         return self.picture()

@@ -61,12 +61,14 @@ class Run:
 
     `run["pioneer.laser"]` is the newest value of a variable, or `None`; its fields are attributes, and sequences of
     numbers are read-only arrays. `run["pioneer.truth.pose.x"]` is a part of it. `run["goon.fast"] = "30 cm/s"`
-    writes a modulation as an operator (R14), a period, or what a mock exports or commands.
+    writes a modulation as an operator (R14), a period, or what a mock exports or commands. In a notebook, a run is the
+    paths of its traced poses.
     """
 
     def __init__(self, native: _jde.Run) -> None:
         """Take a started application; `jde.run` starts one."""
         self._native = native
+        self._traced: list[str] = []
 
     def __enter__(self) -> Self:
         """Return the run itself, which ends with the block."""
@@ -77,6 +79,11 @@ class Run:
     ) -> None:
         """Bring the application to rest."""
         self.close()
+
+    @property
+    def name(self) -> str:
+        """The name of the application."""
+        return self._native.name
 
     @property
     def time(self) -> float:
@@ -185,10 +192,17 @@ class Run:
         """Keep the values of these variables from now on, in memory: of each instant the last."""
         for name in names:
             self._native.start_trace(name)
+            self._traced.append(name)
 
     def series(self, name: str) -> Series:
         """Return the values of a traced variable as arrays. Needs NumPy."""
         return Series(name, *self._native.trace(name))
+
+    def _repr_png_(self) -> bytes | None:
+        """Return the paths of the traced poses from above, which a notebook shows."""
+        traced = [self.series(name) for name in dict.fromkeys(self._traced)]
+        paths = [(series.name, poses) for series in traced if (poses := series.poses()) is not None]
+        return _jde.draw_paths(self.name, paths) if paths else None
 
 
 def run(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from jde import _jde
+
 if TYPE_CHECKING:
     import numpy as np
     import pandas as pd
@@ -15,7 +17,7 @@ class Series:
 
     `times` are seconds since the start of the application. `data` is a structured array with the fields of the
     type. `series["pose.x"]` is the array of one field. A sequence that always has the same length is an array of
-    two dimensions, otherwise a list of arrays.
+    two dimensions, otherwise a list of arrays. In a notebook, a series is its picture.
     """
 
     def __init__(self, name: str, times_ns: Sequence[int], values: bytes, dtype: Any) -> None:
@@ -62,6 +64,41 @@ class Series:
     def paths(self) -> list[str]:
         """Return the paths of all numbers and texts that are no sequences."""
         return list(_paths(self.data.dtype, ""))
+
+    def poses(self) -> list[list[float]] | None:
+        """Return times, s, places, m, and headings, rad, of a type with one pose; `None` for others."""
+        import numpy as np
+
+        names = self.paths()
+        for before in ("pose.", ""):
+            if f"{before}theta" in names:
+                x, y, heading = (self[before + name] for name in ("x", "y", "theta"))
+                return np.column_stack([self.times, x, y, heading]).tolist()  # type: ignore[no-any-return]
+        for before in ("pose.pose.", "pose.", ""):
+            if f"{before}orientation.w" in names:
+                x, y, z, w = (self[f"{before}orientation.{name}"] for name in "xyzw")
+                heading = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+                x, y = (self[f"{before}position.{name}"] for name in "xy")
+                return np.column_stack([self.times, x, y, heading]).tolist()  # type: ignore[no-any-return]
+        return None
+
+    def picture(self, *fields: str, width: int = 1200, height: int = 400) -> bytes:
+        """Return these numbers over time as PNG; without names the path of a pose from above, or all numbers."""
+        import numpy as np
+
+        if not fields and (poses := self.poses()) is not None:
+            return _jde.draw_paths(self.name, [(self.name, poses)])
+        numbers = []
+        for path in fields or self.paths():
+            values = self[path]
+            if isinstance(values, np.ndarray) and values.ndim == 1 and values.dtype.kind in "biuf":
+                numbers.append((path, values.astype(float).tolist()))
+            elif fields:
+                raise ValueError(f"`{path}` of {self.name} is not one number")
+        return _jde.draw_numbers(self.name, np.rint(self.times * 1e9).astype(int).tolist(), numbers, (width, height))
+
+    def _repr_png_(self) -> bytes:
+        return self.picture()
 
 
 def _names(data: np.ndarray[Any, Any]) -> tuple[str, ...]:

@@ -448,7 +448,7 @@ class RangeRing(_standard.RangeRingFunctions):
 
 
 @standard("sensor_msgs/msg/Image")
-class Image:
+class Image(_standard.ImageFunctions):
     """An image of up to 640 × 480 pixels of three bytes, or 640 × 360 depths."""
 
     header: Header = field(default_factory=Header)

@@ -74,7 +74,7 @@ pub(super) fn entries(drive: &Drive, palette: &Palette) -> Vec<Entry> {
             text: format!("{} {}", name(winner), share(Some(winner))),
         })
         .collect();
-    if times.iter().any(|(winner, time)| winner.is_none() && *time > 0.0) {
+    if !drive.schema_names.is_empty() && times.iter().any(|(winner, time)| winner.is_none() && *time > 0.0) {
         entries.push(Entry {
             sign: Sign::Path(None),
             text: format!("nobody {}", share(None)),

@@ -38,7 +38,8 @@ pub struct Drive {
     pub scans: Vec<(f64, f64)>,
     /// The paths of the robots.
     pub paths: Vec<RobotPath>,
-    /// Names of the schemas that [`PathPoint::winner`], [`Takeover::to`] and [`Drive::winners`] refer to.
+    /// Names of the schemas that [`PathPoint::winner`], [`Takeover::to`] and [`Drive::winners`] refer to. Without any,
+    /// nothing is said of winners.
     pub schema_names: Vec<String>,
     /// Schemas that won for any time, also while no pose was known. Winners that occur in the paths or the
     /// takeovers may be missing.
