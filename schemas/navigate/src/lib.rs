@@ -6,7 +6,7 @@ mod panel;
 
 use jde_route::{Targets, Terms};
 use jde_schema::prelude::*;
-use jde_schema::types::OccupancyGrid;
+use jde_schema::types::{Lanes, OccupancyGrid, Zones};
 
 /// Leads the robot through its targets: it gives each to a planner, and wakes the schemas that drive along the
 /// planner's path.
@@ -31,6 +31,12 @@ pub struct Navigate {
     /// The planned path, used by the panel, and for a target that cannot be reached exactly.
     #[import(optional)]
     path: Import<Path>,
+    /// The keep-out zones of the planner, used only by the panel.
+    #[import(optional)]
+    zones: Import<Zones>,
+    /// The lanes of the planner, used only by the panel.
+    #[import(optional)]
+    lanes: Import<Lanes>,
     /// The scan of the laser, used only by the panel.
     #[import(optional)]
     laser: Import<LaserScan>,

@@ -1,4 +1,4 @@
-//! The panel: the occupied cells of the map, the robot, the path and the targets. A click on the field sets
+//! The panel: the occupied cells of the map, zones and lanes, the robot, the path and the targets. A click on the field sets
 //! the target.
 
 use jde_schema::prelude::*;
@@ -24,6 +24,16 @@ impl Panel for Navigate {
             if let Some(map) = self.map.get(cx) {
                 field.points(occupied(&map)).ink(Ink::Plain).width(2.0);
             }
+            if let Some(lanes) = self.lanes.get(cx) {
+                for lane in &lanes.lanes {
+                    field.line(&lane.points).ink(Ink::Accent).width(3.0);
+                }
+            }
+            if let Some(zones) = self.zones.get(cx) {
+                for zone in &zones.zones {
+                    field.outline(&zone.corners).ink(Ink::Bad).width(2.0);
+                }
+            }
             self.targets.draw_route(&terms, field);
             if let Some(path) = self.path.get(cx) {
                 let points = path.poses.iter().map(|stamped| stamped.pose.position);
@@ -44,7 +54,7 @@ impl Panel for Navigate {
             self.targets.draw_target(&terms, field);
         });
         self.targets.draw_clear(pen);
-        pen.text("Keep-out zones and lanes are drawn in the panel of the planner.");
+        pen.text("New keep-out zones and lanes are drawn in the panel of the planner.");
     }
 
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {

@@ -2,6 +2,7 @@
 
 use jde_schema::bench::Bench;
 use jde_schema::panel::{Button, Touch};
+use jde_schema::types::{Point2D, Strip, Zone};
 
 use super::*;
 
@@ -130,6 +131,21 @@ fn a_click_on_the_field_sends_the_robot_there_first() {
         .expect("the gesture is handled");
     iterate_at(&mut bench, 0.0, 0.0);
     assert_eq!(planned(&bench), Some(target));
+}
+
+#[test]
+fn the_field_shows_the_zones_and_lanes_of_the_planner() {
+    let mut bench = father(&[]);
+    iterate_at(&mut bench, 0.0, 0.0);
+    let count = |bench: &mut Bench<Navigate>| bench.draw().expect("the panel is drawn").shapes("field").len();
+    let before = count(&mut bench);
+    let points = Seq::from_slice(&[Point2D { x: 1.0, y: 1.0 }; 3]).expect("they fit");
+    let zones = [Zone { corners: points }].into_iter().collect();
+    let lanes = [Strip { width: 0.6, points }].into_iter().collect();
+    bench.import("zones", &Zones { zones });
+    bench.import("lanes", &Lanes { lanes });
+    iterate_at(&mut bench, 0.0, 0.0);
+    assert_eq!(count(&mut bench), before + 2);
 }
 
 #[test]

@@ -1,11 +1,15 @@
-//! What an operator draws on the panel, and the drawing of it and of what the application states. It refuses
+//! What an operator draws on the panel, and what is in force: that, and what the application states. It refuses
 //! zones that enclose nothing, and lanes that lead nowhere.
 
 use jde_grid::{Drawing, Lanes as DrawnLanes};
-use jde_schema::types::{Lanes, Point2D, Strip, Zone, Zones};
+use jde_schema::types::{Lanes, Part, Point2D, Seq, Strip, TooLong, Zone, Zones};
 
 /// The farthest point from the origin, in metres, as for the origin of a map.
 const FARTHEST: f64 = 1e6;
+
+/// What messages call a zone and a lane.
+const ZONE: &str = "keep-out zone";
+const LANE: &str = "lane";
 
 /// Why a keep-out zone or a lane is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -13,7 +17,7 @@ pub(crate) enum DrawnError {
     /// It has too few points.
     #[error("{what} {number} has {given} points: give it {least} or more")]
     Points {
-        /// "keep-out zone" or "lane".
+        /// [`ZONE`] or [`LANE`].
         what: &'static str,
         /// Its number, from 1 on.
         number: usize,
@@ -25,7 +29,7 @@ pub(crate) enum DrawnError {
     /// A point is on no map.
     #[error("{what} {number} has a point at ({x}, {y}) m: expected numbers up to {FARTHEST} m")]
     Far {
-        /// "keep-out zone" or "lane".
+        /// [`ZONE`] or [`LANE`].
         what: &'static str,
         /// Its number, from 1 on.
         number: usize,
@@ -33,6 +37,14 @@ pub(crate) enum DrawnError {
         x: f64,
         /// y in metres.
         y: f64,
+    },
+    /// There are too many, those of the application and those drawn together.
+    #[error("there are more than {most} {what}s: clear what is drawn, or state fewer")]
+    TooMany {
+        /// [`ZONE`] or [`LANE`].
+        what: &'static str,
+        /// How many there can be.
+        most: usize,
     },
     /// The width of a lane is none.
     #[error("lane {number} is {width} m wide: expected more than 0, up to {FARTHEST} m")]
@@ -42,6 +54,13 @@ pub(crate) enum DrawnError {
         /// The width in metres.
         width: f64,
     },
+}
+
+/// The zones and lanes that count.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct InForce {
+    pub(crate) zones: Zones,
+    pub(crate) lanes: Lanes,
 }
 
 /// What an operator has drawn.
@@ -70,23 +89,18 @@ impl Default for Drawn {
 }
 
 impl Drawn {
-    /// Returns the drawing of the application's zones and lanes and the operator's. The zones are `margin`
-    /// metres wider; `lanes` has the prices, if there are lanes.
-    pub(crate) fn over(
-        &self,
-        (zones, stated): (&Zones, &Lanes),
-        margin: f64,
-        lanes: DrawnLanes,
-    ) -> Result<Drawing, DrawnError> {
+    /// Returns what the application states, and what is drawn.
+    pub(crate) fn over(&self, zones: &Zones, lanes: &Lanes) -> Result<InForce, DrawnError> {
         check_zones(zones)?;
-        check_lanes(stated)?;
-        let zones = zones.zones.iter().chain(&self.zones.zones);
-        let lines = stated.lanes.iter().chain(&self.lanes.lanes);
-        let lines: Vec<_> = lines.map(|lane| (pairs(&lane.points), lane.width)).collect();
-        Ok(Drawing {
-            zones: zones.map(|zone| pairs(&zone.corners)).collect(),
-            margin,
-            lanes: (!lines.is_empty()).then_some(DrawnLanes { lines, ..lanes }),
+        check_lanes(lanes)?;
+        let too_many = |what| move |TooLong { capacity: most, .. }| DrawnError::TooMany { what, most };
+        Ok(InForce {
+            zones: Zones {
+                zones: all(&zones.zones, &self.zones.zones).map_err(too_many(ZONE))?,
+            },
+            lanes: Lanes {
+                lanes: all(&lanes.lanes, &self.lanes.lanes).map_err(too_many(LANE))?,
+            },
         })
     }
 
@@ -95,20 +109,22 @@ impl Drawn {
         x.abs().max(y.abs()) <= FARTHEST && self.points.corners.push(Point2D { x, y }).is_ok()
     }
 
-    /// Makes a zone of the points, and returns it; `None` if they are too few, or there is no room for it.
-    pub(crate) fn complete_zone(&mut self) -> Option<Zone> {
+    /// Makes a zone of the points, and returns it; `None` if they are too few, or there is no room for it beside
+    /// those that the application states.
+    pub(crate) fn complete_zone(&mut self, stated: &Zones) -> Option<Zone> {
         let zone = self.points;
-        let is_added = zone.corners.len() >= 3 && self.zones.zones.push(zone).is_ok();
+        let is_added = zone.corners.len() >= 3 && add(&stated.zones, &mut self.zones.zones, zone);
         self.taken(is_added).then_some(zone)
     }
 
-    /// Makes a lane of the points, and returns its strip; `None` if they are too few, or there is no room for it.
-    pub(crate) fn complete_strip(&mut self) -> Option<Strip> {
+    /// Makes a lane of the points, and returns its strip; `None` if they are too few, or there is no room for it
+    /// beside those that the application states.
+    pub(crate) fn complete_strip(&mut self, stated: &Lanes) -> Option<Strip> {
         let lane = Strip {
             width: self.width,
             points: self.points.corners,
         };
-        let is_added = lane.points.len() >= 2 && self.lanes.lanes.push(lane).is_ok();
+        let is_added = lane.points.len() >= 2 && add(&stated.lanes, &mut self.lanes.lanes, lane);
         self.taken(is_added).then_some(lane)
     }
 
@@ -120,17 +136,42 @@ impl Drawn {
     }
 }
 
+impl InForce {
+    /// Returns the drawing of it. The zones are `margin` metres wider; `lanes` has the prices, if there are lanes.
+    pub(crate) fn drawing(&self, margin: f64, lanes: DrawnLanes) -> Drawing {
+        let zones = self.zones.zones.iter();
+        let lines = self.lanes.lanes.iter();
+        let lines: Vec<_> = lines.map(|lane| (pairs(&lane.points), lane.width)).collect();
+        Drawing {
+            zones: zones.map(|zone| pairs(&zone.corners)).collect(),
+            margin,
+            lanes: (!lines.is_empty()).then_some(DrawnLanes { lines, ..lanes }),
+        }
+    }
+}
+
+fn all<T: Part, const N: usize>(stated: &Seq<T, N>, drawn: &[T]) -> Result<Seq<T, N>, TooLong> {
+    let mut all = *stated;
+    all.extend_from_slice(drawn)?;
+    Ok(all)
+}
+
+/// Adds to what is drawn. Returns whether there is room for it beside what is stated.
+fn add<T: Part, const N: usize>(stated: &Seq<T, N>, drawn: &mut Seq<T, N>, new: T) -> bool {
+    all(stated, drawn).is_ok_and(|mut all| all.push(new).is_ok()) && drawn.push(new).is_ok()
+}
+
 /// Checks zones that a file or an operator states.
 pub(crate) fn check_zones(zones: &Zones) -> Result<(), DrawnError> {
     let mut zones = zones.zones.iter().enumerate();
-    zones.try_for_each(|(index, zone)| check(("keep-out zone", index + 1), &zone.corners, 3))
+    zones.try_for_each(|(index, zone)| check((ZONE, index + 1), &zone.corners, 3))
 }
 
 /// Checks lanes that a file or an operator states.
 pub(crate) fn check_lanes(lanes: &Lanes) -> Result<(), DrawnError> {
     for (index, &Strip { width, ref points }) in lanes.lanes.iter().enumerate() {
         let number = index + 1;
-        check(("lane", number), points, 2)?;
+        check((LANE, number), points, 2)?;
         if width <= 0.0 || width > FARTHEST {
             return Err(DrawnError::Width { number, width });
         }
@@ -155,6 +196,6 @@ fn check((what, number): (&'static str, usize), points: &[Point2D], least: usize
 }
 
 /// The points as pairs, in metres.
-pub(crate) fn pairs(points: &[Point2D]) -> Vec<(f64, f64)> {
+fn pairs(points: &[Point2D]) -> Vec<(f64, f64)> {
     points.iter().map(|point| (point.x, point.y)).collect()
 }

@@ -15,7 +15,7 @@ use jde_grid::{
 use jde_schema::prelude::*;
 use jde_schema::types::{Lanes, Zones};
 
-use drawn::{Drawn, DrawnError};
+use drawn::{Drawn, InForce};
 use ends::Ends;
 use followed::{Change, Followed};
 use situation::Situation;
@@ -97,12 +97,19 @@ pub struct Plan {
     /// What came of the last iteration, in words.
     #[export]
     state: Export<Text<160>>,
+    /// The keep-out zones that count: those of the application, and the drawn ones.
+    #[export]
+    zones_in_force: Export<Zones>,
+    /// The lanes that count: those of the application, and the drawn ones.
+    #[export]
+    lanes_in_force: Export<Lanes>,
     followed: Option<Followed>,
     /// The fields to the last target, and to the place near it where the path ends instead.
     fields: [PricedField; 2],
     situation: Option<Situation>,
     /// What an operator has drawn on the panel.
     drawn: Drawn,
+    in_force: InForce,
     /// The points of the last path, in metres; none without a path.
     points: Vec<(f64, f64)>,
 }
@@ -128,13 +135,18 @@ impl Inspect for Plan {
 }
 
 impl Plan {
-    /// Exports the path; the error is why there is none.
+    /// Exports the zones and lanes that count, and the path; the error is why there is none.
     fn plan(&mut self, cx: &Context) -> Result<Situation, Situation> {
+        self.in_force = self
+            .drawn
+            .over(&self.keep_out.sample(cx), &self.lanes.sample(cx))?;
+        self.zones_in_force.write(cx, self.in_force.zones);
+        self.lanes_in_force.write(cx, self.in_force.lanes);
         let target = self.target.get(cx).get().ok_or(Situation::NoTarget)?;
         let map = self.map.get(cx).ok_or(Situation::NoMap)?;
         let pose = self.pose.get(cx).ok_or(Situation::NoPose)?;
         let inflation = self.inflation(cx);
-        let drawing = self.drawing(cx)?;
+        let drawing = self.drawing(cx);
         let prices = self.prices(cx, &drawing);
         let map = (map.value(), map.sequence());
         let change = Followed::follow(&mut self.followed, map, inflation, drawing);
@@ -229,16 +241,14 @@ impl Plan {
         }
     }
 
-    /// What the application states and the operator has drawn.
-    fn drawing(&self, cx: &Context) -> Result<Drawing, DrawnError> {
+    fn drawing(&self, cx: &Context) -> Drawing {
         let lanes = DrawnLanes {
             lines: Vec::new(),
             weight: self.clearance.get(cx),
             aside: self.off_lanes.get(cx),
             unknown: self.unknown(cx),
         };
-        let stated = (&*self.keep_out.sample(cx), &*self.lanes.sample(cx));
-        self.drawn.over(stated, self.inscribed.get(cx), lanes)
+        self.in_force.drawing(self.inscribed.get(cx), lanes)
     }
 
     fn prices(&self, cx: &Context, drawing: &Drawing) -> Prices {

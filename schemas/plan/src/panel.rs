@@ -7,7 +7,7 @@ use jde_schema::panel::Plane;
 use jde_schema::prelude::*;
 use jde_schema::types::{Lanes, Point2D, Strip, Zone, Zones};
 
-use super::{Plan, drawn};
+use super::Plan;
 
 /// Most points for the obstacles. Of more, only every so many are drawn.
 const MOST_CELLS: usize = 20_000;
@@ -37,7 +37,7 @@ impl Panel for Plan {
             area.points(obstacles(followed.obstacles()))
                 .ink(Ink::Plain)
                 .width(2.0);
-            self.draw_layers(cx, area);
+            self.draw_layers(area);
             area.line(self.points.iter().copied()).ink(Ink::Good).width(2.0);
             if let Some(target) = self.target.get(cx).get() {
                 area.circle(target, 0.15).ink(Ink::Goal);
@@ -72,7 +72,7 @@ impl Panel for Plan {
         } else if let Some(width) = gesture.moved("width") {
             drawn.width = width;
         } else if gesture.pressed("zone") {
-            match drawn.complete_zone() {
+            match drawn.complete_zone(&self.keep_out.sample(cx)) {
                 Some(Zone { corners }) => {
                     info!(
                         cx,
@@ -83,7 +83,7 @@ impl Panel for Plan {
                 None => warn!(cx, "there is no room for another keep-out zone of {by}"),
             }
         } else if gesture.pressed("lane") {
-            match drawn.complete_strip() {
+            match drawn.complete_strip(&self.lanes.sample(cx)) {
                 Some(Strip { width, points }) => {
                     let points = in_a_file(&points);
                     info!(
@@ -105,19 +105,18 @@ impl Panel for Plan {
 
 impl Plan {
     /// Draws lanes and zones, and the points of the next.
-    fn draw_layers(&self, cx: &Context, area: &mut Plane) {
-        let (zones, lanes) = (self.keep_out.sample(cx), self.lanes.sample(cx));
-        for lane in lanes.lanes.iter().chain(&self.drawn.lanes.lanes) {
-            area.line(drawn::pairs(&lane.points)).ink(Ink::Accent).width(3.0);
-            for point in drawn::pairs(&lane.points) {
-                area.circle(point, lane.width.abs() / 2.0).ink(Ink::Accent);
+    fn draw_layers(&self, area: &mut Plane) {
+        for lane in &self.in_force.lanes.lanes {
+            area.line(&lane.points).ink(Ink::Accent).width(3.0);
+            for point in &lane.points {
+                area.circle(point, lane.width / 2.0).ink(Ink::Accent);
             }
         }
-        for zone in zones.zones.iter().chain(&self.drawn.zones.zones) {
-            area.outline(drawn::pairs(&zone.corners)).ink(Ink::Bad).width(2.0);
+        for zone in &self.in_force.zones.zones {
+            area.outline(&zone.corners).ink(Ink::Bad).width(2.0);
         }
-        let points = drawn::pairs(&self.drawn.points.corners);
-        area.line(points.iter().copied()).ink(Ink::Warn).width(2.0);
+        let points = &self.drawn.points.corners;
+        area.line(points).ink(Ink::Warn).width(2.0);
         area.points(points).ink(Ink::Warn).width(6.0);
     }
 }

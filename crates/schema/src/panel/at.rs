@@ -1,6 +1,6 @@
 //! The types that can state a place: pairs, points and poses.
 
-use jde_types::{LaserPoint, Point, Pose2D};
+use jde_types::{LaserPoint, Point, Point2D, Pose2D};
 
 /// A place in a plane (two coordinates) or in space (three), in m.
 pub trait At<const N: usize> {
@@ -27,6 +27,12 @@ impl At<3> for (f64, f64, f64) {
 }
 
 impl At<2> for Pose2D {
+    fn at(&self) -> [f64; 2] {
+        [self.x, self.y]
+    }
+}
+
+impl At<2> for Point2D {
     fn at(&self) -> [f64; 2] {
         [self.x, self.y]
     }

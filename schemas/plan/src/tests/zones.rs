@@ -104,7 +104,8 @@ fn an_operator_draws_zones_by_clicks_and_clears_them() {
 #[test]
 fn more_corners_and_zones_than_fit_are_refused_in_words() {
     let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
-    for _ in 0..17 {
+    bench.set("keep_out", zones(&[&MIDDLE]));
+    for _ in 0..16 {
         click(&mut bench, &MIDDLE);
         press(&mut bench, "zone");
     }
@@ -115,6 +116,12 @@ fn more_corners_and_zones_than_fit_are_refused_in_words() {
             .is_some_and(|(_, text)| text.starts_with(words))
     };
     assert!(full(&bench, "there is no room for another keep-out zone"));
+    assert!(state(&mut bench).starts_with("a path of "), "16 count");
+    bench.set("keep_out", zones(&[&MIDDLE, &MIDDLE]));
+    assert_eq!(
+        state(&mut bench),
+        "there are more than 16 keep-out zones: clear what is drawn, or state fewer"
+    );
     click(&mut bench, &[(0.5, 0.5); 33]);
     assert!(full(&bench, "there is no room for another point"));
 }
@@ -227,6 +234,20 @@ fn the_panel_shows_zones_and_the_corners_of_the_next() {
     bench.set("keep_out", zones(&[&MIDDLE]));
     click(&mut bench, &MIDDLE);
     press(&mut bench, "zone");
+    state(&mut bench);
     let after = bench.draw().expect("the panel is drawn");
     assert_eq!(after.shapes("map").len(), before + 2);
+}
+
+#[test]
+fn what_is_in_force_is_exported_without_a_target_too() {
+    let mut bench = bench(&map(&OPEN), LEFT, RIGHT);
+    bench.set("target", Target::NONE);
+    bench.set("keep_out", zones(&[&MIDDLE]));
+    click(&mut bench, &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]);
+    press(&mut bench, "zone");
+    assert_eq!(state(&mut bench), "there is no target");
+    let both = zones(&[&MIDDLE, &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]]);
+    assert_eq!(bench.exported("zones_in_force"), Some(both));
+    assert_eq!(bench.exported("lanes_in_force"), Some(Lanes::EMPTY));
 }
