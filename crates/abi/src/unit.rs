@@ -17,7 +17,7 @@ pub const KNOWN: &str = "m, km, cm, mm, um, rad, mrad, deg, rev, s, ms, us, ns, 
 
 /// Units without a dimension, of numbers and texts. Nothing is converted to or from them.
 pub const OTHERS: &[&str] = &[
-    "path", "file", "px", "pixel", "cell", "voxel", "bit", "byte", "degC", "K", "dB", "lx",
+    "path", "file", "model", "px", "pixel", "cell", "voxel", "bit", "byte", "degC", "K", "dB", "lx",
 ];
 
 /// A unit: its size in SI units and its dimension. The size is a quotient, so that 700 mm is exactly 0.7 m.

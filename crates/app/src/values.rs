@@ -16,10 +16,17 @@ const PATH: &str = "path";
 /// The unit of a text that is the path of a file which must exist before the application starts.
 const FILE: &str = "file";
 
-/// Whether a text of that unit is a path.
+/// The unit of a text that is the path of a TOML file, or the name of something that the plugin has.
+const MODEL: &str = "model";
+
+/// Whether a text is a path, by its unit.
 #[must_use]
-pub fn is_path(unit: &str) -> bool {
-    [PATH, FILE].contains(&unit)
+pub fn is_path(unit: &str, text: &str) -> bool {
+    match unit {
+        PATH | FILE => !text.is_empty(),
+        MODEL => text.ends_with(".toml"),
+        _ => false,
+    }
 }
 
 /// How the paths of a file are resolved and checked.
@@ -207,7 +214,7 @@ impl ValueTarget<'_> {
 
     fn text(&self, report: &mut FaultReport, unit: &str, capacity: usize, node: &Node) -> Option<Value> {
         let text = expect(report, &self.label(), "a text", node, node.get_ref().as_str())?;
-        let text = if is_path(unit) && !text.is_empty() {
+        let text = if is_path(unit, text) {
             self.folder.join(text).to_string_lossy().into_owned()
         } else {
             text.to_owned()

@@ -274,7 +274,7 @@ fn named_file(port: &jde_abi::describe::Port, binding: &jde_app::Binding) -> Opt
     let jde_app::Binding::Modulation { initial, .. } = binding else {
         return None;
     };
-    if !matches!(port.role, Role::Modulation { .. }) || !jde_app::is_path(&port.unit) {
+    if !matches!(port.role, Role::Modulation { .. }) {
         return None;
     }
     let jde_board::value::Value::Text(path) =
@@ -282,5 +282,6 @@ fn named_file(port: &jde_abi::describe::Port, binding: &jde_app::Binding) -> Opt
     else {
         return None;
     };
-    Some(PathBuf::from(path)).filter(|path| path.is_file())
+    let is_path = jde_app::is_path(&port.unit, &path);
+    is_path.then(|| PathBuf::from(path)).filter(|path| path.is_file())
 }

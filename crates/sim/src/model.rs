@@ -59,21 +59,18 @@ pub struct SampledSensor<C> {
 }
 
 impl RobotModel {
-    /// Returns the robot of a file, if the text ends with `.toml`, or else the shipped one of that name. An
-    /// application resolves paths, so only the last part of the text is the name.
+    /// Returns the robot of a file, if the text ends with `.toml`, or else the shipped one of that name.
     ///
     /// # Errors
     /// All faults of the file, each with its line; a name of no shipped robot.
     pub fn find(model: &str) -> Result<Self, WorldError> {
-        let path = Path::new(model);
-        if path.extension().is_some_and(|extension| extension == "toml") {
-            return Self::load(path);
+        if model.ends_with(".toml") {
+            return Self::load(model);
         }
-        let name = path.file_name().unwrap_or_default();
-        match SHIPPED_ROBOTS.iter().find(|(known, _)| name == *known) {
+        match SHIPPED_ROBOTS.iter().find(|(known, _)| model == *known) {
             Some((name, text)) => Self::parse(text, name),
             None => Err(WorldError::UnknownModel {
-                name: name.to_string_lossy().into_owned(),
+                name: model.to_owned(),
             }),
         }
     }

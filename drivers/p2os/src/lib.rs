@@ -40,7 +40,7 @@ pub struct Pioneer {
     port: Modulation<Text<256>>,
     /// Its model: "p3dx" and the like, or the path of a file that ends in ".toml"; empty for the model that
     /// the robot reports.
-    #[modulation(default = "", fixed)]
+    #[modulation(default = "", unit = "model", fixed)]
     model: Modulation<Text<1024>>,
     /// The start pose, in the frame of the odometry.
     #[modulation(default = Pose2D::ORIGIN, fixed)]

@@ -67,7 +67,7 @@ pub struct Robot {
     #[modulation(default = "")]
     edit: Modulation<Text<4096>>,
     /// The robot: a shipped one, such as `turtlebot4`, or a robot file, `my-robot.toml`.
-    #[modulation(default = "pioneer-3dx", unit = "path", fixed)]
+    #[modulation(default = "pioneer-3dx", unit = "model", fixed)]
     model: Modulation<Text<1024>>,
     /// Greatest range of the first laser; negative for that of the file.
     #[modulation(default = -1.0, unit = "m", fixed)]

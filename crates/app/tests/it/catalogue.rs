@@ -212,6 +212,10 @@ fn robot() -> Schema {
             unit: "path".to_owned(),
             ..modulation("world", "std_msgs/msg/String", (None, None))
         },
+        Port {
+            unit: "model".to_owned(),
+            ..modulation("model", "std_msgs/msg/String", (None, None))
+        },
         modulation("start", "geometry_msgs/msg/Pose2D", (None, None)),
         modulation("noise", "std_msgs/msg/Float64", (Some(0.0), Some(1.0))),
         modulation("beams", "std_msgs/msg/UInt8", (None, None)),

@@ -207,6 +207,18 @@ fn paths_are_relative_to_the_file_and_to_the_working_directory_in_options() {
 }
 
 #[test]
+fn a_model_is_a_name_unless_it_is_a_file() {
+    for (written, expected) in [("p3dx", "p3dx"), ("mine.toml", "/robot/apps/mine.toml")] {
+        let world = "world = \"office.toml\"";
+        let file = catalogue::GOOD.replace(world, &format!("{world}\nmodel = \"{written}\""));
+        let path = std::path::Path::new("/robot/apps/nav.toml");
+        let application = jde_app::parse(&file, path, &[], &catalogue::DescribedPlugins)
+            .unwrap_or_else(|faults| panic!("{faults}"));
+        assert_eq!(text(initial(&application, "pioneer", "model")), expected);
+    }
+}
+
+#[test]
 fn options_override_the_file() {
     let options = [
         "goon.speed=30 cm/s",

@@ -16,10 +16,11 @@ pub(super) fn format_value(value_type: &Type, bytes: &[u8], unit: &str) -> Strin
 /// Formats a value with its unit. A path is formatted as the user would write it.
 pub(crate) fn format_with_unit(value: Value, unit: &str) -> String {
     match value {
-        Value::Text(path) if is_path(unit) && !path.is_empty() => {
+        Value::Text(path) if is_path(unit, &path) => {
             Value::Text(failure::display_path(Path::new(&path))).to_string()
         }
-        value if unit.is_empty() || is_path(unit) => rounded(value).to_string(),
+        text @ Value::Text(_) => text.to_string(),
+        value if unit.is_empty() => rounded(value).to_string(),
         value => format!("{} {unit}", rounded(value)),
     }
 }

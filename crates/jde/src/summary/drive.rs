@@ -121,7 +121,7 @@ fn takeovers(trace: &DriveTrace, data: &RunData) -> Vec<Takeover> {
 /// Returns the body of a simulated robot, from its robot file.
 fn body(robot: &InstanceConfig) -> Option<Footprint> {
     modulation(robot, WORLD, FILE)?;
-    let Value::Text(model) = modulation(robot, "model", "path")? else {
+    let Value::Text(model) = modulation(robot, "model", "model")? else {
         return None;
     };
     Some(RobotModel::find(&model).ok()?.config.footprint)
