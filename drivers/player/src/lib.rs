@@ -129,6 +129,9 @@ impl Schema for Robot {
         self.sense(cx, events);
         let (is_ready, stale) = (device.is_ready(), Duration::from_secs_f64(self.stale.get(cx)));
         self.retract(cx, |age| !is_ready || age > stale);
+        if !is_ready {
+            self.body.retract(cx);
+        }
         let setpoint = self.setpoint(cx);
         let link = device.protocol_mut();
         let bytes = link.map(|link| link.drive(&setpoint, cx.now()));

@@ -88,6 +88,9 @@ pub struct Recording {
     /// The pictures' topic.
     #[modulation(default = "", fixed)]
     image_topic: Modulation<Text<120>>,
+    /// The topic of the depths. Without it there are none, because pictures have the same type.
+    #[modulation(default = "", fixed)]
+    depth_topic: Modulation<Text<120>>,
     /// Whether it is paused.
     #[modulation(default = Flag::FALSE)]
     paused: Modulation<Flag>,
@@ -154,6 +157,9 @@ pub struct Recording {
     /// The pictures.
     #[export]
     image: Export<Image>,
+    /// The depths of a camera.
+    #[export]
+    depth: Export<Image>,
     /// Progress of the recording.
     #[export]
     playback: Export<Playback>,
@@ -278,6 +284,10 @@ impl Recording {
                 }
             )*};
         }
+        // Before the pictures, which then come from another topic.
+        if !self.depth_topic.get(cx).is_empty() {
+            add!(Image: Depth as depth_topic);
+        }
         add!(
             LaserScan: Laser as laser_topic,
             RangeRing: Sonars as sonars_topic,
@@ -356,6 +366,7 @@ impl Recording {
             Output::Body => put!(body),
             Output::Connection => put!(connection),
             Output::Image => put!(image),
+            Output::Depth => put!(depth),
         }
     }
 

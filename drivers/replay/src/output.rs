@@ -26,6 +26,7 @@ pub(crate) enum Output {
     Body,
     Connection,
     Image,
+    Depth,
 }
 
 /// The topics that are channel.
@@ -43,7 +44,7 @@ struct OutputChannel {
 }
 
 impl Outputs {
-    /// Plays a sensor from the topic of that name, or from the first of its type if the name is empty.
+    /// Plays a sensor from the topic of that name, or from the first free one of its type if the name is empty.
     /// Without a topic of the type the sensor has no value.
     ///
     /// # Errors
@@ -59,7 +60,8 @@ impl Outputs {
         let name = definition::name(&value_type);
         let is_suitable = |channel: &&Channel| channel.type_name == name && channel.encoding == "cdr";
         let found = if topic.is_empty() {
-            reader.channels().find(is_suitable)
+            let mut channels = reader.channels().filter(is_suitable);
+            channels.find(|channel| !self.has(&channel.topic))
         } else {
             let named = reader.channels().find(|channel| channel.topic == topic);
             let named = named.ok_or_else(|| {

@@ -349,6 +349,39 @@ fn an_unplayable_recording_is_refused_with_its_reason() {
 }
 
 #[test]
+fn depths_come_from_the_named_topic_and_pictures_from_another() {
+    let folder = TempDir::new().expect("a folder");
+    let file = folder.path().join("camera.mcap");
+    let recorder = recorder(&file);
+    for (topic, encoding) in [("/a/depth", "32FC1"), ("/b/image", "rgb8")] {
+        let mut image = Box::new(Image::zeroed());
+        image.encoding = Text::new(encoding);
+        put(&recorder, topic, &*image);
+    }
+    recorder.finish();
+    let played = |depth_topic| {
+        let mut bench = Bench::<Recording>::new();
+        bench.set("file", text(&file));
+        bench.set("depth_topic", Text::<120>::new(depth_topic));
+        bench.awake().expect("it is a recording");
+        bench.set_now(Duration::from_secs(1));
+        bench.iterate().expect("it plays");
+        let encoding = |export| {
+            Some(
+                bench
+                    .exported_in_place::<Image>(export)?
+                    .encoding
+                    .as_str()
+                    .to_owned(),
+            )
+        };
+        [encoding("image"), encoding("depth")]
+    };
+    assert_eq!(played("/a/depth"), [Some("rgb8".into()), Some("32FC1".into())]);
+    assert_eq!(played(""), [Some("32FC1".into()), None]);
+}
+
+#[test]
 fn a_recording_without_topics_of_sensors_is_refused() {
     let fixture = Fixture::new();
     fs::remove_file(fixture.file()).expect("it was there");

@@ -24,6 +24,9 @@ pub(crate) struct Codec<T> {
 pub(crate) trait Stamped: Value {
     /// Its header.
     fn header(&self) -> &Header;
+
+    /// Its header, for writing.
+    fn header_mut(&mut self) -> &mut Header;
 }
 
 /// A pose with its covariance, whose header has the frame.
@@ -56,11 +59,27 @@ impl From<&PositionFix> for PoseWithCovarianceStamped {
     }
 }
 
+impl From<&PoseWithCovarianceStamped> for PositionFix {
+    fn from(message: &PoseWithCovarianceStamped) -> Self {
+        let PoseWithCovariance { pose, covariance } = &message.pose;
+        Self {
+            header: message.header,
+            x: pose.position.x,
+            y: pose.position.y,
+            covariance: [covariance[0], covariance[1], covariance[6], covariance[7]],
+        }
+    }
+}
+
 macro_rules! stamped {
     ($($stamped:ty),*) => { $(
         impl Stamped for $stamped {
             fn header(&self) -> &Header {
                 &self.header
+            }
+
+            fn header_mut(&mut self) -> &mut Header {
+                &mut self.header
             }
         }
     )* };

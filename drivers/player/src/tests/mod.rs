@@ -153,7 +153,9 @@ fn the_exports_of_a_lost_server_are_retracted_and_its_odometry_continues() {
             "no data of position2d:0"
         };
         assert!(reason.contains(expected), "{reason}");
-        for export in ["odometry", "sonars", "laser", "battery", "bumpers", "pan_tilt"] {
+        for export in [
+            "odometry", "sonars", "laser", "battery", "bumpers", "pan_tilt", "body",
+        ] {
             assert_eq!(driver.bench.exported_at(export), None, "{export}");
         }
         server.with(|server| {

@@ -5,7 +5,7 @@ use jde_schema::prelude::*;
 
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
-use crate::messages::Codec;
+use crate::messages::{Codec, PoseWithCovarianceStamped, Stamped};
 use crate::scan::Sweep;
 use crate::topics::is_finite;
 
@@ -15,6 +15,9 @@ pub(super) struct ActiveBase {
     pub(super) laser: Option<TopicSubscription<Sweep>>,
     pub(super) odometry: Option<TopicSubscription<Odometry>>,
     pub(super) image: Option<TopicSubscription<Image>>,
+    pub(super) depth: Option<TopicSubscription<Image>>,
+    pub(super) imu: Option<TopicSubscription<Imu>>,
+    pub(super) position: Option<TopicSubscription<PoseWithCovarianceStamped>>,
     pub(super) battery: Option<TopicSubscription<BatteryState>>,
     pub(super) velocity: Option<Codec<Twist>>,
     pub(super) drive: Drive,
@@ -46,64 +49,43 @@ impl ActiveBase {
     }
 
     pub(super) fn publish_odometry(&mut self, cx: &Context, export: &mut Export<Odometry>) {
-        let Some(subscription) = &mut self.odometry else {
-            return;
-        };
-        let mut odometry = Odometry::default();
-        let Some(arrived) = self.connection.receive(cx, subscription, &mut odometry) else {
-            return;
-        };
-        let pose = odometry.pose2d();
-        let numbers = [pose.x, pose.y, pose.theta];
-        if numbers.iter().any(|number| !number.is_finite()) || !is_finite(&odometry.twist.twist) {
-            let message = format!(
-                "{}: its pose and velocity are not finite numbers",
-                subscription.topic()
-            );
-            self.connection.warn_once(cx, message);
-            return;
-        }
-        subscription.mark_received(arrived);
-        let time = self
-            .connection
-            .stamp(cx, subscription, &mut odometry.header, arrived);
-        export.write_at(cx, odometry, time);
+        publish(cx, &mut self.connection, &mut self.odometry, export, |odometry| {
+            let pose = odometry.pose2d();
+            let numbers = [pose.x, pose.y, pose.theta];
+            let is_usable = all_finite(&numbers) && is_finite(&odometry.twist.twist);
+            is_usable.then_some(*odometry).ok_or("its pose and velocity")
+        });
     }
 
-    pub(super) fn publish_image(&mut self, cx: &Context, export: &mut Export<Image>) {
-        let Some(subscription) = &mut self.image else {
-            return;
-        };
-        let mut image = export.loan(cx);
-        let Some(arrived) = self.connection.receive(cx, subscription, &mut image) else {
-            return;
-        };
-        let bytes = u64::from(image.step) * u64::from(image.height);
-        if bytes > image.data.len() as u64 {
-            let message = format!("{}: a picture with rows missing", subscription.topic());
-            self.connection.warn_once(cx, message);
-            return;
-        }
-        subscription.mark_received(arrived);
-        let time = self
-            .connection
-            .stamp(cx, subscription, &mut image.header, arrived);
-        image.publish_at(time);
+    pub(super) fn publish_imu(&mut self, cx: &Context, export: &mut Export<Imu>) {
+        publish(cx, &mut self.connection, &mut self.imu, export, |imu| {
+            let parts = [imu.angular_velocity, imu.linear_acceleration];
+            let is_usable = parts.iter().all(|part| all_finite(&[part.x, part.y, part.z]));
+            is_usable.then_some(*imu).ok_or("its rates and accelerations")
+        });
+    }
+
+    pub(super) fn publish_position(&mut self, cx: &Context, export: &mut Export<PositionFix>) {
+        publish(cx, &mut self.connection, &mut self.position, export, |pose| {
+            let fix = PositionFix::from(pose);
+            let is_usable = all_finite(&[fix.x, fix.y]) && all_finite(&fix.covariance);
+            is_usable.then_some(fix).ok_or("its position and covariance")
+        });
     }
 
     pub(super) fn publish_battery(&mut self, cx: &Context, export: &mut Export<BatteryState>) {
-        let Some(subscription) = &mut self.battery else {
-            return;
-        };
-        let mut battery = BatteryState::default();
-        let Some(arrived) = self.connection.receive(cx, subscription, &mut battery) else {
-            return;
-        };
-        subscription.mark_received(arrived);
-        let time = self
-            .connection
-            .stamp(cx, subscription, &mut battery.header, arrived);
-        export.write_at(cx, battery, time);
+        publish(cx, &mut self.connection, &mut self.battery, export, |battery| {
+            Ok(*battery)
+        });
+    }
+
+    /// Publishes the picture and the depths of the camera.
+    pub(super) fn publish_images(&mut self, cx: &Context, exports: [&mut Export<Image>; 2]) {
+        for (subscription, export) in [&mut self.image, &mut self.depth].into_iter().zip(exports) {
+            if let Some(subscription) = subscription {
+                publish_image(cx, &mut self.connection, subscription, export);
+            }
+        }
     }
 
     pub(super) fn publish_velocity(&self, twist: &Twist) {
@@ -121,4 +103,56 @@ impl ActiveBase {
                 .is_some_and(TopicSubscription::has_received)
             || self.image.as_ref().is_some_and(TopicSubscription::has_received)
     }
+}
+
+/// Exports the newest message of a topic as `convert` returns it. If that returns an error, which names what is not
+/// finite, the message is reported and dropped.
+fn publish<T: Stamped + Default, U: Value>(
+    cx: &Context,
+    connection: &mut RosConnection,
+    subscription: &mut Option<TopicSubscription<T>>,
+    export: &mut Export<U>,
+    convert: impl FnOnce(&T) -> Result<U, &'static str>,
+) {
+    let Some(subscription) = subscription else { return };
+    let mut message = T::default();
+    let Some(arrived) = connection.receive(cx, subscription, &mut message) else {
+        return;
+    };
+    let time = connection.stamp(cx, subscription, message.header_mut(), arrived);
+    match convert(&message) {
+        Ok(value) => {
+            subscription.mark_received(arrived);
+            export.write_at(cx, value, time);
+        }
+        Err(what) => {
+            let message = format!("{}: {what} are not finite numbers", subscription.topic());
+            connection.warn_once(cx, message);
+        }
+    }
+}
+
+fn publish_image(
+    cx: &Context,
+    connection: &mut RosConnection,
+    subscription: &mut TopicSubscription<Image>,
+    export: &mut Export<Image>,
+) {
+    let mut image = export.loan(cx);
+    let Some(arrived) = connection.receive(cx, subscription, &mut image) else {
+        return;
+    };
+    let bytes = u64::from(image.step) * u64::from(image.height);
+    if bytes > image.data.len() as u64 {
+        let message = format!("{}: a picture with rows missing", subscription.topic());
+        connection.warn_once(cx, message);
+        return;
+    }
+    subscription.mark_received(arrived);
+    let time = connection.stamp(cx, subscription, &mut image.header, arrived);
+    image.publish_at(time);
+}
+
+fn all_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| number.is_finite())
 }

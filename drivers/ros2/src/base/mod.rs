@@ -52,6 +52,15 @@ pub struct Base {
     /// Topic of the camera.
     #[modulation(default = "", fixed)]
     image_topic: Modulation<Text<128>>,
+    /// Topic of the depths of a camera.
+    #[modulation(default = "", fixed)]
+    depth_topic: Modulation<Text<128>>,
+    /// Topic of the inertial unit.
+    #[modulation(default = "imu", fixed)]
+    imu_topic: Modulation<Text<128>>,
+    /// Topic of the measured position.
+    #[modulation(default = "position", fixed)]
+    position_topic: Modulation<Text<128>>,
     /// Topic of the battery.
     #[modulation(default = "battery_state", fixed)]
     battery_topic: Modulation<Text<128>>,
@@ -77,6 +86,15 @@ pub struct Base {
     /// The picture of the camera.
     #[export]
     image: Export<Image>,
+    /// The depths of a camera.
+    #[export]
+    depth: Export<Image>,
+    /// What the inertial unit measures.
+    #[export]
+    imu: Export<Imu>,
+    /// The measured position.
+    #[export]
+    position: Export<PositionFix>,
     /// The state of the battery.
     #[export]
     battery: Export<BatteryState>,
@@ -102,12 +120,17 @@ impl Schema for Base {
         active.connection.begin(cx);
         active.publish_scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
         active.publish_odometry(cx, &mut self.odometry);
-        active.publish_image(cx, &mut self.image);
+        active.publish_images(cx, [&mut self.image, &mut self.depth]);
+        active.publish_imu(cx, &mut self.imu);
+        active.publish_position(cx, &mut self.position);
         active.publish_battery(cx, &mut self.battery);
         let (now, stale) = (cx.now(), Duration::from_secs_f64(self.stale.get(cx)));
         retract_if_silent(&mut active.laser, now, stale, || self.laser.retract(cx));
         retract_if_silent(&mut active.odometry, now, stale, || self.odometry.retract(cx));
         retract_if_silent(&mut active.image, now, stale, || self.image.retract(cx));
+        retract_if_silent(&mut active.depth, now, stale, || self.depth.retract(cx));
+        retract_if_silent(&mut active.imu, now, stale, || self.imu.retract(cx));
+        retract_if_silent(&mut active.position, now, stale, || self.position.retract(cx));
         retract_if_silent(&mut active.battery, now, stale * BATTERY, || {
             self.battery.retract(cx)
         });
@@ -131,6 +154,9 @@ impl Schema for Base {
             self.laser.retract(cx);
             self.odometry.retract(cx);
             self.image.retract(cx);
+            self.depth.retract(cx);
+            self.imu.retract(cx);
+            self.position.retract(cx);
             self.battery.retract(cx);
         }
     }
@@ -142,6 +168,9 @@ impl Inspect for Base {
             &self.laser_topic,
             &self.odometry_topic,
             &self.image_topic,
+            &self.depth_topic,
+            &self.imu_topic,
+            &self.position_topic,
             &self.battery_topic,
             &self.velocity_topic,
         ];
@@ -185,6 +214,9 @@ impl Base {
         let laser = subscription(&mut topics, namespace, &self.laser_topic.get(cx))?;
         let odometry = subscription(&mut topics, namespace, &self.odometry_topic.get(cx))?;
         let image = subscription(&mut topics, namespace, &self.image_topic.get(cx))?;
+        let depth = subscription(&mut topics, namespace, &self.depth_topic.get(cx))?;
+        let imu = subscription(&mut topics, namespace, &self.imu_topic.get(cx))?;
+        let position = subscription(&mut topics, namespace, &self.position_topic.get(cx))?;
         let battery = subscription(&mut topics, namespace, &self.battery_topic.get(cx))?;
         let codec = Codec::new();
         let velocity = crate::names::topic(namespace, self.velocity_topic.get(cx).as_str())?
@@ -202,6 +234,9 @@ impl Base {
             laser,
             odometry,
             image,
+            depth,
+            imu,
+            position,
             battery,
             velocity: has_velocity.then_some(codec),
             drive: Drive::default(),

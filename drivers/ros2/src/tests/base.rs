@@ -68,6 +68,55 @@ fn messages_of_a_robot_are_exported_and_retracted_when_they_stop() {
 }
 
 #[test]
+fn depths_inertial_units_and_positions_are_exported_and_retracted_when_they_stop() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address);
+    fixture.bench.set("depth_topic", Text::<128>::new("depth/image"));
+    fixture.bench.set("stale", 0.1);
+    let mut fixture = fixture.awake();
+    fixture.until_note(Connection::CONNECTING, "looking for the robot");
+    let mut imu = Imu {
+        header: Header::new(stamp(), "imu"),
+        ..Imu::default()
+    };
+    imu.angular_velocity.z = 0.5;
+    let fix = PositionFix {
+        header: Header::new(stamp(), "map"),
+        x: 3.0,
+        y: -4.0,
+        covariance: [0.25, 0.0, 0.0, 0.5],
+    };
+    let mut depth = Picture {
+        header: Header::new(stamp(), "camera"),
+        ..Picture::default()
+    };
+    (depth.height, depth.width, depth.step) = (1, 2, 8);
+    depth.data.resize(8).fill(7);
+    let exports = ["imu", "position", "depth"];
+    fixture.until(|bench| {
+        put(&session, "/imu", &imu);
+        put(&session, "/position", &PoseWithCovarianceStamped::from(&fix));
+        put(&session, "/depth/image", &depth);
+        exports.iter().all(|export| bench.exported_at(export).is_some())
+    });
+    let received: Imu = fixture.bench.exported("imu").unwrap();
+    assert_eq!(received.angular_velocity, imu.angular_velocity);
+    let received: PositionFix = fixture.bench.exported("position").unwrap();
+    assert_eq!(
+        (received.x, received.y, received.covariance),
+        (fix.x, fix.y, fix.covariance)
+    );
+    fixture.until(|bench| exports.iter().all(|export| bench.exported_at(export).is_none()));
+    imu.angular_velocity.z = f64::NAN;
+    fixture.until(|bench| {
+        put(&session, "/imu", &imu);
+        count_log(bench, "/imu: its rates and accelerations are not finite numbers") == 1
+    });
+    assert_eq!(fixture.bench.exported_at("imu"), None);
+}
+
+#[test]
 fn r7_the_velocity_is_sent_while_it_is_in_force_and_then_zero() {
     let address = unused_address();
     let session = open_router(&address);

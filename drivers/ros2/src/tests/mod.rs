@@ -17,7 +17,7 @@ use zenoh::sample::Sample as ReceivedSample;
 use zenoh::{Session, Wait};
 
 use crate::keys::{NodeName, Quality, Topic};
-use crate::messages::Codec;
+use crate::messages::{Codec, PoseWithCovarianceStamped};
 use crate::scan::Sweep;
 
 /// A driver on the bench, in real time.
