@@ -140,6 +140,13 @@ impl Variable {
         }
     }
 
+    /// Returns the field that was not finite in the last value that was refused for it. It does not wait: `None`
+    /// while another thread holds the name.
+    #[must_use]
+    pub fn not_finite_at(&self) -> Option<String> {
+        self.not_finite_at.try_lock().ok()?.clone()
+    }
+
     /// Returns the number of the newest value; 0 before the first.
     #[must_use]
     pub fn newest(&self) -> u64 {

@@ -254,8 +254,11 @@ impl Catalogue for PluginCatalogue {
     }
 
     fn type_names(&self) -> Vec<String> {
-        let mut known = Vec::new();
-        for plugin in describe_all(&self.plugins, &self.report.borrow().folders) {
+        let folders = &self.report.borrow().folders;
+        // A plugin that cannot be used is known too: another one would be a wrong suggestion.
+        let (files, _) = self.plugins.list(folders);
+        let mut known: Vec<_> = files.into_iter().map(|file| file.name).collect();
+        for plugin in describe_all(&self.plugins, folders) {
             let schemas = plugin.description.schemas.iter();
             known.extend(schemas.map(|schema| format!("{}/{}", plugin.description.name, schema.name)));
         }

@@ -6,7 +6,7 @@ use std::sync::{MutexGuard, PoisonError};
 
 use jde_abi::describe::Role;
 use jde_abi::raw;
-use jde_app::Application;
+use jde_app::{Application, Binding, ChildTarget};
 use jde_board::Refused;
 use jde_core::{Policy, State};
 use jde_records::event::Event;
@@ -203,6 +203,7 @@ impl Engine {
     /// range.
     pub(crate) fn report_refused_write(&self, instance: usize, port: usize, why: &Refused, first: bool) {
         self.count_refusal(instance, first, || {
+            let field = matches!(why, Refused::NotFinite).then(|| self.not_finite_at(instance, port));
             let port = &self.application.instances[instance].schema.ports[port];
             let kind = match port.role {
                 Role::ChildModulation { .. } => "modulation",
@@ -212,8 +213,30 @@ impl Engine {
                 | Role::Command { .. }
                 | Role::Actuator => "command",
             };
-            format!("{kind} `{}` refused: {why}", port.name)
+            let field = field.flatten().map(|field| format!(": `{field}`"));
+            format!(
+                "{kind} `{}` refused: {why}{}",
+                port.name,
+                field.unwrap_or_default()
+            )
         });
+    }
+
+    /// The field that was not finite in the last write of a port.
+    fn not_finite_at(&self, instance: usize, port: usize) -> Option<String> {
+        let target = match self.application.instances[instance].bindings[port] {
+            Binding::Actuator { target } => target,
+            Binding::ChildModulation {
+                target: Some(ChildTarget::Port(child, modulation)),
+            } => Some((child, modulation)),
+            Binding::ChildModulation { .. }
+            | Binding::Import { .. }
+            | Binding::Export
+            | Binding::Modulation { .. }
+            | Binding::Command => None,
+        };
+        let (owner, port) = target?;
+        self.variables.of(owner, port)?.not_finite_at()
     }
 
     /// A number that depends only on the application's seed and the instance's name.

@@ -223,7 +223,7 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
     let foreign = |variable: &Arc<Variable>, guards: Vec<PortGuard>| -> Result<BoundPort, Error> {
         Ok(BoundPort::ForeignOutput {
             writer: variable.writer(id, &instance.name)?,
-            refused: false,
+            refused: None,
             guards,
         })
     };

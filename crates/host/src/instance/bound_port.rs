@@ -34,8 +34,8 @@ pub(crate) enum BoundPort {
     /// A driver's command or a child's modulation.
     ForeignOutput {
         writer: Writer,
-        /// Whether the last write was refused. Only the first of consecutive refusals is reported.
-        refused: bool,
+        /// Why the last write was refused. Only the first of consecutive refusals for one reason is reported.
+        refused: Option<Refused>,
         /// The guards of the schema; none for a modulation.
         guards: Vec<PortGuard>,
     },

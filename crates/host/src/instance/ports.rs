@@ -294,13 +294,13 @@ impl Ports {
                 }
                 match writer.publish_for(time, now, period.saturating_mul(2)) {
                     Ok(sequence) => {
-                        *refused = false;
+                        *refused = None;
                         Ok(sequence)
                     }
                     Err(Refused::NothingLoaned) => Err(PortError::NothingLoaned),
                     Err(why) => Err(PortError::Refused {
                         why,
-                        first: !std::mem::replace(refused, true),
+                        first: refused.replace(why) != Some(why),
                     }),
                 }
             }

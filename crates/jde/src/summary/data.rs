@@ -134,6 +134,9 @@ pub(crate) struct SchemaSummary {
     pub(crate) overruns: u64,
     /// Refused commands and wakes.
     pub(crate) refused: u64,
+    /// What was refused, and why: the first different ones.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) refusals: Vec<String>,
     /// Faults.
     pub(crate) faults: u64,
 }
@@ -202,7 +205,9 @@ impl RunSummary {
             },
             groups,
             schemas: schemas
-                .map(|schema| SchemaSummary {
+                .enumerate()
+                .map(|(number, schema)| SchemaSummary {
+                    refusals: kept.statistics.refusals(number).to_vec(),
                     schema: schema.name,
                     iterations: schema.iterations,
                     overruns: schema.overruns,

@@ -32,6 +32,7 @@ pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io:
         iterations,
         overruns,
         refused,
+        refusals,
         faults,
     } in with_problems
     {
@@ -42,6 +43,9 @@ pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io:
             "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused in {}",
             pluralize(*iterations, "iteration")
         )?;
+        for refusal in refusals {
+            writeln!(output, "  {FAINT}{refusal}{FAINT:#}")?;
+        }
     }
     Ok(())
 }

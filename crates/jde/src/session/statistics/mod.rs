@@ -7,6 +7,9 @@ use jde_app::Application;
 use jde_core::{Nanos, State};
 use jde_records::event::Event;
 
+/// Most refusals of a schema that are kept.
+const MAX_REFUSALS: usize = 4;
+
 /// The sums so far.
 pub(crate) struct Statistics {
     schemas: Vec<SchemaStatistics>,
@@ -24,6 +27,8 @@ struct SchemaStatistics {
     /// Time as WINNER before that, ns.
     winner_time: Nanos,
     takeovers: u64,
+    /// What was refused, and why: the first different ones.
+    refusals: Vec<String>,
 }
 
 #[derive(Clone, Default)]
@@ -81,6 +86,14 @@ impl Statistics {
                 *worst = (*worst).max(Some(*latency));
                 self.schemas[*schema].takeovers += 1;
             }
+            Event::Refused {
+                schema, description, ..
+            } => {
+                let refusals = &mut self.schemas[*schema].refusals;
+                if refusals.len() < MAX_REFUSALS && !refusals.contains(description) {
+                    refusals.push(description.clone());
+                }
+            }
             _ => {}
         }
     }
@@ -98,6 +111,11 @@ impl Statistics {
     /// Returns how often a schema became WINNER.
     pub(crate) fn takeovers(&self, schema: usize) -> u64 {
         self.schemas[schema].takeovers
+    }
+
+    /// Returns what was refused to a schema, and why: the first different ones.
+    pub(crate) fn refusals(&self, schema: usize) -> &[String] {
+        &self.schemas[schema].refusals
     }
 
     /// Returns how often any motor schema became WINNER.

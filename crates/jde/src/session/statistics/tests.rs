@@ -51,6 +51,22 @@ fn takeovers_are_counted_by_schema_and_the_longest_is_kept_by_group() {
 }
 
 #[test]
+fn each_different_refusal_is_kept_once_up_to_a_limit() {
+    let mut statistics = statistics();
+    let refusals = ["a", "b", "c", "d", "e"];
+    for description in ["a", "a"].into_iter().chain(refusals) {
+        let (time, schema, description) = (0, 1, description.to_owned());
+        statistics.add(&Event::Refused {
+            time,
+            schema,
+            description,
+        });
+    }
+    assert_eq!(statistics.refusals(1), &refusals[..MAX_REFUSALS]);
+    assert_eq!(statistics.refusals(2), &[] as &[String]);
+}
+
+#[test]
 fn the_acting_schema_is_the_lowest_winner() {
     let mut statistics = statistics();
     assert_eq!(statistics.acting_schemas(), [0; 0]);
