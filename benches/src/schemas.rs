@@ -3,13 +3,14 @@
 //!
 //! Each instance keeps its notes for itself until it sleeps, so that recording takes no lock.
 
+use std::f32::consts::TAU;
 use std::hint::black_box;
 use std::sync::{Mutex, PoisonError};
 
 use jde_abi::raw;
 use jde_loader::{Plugins, SearchPath};
 use jde_measure::pairs::{Effort, Rounds, consume, interleave};
-use jde_paths::Periods;
+use jde_paths::{BEAMS, Periods};
 use jde_schema::prelude::*;
 
 /// The notes of all instances that have slept, one list each.
@@ -275,6 +276,55 @@ fn timed<T: Copy>(effort: Effort, read: impl Fn() -> T, value: T) -> ReadTimes {
     }
 }
 
+/// A base in a corridor, among the beams of a TurtleBot 4's laser, with a path ahead.
+#[derive(Describe)]
+#[schema(driver, period = "100ms")]
+pub(crate) struct Corridor {
+    /// The scan of the laser.
+    #[export]
+    laser: Export<LaserScan>,
+    /// The pose and velocity of the base.
+    #[export]
+    pose: Export<Odometry>,
+    /// The path.
+    #[export]
+    path: Export<Path>,
+    /// The commanded speed.
+    #[export]
+    speed: Export<f64>,
+    /// Speeds of the base.
+    #[command(neutral = Twist::ZERO, validity = "1s")]
+    velocity: Command<Twist>,
+}
+
+impl Schema for Corridor {
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let step = TAU / BEAMS as f32;
+        let range = |beam: u32| (1.0 / (step * beam as f32).sin().abs()).min(11.0);
+        let scan = LaserScan {
+            angle_increment: step,
+            range_max: 12.0,
+            ranges: (0..BEAMS).map(range).collect(),
+            ..LaserScan::default()
+        };
+        let ahead = |at: u32| PoseStamped {
+            pose: Pose::from(Pose2D::new(0.1 * f64::from(at), 0.0, 0.0)),
+            ..PoseStamped::default()
+        };
+        let path = Path {
+            poses: (0..50).map(ahead).collect(),
+            ..Path::default()
+        };
+        self.laser.write(cx, scan);
+        let twist = Twist::planar(0.3, 0.0);
+        self.pose
+            .write(cx, Odometry::planar(cx.now(), Pose2D::ORIGIN, twist));
+        self.path.write(cx, path);
+        self.speed.write(cx, self.velocity.get(cx).linear.x);
+        Ok(())
+    }
+}
+
 /// Defines a father with many children.
 macro_rules! parent {
     ($($child:ident)+) => {
@@ -317,10 +367,11 @@ parent! {
     c80 c81 c82 c83 c84 c85 c86 c87 c88 c89 c90 c91 c92 c93 c94 c95 c96 c97 c98 c99
 }
 
-static PLUGIN: raw::Plugin = jde_schema::plugin!(
+/// The plugin of these schemas.
+pub(crate) static PLUGIN: raw::Plugin = jde_schema::plugin!(
     "pace",
     "Schemas of the benches.",
-    [Beat, Leaf, Robot, Brake, Cruise, Source, Reader, Parent]
+    [Beat, Leaf, Robot, Brake, Cruise, Source, Reader, Corridor, Parent]
 );
 
 /// Returns a catalogue with the plugin of these schemas.

@@ -8,7 +8,7 @@ use jde_schema::prelude::*;
 use jde_schema::types::{Footprint, Point2D};
 
 /// As many points as the laser of a TurtleBot 4 has beams.
-const BEAMS: u32 = 720;
+pub const BEAMS: u32 = 720;
 /// How far away they are, m: as in a room.
 const DISTANCE: f64 = 2.0;
 /// The speed of the base, m/s.

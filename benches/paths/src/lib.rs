@@ -6,7 +6,7 @@ mod level;
 mod periods;
 mod words;
 
-pub use guarded::{Base, Drive, SPEED, Watch, surroundings};
+pub use guarded::{BEAMS, Base, Drive, SPEED, Watch, surroundings};
 pub use level::Level;
 pub use periods::Periods;
 pub use words::{Words, ends, variable};

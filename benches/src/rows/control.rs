@@ -1,10 +1,17 @@
-//! An iteration of sampled control before an obstacle, as many trajectories and steps as nav2's controller has.
+//! What drives and what judges it: an iteration of sampled control before an obstacle, with as many trajectories
+//! and steps as nav2's controller has, a turn of regulated pure pursuit, and the judgement of a guard.
 
-use anyhow::Result;
+use std::time::Duration;
+
+use anyhow::{Result, anyhow, ensure};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{consume, interleave};
 use jde_mppi::{Base, Clearance, Controller, Disc, Guide, Motion, Shape, Situation, Spread, Weights};
+use jde_paths::{BEAMS, Periods, SPEED, surroundings};
+use jde_schema::types::Twist;
 
+use crate::loaded;
+use crate::schemas::PLUGIN;
 use crate::scope::Scope;
 
 /// Trajectories and steps of 50 ms: what nav2 states for its controller, at 50 Hz.
@@ -25,6 +32,18 @@ const DIFFERENTIAL: Base = Base {
     turn_acceleration: 2.0,
 };
 
+/// A base that follows a path through a corridor.
+const PURSUIT: &str = r#"
+    roots = ["follow"]
+    [schemas.follow]
+    type = "drive/path"
+    period = "1ms"
+    imports = { laser = "corridor.laser", pose = "corridor.pose", path = "corridor.path" }
+    actuators = { base = "corridor.velocity" }
+    [schemas.corridor]
+    type = "pace/corridor"
+"#;
+
 pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     let omnidirectional = Base {
         sideways: 0.5,
@@ -40,7 +59,40 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
     Ok(vec![
         line("differential, a disc", DIFFERENTIAL, 1),
         line("omnidirectional, four discs", omnidirectional, 4),
+        Line::new(
+            format!("`drive/path`, a check and an iteration, {BEAMS} beams"),
+            Figure::Time(pursuit(scope)?),
+            Goal::Below(Figure::millis(1.0)),
+        ),
+        Line::new(
+            format!("`guard/footprint` judges a command by {BEAMS} points"),
+            Figure::Time(judgement(scope)?),
+            Goal::ReportOnly,
+        ),
     ])
+}
+
+/// The median time of a turn of regulated pure pursuit, ns.
+fn pursuit(scope: &Scope) -> Result<f64> {
+    let mut plugins = loaded::plugins(&scope.built);
+    plugins.link(&PLUGIN)?;
+    let mut periods = Periods::of(PURSUIT, &plugins)?;
+    let [rounds] = interleave(scope.effort(), [&mut |times| periods.pass(times)]);
+    let speed = periods.value("corridor.speed")?;
+    ensure!(speed > Some(0.0), "the base is commanded {speed:?} m/s");
+    Ok(rounds.median())
+}
+
+/// The median time of a judgement, ns.
+fn judgement(scope: &Scope) -> Result<f64> {
+    let (around, command) = (surroundings(), Twist::planar(SPEED, 0.0));
+    let judge = || around.judge(Duration::from_millis(25), &command);
+    judge().map_err(|reason| anyhow!("the command is refused: {reason}"))?;
+    let [rounds] = interleave(
+        scope.effort(),
+        [&mut |times| (0..times).for_each(|_| consume(judge()))],
+    );
+    Ok(rounds.median())
 }
 
 /// The median time of an iteration, ns.

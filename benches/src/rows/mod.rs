@@ -76,7 +76,11 @@ pub(crate) const ROWS: &[Row] = &[
     ),
     row("laser", "laser beams of the simulator", simulator::laser),
     row("demo", "the demonstration in lockstep", simulator::demo),
-    row("control", "an iteration of sampled control", control::run),
+    row(
+        "control",
+        "an iteration of a controller, a guard's judgement",
+        control::run,
+    ),
     row("experiment", "many drives, judged and measured", experiment::run),
     row("senses", "what other sensors and the world cost", senses::run),
     row("recording", "recording the demonstration", recording::run),
