@@ -163,7 +163,7 @@ fn port(port: &Port) -> raw::Port {
         name: text(&port.name),
         doc: text(&port.doc),
         unit: text(&port.unit),
-        value_type: leak(value_type(&port.value_type)),
+        value_type: value_type(&port.value_type),
         initial: ptr::null(),
         min: f64::NAN,
         max: f64::NAN,
@@ -208,7 +208,9 @@ fn port(port: &Port) -> raw::Port {
     table
 }
 
-fn value_type(ty: &Type) -> raw::Type {
+/// Returns the table of a type of value.
+#[must_use]
+pub fn value_type(ty: &Type) -> &'static raw::Type {
     let mut fields: Vec<raw::Field> = ty.fields.iter().map(field).collect();
     for (offset, bytes) in gaps(ty) {
         fields.push(raw::Field {
@@ -224,7 +226,7 @@ fn value_type(ty: &Type) -> raw::Type {
             })
         });
     }
-    raw::Type {
+    leak(raw::Type {
         size: size_of::<raw::Type>() as u32,
         field_count: fields.len() as u32,
         name: text(&ty.name),
@@ -232,7 +234,7 @@ fn value_type(ty: &Type) -> raw::Type {
         bytes: ty.bytes as u64,
         align: ty.align as u64,
         fields: array(fields),
-    }
+    })
 }
 
 /// Returns the offset and the length of the bytes that belong to no field.
@@ -261,7 +263,7 @@ fn gaps(ty: &Type) -> Vec<(usize, usize)> {
 fn field(field: &Field) -> raw::Field {
     let (kind, part) = match &field.kind {
         FieldKind::Scalar(scalar) => (scalar_kind(*scalar), ptr::null()),
-        FieldKind::Struct(ty) => (raw::STRUCT, ptr::from_ref(leak(value_type(ty)))),
+        FieldKind::Struct(ty) => (raw::STRUCT, ptr::from_ref(value_type(ty))),
     };
     raw::Field {
         size: size_of::<raw::Field>() as u32,

@@ -25,6 +25,22 @@ pub fn folder(plugins: &[&str]) -> PathBuf {
     folder
 }
 
+/// Returns the file of another library of the workspace, which `package` builds: of the folder of [`VARIABLE`], or of the
+/// caller's build.
+///
+/// # Panics
+/// As [`folder`].
+#[must_use]
+pub fn library(package: &str, name: &str) -> PathBuf {
+    let folder = match std::env::var_os(VARIABLE) {
+        Some(folder) => PathBuf::from(folder),
+        None => build(&[package]),
+    };
+    let file = folder.join(format!("lib{name}.so"));
+    assert!(file.exists(), "{} does not exist", file.display());
+    file
+}
+
 /// Builds the plugins in the profile and the target folder of the calling test.
 fn build(plugins: &[&str]) -> PathBuf {
     let test = std::env::current_exe().expect("the path of this program is known");

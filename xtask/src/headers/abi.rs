@@ -7,7 +7,7 @@ use std::fmt::Write;
 use jde_core::POLICIES;
 use quote::ToTokens;
 use syn::{
-    Attribute, Expr, ExprLit, Field, GenericArgument, Item, ItemConst, ItemStruct, Lit, Meta, NamedArg,
+    Attribute, Expr, ExprLit, Field, File, GenericArgument, Item, ItemConst, ItemStruct, Lit, Meta, NamedArg,
 };
 use syn::{PathArguments, PointerMutability, ReturnType, Type};
 
@@ -26,18 +26,10 @@ const SOURCES: [&str; 6] = [
 const HELPERS: &str = include_str!("helpers.h");
 
 pub(super) fn header() -> String {
-    let files = SOURCES.map(|source| match syn::parse_file(source) {
-        Ok(file) => file,
-        Err(error) => unreachable!("the ABI compiles, so it parses: {error}"),
-    });
-    let [file, ..] = &files;
+    let files = SOURCES.map(parse);
     let items: Vec<&Item> = files.iter().flat_map(|file| &file.items).collect();
-    let writer = Writer::new(&items);
-    let mut out = String::from("/*\n");
-    for line in writer.doc(&file.attrs).lines() {
-        let _ = writeln!(out, "{}", format!(" * {line}").trim_end());
-    }
-    out.push_str(" *\n * Generated from crates/abi/src/raw/mod.rs; `cargo xtask headers` renews it.\n */\n");
+    let writer = Writer::new(&items, &SOURCES);
+    let mut out = writer.head(&files[0], "crates/abi/src/raw/mod.rs");
     out.push_str("#ifndef JDE_H\n#define JDE_H\n\n");
     out.push_str("#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n\n");
     out.push_str("#ifdef __cplusplus\nextern \"C\" {\n#endif\n");
@@ -77,22 +69,46 @@ pub(super) fn header() -> String {
     out
 }
 
-struct Writer {
+/// Parses a source of declarations.
+pub(super) fn parse(source: &str) -> File {
+    match syn::parse_file(source) {
+        Ok(file) => file,
+        Err(error) => unreachable!("it compiles, so it parses: {error}"),
+    }
+}
+
+/// Writes declarations in C.
+pub(super) struct Writer {
     constants: BTreeSet<String>,
+    sources: &'static [&'static str],
 }
 
 impl Writer {
-    fn new(items: &[&Item]) -> Self {
+    pub(super) fn new(items: &[&Item], sources: &'static [&'static str]) -> Self {
         let constants = items.iter().filter_map(|item| match item {
             Item::Const(item) => Some(item.ident.to_string()),
             _ => None,
         });
         Self {
             constants: constants.collect(),
+            sources,
         }
     }
 
-    fn constant(&self, item: &ItemConst, out: &mut String) {
+    /// Returns the comment at the head of a header, which is that of a source.
+    pub(super) fn head(&self, file: &File, path: &str) -> String {
+        let mut out = String::from("/*\n");
+        for line in self.doc(&file.attrs).lines() {
+            let _ = writeln!(out, "{}", format!(" * {line}").trim_end());
+        }
+        let _ = writeln!(
+            out,
+            " *\n * Generated from {path}; `cargo xtask headers` renews it.\n */"
+        );
+        out
+    }
+
+    pub(super) fn constant(&self, item: &ItemConst, out: &mut String) {
         let name = item.ident.to_string();
         let doc = self.doc(&item.attrs);
         let value = match (&*name, &*item.expr) {
@@ -119,14 +135,14 @@ impl Writer {
                 value.to_token_stream()
             ),
         };
-        if begins_a_group(&name) {
+        if self.begins_a_group(&name) {
             out.push('\n');
         }
         out.push_str(&block(&doc, ""));
         let _ = writeln!(out, "#define {} {value}", constant(&name));
     }
 
-    fn structure(&self, item: &ItemStruct, out: &mut String) {
+    pub(super) fn structure(&self, item: &ItemStruct, out: &mut String) {
         let name = structure(&item.ident.to_string());
         let members: Vec<&Field> = item.fields.iter().filter(|field| is_public(field)).collect();
         out.push('\n');
@@ -149,7 +165,7 @@ impl Writer {
         out.push_str("};\n");
     }
 
-    fn doc(&self, attributes: &[Attribute]) -> String {
+    pub(super) fn doc(&self, attributes: &[Attribute]) -> String {
         let mut lines = Vec::new();
         for attribute in attributes {
             if let Meta::NameValue(pair) = &attribute.meta
@@ -164,17 +180,18 @@ impl Writer {
         }
         comment(&lines.join("\n"), &self.constants)
     }
-}
 
-/// Returns whether the source has an empty line above a constant and its comment.
-fn begins_a_group(name: &str) -> bool {
-    let declaration = format!("pub const {name}: ");
-    let above = SOURCES
-        .iter()
-        .find_map(|source| source.split_once(&declaration))
-        .map_or("", |(above, _)| above);
-    let mut lines = above.lines().rev().skip_while(|line| line.starts_with("///"));
-    lines.next().is_some_and(str::is_empty)
+    /// Returns whether the source has an empty line above a constant and its comment.
+    fn begins_a_group(&self, name: &str) -> bool {
+        let declaration = format!("pub const {name}: ");
+        let above = self
+            .sources
+            .iter()
+            .find_map(|source| source.split_once(&declaration))
+            .map_or("", |(above, _)| above);
+        let mut lines = above.lines().rev().skip_while(|line| line.starts_with("///"));
+        lines.next().is_some_and(str::is_empty)
+    }
 }
 
 fn is_public(field: &Field) -> bool {
@@ -182,7 +199,7 @@ fn is_public(field: &Field) -> bool {
 }
 
 /// Returns the declaration of `name` with the type `ty`.
-fn declare(ty: &Type, name: &str) -> String {
+pub(super) fn declare(ty: &Type, name: &str) -> String {
     let spaced = |ty: String| {
         if ty.ends_with('*') {
             format!("{ty}{name}")

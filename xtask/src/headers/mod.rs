@@ -1,11 +1,12 @@
-//! The files that are generated from the Rust source, so that the two cannot differ: the headers of the ABI
-//! and of the standard types, those types in Python, and the table of policies in the documentation.
+//! The files that are generated from the Rust source, so that the two cannot differ: the headers of the ABI,
+//! of the library for programs and of the standard types, those types in Python, and the table of policies in the documentation.
 //!
 //! `jde.h` is written from the source of `jde_abi::raw`, which uses only constants and C structures with
 //! comments. A general generator would keep Rust's links in the comments and could not compute the magic
 //! number. It would also turn an opaque structure into one without members, which C does not permit.
 
 mod abi;
+mod library;
 mod names;
 mod policies;
 mod python;
@@ -24,6 +25,7 @@ const PAGE: &str = "docs/applications.md";
 fn stale(root: &Path) -> Vec<(&'static str, String)> {
     let mut files = vec![
         ("include/jde.h", abi::header()),
+        ("include/jde_run.h", library::header()),
         ("include/jde_types.h", types::header()),
         ("include/jde/types.hpp", types::cplusplus()),
         ("crates/python/python/jde/types.py", python::module()),
@@ -70,7 +72,7 @@ mod tests {
         let error = check(root.path()).unwrap_err().to_string();
         assert_eq!(
             error,
-            "stale: include/jde.h, include/jde_types.h, include/jde/types.hpp, crates/python/python/jde/types.py; `cargo xtask headers` renews them"
+            "stale: include/jde.h, include/jde_run.h, include/jde_types.h, include/jde/types.hpp, crates/python/python/jde/types.py; `cargo xtask headers` renews them"
         );
         renew(root.path()).unwrap();
         check(root.path()).unwrap();

@@ -56,6 +56,7 @@ const ALLOWED_FILES: &[(&str, &str)] = &[
         "crates/loader/src/",
         "the loader opens libraries and calls their tables",
     ),
+    ("crates/c/src/", "functions for C take and fill in pointers"),
     (
         "crates/python/src/",
         "the functions of schemas in Python are called through tables, with the memory of values",

@@ -1,0 +1,95 @@
+/* Makes the mistakes that a program can make, and prints what the library says. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <jde_run.h>
+#include <jde_types.h>
+
+static void say(const char *what, int32_t status)
+{
+    printf("%s: %d %s\n", what, (int)status, status == JDE_OK ? "" : jde_error());
+}
+
+/* A twist whose speeds are of 32 bits. */
+typedef struct {
+    float linear, angular;
+} narrow;
+static const jde_field narrow_fields[] = {
+    JDE_FIELD("linear", offsetof(narrow, linear), 0u, JDE_F32, JDE_ONE, 1u, "", "", NULL),
+    JDE_FIELD("angular", offsetof(narrow, angular), 0u, JDE_F32, JDE_ONE, 1u, "", "", NULL),
+};
+static const jde_type narrow_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(narrow_fields), "geometry_msgs/msg/Twist", "", sizeof(narrow), 4u, narrow_fields};
+
+int main(int argc, char **argv)
+{
+    if (argc != 3) {
+        return 2;
+    }
+    jde_application *application = NULL;
+    jde_run *run = NULL;
+    say("no file", jde_load("no.toml", NULL, &application));
+    say("null file", jde_load(NULL, NULL, &application));
+    say("broken file", jde_load(argv[2], NULL, &application));
+    const char *values[] = {"goon.fats=0.3"};
+    jde_load_options load = {.size = sizeof load, .values = values, .value_count = 1};
+    say("unknown value", jde_load(argv[1], &load, &application));
+    load.size = 0;
+    say("no size", jde_load(argv[1], &load, &application));
+    say("no place", jde_load(argv[1], NULL, NULL));
+
+    /* A program of an older header has fewer options. */
+    const char *mocks[] = {"goon"};
+    load = (jde_load_options){.size = offsetof(jde_load_options, executable), .mocks = mocks, .mock_count = 1,
+                              .executable = (const char *)1};
+    say("older options", jde_load(argv[1], &load, &application));
+    jde_start_options start = {.size = sizeof start, .flags = JDE_LOCKSTEP, .speed = -1.0};
+    say("negative speed", jde_start(application, &start, &run));
+    start.speed = 0.0;
+    say("start", jde_start(application, &start, &run));
+    say("a run as an application", jde_start((jde_application *)run, NULL, &run));
+    say("an application as a run", jde_run_step((jde_run *)application));
+    say("close application", jde_close_application(application));
+    say("close it again", jde_close_application(application));
+    say("start a closed one", jde_start(application, &start, &run));
+
+    double number;
+    static jde_laser_scan scan;
+    static narrow speeds;
+    jde_twist twist;
+    memset(&twist, 0, sizeof twist);
+    say("before a value", jde_run_read(run, "pioneer.laser", &jde_laser_scan_type, &scan, NULL));
+    say("until 1 s", jde_run_until(run, 1.0));
+    say("read", jde_run_read(run, "pioneer.laser", &jde_laser_scan_type, &scan, NULL));
+    say("wrong name", jde_run_read(run, "pioneer.lazer", &jde_laser_scan_type, &scan, NULL));
+    say("wrong type", jde_run_read(run, "pioneer.laser", &jde_twist_type, &twist, NULL));
+    say("wrong layout", jde_run_read(run, "pioneer.velocity", &narrow_type, &speeds, NULL));
+    say("no value", jde_run_read(run, "pioneer.laser", &jde_laser_scan_type, NULL, NULL));
+    say("wrong field", jde_run_read_number(run, "pioneer.laser.range", &number));
+    say("not a number", jde_run_read_number(run, "pioneer.laser", &number));
+    say("wrong modulation", jde_run_write_number(run, "vff.a", 1.0));
+    say("outside the limits", jde_run_write_number(run, "vff.ahead", -1.0));
+    say("wrong unit", jde_run_write_text(run, "vff.ahead", "1 kg"));
+    say("a port of a mock", jde_run_write(run, "goon.base", &jde_twist_type, &twist));
+    say("no mock", jde_run_write(run, "vff.base", &jde_twist_type, &twist));
+    say("wrong schema", jde_run_play(run, "nobody"));
+    say("wrong group", jde_run_winner(run, "nobody", &(char *){NULL}));
+    say("wrong condition", jde_run_until_condition(run, "vff.wins", 2.0));
+    say("before now", jde_run_until(run, 0.5));
+    say("no time", jde_run_until(run, NAN));
+    say("not true", jde_run_until_condition(run, "time > 5", 2.0));
+    say("true", jde_run_until_condition(run, "time > 2.2", 3.0));
+
+    say("end", jde_run_end(run));
+    say("end again", jde_run_end(run));
+    say("step after the end", jde_run_step(run));
+    say("until after the end", jde_run_until(run, 10.0));
+    say("play after the end", jde_run_play(run, "goon"));
+    say("read after the end", jde_run_read_number(run, "pioneer.truth.pose.x", &number));
+    say("close", jde_close_run(run));
+    say("read after the close", jde_run_read_number(run, "pioneer.truth.pose.x", &number));
+    say("close again", jde_close_run(run));
+    say("null", jde_run_step(NULL));
+    return 0;
+}

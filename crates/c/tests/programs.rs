@@ -1,0 +1,142 @@
+//! Programs in C and C++ that run applications: the examples, and every mistake that a program can make.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
+use tempfile::TempDir;
+
+/// The plugins of `apps/safe-navigation.toml`.
+const PLUGINS: &[&str] = &["sim", "example", "goon", "vff", "stop", "teleop"];
+
+/// A program, and the libraries that it needs.
+struct Program {
+    folder: TempDir,
+    plugins: PathBuf,
+}
+
+impl Program {
+    /// Compiles a program as a user would, with every warning an error.
+    fn compile(source: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let plugins = jde_test_plugins::folder(PLUGINS);
+        let library = jde_test_plugins::library("jde-c", "jde");
+        for name in ["libjde.so", "libjde.so.0"] {
+            symlink(&library, folder.path().join(name)).unwrap();
+        }
+        let (compiler, standard) = match Path::new(source).extension() {
+            Some(extension) if extension == "cpp" => ("c++", "-std=c++17"),
+            _ => ("cc", "-std=c11"),
+        };
+        let mut compile = Command::new(compiler);
+        compile
+            .args([
+                standard,
+                "-Wall",
+                "-Wextra",
+                "-Wpedantic",
+                "-Werror",
+                "-pthread",
+                "-I",
+            ])
+            .arg(root().join("include"))
+            .arg(root().join(source))
+            .arg("-L")
+            .arg(folder.path())
+            .args(["-ljde", "-lm", "-o"])
+            .arg(folder.path().join("program"));
+        read(&mut compile);
+        Self { folder, plugins }
+    }
+
+    /// Runs it in the root of the project. Returns what it prints, past its log.
+    fn run(&self, arguments: &[&str]) -> String {
+        let _watchdog = Watchdog::new(DEFAULT_LIMIT, || String::from("a program of C hangs"));
+        let mut program = Command::new(self.folder.path().join("program"));
+        program
+            .args(arguments)
+            .current_dir(root())
+            .env("LD_LIBRARY_PATH", self.folder.path())
+            .env("JDE_PLUGIN_PATH", &self.plugins);
+        read(&mut program)
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn read(command: &mut Command) -> String {
+    let output = command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?} needs a C and a C++ compiler: {error}"));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+const NAVIGATION: &str = "apps/safe-navigation.toml";
+
+#[test]
+fn the_example_in_c_drives_in_lockstep() {
+    let example = Program::compile("examples/embed/lockstep.c");
+    let output = example.run(&[NAVIGATION]);
+    let expected = "\
+\x205.000 s: the robot is at 3.55, 3.31 m, and goon wins
+\x205.000 s: scan 101 has 180 ranges
+\x20         the nearest obstacle is 2.00 m away
+10.000 s: the robot is at 3.55, 3.98 m, and goon wins
+18.100 s: the robot is at 3.56, 7.01 m, and vff wins
+\x20         495 selections were recorded
+";
+    assert_eq!(output, expected);
+}
+
+#[test]
+fn the_example_in_cpp_waits_for_the_mission() {
+    let output = Program::compile("examples/embed/real_time.cpp").run(&[NAVIGATION]);
+    assert_eq!(output, "the mission is done\n");
+}
+
+#[test]
+fn every_mistake_is_an_error_in_words() {
+    let broken = tempfile::tempdir().unwrap();
+    let file = broken.path().join("broken.toml");
+    fs::write(
+        &file,
+        "name = \"broken\"\nroots = [\"a\"]\n\n[schemas.a]\ntype = \"goon\"\nfast = \"1 kg\"\n",
+    )
+    .unwrap();
+    let output = Program::compile("crates/c/tests/c/misuse.c").run(&[NAVIGATION, file.to_str().unwrap()]);
+    let output = output.replace(file.to_str().unwrap(), "broken.toml");
+    assert_eq!(
+        output,
+        fs::read_to_string(root().join("crates/c/tests/c/misuse.txt")).unwrap()
+    );
+}
+
+#[test]
+fn any_number_of_threads_may_call_and_any_number_of_runs_go_on() {
+    let output = Program::compile("crates/c/tests/c/threads.c").run(&[NAVIGATION]);
+    let lines: Vec<_> = output.lines().collect();
+    let [one, other, rest @ ..] = lines.as_slice() else {
+        panic!("{output}");
+    };
+    assert_eq!(one, other, "one seed gives one run");
+    assert_eq!(rest, ["ended", "ended"]);
+}
+
+#[test]
+fn r14_what_is_held_ends_with_the_lease() {
+    let output = Program::compile("crates/c/tests/c/lease.c").run(&[NAVIGATION]);
+    let expected = "\
+1.000 s: goon is awake, ahead 1.30 m
+1.400 s: goon sleeps, ahead 0.90 m
+1.890 s: goon sleeps, ahead 0.90 m
+2.100 s: goon is awake, ahead 1.30 m
+9.000 s: goon sleeps, ahead 1.30 m
+";
+    assert_eq!(output, expected);
+}

@@ -1,0 +1,44 @@
+//! The events that wait to become records. The observer is called under the application's lock, so it only appends.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use jde_records::event::{Event, Observer};
+
+/// The most events that wait; newer ones are dropped and counted.
+const MAX_WAITING: usize = 100_000;
+
+/// The events since the last call of [`Events::take`].
+#[derive(Clone, Default)]
+pub(crate) struct Events(Arc<Mutex<Waiting>>);
+
+#[derive(Default)]
+struct Waiting {
+    events: Vec<Event>,
+    dropped: u64,
+}
+
+impl Observer for Events {
+    fn on_event(&mut self, event: &Event) {
+        let mut waiting = self.lock();
+        if waiting.events.len() < MAX_WAITING {
+            waiting.events.push(event.clone());
+        } else {
+            waiting.dropped += 1;
+        }
+    }
+}
+
+impl Events {
+    /// Returns the events since the last call, in their order, and how many were dropped.
+    pub(crate) fn take(&self) -> (Vec<Event>, u64) {
+        let mut waiting = self.lock();
+        (
+            std::mem::take(&mut waiting.events),
+            std::mem::take(&mut waiting.dropped),
+        )
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,96 @@
+//! The executor of a run, and what is kept while time passes.
+
+use std::collections::BTreeMap;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use jde_core::Nanos;
+use jde_host::{Handle, Lockstep, OperatorHandle, PanelViewGuard};
+use jde_sim::EditQueue;
+
+use crate::lease::Lease;
+use crate::observation::Observation;
+use crate::run::{FOREVER, Stop};
+
+/// The machine time after which a run in lockstep looks whether others wait for its state.
+pub(crate) const SLICE: Duration = Duration::from_millis(20);
+/// The time that passes between two looks at the clock of the machine, ns.
+const MAX_STRIDE: Nanos = 1_000_000_000;
+
+/// What carries an application out.
+pub(crate) enum Executor {
+    /// The calls that let time pass.
+    Lockstep(Lockstep),
+    /// Threads of its own, and the one that brings them to rest when the application ends.
+    RealTime(JoinHandle<()>),
+    /// Nothing any more.
+    AtRest,
+}
+
+/// The state of a run that its calls share.
+pub(crate) struct State {
+    pub(crate) executor: Executor,
+    pub(crate) observation: Option<Observation>,
+    pub(crate) lease: Lease,
+    /// The changes of each world so far, by the driver that makes them.
+    pub(crate) edits: BTreeMap<usize, EditQueue>,
+    /// The panels that are drawn, by their schemas.
+    pub(crate) panels: BTreeMap<usize, PanelViewGuard>,
+}
+
+impl State {
+    /// Runs in lockstep until a time, or until a condition is true. Returns `None` after [`SLICE`].
+    pub(crate) fn advance(
+        &mut self,
+        handle: &Handle,
+        operator: &OperatorHandle,
+        end: Nanos,
+        condition: Option<u64>,
+    ) -> Option<Stop> {
+        let started = Instant::now();
+        loop {
+            let Executor::Lockstep(lockstep) = &mut self.executor else {
+                return Some(Stop::End);
+            };
+            let due = lockstep.next_instant().into_iter().chain(self.lease.end()).min();
+            if due.is_none() && end == FOREVER {
+                return Some(Stop::Time);
+            }
+            let mut next = due.unwrap_or(end);
+            if self.observation.is_none() && self.lease.end().is_none() {
+                // Nothing looks at the instants in between.
+                next = next.saturating_add(MAX_STRIDE);
+            }
+            let next = next.min(end);
+            let outcome = lockstep.run_until(next);
+            self.observe(handle, operator);
+            if outcome.is_some() {
+                return Some(Stop::End);
+            }
+            if self.was_true(condition) {
+                return Some(Stop::Condition);
+            }
+            if next >= end {
+                return Some(Stop::Time);
+            }
+            if started.elapsed() > SLICE {
+                return None;
+            }
+        }
+    }
+
+    /// Keeps what has changed until now, and ends what is held under a lease that has ended.
+    pub(crate) fn observe(&mut self, handle: &Handle, operator: &OperatorHandle) {
+        let now = handle.now();
+        self.lease.check(now, operator);
+        if let Some(observation) = &mut self.observation {
+            observation.observe(now);
+        }
+    }
+
+    /// Whether a condition has been true since somebody waits for it.
+    pub(crate) fn was_true(&self, condition: Option<u64>) -> bool {
+        let observation = self.observation.as_ref();
+        condition.is_some_and(|number| observation.is_some_and(|observation| observation.was_true(number)))
+    }
+}
