@@ -1,4 +1,5 @@
-# Schemas in C and C++. find_package(jde) gives the target jde::jde, which has the headers, and the functions below.
+# Schemas in C and C++. find_package(jde) gives the target jde::jde, which has the headers, and the functions below; and the
+# target jde::run, libjde.so, for programs that run applications (docs/embedding.md).
 #
 # This file belongs to PREFIX/lib/cmake/jde of an installation, whose headers are in PREFIX/include, or to the folder cmake
 # of a checkout. CMAKE_PREFIX_PATH is PREFIX, or the checkout.
@@ -14,6 +15,21 @@ if(NOT TARGET jde::jde)
     set(jde_FOUND FALSE)
     set(jde_NOT_FOUND_MESSAGE "the headers of jde are neither in ../include nor in ../../../include of this file")
 endif()
+
+# A checkout has the library where cargo builds it, without the name by which programs load it.
+foreach(library lib/libjde.so target/release/libjde.so target/debug/libjde.so)
+    if(EXISTS ${JDE_INCLUDE_DIR}/../${library} AND NOT TARGET jde::run)
+        get_filename_component(JDE_LIBRARY ${JDE_INCLUDE_DIR}/../${library} ABSOLUTE)
+        if(NOT library STREQUAL lib/libjde.so)
+            file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/jde)
+            file(CREATE_LINK ${JDE_LIBRARY} ${CMAKE_BINARY_DIR}/jde/libjde.so.0 SYMBOLIC)
+            set(JDE_LIBRARY ${CMAKE_BINARY_DIR}/jde/libjde.so.0)
+        endif()
+        add_library(jde::run SHARED IMPORTED)
+        set_target_properties(jde::run PROPERTIES IMPORTED_LOCATION ${JDE_LIBRARY} IMPORTED_SONAME libjde.so.0
+                              INTERFACE_LINK_LIBRARIES jde::jde)
+    endif()
+endforeach()
 
 # Builds the plugin NAME from its sources: lib<NAME>.so, with `-` written `_`.
 function(jde_add_plugin NAME)

@@ -1,4 +1,5 @@
-//! The packages of Debian: `jde` for those who run robots, `libjde-dev` for those who write plugins.
+//! The packages of Debian: `jde` for those who run robots, `libjde0` for programs that run applications, `libjde-dev` for
+//! those who write plugins and such programs.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -13,8 +14,16 @@ use crate::{project_files, shell};
 /// The first revision of each version.
 const REVISION: &str = "1";
 
+/// What `libjde0` holds of the prefix.
+const LIBRARY: &[&str] = &["lib/libjde.so.0"];
 /// What `libjde-dev` holds of the prefix; `jde` holds the rest.
-const DEVELOPMENT: &[&str] = &["include", "lib/cmake", "share/jde/Cargo.toml", "share/jde/crates"];
+const DEVELOPMENT: &[&str] = &[
+    "include",
+    "lib/cmake",
+    "lib/libjde.so",
+    "share/jde/Cargo.toml",
+    "share/jde/crates",
+];
 
 /// The libraries that the windows of `jde view` load when they open.
 const WINDOWS: &str = "libegl1, libxcursor1, libxi6, libxkbcommon-x11-0, mesa-vulkan-drivers | vulkan-icd";
@@ -27,6 +36,8 @@ struct Package {
     relations: String,
     /// One line, and a paragraph.
     description: [&'static str; 2],
+    /// Further files for `dpkg`, by their names.
+    control: &'static [(&'static str, &'static str)],
 }
 
 /// Makes the packages of a prefix. Returns their files.
@@ -35,7 +46,8 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
     let work = release.folder.join("deb");
     project_files::empty(&work)?;
     // Debian's tools know the trees of packages by this folder.
-    let (main, development) = (work.join("debian/jde"), work.join("debian/libjde-dev"));
+    let [main, library, development] =
+        ["jde", "libjde0", "libjde-dev"].map(|name| work.join("debian").join(name));
     fs::create_dir_all(&main)?;
     shell::read(
         Command::new("cp")
@@ -43,11 +55,11 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
             .arg(prefix)
             .arg(main.join("usr")),
     )?;
-    for part in DEVELOPMENT {
-        let (from, to) = (main.join("usr").join(part), development.join("usr").join(part));
-        if from.exists() {
+    for (parts, package) in [(LIBRARY, &library), (DEVELOPMENT, &development)] {
+        for part in parts {
+            let (from, to) = (main.join("usr").join(part), package.join("usr").join(part));
             fs::create_dir_all(to.parent().unwrap_or(&to))?;
-            fs::rename(&from, &to)?;
+            fs::rename(&from, &to).with_context(|| format!("{} cannot be moved", from.display()))?;
         }
     }
     // Debian has them in the file `copyright` of each package.
@@ -62,19 +74,40 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
     )?;
     let packages = [
         (
-            main,
+            main.clone(),
             Package {
                 name: "jde",
                 section: "science",
                 relations: format!(
                     "Depends: {}\nRecommends: {WINDOWS}\nSuggests: libjde-dev\n",
-                    libraries(&work)?
+                    libraries(&work, &programs(&main)?)?
                 ),
                 description: [
                     "robot behaviours that run side by side, of which one acts",
                     "A behaviour is a plugin, a schema. In each group of schemas one acts, and the program can always \
                  say why that one. This package contains the program, its plugins with drivers and a simulator, \
                  example applications and the documentation.",
+                ],
+                control: &[],
+            },
+        ),
+        (
+            library.clone(),
+            Package {
+                name: "libjde0",
+                section: "libs",
+                relations: format!(
+                    "Depends: jde (= {version}), {}\n",
+                    libraries(&work, &[library.join("usr").join(LIBRARY[0])])?
+                ),
+                description: [
+                    "robot behaviours that run side by side (shared library)",
+                    "This package contains the library with which programs in C and C++ run applications in their own \
+                 process.",
+                ],
+                control: &[
+                    ("shlibs", "libjde 0 libjde0\n"),
+                    ("triggers", "activate-noawait ldconfig\n"),
                 ],
             },
         ),
@@ -83,12 +116,15 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
             Package {
                 name: "libjde-dev",
                 section: "libdevel",
-                relations: format!("Depends: jde (= {version})\nSuggests: cargo, cmake\n"),
+                relations: format!(
+                    "Depends: jde (= {version}), libjde0 (= {version})\nSuggests: cargo, cmake\n"
+                ),
                 description: [
                     "robot behaviours that run side by side (development files)",
-                    "This package contains what plugins for jde are written with: the headers for C and C++, and the \
-                 crates for Rust, which `jde new schema` uses.",
+                    "This package contains what plugins for jde, and programs that run its applications, are written \
+                 with: the headers for C and C++, and the crates for Rust, which `jde new schema` uses.",
                 ],
+                control: &[],
             },
         ),
     ];
@@ -143,7 +179,11 @@ impl Package {
             section,
             relations,
             description: [summary, paragraph],
+            control: files,
         } = self;
+        for (file, text) in *files {
+            fs::write(debian.join(file), text)?;
+        }
         let control = format!(
             "Package: {name}\nVersion: {version}\nSource: jde\nSection: {section}\nPriority: optional\nArchitecture: {architecture}\
              Maintainer: {maintainer}\nInstalled-Size: {size}\n{relations}Description: {summary}\n{}",
@@ -187,23 +227,29 @@ fn maintainer(root: &Path) -> Result<String> {
     Ok(format!("{} <{}>", name.trim(), address.trim()))
 }
 
-/// Returns the packages of the shared libraries that the program and its plugins need.
-fn libraries(work: &Path) -> Result<String> {
+/// Returns the program, its plugins and the extension module of Python.
+fn programs(main: &Path) -> Result<Vec<PathBuf>> {
+    let mut programs = vec![main.join("usr/bin/jde")];
+    for plugin in fs::read_dir(main.join("usr/lib/jde"))? {
+        let path = plugin?.path();
+        programs.push(if path.is_dir() {
+            path.join(python::MODULE)
+        } else {
+            path
+        });
+    }
+    Ok(programs)
+}
+
+/// Returns the packages of the shared libraries that these files need.
+fn libraries(work: &Path, files: &[PathBuf]) -> Result<String> {
     // The tool reads this file and nothing from it.
     fs::write(
         work.join("debian/control"),
         "Source: jde\n\nPackage: jde\nArchitecture: any\n",
     )?;
     let mut tool = Command::new("dpkg-shlibdeps");
-    tool.args(["-O", "debian/jde/usr/bin/jde"]).current_dir(work);
-    for plugin in fs::read_dir(work.join("debian/jde/usr/lib/jde"))? {
-        let path = plugin?.path();
-        tool.arg(if path.is_dir() {
-            path.join(python::MODULE)
-        } else {
-            path
-        });
-    }
+    tool.arg("-O").args(files).current_dir(work);
     let output = shell::read(&mut tool)?;
     let libraries = output.trim().strip_prefix("shlibs:Depends=");
     Ok(libraries.context("`dpkg-shlibdeps` names no library")?.to_owned())

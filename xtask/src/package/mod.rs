@@ -124,11 +124,15 @@ pub(crate) fn plugins<'m>(root: &Path, metadata: &'m Metadata) -> Vec<&'m Packag
         .collect()
 }
 
-/// Builds the executable, the plugins and the extension module of Python with a call of `cargo build`; for a development
-/// build the call says itself what it builds, so that nothing is built a second time with other features.
+/// Builds the executable, the plugins, the library for programs and the extension module of Python with a call of `cargo
+/// build`; for a development build the call says itself what it builds, so that nothing is built a second time with other
+/// features.
 fn build(mut cargo: Command, plugins: &[&Package], dev: bool, paint: Paint) -> Result<()> {
     if !dev {
-        cargo.args(["--release", "--package", "jde", "--package", "jde-python"]);
+        cargo.arg("--release");
+        for package in ["jde", "jde-c", "jde-python"] {
+            cargo.args(["--package", package]);
+        }
         for plugin in plugins {
             cargo.args(["--package", &plugin.name]);
         }

@@ -1,7 +1,8 @@
 //! The tree of all packages, as docs/installing.md shows it: `bin`, `lib`, `include` and `share` of one prefix.
 
 use std::collections::BTreeSet;
-use std::fs;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -29,6 +30,11 @@ const DATA: &[&str] = &[
 /// The crates on which the projects of `jde new` depend.
 const SDK: &[&str] = &["jde-device", "jde-schema", "jde-types"];
 
+/// The library of programs that run applications, for the compiler.
+pub(super) const LIBRARY: &str = "libjde.so";
+/// The same for a program that starts, as `crates/c/build.rs` names it.
+pub(super) const SONAME: &str = "libjde.so.0";
+
 /// The shells with completions, each with the file in which it looks for them.
 const COMPLETIONS: &[(&str, &str)] = &[
     ("bash", "share/bash-completion/completions/jde"),
@@ -47,6 +53,11 @@ pub(super) fn write(release: &Release<'_>, built: &Path, plugins: &[&Package]) -
         let file = format!("lib{}.so", plugin.name.replace('-', "_"));
         install_stripped(&built.join(&file), &prefix.join("lib/jde").join(file))?;
     }
+    let libraries = prefix.join("lib");
+    install_stripped(&built.join(LIBRARY), &libraries.join(SONAME))?;
+    // As Debian wants it: nobody executes it.
+    fs::set_permissions(libraries.join(SONAME), Permissions::from_mode(0o644))?;
+    symlink(SONAME, libraries.join(LIBRARY))?;
     python::write(
         release.root,
         built,

@@ -28,6 +28,12 @@ const ACCEPTED: &str = "initial-upload-closes-no-bugs,embedded-library";
 const DEMO: &str = "cd $(setpriv --reuid=65534 --clear-groups mktemp -d) && \
                     setpriv --reuid=65534 --regid=65534 --clear-groups $JDE demo --headless --lockstep --seed 1";
 
+/// A program that runs an application, with the library.
+const PROGRAM: &str = "set -e
+cd $(mktemp -d)
+cc -o lockstep /usr/share/jde/examples/embed/lockstep.c -ljde -lm
+./lockstep /usr/share/jde/apps/safe-navigation.toml";
+
 /// What a user can do with the packages alone. Every application must be complete, and a new one passes its tests.
 const USE: &str = "set -e
 for app in /usr/share/jde/apps/*.toml; do jde check $app > /dev/null; done
@@ -74,7 +80,9 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     system.sh(USE)?;
     let described = system.sh(PLUGIN)?;
     ensure!(described.contains("gauge"), "{described}");
-    system.sh("dpkg --purge libjde-dev jde")?;
+    let driven = system.sh(PROGRAM)?;
+    ensure!(driven.contains("the robot is at"), "{driven}");
+    system.sh("dpkg --purge libjde-dev libjde0 jde")?;
     // In one folder, and then in another.
     for folder in ["/opt", "/srv"] {
         system.sh(&format!(
