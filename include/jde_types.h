@@ -1041,6 +1041,85 @@ static const jde_type jde_color_blobs_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_color_blobs_fields), "jde_msgs/msg/ColorBlobs", "The connected areas of some colours in a picture, the largest first.",
     sizeof(jde_color_blobs), 8u, jde_color_blobs_fields};
 
+/** jde_msgs/msg/TagDetection: A tag in a picture. */
+typedef struct jde_tag_detection {
+    /** The family, as "tag36h11". */
+    struct { uint32_t length; char bytes[28]; } family;
+    /** The number of the tag in its family. */
+    uint32_t id;
+    /** Bits that were read wrongly. */
+    uint32_t hamming;
+    /** How clearly black and white cells differ, from 0 up to about 250. False tags have small margins. */
+    double margin;
+    /**
+     * Column and row of the lower left corner of its black border, then of the lower right, the upper right and
+     * the upper left one, as one who reads the tag sees it, from the upper left corner of the picture. [px]
+     */
+    double corners[8];
+    /**
+     * Its pose in the frame of the camera. The origin of its own frame is its middle, x points to the right and
+     * y down as one who reads the tag sees it, z into the tag.
+     */
+    jde_pose pose;
+    /** The mean distance between the corners and where the pose puts them. [px] */
+    double error;
+    /**
+     * `error` as a share of that of the other pose under which the tag looks nearly the same, 0 to 1: close to 1,
+     * either of both may be the true one.
+     */
+    double ambiguity;
+} jde_tag_detection;
+
+typedef char jde_tag_detection_has_its_size[sizeof(jde_tag_detection) == 184 ? 1 : -1];
+
+static const jde_field jde_tag_detection_fields[] = {
+    JDE_FIELD("family", offsetof(jde_tag_detection, family.bytes), offsetof(jde_tag_detection, family.length), JDE_U8, JDE_TEXT, 28u,
+              "The family, as \"tag36h11\".", "", NULL),
+    JDE_FIELD("id", offsetof(jde_tag_detection, id), 0u, JDE_U32, JDE_ONE, 1u,
+              "The number of the tag in its family.", "", NULL),
+    JDE_FIELD("hamming", offsetof(jde_tag_detection, hamming), 0u, JDE_U32, JDE_ONE, 1u,
+              "Bits that were read wrongly.", "", NULL),
+    JDE_FIELD("margin", offsetof(jde_tag_detection, margin), 0u, JDE_F64, JDE_ONE, 1u,
+              "How clearly black and white cells differ, from 0 up to about 250. False tags have small margins.", "", NULL),
+    JDE_FIELD("corners", offsetof(jde_tag_detection, corners), 0u, JDE_F64, JDE_ARRAY, 8u,
+              "Column and row of the lower left corner of its black border, then of the lower right, the upper right and\nthe upper left one, as one who reads the tag sees it, from the upper left corner of the picture.", "px", NULL),
+    JDE_FIELD("pose", offsetof(jde_tag_detection, pose), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Its pose in the frame of the camera. The origin of its own frame is its middle, x points to the right and\ny down as one who reads the tag sees it, z into the tag.", "", &jde_pose_type),
+    JDE_FIELD("error", offsetof(jde_tag_detection, error), 0u, JDE_F64, JDE_ONE, 1u,
+              "The mean distance between the corners and where the pose puts them.", "px", NULL),
+    JDE_FIELD("ambiguity", offsetof(jde_tag_detection, ambiguity), 0u, JDE_F64, JDE_ONE, 1u,
+              "`error` as a share of that of the other pose under which the tag looks nearly the same, 0 to 1: close to 1,\neither of both may be the true one.", "", NULL),
+};
+static const jde_type jde_tag_detection_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_tag_detection_fields), "jde_msgs/msg/TagDetection", "A tag in a picture.",
+    sizeof(jde_tag_detection), 8u, jde_tag_detection_fields};
+
+/** jde_msgs/msg/TagDetections: The tags in a picture, by family and number. */
+typedef struct jde_tag_detections {
+    /** Time at which the picture was taken, and the frame of the camera. */
+    jde_header header;
+    /** Number of tags that did not fit below. */
+    uint32_t left_out;
+    uint8_t padding_68[4];
+    /** The tags. */
+    struct { uint32_t length; uint32_t spare; jde_tag_detection items[32]; } tags;
+} jde_tag_detections;
+
+typedef char jde_tag_detections_has_its_size[sizeof(jde_tag_detections) == 5968 ? 1 : -1];
+
+static const jde_field jde_tag_detections_fields[] = {
+    JDE_FIELD("header", offsetof(jde_tag_detections, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time at which the picture was taken, and the frame of the camera.", "", &jde_header_type),
+    JDE_FIELD("left_out", offsetof(jde_tag_detections, left_out), 0u, JDE_U32, JDE_ONE, 1u,
+              "Number of tags that did not fit below.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_tag_detections, padding_68), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("tags", offsetof(jde_tag_detections, tags.items), offsetof(jde_tag_detections, tags.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "The tags.", "", &jde_tag_detection_type),
+};
+static const jde_type jde_tag_detections_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_tag_detections_fields), "jde_msgs/msg/TagDetections", "The tags in a picture, by family and number.",
+    sizeof(jde_tag_detections), 8u, jde_tag_detections_fields};
+
 /** sensor_msgs/msg/BatteryState: State of the battery. NaN marks what is not measured. */
 typedef struct jde_battery_state {
     /** Time. */

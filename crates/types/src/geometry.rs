@@ -160,6 +160,49 @@ impl Quaternion {
         }
     }
 
+    /// Returns the rotation of a frame with these axes, three unit vectors at right angles (Shepperd, "Quaternion from
+    /// rotation matrix", 1978).
+    #[must_use]
+    pub fn from_axes([x, y, z]: [[f64; 3]; 3]) -> Self {
+        // Four times the square of each part; the greatest is safe to divide by.
+        let squares = [
+            1.0 + x[0] - y[1] - z[2],
+            1.0 - x[0] + y[1] - z[2],
+            1.0 - x[0] - y[1] + z[2],
+            1.0 + x[0] + y[1] + z[2],
+        ];
+        let greatest = (0..4).fold(
+            0,
+            |best, part| if squares[part] > squares[best] { part } else { best },
+        );
+        let parts = match greatest {
+            0 => [squares[0], x[1] + y[0], x[2] + z[0], y[2] - z[1]],
+            1 => [x[1] + y[0], squares[1], y[2] + z[1], z[0] - x[2]],
+            2 => [x[2] + z[0], y[2] + z[1], squares[2], x[1] - y[0]],
+            _ => [y[2] - z[1], z[0] - x[2], x[1] - y[0], squares[3]],
+        };
+        let scale = 2.0 * squares[greatest].sqrt();
+        let [x, y, z, w] = parts.map(|part| part / scale);
+        Self { x, y, z, w }
+    }
+
+    /// Returns a vector rotated: what it is in the frame in which the rotation is stated.
+    #[must_use]
+    pub fn rotate(&self, [a, b, c]: [f64; 3]) -> [f64; 3] {
+        let Self { x, y, z, w } = *self;
+        // Twice the cross product with the vector part.
+        let [u, v, t] = [
+            2.0 * (y * c - z * b),
+            2.0 * (z * a - x * c),
+            2.0 * (x * b - y * a),
+        ];
+        [
+            a + w * u + y * t - z * v,
+            b + w * v + z * u - x * t,
+            c + w * t + x * v - y * u,
+        ]
+    }
+
     /// Returns the rotation about the axis up, rad, without the rotations about the other axes.
     #[must_use]
     pub fn yaw(&self) -> f64 {

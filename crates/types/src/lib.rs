@@ -21,6 +21,7 @@ mod scenery;
 mod sensor;
 mod seq;
 mod stamp;
+mod tags;
 mod text;
 mod value;
 mod zones;
@@ -44,6 +45,7 @@ pub use sensor::{
 };
 pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
+pub use tags::{TagDetection, TagDetections};
 pub use text::{Text, TooLong};
 pub use value::Value;
 pub use zones::{Lanes, Strip, Zone, Zones};
@@ -96,6 +98,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         PanTilt::describe(),
         ColorBlob::describe(),
         ColorBlobs::describe(),
+        TagDetection::describe(),
+        TagDetections::describe(),
         BatteryState::describe(),
         Bumpers::describe(),
         LineSensor::describe(),

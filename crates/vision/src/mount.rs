@@ -4,6 +4,8 @@
 //! The frame of the robot is "base_link" of REP-105: x ahead, y to the left, z up, with the floor at z = 0.
 //! The frame of the camera is that of REP-103 for pictures: x to the right, y down, z into the picture.
 
+use jde_types::{Pose, Pose2D};
+
 /// The place and direction of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraMount {
@@ -42,6 +44,15 @@ impl CameraMount {
         let distance = -self.position[2] / z;
         let point = [self.position[0] + distance * x, self.position[1] + distance * y];
         (distance > 0.0 && point.iter().all(|axis| axis.is_finite())).then_some(point)
+    }
+
+    /// Returns the place on the floor, in the frame of the robot, below something whose z axis points into it, as that
+    /// of a tag does, and the direction in which it faces. `pose` is in the frame of the camera.
+    #[must_use]
+    pub fn facing(&self, pose: &Pose) -> Pose2D {
+        let [x, y, _] = self.to_base([pose.position.x, pose.position.y, pose.position.z]);
+        let [ahead, left, _] = self.to_base(pose.orientation.rotate([0.0, 0.0, -1.0]));
+        Pose2D::new(self.position[0] + x, self.position[1] + y, left.atan2(ahead))
     }
 
     /// Returns the direction of a point in the frame of the robot, in that of the camera.

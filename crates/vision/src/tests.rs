@@ -3,7 +3,7 @@
 use core::f32::consts::TAU;
 use std::thread;
 
-use jde_types::{Image, Text};
+use jde_types::{Image, Point, Pose, Text};
 use proptest::prelude::*;
 
 use crate::{Blobs, CameraModel, CameraMount, ColorRange, Hsv, Observation, Pixels};
@@ -328,4 +328,26 @@ proptest! {
             prop_assert!((found[0] - place[0]).hypot(found[1] - place[1]) < 1e-3, "{found:?}");
         }
     }
+}
+
+#[test]
+fn a_tag_on_a_wall_faces_the_robot_before_it() {
+    let mount = CameraMount {
+        position: [0.1, 0.0, 0.5],
+        pan: core::f64::consts::FRAC_PI_2,
+        tilt: 0.0,
+    };
+    // Two metres to the left of the camera, read straight ahead.
+    let pose = Pose {
+        position: Point {
+            x: 0.0,
+            y: -0.3,
+            z: 2.0,
+        },
+        ..Pose::default()
+    };
+    let facing = mount.facing(&pose);
+    assert_near(facing.x, 0.1, 1e-9);
+    assert_near(facing.y, 2.0, 1e-9);
+    assert_near(facing.theta, -core::f64::consts::FRAC_PI_2, 1e-9);
 }

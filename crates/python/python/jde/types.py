@@ -47,6 +47,8 @@ __all__ = [
     "Scenery",
     "SonarEcho",
     "Strip",
+    "TagDetection",
+    "TagDetections",
     "Target",
     "Thing",
     "Time",
@@ -549,6 +551,55 @@ class ColorBlobs:
 
     blobs: Sequence[ColorBlob] = field(default_factory=list)
     """The areas."""
+
+
+@standard("jde_msgs/msg/TagDetection")
+class TagDetection:
+    """A tag in a picture."""
+
+    family: str = ""
+    """The family, as "tag36h11"."""
+
+    id: int = 0
+    """The number of the tag in its family."""
+
+    hamming: int = 0
+    """Bits that were read wrongly."""
+
+    margin: float = 0.0
+    """How clearly black and white cells differ, from 0 up to about 250. False tags have small margins."""
+
+    corners: Sequence[float] = field(default_factory=lambda: [0.0] * 8)
+    """Column and row of the lower left corner of its black border, then of the lower right, the upper right and the
+    upper left one, as one who reads the tag sees it, from the upper left corner of the picture. [px]
+    """
+
+    pose: Pose = field(default_factory=Pose)
+    """Its pose in the frame of the camera. The origin of its own frame is its middle, x points to the right and y down
+    as one who reads the tag sees it, z into the tag.
+    """
+
+    error: float = 0.0
+    """The mean distance between the corners and where the pose puts them. [px]"""
+
+    ambiguity: float = 0.0
+    """`error` as a share of that of the other pose under which the tag looks nearly the same, 0 to 1: close to 1,
+    either of both may be the true one.
+    """
+
+
+@standard("jde_msgs/msg/TagDetections")
+class TagDetections:
+    """The tags in a picture, by family and number."""
+
+    header: Header = field(default_factory=Header)
+    """Time at which the picture was taken, and the frame of the camera."""
+
+    left_out: int = 0
+    """Number of tags that did not fit below."""
+
+    tags: Sequence[TagDetection] = field(default_factory=list)
+    """The tags."""
 
 
 @standard("sensor_msgs/msg/BatteryState")

@@ -26,6 +26,29 @@ fn yaw_survives_the_quaternion() {
 }
 
 #[test]
+fn a_rotation_takes_the_axes_to_those_that_it_was_made_from() {
+    let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let axes = [
+        unit,
+        [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
+        [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]],
+        [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]],
+        [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]],
+    ];
+    for axes in axes {
+        let rotation = Quaternion::from_axes(axes);
+        for (from, to) in unit.into_iter().zip(axes) {
+            for (found, expected) in rotation.rotate(from).into_iter().zip(to) {
+                assert_near(found, expected);
+            }
+        }
+    }
+    let yaw = Quaternion::from_axes([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert_near(yaw.yaw(), FRAC_PI_2);
+}
+
+#[test]
 fn bearing_and_distance_are_relative_to_the_pose() {
     let pose = Pose2D::new(1.0, 1.0, FRAC_PI_2);
     assert_near(pose.distance_to(&Pose2D::new(4.0, 5.0, 0.0)), 5.0);
