@@ -78,6 +78,15 @@
 //! speed = 0.6
 //! pause = 2
 //!
+//! # An AprilTag, which cameras see from its front: its middle, the direction in which it faces, and the side of
+//! # its black border.
+//! [[tags]]
+//! id         = 5
+//! place      = [6, 2, 1.2]
+//! facing_deg = 180
+//! size       = 0.16
+//! family     = "tag36h11"
+//!
 //! [robots.pioneer]
 //! start = { x = 1, y = 1, heading_deg = 90 }
 //! ```
@@ -115,6 +124,7 @@ mod shape;
 mod shipped;
 mod solid;
 mod sweep;
+mod tag;
 mod world;
 
 pub use battery::{BATTERY_CAPACITY, Battery};

@@ -1,4 +1,4 @@
-//! Flat faces: convex, of one colour each, filled row by row.
+//! Flat faces: convex, filled row by row, most of them with one colour.
 //!
 //! The inverse of the depth is linear across a face, so a pixel costs one addition and one comparison.
 
@@ -22,60 +22,73 @@ const CORNERS: usize = 5;
 
 impl Face {
     pub(super) fn draw(&self, view: &View, rays: &Rays, canvas: &mut Canvas<'_>) {
-        // The ray through (u, v) hits the plane of the face at depth t: n·(eye + t·ray) = n·corner.
-        let offset = dot(self.normal, sub(self.corners[0], view.eye));
-        if offset == 0.0 {
-            return;
-        }
-        let near = [rays.origin, rays.column, rays.row].map(|ray| dot(self.normal, ray) / offset);
-        let mut pixels = [[0.0; 2]; CORNERS];
-        let pixels = self.pixels(view, &mut pixels);
-        let extent = pixels
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), pixel| {
-                (low.min(pixel[1]), high.max(pixel[1]))
-            });
-        let (top, bottom) = middles(extent.0, extent.1, canvas.height);
-        for row in top..bottom {
-            let v = row as f64 + 0.5;
-            let (left, right) = across(pixels, v);
-            let (left, right) = middles(left, right, canvas.width);
-            let mut inverse = (near[0] + v * near[2] + (left as f64 + 0.5) * near[1]) as f32;
-            let step = near[1] as f32;
-            for (color, depth) in canvas.span(row, left, right) {
-                if inverse > *depth {
-                    *depth = inverse;
-                    *color = self.color;
-                }
-                inverse += step;
-            }
-        }
+        fill((&self.corners, self.normal), (view, rays, canvas), 1.0, |_, _| {
+            self.color
+        });
     }
+}
 
-    /// Returns the corners, in the picture, of the part in front of the eye.
-    fn pixels<'a>(&self, view: &View, pixels: &'a mut [[f64; 2]; CORNERS]) -> &'a [[f64; 2]] {
-        let local = self.corners.map(|corner| view.local(corner));
-        let mut count = 0;
-        let mut push = |point: V3| {
-            pixels[count] = view.pixel(point);
-            count += 1;
-        };
-        for (index, &from) in local.iter().enumerate() {
-            let to = local[(index + 1) % local.len()];
-            if from[2] >= NEAR {
-                push(from);
-            }
-            if (from[2] >= NEAR) != (to[2] >= NEAR) {
-                let part = (NEAR - from[2]) / (to[2] - from[2]);
-                push([
-                    from[0] + part * (to[0] - from[0]),
-                    from[1] + part * (to[1] - from[1]),
-                    NEAR,
-                ]);
-            }
-        }
-        &pixels[..count]
+/// Fills a convex face, given by its corners and its normal. `color` returns the colour at a column and a row of the
+/// picture. `nearer` times the inverse of the depth counts.
+pub(super) fn fill(
+    (corners, normal): (&[V3; 4], V3),
+    (view, rays, canvas): (&View, &Rays, &mut Canvas<'_>),
+    nearer: f64,
+    color: impl Fn(f64, f64) -> [u8; 3],
+) {
+    // The ray through (u, v) hits the plane of the face at depth t: n·(eye + t·ray) = n·corner.
+    let offset = dot(normal, sub(corners[0], view.eye));
+    if offset == 0.0 {
+        return;
     }
+    let near = [rays.origin, rays.column, rays.row].map(|ray| nearer * dot(normal, ray) / offset);
+    let mut pixels = [[0.0; 2]; CORNERS];
+    let pixels = in_picture(corners, view, &mut pixels);
+    let extent = pixels
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), pixel| {
+            (low.min(pixel[1]), high.max(pixel[1]))
+        });
+    let (top, bottom) = middles(extent.0, extent.1, canvas.height);
+    for row in top..bottom {
+        let v = row as f64 + 0.5;
+        let (left, right) = across(pixels, v);
+        let (left, right) = middles(left, right, canvas.width);
+        let mut inverse = (near[0] + v * near[2] + (left as f64 + 0.5) * near[1]) as f32;
+        let step = near[1] as f32;
+        for (column, (pixel, depth)) in (left..).zip(canvas.span(row, left, right)) {
+            if inverse > *depth {
+                *depth = inverse;
+                *pixel = color(column as f64 + 0.5, v);
+            }
+            inverse += step;
+        }
+    }
+}
+
+/// Returns the corners, in the picture, of the part of a face in front of the eye.
+fn in_picture<'a>(corners: &[V3; 4], view: &View, pixels: &'a mut [[f64; 2]; CORNERS]) -> &'a [[f64; 2]] {
+    let local = corners.map(|corner| view.local(corner));
+    let mut count = 0;
+    let mut push = |point: V3| {
+        pixels[count] = view.pixel(point);
+        count += 1;
+    };
+    for (index, &from) in local.iter().enumerate() {
+        let to = local[(index + 1) % local.len()];
+        if from[2] >= NEAR {
+            push(from);
+        }
+        if (from[2] >= NEAR) != (to[2] >= NEAR) {
+            let part = (NEAR - from[2]) / (to[2] - from[2]);
+            push([
+                from[0] + part * (to[0] - from[0]),
+                from[1] + part * (to[1] - from[1]),
+                NEAR,
+            ]);
+        }
+    }
+    &pixels[..count]
 }
 
 /// Returns where a row enters and leaves a convex face.

@@ -15,6 +15,7 @@ mod floor;
 mod light;
 mod renderer;
 mod round;
+mod tag;
 mod view;
 
 pub(crate) use light::Light;

@@ -7,10 +7,12 @@ use super::flat::Face;
 use super::floor;
 use super::light::Light;
 use super::round::Round;
+use super::tag;
 use super::view::{V3, View, dot, sub};
 use crate::color::Color;
 use crate::floor::Floor;
 use crate::shape::Outline;
+use crate::tag::Tag;
 
 /// The things in a picture, without those that the camera cannot see.
 pub(crate) struct Renderer<'a> {
@@ -20,16 +22,18 @@ pub(crate) struct Renderer<'a> {
     /// Each with the depth of its nearest corner.
     faces: Vec<(f64, Face)>,
     rounds: Vec<(Round, Color)>,
+    tags: &'a [Tag],
 }
 
 impl<'a> Renderer<'a> {
-    pub(crate) fn new(view: View, floor: &'a Floor, light: &'a Light) -> Self {
+    pub(crate) fn new(view: View, (floor, light): (&'a Floor, &'a Light), tags: &'a [Tag]) -> Self {
         Self {
             view,
             floor,
             light,
             faces: Vec::new(),
             rounds: Vec::new(),
+            tags,
         }
     }
 
@@ -77,6 +81,9 @@ impl<'a> Renderer<'a> {
         }
         for (round, color) in &self.rounds {
             round.draw(*color, self.light, &self.view, &rays, &mut canvas);
+        }
+        for tag in self.tags {
+            tag::draw(tag, self.light, (&self.view, &rays), &mut canvas);
         }
         floor::draw((self.floor, self.light), &self.view, &rays, &mut canvas);
         canvas.into_near()

@@ -15,6 +15,7 @@ mod robot;
 mod room;
 mod scenery;
 mod starts;
+mod tags;
 mod values;
 
 use std::path::Path;
@@ -30,6 +31,7 @@ use crate::loose::LooseBody;
 use crate::mover;
 use crate::random::MAX_ROBOTS;
 use crate::scene::Scene;
+use crate::tag::Tag;
 
 pub(crate) use self::edits::read as read_edits;
 pub(crate) use self::fixtures::BoxPlan;
@@ -50,6 +52,7 @@ pub(crate) struct WorldFile {
     pub(crate) loose: Vec<LooseBody>,
     pub(crate) floor: Floor,
     pub(crate) light: Light,
+    pub(crate) tags: Vec<Tag>,
     /// In the order of the robots' names.
     pub(crate) starts: Vec<Start>,
     pub(crate) bounds: Bounds,
@@ -77,6 +80,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
         "floor_lines",
         "sky",
         "light",
+        "tags",
         "walls",
         "boxes",
         "circles",
@@ -135,11 +139,12 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     let map = map::read(document, root);
     let floor = floor::read(document, root);
     let light = scenery::light(document, root);
+    let tags = tags::read(document, root);
     let things = fixtures::read(document, root);
     let balls = loose::balls(document, root);
     let movers = movers::read(document, root);
     let starts = starts::starts(document, root);
-    let (name, stated, map, floor, light) = (name?, stated?, map?, floor?, light?);
+    let (name, stated, map, floor, light, tags) = (name?, stated?, map?, floor?, light?, tags?);
     let ((mut fixtures, mut loose), movers, starts) = (things?, movers?, starts?);
     let reference_length = reference_length?;
     loose.extend(balls?);
@@ -210,6 +215,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         loose,
         floor,
         light,
+        tags,
         starts,
         bounds,
         reference_length,

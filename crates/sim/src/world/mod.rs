@@ -29,6 +29,7 @@ use crate::robot::SimulatedRobot;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::solid::Solid;
+use crate::tag::Tag;
 
 /// The length of a step in nanoseconds: short compared with periods of schemas, long enough to run a day in
 /// seconds.
@@ -44,6 +45,7 @@ pub struct World {
     loose: LooseBodies,
     floor: Floor,
     light: Light,
+    tags: Vec<Tag>,
     robot_slots: Vec<RobotSlot>,
     bounds: Bounds,
     reference_length: Option<f64>,
@@ -81,6 +83,7 @@ impl World {
             loose,
             floor,
             light,
+            tags,
             starts,
             bounds,
             reference_length,
@@ -95,6 +98,7 @@ impl World {
             loose: LooseBodies::new(loose),
             floor,
             light,
+            tags,
             robot_slots: starts
                 .into_iter()
                 .map(|start| RobotSlot { start, robot: None })

@@ -60,7 +60,7 @@ impl World {
         super::readings::check_buffer("picture", picture.len(), camera.bytes())?;
         let head = (self.head(robot), &self.config(robot).head);
         let view = camera.view(self.truth(robot).pose, head);
-        let mut renderer = Renderer::new(view, &self.floor, &self.light);
+        let mut renderer = Renderer::new(view, (&self.floor, &self.light), &self.tags);
         for shape in self.scene.shapes() {
             renderer.add_outline(shape.outline, [0.0, shape.height], shape.color);
         }

@@ -21,5 +21,6 @@ mod rays;
 mod robots;
 mod sensors;
 mod stage_worlds;
+mod tags;
 mod wheels;
 mod worlds;
