@@ -281,14 +281,14 @@ def test_faults_of_an_application_are_named(tmp_path: Path, reach: Path) -> None
     with pytest.raises(jde.Error, match="no.toml"):
         jde.run(tmp_path / "no.toml")
     with pytest.raises(jde.Error, match="polcy"):
-        jde.run(reach, set={"polcy.period": "1 s"})
+        jde.run(reach, mocks=["policy"], set={"polcy.period": "1 s"})
     with pytest.raises(jde.Error, match="no such schema"):
-        jde.run(reach, mocks=["polcy"])
+        jde.run(reach, mocks=["policy", "polcy"])
     with pytest.raises(ValueError, match="no time"):
-        jde.run(reach).until(-1.0)
+        jde.run(reach, mocks=["policy"]).until(-1.0)
 
 
 def test_an_application_says_what_it_has(reach: Path) -> None:
-    application = jde.Application(reach)
+    application = jde.Application(reach, mocks=["policy"])
     assert (application.name, application.schemas) == ("reach", ["robot", "policy"])
     assert application.variables["robot.truth"] == "jde_msgs/msg/Truth"
