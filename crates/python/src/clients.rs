@@ -258,21 +258,22 @@ impl Watch {
             return Err(PyValueError::new_err("nan s is no time to wait"));
         }
         let end = timeout.map(|timeout| Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 1e9)));
-        loop {
+        while lock(&self.subscription).is_some() {
             let left = end.map_or(LOOK, |end| end.saturating_duration_since(Instant::now()));
-            let is_over = self.is_over();
+            let is_gone = !self.remote.is_alive();
             let arrived = py.detach(|| lock(&self.receiver).recv_timeout(left.min(LOOK)));
             if let Ok(arrived) = arrived {
                 return arrival_to_python(py, &arrived).map(Some);
             }
             py.check_signals()?;
-            if is_over || end.is_some_and(|end| Instant::now() >= end) {
-                return Ok(None);
+            if is_gone || end.is_some_and(|end| Instant::now() >= end) {
+                break;
             }
         }
+        Ok(None)
     }
 
-    /// Ends the subscription.
+    /// Ends the subscription. What has arrived by then is not received.
     fn close(&self, py: Python<'_>) {
         py.detach(|| drop(lock(&self.subscription).take()));
     }

@@ -152,11 +152,13 @@ def test_panels_are_drawn_and_touched(robot: jde.Remote) -> None:
 def test_a_block_is_recorded(robot: jde.Remote, tmp_path: Path) -> None:
     file = tmp_path / "drive.mcap"
     with robot.watch("pioneer.truth") as watch, robot.record(file, "pioneer.truth"):
-        while not file.exists():
-            assert watch.receive(PATIENCE) is not None
         for _ in range(5):
-            watch.receive(PATIENCE)
+            assert watch.receive(PATIENCE) is not None
     assert len(jde.open(file)["pioneer.truth"]) > 0
+    begun = False
+    with pytest.raises(jde.Error, match="nothing"), robot.record(tmp_path / "no.mcap", "nothing"):
+        begun = True
+    assert not begun, "what cannot be recorded is said before the block"
 
 
 def afar(folder: Path, reach: Path, name: str, protocol: str, link: str) -> tuple[str, list[str]]:
@@ -192,10 +194,8 @@ def test_an_application_afar_is_asked_and_recorded_rather_than_its_namesake(
             away.why("vff")
         file = tmp_path / "afar.mcap"
         with away.watch("robot.truth") as watch, away.record(file, "robot.truth"):
-            while not file.exists():
-                assert watch.receive(PATIENCE) is not None
             for _ in range(5):
-                watch.receive(PATIENCE)
+                assert watch.receive(PATIENCE) is not None
     assert len(jde.open(file)["robot.truth"]) > 0
 
 

@@ -234,6 +234,15 @@ class Remote:
             recorder = subprocess.Popen(
                 command, env=_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
             )
+            assert recorder.stdout is not None
+            said = ""
+            for line in recorder.stdout:
+                said += line
+                if line.startswith("recording "):
+                    break
+            else:
+                recorder.wait()
+                raise _jde.Error(said.strip())
             try:
                 yield
             finally:
