@@ -354,7 +354,7 @@ fn depths_come_from_the_named_topic_and_pictures_from_another() {
     let file = folder.path().join("camera.mcap");
     let recorder = recorder(&file);
     for (topic, encoding) in [("/a/depth", "32FC1"), ("/b/image", "rgb8")] {
-        let mut image = Box::new(Image::zeroed());
+        let mut image = Image::boxed();
         image.encoding = Text::new(encoding);
         put(&recorder, topic, &*image);
     }
