@@ -7,17 +7,13 @@ use jde_schema::types::{Lanes, Part, Point2D, Seq, Strip, TooLong, Zone, Zones};
 /// The farthest point from the origin, in metres, as for the origin of a map.
 const FARTHEST: f64 = 1e6;
 
-/// What messages call a zone and a lane.
-const ZONE: &str = "keep-out zone";
-const LANE: &str = "lane";
-
 /// Why a keep-out zone or a lane is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum DrawnError {
     /// It has too few points.
     #[error("{what} {number} has {given} points: give it {least} or more")]
     Points {
-        /// [`ZONE`] or [`LANE`].
+        /// "keep-out zone" or "lane".
         what: &'static str,
         /// Its number, from 1 on.
         number: usize,
@@ -29,7 +25,7 @@ pub(crate) enum DrawnError {
     /// A point is on no map.
     #[error("{what} {number} has a point at ({x}, {y}) m: expected numbers up to {FARTHEST} m")]
     Far {
-        /// [`ZONE`] or [`LANE`].
+        /// "keep-out zone" or "lane".
         what: &'static str,
         /// Its number, from 1 on.
         number: usize,
@@ -41,7 +37,7 @@ pub(crate) enum DrawnError {
     /// There are too many, those of the application and those drawn together.
     #[error("there are more than {most} {what}s: clear what is drawn, or state fewer")]
     TooMany {
-        /// [`ZONE`] or [`LANE`].
+        /// "keep-out zone" or "lane".
         what: &'static str,
         /// How many there can be.
         most: usize,
@@ -96,10 +92,10 @@ impl Drawn {
         let too_many = |what| move |TooLong { capacity: most, .. }| DrawnError::TooMany { what, most };
         Ok(InForce {
             zones: Zones {
-                zones: all(&zones.zones, &self.zones.zones).map_err(too_many(ZONE))?,
+                zones: all(&zones.zones, &self.zones.zones).map_err(too_many("keep-out zone"))?,
             },
             lanes: Lanes {
-                lanes: all(&lanes.lanes, &self.lanes.lanes).map_err(too_many(LANE))?,
+                lanes: all(&lanes.lanes, &self.lanes.lanes).map_err(too_many("lane"))?,
             },
         })
     }
@@ -164,14 +160,14 @@ fn add<T: Part, const N: usize>(stated: &Seq<T, N>, drawn: &mut Seq<T, N>, new: 
 /// Checks zones that a file or an operator states.
 pub(crate) fn check_zones(zones: &Zones) -> Result<(), DrawnError> {
     let mut zones = zones.zones.iter().enumerate();
-    zones.try_for_each(|(index, zone)| check((ZONE, index + 1), &zone.corners, 3))
+    zones.try_for_each(|(index, zone)| check(("keep-out zone", index + 1), &zone.corners, 3))
 }
 
 /// Checks lanes that a file or an operator states.
 pub(crate) fn check_lanes(lanes: &Lanes) -> Result<(), DrawnError> {
     for (index, &Strip { width, ref points }) in lanes.lanes.iter().enumerate() {
         let number = index + 1;
-        check((LANE, number), points, 2)?;
+        check(("lane", number), points, 2)?;
         if width <= 0.0 || width > FARTHEST {
             return Err(DrawnError::Width { number, width });
         }
