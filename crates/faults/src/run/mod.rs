@@ -158,11 +158,14 @@ pub fn run(
         Some(Tamper::Held) => handle.board().list().next(),
         _ => None,
     };
+    // The variables that processes of schemas share, and the table of authority for these processes.
     let shared = handle
         .board()
         .list()
         .filter(|variable| variable.shared().is_some())
         .count() as u64;
+    let instances = &handle.application().instances;
+    let shared = shared + u64::from(instances.iter().any(|instance| instance.isolate.is_some()));
     let bare = matches!(run, Run::RealTime(_)).then(BaselineThread::start);
     let mut active: Vec<Option<act::ActiveFault>> = plan.iter().map(|_| None).collect();
     let mut took_effect = vec![false; plan.len()];
