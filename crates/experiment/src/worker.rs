@@ -49,14 +49,19 @@ impl WorkerArguments {
     }
 }
 
-/// Serves drives until the input ends. `isolation_program` runs schemas that need processes of their own.
+/// Serves drives until the input ends. `isolation_program` runs schemas that need processes of their own, and
+/// `inspector` describes those in Python.
 ///
 /// # Errors
 /// The experiment cannot be read any more, or has changed; the parent is gone.
-pub fn serve(arguments: &WorkerArguments, isolation_program: &Program) -> Result<(), String> {
+pub fn serve(
+    arguments: &WorkerArguments,
+    isolation_program: &Program,
+    inspector: &Program,
+) -> Result<(), String> {
     let mut output = take_output().map_err(|error| format!("no output: {error}"))?;
     limit_memory(arguments.memory).map_err(|error| format!("the memory cannot be limited: {error}"))?;
-    let (experiment, mut applications) = read(&arguments.file)?;
+    let (experiment, mut applications) = read(&arguments.file, inspector)?;
     if fingerprint(&experiment, &mut applications).map_err(|error| error.to_string())?
         != arguments.fingerprint
     {
@@ -82,8 +87,9 @@ pub fn serve(arguments: &WorkerArguments, isolation_program: &Program) -> Result
     Ok(())
 }
 
-fn read(file: &Path) -> Result<(Experiment, Applications), String> {
-    file::read(file, |application| Applications::new(application, None)).map_err(|faults| faults.to_string())
+fn read(file: &Path, inspector: &Program) -> Result<(Experiment, Applications), String> {
+    let with_inspector = |application| Applications::new(application, Some(inspector.clone()));
+    file::read(file, with_inspector).map_err(|faults| faults.to_string())
 }
 
 /// Runs a drive; one that cannot begin is a result too.

@@ -88,7 +88,7 @@ fn serve_drives() -> Result<(), String> {
     // The end of the input ends this process. A signal to all processes of a job, as Slurm sends, must not: the
     // drive would have crashed.
     let _listener = SignalListener::on_each(|_, _| {}).map_err(|error| error.to_string())?;
-    serve(&arguments, &program())
+    serve(&arguments, &program(), &inspector())
 }
 
 fn report<E: std::fmt::Display>(result: Result<(), E>) -> ExitCode {

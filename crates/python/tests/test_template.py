@@ -28,6 +28,18 @@ def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str]
     assert "no collision" in drive.text and "no faults" in drive.text
 
 
+def test_an_application_with_a_schema_in_python_has_tests(tmp_path: Path) -> None:
+    robot = Robot(tmp_path)
+    robot.jde("new", "schema", "follow-wall", "--python")
+    robot.folder = tmp_path / "follow-wall"
+    (robot.folder / "tests").mkdir()
+    (robot.folder / "tests/drives.toml").write_text(
+        'name = "it drives"\napplication = "../app.toml"\nfor = "5s"\n[must."it acts"]\nnever = "ahead.won"\n'
+    )
+    done = robot.jde("test")
+    assert done.status == 0 and "1 passed" in done.text, done.text
+
+
 def test_a_name_that_hides_the_package_is_refused(tmp_path: Path) -> None:
     done = Robot(tmp_path).jde("new", "schema", "jde", "--python")
     assert done.status == 2 and "the name `jde` is taken" in done.text, done.text
