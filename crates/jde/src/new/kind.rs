@@ -42,8 +42,11 @@ macro_rules! files {
 }
 
 const GIT: &[File] = &[(".gitignore", "/target\n")];
-/// The same for a project of CMake.
-const GIT_CMAKE: &[File] = &[(".gitignore", "/build\n")];
+/// The same for a project of CMake, and the page about it.
+const CMAKE: &[File] = &[
+    (".gitignore", "/build\n"),
+    ("README.md", include_str!("../../templates/cpp/README.md")),
+];
 /// The same for Python.
 const GIT_PYTHON: &[File] = &[(".gitignore", "__pycache__/\n")];
 /// The package of a plugin.
@@ -89,7 +92,7 @@ macro_rules! cpp {
         ]
     };
 }
-const CPP: &[File] = files!("cpp": "CMakeLists.txt", "README.md");
+const CPP: &[File] = files!("cpp": "CMakeLists.txt");
 const MOTOR_CPP: &[File] = cpp!("cpp-motor");
 const PERCEPTIVE_CPP: &[File] = cpp!("cpp-perceptive");
 const FATHER_CPP: &[File] = cpp!("cpp-father");
@@ -98,7 +101,6 @@ const MOTOR_C: &[File] = &[
         "CMakeLists.txt",
         include_str!("../../templates/c-motor/CMakeLists.txt"),
     ),
-    ("README.md", include_str!("../../templates/c-motor/README.md")),
     ("src/schema.c", include_str!("../../templates/c-motor/schema.c")),
     (
         "tests/schema.cpp",
@@ -155,10 +157,10 @@ impl Kind {
             Self::Motor => &[GIT, PLUGIN, ABOUT, ROOM, MOTOR, RUN_MOTOR],
             Self::Perceptive => &[GIT, PLUGIN, ABOUT, ROOM, PERCEPTIVE, RUN_PERCEPTIVE],
             Self::Father => &[GIT, PLUGIN, ABOUT, ROOM, FATHER, RUN_FATHER],
-            Self::MotorCpp => &[GIT_CMAKE, CPP, ROOM, MOTOR_CPP, RUN_MOTOR],
-            Self::PerceptiveCpp => &[GIT_CMAKE, CPP, ROOM, PERCEPTIVE_CPP, RUN_PERCEPTIVE],
-            Self::FatherCpp => &[GIT_CMAKE, CPP, ROOM, FATHER_CPP, RUN_FATHER],
-            Self::MotorC => &[GIT_CMAKE, ROOM, MOTOR_C, RUN_MOTOR],
+            Self::MotorCpp => &[CMAKE, CPP, ROOM, MOTOR_CPP, RUN_MOTOR],
+            Self::PerceptiveCpp => &[CMAKE, CPP, ROOM, PERCEPTIVE_CPP, RUN_PERCEPTIVE],
+            Self::FatherCpp => &[CMAKE, CPP, ROOM, FATHER_CPP, RUN_FATHER],
+            Self::MotorC => &[CMAKE, ROOM, MOTOR_C, RUN_MOTOR],
             Self::MotorPython => &[GIT_PYTHON, PYTHON, ROOM, MOTOR_PYTHON],
             Self::PerceptivePython => &[GIT_PYTHON, PYTHON, ROOM, PERCEPTIVE_PYTHON],
             Self::Driver => &[GIT, PLUGIN, DRIVER],
