@@ -6,10 +6,9 @@ use std::path::PathBuf;
 
 use super::Program;
 
-/// The variable that names the interpreter. Without it `python3` on the `PATH` is used, which in an active virtual
-/// environment is the environment's own.
+/// The variable that names the interpreter.
 const VARIABLE: &str = "JDE_PYTHON";
-/// The interpreter without the variable.
+/// The interpreter without the variable, on the `PATH`: in an active virtual environment the environment's own.
 const USUAL: &str = "python3";
 /// Starts the package, or says in words why it cannot. The folder in which the host was started is no place of
 /// modules.
@@ -23,7 +22,7 @@ try:
 except ModuleNotFoundError as error:
     if error.name != "jde":
         raise
-    sys.exit("%s has no package jde, and there is none in %s: run `cargo xtask package --only python` in the checkout of jde" % (sys.executable, " or ".join(sys.argv[3:])))
+    sys.exit("%s has no package jde, and there is none in %s: install it for this interpreter, or run `cargo xtask package --only python` in the checkout of jde" % (sys.executable, " or ".join(sys.argv[3:])))
 _serve.main(*sys.argv[1:3])
 "#;
 
@@ -31,7 +30,20 @@ _serve.main(*sys.argv[1:3])
 fn interpreter() -> OsString {
     std::env::var_os(VARIABLE)
         .filter(|name| !name.is_empty())
+        .or_else(of_environment)
         .unwrap_or_else(|| USUAL.into())
+}
+
+/// The interpreter of the virtual environment in which this executable is installed, active or not.
+fn of_environment() -> Option<OsString> {
+    let prefix = prefix().filter(|prefix| prefix.join("pyvenv.cfg").is_file())?;
+    Some(prefix.join("bin").join(USUAL).into())
+}
+
+/// The folder above that of the executable.
+fn prefix() -> Option<PathBuf> {
+    let executable = std::env::current_exe().ok()?;
+    executable.ancestors().nth(2).map(PathBuf::from)
 }
 
 /// Returns the command that runs a schema.
@@ -59,9 +71,7 @@ fn command(what: &str) -> Program {
 /// The folders that hold the package of this executable's build, for an interpreter that has none: of an
 /// installation, and of a checkout.
 pub fn folders() -> impl Iterator<Item = PathBuf> {
-    let executable = std::env::current_exe().unwrap_or_default();
-    let prefix = executable.ancestors().nth(2).map(PathBuf::from);
-    prefix
+    prefix()
         .into_iter()
         .flat_map(|prefix| [prefix.join("lib/jde/python"), prefix.join("python")])
 }

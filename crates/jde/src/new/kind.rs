@@ -222,9 +222,7 @@ impl Kind {
                 "ctest --test-dir build --output-on-failure",
                 "__jde__ run app.toml",
             ],
-            Self::MotorPython | Self::PerceptivePython => {
-                &["PYTHONPATH=__python__ python3 -m pytest", "__jde__ run app.toml"]
-            }
+            Self::MotorPython | Self::PerceptivePython => &["__python__ -m pytest", "__jde__ run app.toml"],
             Self::Driver => &[
                 "cargo build",
                 "cargo test",

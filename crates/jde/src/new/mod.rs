@@ -126,12 +126,16 @@ fn prefix() -> String {
     installed.unwrap_or(&data).display().to_string()
 }
 
-/// Returns the folder of this build's package for Python.
+/// Returns how the user calls an interpreter that has the package for Python: by the folder of this build's package,
+/// or without one if the package was installed for the interpreter itself.
 fn python() -> String {
+    let data = paths::data();
     let folder = folders()
         .find(|folder| folder.is_dir())
-        .or_else(|| folders().last());
-    folder.unwrap_or_default().display().to_string()
+        .or_else(|| (!data.ends_with("share/jde")).then(|| data.join("target/python")));
+    folder.map_or("python3".to_owned(), |folder| {
+        format!("PYTHONPATH={} python3", folder.display())
+    })
 }
 
 /// Returns how the user calls this program: by name if PATH finds it, else by path.

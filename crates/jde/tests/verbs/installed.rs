@@ -1,8 +1,8 @@
 //! The executable away from its checkout: in an installation it finds plugins and data beside itself, and as a
 //! service it reports to systemd.
 
-use std::fs;
-use std::os::unix::fs::symlink;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::os::unix::net::UnixDatagram;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -41,6 +41,30 @@ fn an_installation_finds_its_plugins_applications_worlds_and_crates() {
     let manifest = fs::read_to_string(prefix.join("follow-wall/Cargo.toml")).unwrap();
     let schema = format!("path = {:?}", share.join("crates/schema").display().to_string());
     assert!(manifest.contains(&schema), "{manifest}");
+}
+
+#[test]
+fn in_a_virtual_environment_its_interpreter_runs_schemas() {
+    let prefix = tempfile::tempdir().unwrap();
+    let prefix = prefix.path();
+    fs::create_dir(prefix.join("bin")).unwrap();
+    fs::write(prefix.join("pyvenv.cfg"), "").unwrap();
+    fs::copy(env!("CARGO_BIN_EXE_jde"), prefix.join("bin/jde")).unwrap();
+    let interpreter = prefix.join("bin/python3");
+    fs::write(
+        &interpreter,
+        "#!/bin/sh\necho that of the environment >&2\nexit 1\n",
+    )
+    .unwrap();
+    fs::set_permissions(interpreter, Permissions::from_mode(0o755)).unwrap();
+    fs::write(prefix.join("shy.py"), "").unwrap();
+    let mut describe = Command::new(prefix.join("bin/jde"));
+    describe
+        .args(["describe", "./shy.py"])
+        .current_dir(prefix)
+        .env_remove("JDE_PYTHON");
+    let described = output_of(&mut describe);
+    assert!(described.err.contains("that of the environment"), "{described:?}");
 }
 
 #[test]

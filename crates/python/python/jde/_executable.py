@@ -10,8 +10,8 @@ from jde._jde import Error
 
 
 def find() -> Path | None:
-    """Return the executable: the one on the PATH, or the one beside the interpreter."""
-    found = shutil.which("jde") or shutil.which("jde", path=str(Path(sys.executable).parent))
+    """Return the executable: the one beside the interpreter, of the same installation, or the one on the PATH."""
+    found = shutil.which("jde", path=str(Path(sys.executable).parent)) or shutil.which("jde")
     return Path(found) if found else None
 
 
@@ -19,7 +19,7 @@ def command(*arguments: str) -> list[str]:
     """Return the command that calls it."""
     executable = find()
     if executable is None:
-        raise Error("the executable `jde` is neither on the PATH nor beside the interpreter")
+        raise Error("the executable `jde` is neither beside the interpreter nor on the PATH")
     return [str(executable), *arguments]
 
 
