@@ -54,7 +54,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip, tkinter"])) {
         return context.missing_tool("Python with venv and tkinter", INSTALL);
     }
-    let python = ENVIRONMENT.interpreter(context)?;
+    let python = ENVIRONMENT.interpreter(&context.target, context.paint)?;
     let client = context.root.join(CLIENT);
     drive(context, &python, &client)?;
     let external = context.root.join(EXTERNAL_CLIENT);

@@ -1,5 +1,6 @@
 //! The tests of the package for Python.
 
+use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::Result;
@@ -25,14 +26,37 @@ const ENVIRONMENT: Environment = Environment {
     imports: &["gymnasium", "mypy", "numpy", "pandas", "pytest", "ruff"],
 };
 
-pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
-    if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip"])) {
-        return context.missing_tool("Python with venv", "sudo apt-get install python3-venv");
+/// The package for Python, and an interpreter with what its tests need.
+pub(crate) struct Python {
+    /// The folder of the package, for `PYTHONPATH`.
+    pub(crate) packages: PathBuf,
+    pub(crate) interpreter: PathBuf,
+}
+
+impl Python {
+    /// Makes both, unless this machine lacks what makes environments.
+    pub(crate) fn new(context: &Context) -> Result<Option<Self>> {
+        if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip"])) {
+            return Ok(None);
+        }
+        let mut cargo = context.cargo(&["build"]);
+        cargo.args(context.selection());
+        Ok(Some(Self {
+            packages: python::make(&context.root, &context.target, cargo, context.paint)?,
+            interpreter: ENVIRONMENT.interpreter(&context.target, context.paint)?,
+        }))
     }
-    let mut cargo = context.cargo(&["build"]);
-    cargo.args(context.selection());
-    let packages = python::make(&context.root, &context.target, cargo, context.paint)?;
-    let python = ENVIRONMENT.interpreter(context)?;
+
+    /// Says what is missing.
+    pub(crate) fn missing(context: &Context) -> Result<StepOutcome> {
+        context.missing_tool("Python with venv", "sudo apt-get install python3-venv")
+    }
+}
+
+pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
+    let Some(python) = Python::new(context)? else {
+        return Python::missing(context);
+    };
     let tests = context.root.join(CRATE);
     let checks: [&[&str]; 4] = [
         &["ruff", "check", "."],
@@ -41,16 +65,16 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         &["pytest", "-q", "-p", "no:cacheprovider"],
     ];
     for check in checks {
-        let mut command = Command::new(&python);
+        let mut command = Command::new(&python.interpreter);
         command
             .arg("-m")
             .args(check)
             .current_dir(&tests)
-            .env("PYTHONPATH", &packages)
+            .env("PYTHONPATH", &python.packages)
             .env("PYTHONDONTWRITEBYTECODE", "1")
             .env("RUFF_NO_CACHE", "true")
             .env("MYPY_CACHE_DIR", context.target.join("mypy"))
-            .env("JDE_PYTHON", &python)
+            .env("JDE_PYTHON", &python.interpreter)
             .env("JDE_TEST_BIN", context.target.join("debug"));
         shell::run(&mut command, context.paint)?;
     }

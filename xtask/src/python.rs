@@ -1,13 +1,13 @@
 //! Python environments of the steps that run programs in Python: each step has one of its own in the target
 //! folder, so that the packages of two steps cannot disagree. Nothing is installed elsewhere.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::Result;
 
+use crate::paint::Paint;
 use crate::shell;
-use crate::test::Context;
 
 /// What a step needs of Python.
 pub(crate) struct Environment {
@@ -20,9 +20,9 @@ pub(crate) struct Environment {
 }
 
 impl Environment {
-    /// Returns the environment's interpreter. The environment is created if needed.
-    pub(crate) fn interpreter(&self, context: &Context) -> Result<PathBuf> {
-        let folder = context.target.join(self.folder);
+    /// Returns the environment's interpreter. The environment is created in the target folder if needed.
+    pub(crate) fn interpreter(&self, target: &Path, paint: Paint) -> Result<PathBuf> {
+        let folder = target.join(self.folder);
         let python = folder.join("bin/python");
         let imports = format!("import {}", self.imports.join(", "));
         if !shell::succeeds(Command::new(&python).args(["-c", &imports])) {
@@ -30,13 +30,13 @@ impl Environment {
                 Command::new("python3")
                     .args(["-m", "venv", "--clear"])
                     .arg(&folder),
-                context.paint,
+                paint,
             )?;
             shell::run(
                 Command::new(&python)
                     .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
                     .args(self.packages),
-                context.paint,
+                paint,
             )?;
         }
         Ok(python)

@@ -2,7 +2,7 @@
 //! before it runs. This module does not depend on the purpose of a command.
 
 use std::io::read_to_string;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
@@ -78,6 +78,16 @@ pub(crate) fn read(command: &mut Command) -> Result<String> {
 
 /// Like [`read`], for a command that may block: after `patience` it is killed, which is an error.
 pub(crate) fn read_within(command: &mut Command, patience: Duration) -> Result<String> {
+    let (status, output) = end_within(command, patience)?;
+    if !status.success() {
+        bail!("`{}` ended with {status}", line(command));
+    }
+    Ok(output)
+}
+
+/// Runs a command that may block and may fail: after `patience` it is killed, which is an error. Returns how it ended,
+/// and its standard output.
+pub(crate) fn end_within(command: &mut Command, patience: Duration) -> Result<(ExitStatus, String)> {
     let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -91,11 +101,8 @@ pub(crate) fn read_within(command: &mut Command, patience: Duration) -> Result<S
         child.wait()?;
         bail!("`{}` did not end within {patience:?}", line(command));
     };
-    let status = child.wait()?;
-    if !status.success() {
-        bail!("`{}` ended with {status}", line(command));
-    }
-    output.with_context(|| format!("`{}` wrote something that is not UTF-8", line(command)))
+    let output = output.with_context(|| format!("`{}` wrote something that is not UTF-8", line(command)))?;
+    Ok((child.wait()?, output))
 }
 
 /// Returns whether a command starts and succeeds. Its output is discarded.

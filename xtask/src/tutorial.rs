@@ -1,7 +1,8 @@
 //! Does what the pages of docs/tutorial say: writes the files that they show, applies their changes, runs their
 //! commands, and compares the output.
 //!
-//! All pages share one folder, and each begins there. In the output that a page shows, a line `...` stands for any
+//! All pages share one folder, and each begins there. A page that exists in several languages is followed in one of
+//! them, and all pages are followed once for each language. In the output that a page shows, a line `...` stands for any
 //! lines, and `...` in a line for any text. A command fails if and only if its output begins with an error.
 
 use std::env;
@@ -9,15 +10,21 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
 
 use anyhow::{Context as _, Result, bail, ensure};
 
+use crate::pytest::Python;
 use crate::step::StepOutcome;
 use crate::test::Context;
 use crate::tidy::fences::{Block, blocks};
 use crate::{project_files, shell};
 
 const FOLDER: &str = "docs/tutorial";
+/// The languages, as the names of pages end with them: `03-a-schema-in-rust.md`.
+const LANGUAGES: &[&str] = &["rust", "python", "cpp"];
+/// The limit of each command: ten times what the slowest takes, a build.
+const PATIENCE: Duration = Duration::from_secs(600);
 /// What stands for any lines or any text.
 const ANY: &str = "...";
 
@@ -34,19 +41,23 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         .map(|entry| Ok(entry?.path()))
         .collect::<Result<_>>()?;
     pages.sort();
-    let reader = Reader::new(context)?;
-    for page in pages {
-        println!("{}", page.display());
-        let text = fs::read_to_string(&page)?;
-        let mut folder = reader.folder.clone();
-        for block in &blocks(&text).0 {
-            let place = || format!("{}:{}", page.display(), block.line);
-            for action in actions(&text, block).with_context(place)? {
-                reader.follow(&action, &mut folder).with_context(place)?;
-            }
+    let Some(python) = Python::new(context)? else {
+        return Python::missing(context);
+    };
+    for language in LANGUAGES {
+        let reader = Reader::new(context, language, &python)?;
+        for page in pages.iter().filter(|page| is_for(page, language)) {
+            println!("{language}: {}", page.display());
+            reader.follow(page)?;
         }
     }
     Ok(StepOutcome::Passed)
+}
+
+/// Whether those who use a language read a page.
+fn is_for(page: &Path, language: &str) -> bool {
+    let name = page.file_stem().unwrap_or_default().to_string_lossy();
+    name.rsplit_once("-in-").is_none_or(|(_, only)| only == language)
 }
 
 /// Returns what a block of a page tells the reader to do.
@@ -92,28 +103,41 @@ struct Reader {
 }
 
 impl Reader {
-    fn new(context: &Context) -> Result<Self> {
-        let folder = context.target.join("tutorial");
+    fn new(context: &Context, language: &str, python: &Python) -> Result<Self> {
+        let folder = context.target.join("tutorial").join(language);
         project_files::empty(&folder)?;
         // Git applies a change to a folder of a project only if that is a project of its own.
         shell::read(Command::new("git").args(["init", "--quiet"]).current_dir(&folder))?;
-        let (programs, build) = (
-            context.target.join("debug"),
-            context.target.join("tutorial-build"),
-        );
+        let programs = context.target.join("debug");
+        let tests = python.interpreter.parent().map(Path::to_owned);
         let path = env::var_os("PATH").unwrap_or_default();
-        let path = [programs.clone()].into_iter().chain(env::split_paths(&path));
-        let plugins = [programs.clone(), build.join("debug")];
+        let path = tests
+            .into_iter()
+            .chain([programs.clone()])
+            .chain(env::split_paths(&path));
         let variables = vec![
             ("PATH", env::join_paths(path)?),
-            ("JDE_PLUGIN_PATH", env::join_paths(plugins)?),
-            ("CARGO_TARGET_DIR", build.into()),
+            ("PYTHONPATH", python.packages.clone().into()),
+            ("JDE_PLUGIN_PATH", programs.into()),
             ("CARGO_NET_OFFLINE", "true".into()),
         ];
         Ok(Self { folder, variables })
     }
 
-    fn follow(&self, action: &Action<'_>, folder: &mut PathBuf) -> Result<()> {
+    /// Does what a page says.
+    fn follow(&self, page: &Path) -> Result<()> {
+        let text = fs::read_to_string(page)?;
+        let mut folder = self.folder.clone();
+        for block in &blocks(&text).0 {
+            let place = || format!("{}:{}", page.display(), block.line);
+            for action in actions(&text, block).with_context(place)? {
+                self.act(&action, &mut folder).with_context(place)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn act(&self, action: &Action<'_>, folder: &mut PathBuf) -> Result<()> {
         match action {
             Action::Write { file, text } => {
                 let file = folder.join(file);
@@ -124,7 +148,11 @@ impl Reader {
                 let file = self.folder.join("change.diff");
                 fs::write(&file, change)?;
                 let mut git = Command::new("git");
-                shell::read(git.arg("apply").arg(&file).current_dir(folder))?;
+                shell::read(
+                    git.args(["apply", "--unidiff-zero"])
+                        .arg(&file)
+                        .current_dir(folder),
+                )?;
             }
             Action::Run { command, output } => match command.strip_prefix("cd ") {
                 Some(to) => folder.push(to),
@@ -141,13 +169,11 @@ impl Reader {
         bash.args(["-c", &format!("exec 2>&1; {command}")])
             .envs(self.variables.iter().cloned())
             .current_dir(folder);
-        let output = bash.output()?;
-        let text = String::from_utf8(output.stdout).context("the output is not UTF-8")?;
+        let (status, text) = shell::end_within(&mut bash, PATIENCE)?;
         let shows_error = expected.first().is_some_and(|line| line.starts_with("error"));
         ensure!(
-            output.status.success() != shows_error,
-            "`{command}` ended with {}:\n{text}",
-            output.status
+            status.success() != shows_error,
+            "`{command}` ended with {status}:\n{text}"
         );
         let lines: Vec<&str> = text.trim_end().lines().collect();
         if !expected.is_empty() && !fits(expected, &lines) {
@@ -211,6 +237,13 @@ mod tests {
         );
         let page = "Text.\n\n```toml\nx = 1\n```\n";
         assert!(actions(page, &super::blocks(page).0[0]).is_err());
+    }
+
+    #[test]
+    fn a_page_in_a_language_is_for_those_who_use_it() {
+        assert!(is_for(Path::new("03-a-schema-in-cpp.md"), "cpp"));
+        assert!(!is_for(Path::new("03-a-schema-in-cpp.md"), "rust"));
+        assert!(is_for(Path::new("04-who-acts.md"), "rust"));
     }
 
     #[test]

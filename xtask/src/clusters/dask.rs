@@ -29,7 +29,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip"])) {
         return context.missing_tool("Python with venv", "sudo apt-get install python3-venv");
     }
-    let python = ENVIRONMENT.interpreter(context)?;
+    let python = ENVIRONMENT.interpreter(&context.target, context.paint)?;
     let trial = Trial::start(context, "dask")?;
     let dask = |role: &str| {
         let mut command = Command::new(python.with_file_name("dask"));
