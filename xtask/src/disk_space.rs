@@ -9,7 +9,7 @@ use anyhow::{Context as _, Result};
 use crate::shell;
 
 /// The size of the target folder after all steps, starting without one, bytes.
-const FULL_BUILD_BYTES: u64 = 14_000_000_000;
+const FULL_BUILD_BYTES: u64 = 16_000_000_000;
 
 /// Returns a warning to print before anything is built, or `None` if there is room.
 ///

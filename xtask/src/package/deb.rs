@@ -1,8 +1,9 @@
 //! The packages of Debian: `jde` for those who run robots, `libjde0` for programs that run applications, `libjde-dev` for
-//! those who write plugins and such programs.
+//! those who write plugins and such programs, `python3-jde` for those who use Python.
 
 use std::fmt::Write as _;
-use std::fs;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -16,7 +17,7 @@ const REVISION: &str = "1";
 
 /// What `libjde0` holds of the prefix.
 const LIBRARY: &[&str] = &["lib/libjde.so.0"];
-/// What `libjde-dev` holds of the prefix; `jde` holds the rest.
+/// What `libjde-dev` holds of the prefix. `python3-jde` holds the package for Python, and `jde` the rest.
 const DEVELOPMENT: &[&str] = &[
     "include",
     "lib/cmake",
@@ -24,6 +25,9 @@ const DEVELOPMENT: &[&str] = &[
     "share/jde/Cargo.toml",
     "share/jde/crates",
 ];
+
+/// The folder of the package for Python in the prefix, and that of Debian's interpreters.
+const PYTHON: [&str; 2] = ["lib/jde/python", "lib/python3/dist-packages"];
 
 /// The libraries that the windows of `jde view` load when they open.
 const WINDOWS: &str = "libegl1, libxcursor1, libxi6, libxkbcommon-x11-0, mesa-vulkan-drivers | vulkan-icd";
@@ -36,7 +40,7 @@ struct Package {
     relations: String,
     /// One line, and a paragraph.
     description: [&'static str; 2],
-    /// Further files for `dpkg`, by their names.
+    /// Further files for `dpkg`, by their names. Those that begin with `#!` are programs.
     control: &'static [(&'static str, &'static str)],
 }
 
@@ -46,8 +50,8 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
     let work = release.folder.join("deb");
     project_files::empty(&work)?;
     // Debian's tools know the trees of packages by this folder.
-    let [main, library, development] =
-        ["jde", "libjde0", "libjde-dev"].map(|name| work.join("debian").join(name));
+    let [main, library, development, python] =
+        ["jde", "libjde0", "libjde-dev", "python3-jde"].map(|name| work.join("debian").join(name));
     fs::create_dir_all(&main)?;
     shell::read(
         Command::new("cp")
@@ -55,13 +59,23 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
             .arg(prefix)
             .arg(main.join("usr")),
     )?;
-    for (parts, package) in [(LIBRARY, &library), (DEVELOPMENT, &development)] {
+    let parts = [
+        (LIBRARY, &library),
+        (DEVELOPMENT, &development),
+        (&PYTHON[..1], &python),
+    ];
+    for (parts, package) in parts {
         for part in parts {
             let (from, to) = (main.join("usr").join(part), package.join("usr").join(part));
             fs::create_dir_all(to.parent().unwrap_or(&to))?;
             fs::rename(&from, &to).with_context(|| format!("{} cannot be moved", from.display()))?;
         }
     }
+    let [prefix_python, debian_python] = PYTHON.map(|folder| python.join("usr").join(folder));
+    fs::create_dir_all(&debian_python)?;
+    fs::rename(prefix_python.join("jde"), debian_python.join("jde"))?;
+    // The program looks there for an interpreter that is not Debian's.
+    symlink("../../python3/dist-packages/jde", prefix_python.join("jde"))?;
     // Debian has them in the file `copyright` of each package.
     for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
         fs::remove_file(main.join("usr/share/jde").join(licence))?;
@@ -79,7 +93,7 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
                 name: "jde",
                 section: "science",
                 relations: format!(
-                    "Depends: {}\nRecommends: {WINDOWS}\nSuggests: libjde-dev\n",
+                    "Depends: {}\nRecommends: {WINDOWS}\nSuggests: libjde-dev, python3-jde\n",
                     libraries(&work, &programs(&main)?)?
                 ),
                 description: [
@@ -125,6 +139,32 @@ pub(super) fn make(release: &Release<'_>, prefix: &Path) -> Result<Vec<PathBuf>>
                  with: the headers for C and C++, and the crates for Rust, which `jde new schema` uses.",
                 ],
                 control: &[],
+            },
+        ),
+        (
+            python,
+            Package {
+                name: "python3-jde",
+                section: "python",
+                relations: format!(
+                    "Depends: jde (= {version}), python3 (>= 3.10), {}\nSuggests: python3-numpy, python3-pytest\n",
+                    libraries(&work, &[debian_python.join(python::MODULE)])?
+                ),
+                description: [
+                    "robot behaviours that run side by side (package for Python)",
+                    "This package contains the module `jde`, with which schemas are written in Python, and programs in \
+                 Python run applications, read recordings and operate robots.",
+                ],
+                control: &[
+                    (
+                        "postinst",
+                        "#!/bin/sh\nset -e\nif command -v py3compile > /dev/null; then py3compile -p python3-jde; fi\n",
+                    ),
+                    (
+                        "prerm",
+                        "#!/bin/sh\nset -e\nif command -v py3clean > /dev/null; then py3clean -p python3-jde; fi\n",
+                    ),
+                ],
             },
         ),
     ];
@@ -182,7 +222,11 @@ impl Package {
             control: files,
         } = self;
         for (file, text) in *files {
-            fs::write(debian.join(file), text)?;
+            let file = debian.join(file);
+            fs::write(&file, text)?;
+            if text.starts_with("#!") {
+                fs::set_permissions(file, Permissions::from_mode(0o755))?;
+            }
         }
         let control = format!(
             "Package: {name}\nVersion: {version}\nSource: jde\nSection: {section}\nPriority: optional\nArchitecture: {architecture}\
@@ -227,16 +271,11 @@ fn maintainer(root: &Path) -> Result<String> {
     Ok(format!("{} <{}>", name.trim(), address.trim()))
 }
 
-/// Returns the program, its plugins and the extension module of Python.
+/// Returns the program and its plugins.
 fn programs(main: &Path) -> Result<Vec<PathBuf>> {
     let mut programs = vec![main.join("usr/bin/jde")];
     for plugin in fs::read_dir(main.join("usr/lib/jde"))? {
-        let path = plugin?.path();
-        programs.push(if path.is_dir() {
-            path.join(python::MODULE)
-        } else {
-            path
-        });
+        programs.push(plugin?.path());
     }
     Ok(programs)
 }

@@ -7,6 +7,7 @@ mod prefix;
 pub(crate) mod python;
 mod third_party;
 pub(crate) mod trial;
+mod wheel;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -36,6 +37,8 @@ pub(crate) enum Form {
     Tarball,
     /// Packages of Debian and Ubuntu.
     Deb,
+    /// A package of `pip`, with everything.
+    Wheel,
     /// The package for Python of the development build, as a folder for `PYTHONPATH`.
     Python,
 }
@@ -57,7 +60,7 @@ struct Release<'r> {
 /// Makes the packages, and prints the path and the size of each.
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<()> {
     let forms = if choice.only.is_empty() {
-        &[Form::Tarball, Form::Deb]
+        &[Form::Tarball, Form::Deb, Form::Wheel]
     } else {
         choice.only.as_slice()
     };
@@ -111,6 +114,9 @@ fn make(root: &Path, cargo: Command, dev: bool, forms: &[Form], paint: Paint) ->
     }
     if forms.contains(&Form::Deb) {
         packages.extend(deb::make(&release, &prefix)?);
+    }
+    if forms.contains(&Form::Wheel) {
+        packages.push(wheel::make(&release, &prefix)?);
     }
     Ok(packages)
 }

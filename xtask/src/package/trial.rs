@@ -24,15 +24,19 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// one in Rust.
 const ACCEPTED: &str = "initial-upload-closes-no-bugs,embedded-library";
 
+/// What the fresh system has beside a minimal Debian: what the documentation tells users of C, C++ and Python to install.
+const INCLUDED: &str = "cmake,g++,make,python3-pytest,python3-venv,xz-utils";
+
 /// The demonstration, as a user without rights who has a folder of its own.
 const DEMO: &str = "cd $(setpriv --reuid=65534 --clear-groups mktemp -d) && \
                     setpriv --reuid=65534 --regid=65534 --clear-groups $JDE demo --headless --lockstep --seed 1";
 
-/// A program that runs an application, with the library.
+/// A program that runs an application, with the library of a prefix.
 const PROGRAM: &str = "set -e
 cd $(mktemp -d)
-cc -o lockstep /usr/share/jde/examples/embed/lockstep.c -ljde -lm
-./lockstep /usr/share/jde/apps/safe-navigation.toml";
+export PATH=$PREFIX/bin:$PATH
+cc -o lockstep $PREFIX/share/jde/examples/embed/lockstep.c -I$PREFIX/include -L$PREFIX/lib -Wl,-rpath,$PREFIX/lib -ljde -lm
+./lockstep $PREFIX/share/jde/apps/safe-navigation.toml";
 
 /// What a user can do with the packages alone. Every application must be complete, and a new one passes its tests.
 const USE: &str = "set -e
@@ -41,11 +45,31 @@ test -f /usr/share/man/man1/jde-run.1.gz
 cd $(mktemp -d)
 jde new app patrol && cd patrol && jde test";
 
-/// A plugin in C, from the headers and the example that `libjde-dev` contains.
-const PLUGIN: &str = "set -e
+/// Schemas in each language but Rust, which this system lacks: built, tested and run as their READMEs say.
+const SCHEMAS: &str = "set -e
 cd $(mktemp -d)
-cc -shared -fPIC -o libgauge.so /usr/share/jde/crates/schema/examples/c/gauge.c
-JDE_PLUGIN_PATH=$PWD jde describe gauge";
+for language in c cpp python; do
+    jde new schema try-$language --$language
+    cd try-$language
+    if [ $language = python ]; then
+        python3 -m pytest
+    else
+        cmake -B build > /dev/null && cmake --build build && ctest --test-dir build --output-on-failure
+    fi
+    jde run app.toml --lockstep --for 5s
+    cd ..
+done";
+
+/// The wheel in an environment of its own, whose tools for tests are those of the system.
+const INSTALL_WHEEL: &str = "set -e
+python3 -m venv --system-site-packages /srv/jde
+find /srv/jde ! -type d | sort > /var/tmp/before
+/srv/jde/bin/pip install --no-index --no-cache-dir /*.whl";
+
+const REMOVE_WHEEL: &str = "set -e
+/srv/jde/bin/pip uninstall --yes jde-robot
+find /srv/jde ! -type d | sort | diff /var/tmp/before -
+rm --recursive /srv/jde";
 
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     if !shell::succeeds(Command::new("debootstrap").arg("--version")) {
@@ -56,11 +80,11 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
             "only root can make a root of its own".to_owned(),
         ));
     }
-    let forms = [Form::Tarball, Form::Deb];
+    let forms = [Form::Tarball, Form::Deb, Form::Wheel];
     let mut cargo = context.cargo(&["build"]);
     cargo.args(context.selection());
     let packages = make(&context.root, cargo, true, &forms, context.paint)?;
-    let [archive, debs @ ..] = &packages[..] else {
+    let [archive, debs @ .., _] = &packages[..] else {
         unreachable!("there is a package of each form");
     };
     let mut lintian = Command::new("lintian");
@@ -78,11 +102,27 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let installed =
         digest(&system.sh(&DEMO.replace("$JDE", "jde"))?).context("the demonstration ended too soon")?;
     system.sh(USE)?;
-    let described = system.sh(PLUGIN)?;
-    ensure!(described.contains("gauge"), "{described}");
-    let driven = system.sh(PROGRAM)?;
-    ensure!(driven.contains("the robot is at"), "{driven}");
-    system.sh("dpkg --purge libjde-dev libjde0 jde")?;
+    let drives = |prefix: &str| {
+        let driven = system.sh(&PROGRAM.replace("$PREFIX", prefix))?;
+        ensure!(driven.contains("the robot is at"), "{driven}");
+        Ok(())
+    };
+    drives("/usr")?;
+    system.sh(SCHEMAS)?;
+    system.sh("dpkg --purge libjde-dev libjde0 python3-jde jde")?;
+    let is_same = |place: &str| {
+        let drove = digest(&system.sh(&DEMO.replace("$JDE", &format!("{place}/bin/jde")))?);
+        ensure!(
+            drove.as_ref() == Some(&installed),
+            "the program in {place} decides {drove:?}, not {installed}"
+        );
+        Ok(())
+    };
+    system.sh(INSTALL_WHEEL)?;
+    is_same("/srv/jde")?;
+    drives("/srv/jde")?;
+    system.sh(&format!("PATH=/srv/jde/bin:$PATH\n{SCHEMAS}"))?;
+    system.sh(REMOVE_WHEEL)?;
     // In one folder, and then in another.
     for folder in ["/opt", "/srv"] {
         system.sh(&format!(
@@ -90,14 +130,10 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         ))?;
         let name = archive.file_name().unwrap_or_default().to_string_lossy();
         let place = format!("{folder}/{}", name.trim_end_matches(".tar.xz"));
-        let unpacked = digest(&system.sh(&DEMO.replace("$JDE", &format!("{place}/bin/jde")))?);
-        ensure!(
-            unpacked.as_ref() == Some(&installed),
-            "the archive in {folder} decides {unpacked:?}, not {installed}"
-        );
+        is_same(&place)?;
         system.sh(&format!("rm --recursive {place}"))?;
     }
-    system.sh("rm /*.deb /*.tar.xz")?;
+    system.sh("rm /*.deb /*.tar.xz /*.whl")?;
     let after = system.files()?;
     let left: Vec<_> = before.symmetric_difference(&after).collect();
     ensure!(left.is_empty(), "the packages leave or take: {left:?}");
@@ -105,17 +141,18 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     Ok(StepOutcome::Passed)
 }
 
-/// A Debian of its own, with a C compiler and without Rust.
+/// A Debian of its own, with compilers of C and C++ and with Python, and without Rust.
 struct FreshSystem<'c> {
     context: &'c Context,
     root: PathBuf,
 }
 
 impl<'c> FreshSystem<'c> {
-    /// Copies the system that the first trial has made.
+    /// Copies the system that the first trial has made. The name of its folder states what it contains.
     fn new(context: &'c Context) -> Result<Self> {
         let folder = context.target.join("package");
-        let (base, root) = (folder.join("debian"), folder.join("root"));
+        let base = folder.join(format!("debian,{INCLUDED}"));
+        let root = folder.join("root");
         if !base.exists() {
             let release = fs::read_to_string("/etc/os-release")?;
             let name = release
@@ -125,7 +162,8 @@ impl<'c> FreshSystem<'c> {
             project_files::empty(&unfinished)?;
             let mut debootstrap = Command::new("debootstrap");
             debootstrap
-                .args(["--variant=minbase", "--include=gcc,libc6-dev,xz-utils"])
+                .arg("--variant=minbase")
+                .arg(format!("--include={INCLUDED}"))
                 .arg(name.context("/etc/os-release names no release")?)
                 .arg(&unfinished);
             shell::run(&mut debootstrap, context.paint)?;
