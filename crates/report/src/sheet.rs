@@ -157,7 +157,14 @@ impl Picture {
                 trace.add(columns, time, Some(value));
             }
             trace.finish(columns);
-            (Series::named(name), trace)
+            let in_no_recording = Series {
+                topic: String::new(),
+                variable: String::new(),
+                name,
+                unit: String::new(),
+                number: Box::new(|_| None),
+            };
+            (in_no_recording, trace)
         });
         let mut drawing = Drawing::new(width, height);
         drawing.text(title, 32.0, (MARGIN, 52.0), Align::Left, ColorRole::Ink);

@@ -76,19 +76,6 @@ pub struct Series {
     pub number: Number,
 }
 
-impl Series {
-    /// A number that is in no recording.
-    pub(crate) fn named(name: String) -> Self {
-        Self {
-            topic: String::new(),
-            variable: String::new(),
-            name,
-            unit: String::new(),
-            number: Box::new(|_| None),
-        }
-    }
-}
-
 /// Extracts a number from a message.
 pub type Number = Box<dyn Fn(&[u8]) -> Option<f64> + Send>;
 
