@@ -1,0 +1,168 @@
+//! The beams of a scan that count: evenly chosen among those that hit something.
+
+use jde_types::{LaserScan, Pose2D};
+
+/// The fewest hits that say where a robot is.
+const LEAST: usize = 8;
+
+/// A scan that says too little: no beams, NaN in most of them, or too few that hit something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("only {hits} beams of the laser hit something: a pose needs {LEAST}")]
+pub struct Blind {
+    /// How many do.
+    pub hits: usize,
+}
+
+/// A beam, in the frame of the base.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Beam {
+    /// Where it ends, m.
+    pub(crate) end: (f32, f32),
+    /// Its direction: cosine and sine.
+    pub(crate) direction: (f32, f32),
+    /// Its length, m.
+    pub(crate) range: f32,
+}
+
+/// The beams of one scan; it keeps its memory from one scan to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Beams {
+    beams: Vec<Beam>,
+    /// Where they begin, m.
+    mount: (f32, f32),
+}
+
+impl Beams {
+    /// Returns room for `most` beams.
+    #[must_use]
+    pub fn new(most: usize) -> Self {
+        Self {
+            beams: Vec::with_capacity(most),
+            mount: (0.0, 0.0),
+        }
+    }
+
+    /// Replaces the beams by those of `scan`, of a scanner mounted at `mount` on the base: as many as there is room
+    /// for, evenly chosen among those with a measured distance. By REP-117, +∞, −∞ and NaN are none.
+    ///
+    /// # Errors
+    /// If fewer than eight beams have one. Then there are none.
+    pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
+        self.beams.clear();
+        self.mount = (mount.x as f32, mount.y as f32);
+        let is_hit = |range: &f32| range.is_finite() && (scan.range_min..=scan.range_max).contains(range);
+        let hits = scan.ranges.iter().filter(|range| is_hit(range)).count();
+        let numbers = [
+            scan.angle_min.into(),
+            scan.angle_increment.into(),
+            mount.x,
+            mount.y,
+            mount.theta,
+        ];
+        if hits < LEAST || !numbers.iter().all(|number: &f64| number.is_finite()) {
+            return Err(Blind { hits });
+        }
+        let most = self.beams.capacity().min(hits);
+        let all = scan.ranges.iter().enumerate().filter(|(_, range)| is_hit(range));
+        for (number, (beam, &range)) in all.enumerate() {
+            // Of every `hits / most` the first.
+            if number * most / hits == self.beams.len() {
+                let (sin, cos) = libm::sincos(mount.theta + scan.angle(beam));
+                let (cos, sin) = (cos as f32, sin as f32);
+                self.beams.push(Beam {
+                    end: (self.mount.0 + range * cos, self.mount.1 + range * sin),
+                    direction: (cos, sin),
+                    range,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes over every so many of `others` that there is room.
+    pub(crate) fn thin(&mut self, others: &Self) {
+        self.beams.clear();
+        self.mount = others.mount;
+        let step = others.beams.len().div_ceil(self.beams.capacity().max(1)).max(1);
+        self.beams.extend(others.beams.iter().step_by(step));
+    }
+
+    /// The beams.
+    pub(crate) fn as_slice(&self) -> &[Beam] {
+        &self.beams
+    }
+
+    /// Where they begin, m.
+    pub(crate) const fn mount(&self) -> (f32, f32) {
+        self.mount
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    fn scan(ranges: &[f32]) -> LaserScan {
+        let mut scan = LaserScan {
+            angle_increment: 0.1,
+            range_min: 0.1,
+            range_max: 8.0,
+            ..LaserScan::default()
+        };
+        scan.ranges.extend_from_slice(ranges).expect("few beams");
+        scan
+    }
+
+    #[test]
+    fn scans_that_say_too_little_are_refused() {
+        let mut beams = Beams::new(60);
+        let mount = Pose2D::ORIGIN;
+        for (ranges, hits) in [
+            (&[][..], 0),
+            (&[f32::NAN; 300], 0),
+            (&[f32::INFINITY; 300], 0),
+            (&[f32::NEG_INFINITY; 300], 0),
+            (&[0.05; 300], 0),
+            (&[9.0; 300], 0),
+            (&[1.0; 7], 7),
+        ] {
+            beams.update(&scan(&[1.0; 9]), &mount).expect("enough");
+            assert_eq!(beams.update(&scan(ranges), &mount), Err(Blind { hits }));
+            assert!(beams.as_slice().is_empty(), "none of the scan before");
+        }
+        let nowhere = Pose2D::new(0.0, f64::NAN, 0.0);
+        assert_eq!(beams.update(&scan(&[1.0; 9]), &nowhere), Err(Blind { hits: 9 }));
+    }
+
+    #[test]
+    fn beams_are_chosen_evenly_among_the_hits() {
+        let mut ranges = [f32::NAN; 100];
+        ranges.iter_mut().step_by(2).for_each(|range| *range = 2.0);
+        let mut beams = Beams::new(10);
+        beams.update(&scan(&ranges), &Pose2D::ORIGIN).expect("enough");
+        let angles: Vec<f32> = beams
+            .as_slice()
+            .iter()
+            .map(|beam| beam.direction.0.acos())
+            .collect();
+        assert_eq!(angles.len(), 10);
+        assert!(
+            (angles[1] - angles[0] - 1.0).abs() < 1e-3,
+            "of every five hits one"
+        );
+        let mut few = Beams::new(4);
+        few.thin(&beams);
+        assert_eq!(few.as_slice().len(), 4);
+    }
+
+    #[test]
+    fn ends_are_in_the_frame_of_the_base() {
+        let mut beams = Beams::new(60);
+        let mount = Pose2D::new(0.2, 0.1, FRAC_PI_2);
+        beams.update(&scan(&[1.0; 8]), &mount).expect("enough");
+        let first = beams.as_slice()[0];
+        assert!((first.end.0 - 0.2).abs() < 1e-6 && (first.end.1 - 1.1).abs() < 1e-6);
+    }
+}

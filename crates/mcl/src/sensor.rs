@@ -1,0 +1,150 @@
+//! The models of the laser: how likely a scan is at a pose, and how far it agrees with the map there.
+
+use crate::beams::{Beam, Beams};
+use crate::field::Field;
+
+/// How the likelihood of a beam is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Model {
+    /// By the distance from its end to the nearest obstacle ("Probabilistic Robotics", table 6.3). Fast and smooth; it
+    /// does not notice that a beam passes through a wall.
+    #[default]
+    LikelihoodField,
+    /// By the difference of its length from that of a ray through the map (table 6.1).
+    Beam,
+}
+
+/// A model and its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// How the likelihood of a beam is computed.
+    pub model: Model,
+    /// The standard deviation of the ends of beams from the obstacles of the map, m: that of the laser and of the map.
+    pub deviation: f64,
+    /// The likelihood of a beam that hits something else, where that of one that fits exactly is about 1.
+    pub outliers: f64,
+    /// For how many independent measurements a scan counts. Beams that are next to each other err alike.
+    pub independent: f64,
+}
+
+impl Default for Sensor {
+    fn default() -> Self {
+        Self {
+            model: Model::LikelihoodField,
+            deviation: 0.1,
+            outliers: 0.1,
+            independent: 20.0,
+        }
+    }
+}
+
+impl Sensor {
+    /// The logarithm of the likelihood of a beam that ends `apart` m from where it should.
+    pub(crate) fn logarithm(&self, apart: f64) -> f32 {
+        let apart = apart / self.deviation;
+        libm::log((1.0 - self.outliers) * libm::exp(-0.5 * apart * apart) + self.outliers) as f32
+    }
+}
+
+/// A beam that is longer than a ray through the map passes through what the map has. So it is less likely than one that
+/// is shorter, which hits what the map does not have.
+const THROUGH: f64 = 0.1;
+/// How far behind the end of a beam a ray is followed, in cells.
+const FAR_BEHIND: f32 = 32.0;
+
+/// The logarithms of likelihoods, prepared for a field.
+#[derive(Clone, Debug)]
+pub(crate) struct Likelihoods {
+    sensor: Sensor,
+    cell: f64,
+    /// By the distance in parts of a cell.
+    by_parts: [f32; 256],
+}
+
+impl Likelihoods {
+    pub(crate) fn new(sensor: Sensor, cell: f64) -> Self {
+        let mut by_parts = [0.0; 256];
+        for (logarithm, distance) in by_parts.iter_mut().zip(Field::distances()) {
+            *logarithm = sensor.logarithm(f64::from(distance) * cell);
+        }
+        Self {
+            sensor,
+            cell,
+            by_parts,
+        }
+    }
+
+    /// Whether they are of this sensor.
+    pub(crate) fn is_of(&self, sensor: &Sensor) -> bool {
+        self.sensor == *sensor
+    }
+
+    /// The logarithm of the likelihood of a scan at a pose in cells. Outside the free cells each beam is an outlier.
+    pub(crate) fn of_scan(&self, field: &Field, beams: &Beams, [x, y, heading]: [f32; 3]) -> f32 {
+        let beams_of = beams.as_slice();
+        let share = (self.sensor.independent as f32 / beams_of.len().max(1) as f32).min(1.0);
+        if !field.is_free(x, y) {
+            return share * beams_of.len() as f32 * self.by_parts[255];
+        }
+        let scale = 1.0 / self.cell as f32;
+        let (sin, cos) = libm::sincosf(heading);
+        let (along, across) = (cos * scale, sin * scale);
+        let at = |(ahead, left): (f32, f32)| {
+            (
+                x + along * ahead - across * left,
+                y + across * ahead + along * left,
+            )
+        };
+        let sum: f32 = match self.sensor.model {
+            Model::LikelihoodField => beams_of
+                .iter()
+                .map(|beam| {
+                    let (x, y) = at(beam.end);
+                    self.by_parts[field.parts(x, y) as usize]
+                })
+                .sum(),
+            Model::Beam => {
+                let from = at(beams.mount());
+                let one = |beam: &Beam| {
+                    let (ahead, left) = beam.direction;
+                    let direction = (cos * ahead - sin * left, sin * ahead + cos * left);
+                    let length = beam.range * scale;
+                    let ray = field.cast(from, direction, length + FAR_BEHIND);
+                    let apart = f64::from(length - ray) * self.cell;
+                    let outliers = if apart > 0.0 { THROUGH } else { 1.0 };
+                    let sensor = Sensor {
+                        outliers: self.sensor.outliers * outliers,
+                        ..self.sensor
+                    };
+                    sensor.logarithm(apart)
+                };
+                beams_of.iter().map(one).sum()
+            }
+        };
+        share * sum
+    }
+}
+
+/// The share of the beams that end within `tolerance` cells of an obstacle, and before which the map has none, for a
+/// pose in cells.
+pub(crate) fn agreement(
+    field: &Field,
+    beams: &Beams,
+    [x, y, heading]: [f32; 3],
+    (tolerance, cell): (f32, f32),
+) -> f32 {
+    if !field.is_free(x, y) {
+        return 0.0;
+    }
+    let (sin, cos) = libm::sincosf(heading);
+    let turn = |(ahead, left): (f32, f32)| (cos * ahead - sin * left, sin * ahead + cos * left);
+    let mount = turn(beams.mount());
+    let from = (x + mount.0 / cell, y + mount.1 / cell);
+    let agree = beams.as_slice().iter().filter(|beam| {
+        let end = turn(beam.end);
+        let length = (beam.range / cell - tolerance).max(0.0);
+        field.distance(x + end.0 / cell, y + end.1 / cell) <= tolerance
+            && field.cast(from, turn(beam.direction), length) >= length
+    });
+    agree.count() as f32 / beams.as_slice().len().max(1) as f32
+}
