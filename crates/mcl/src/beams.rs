@@ -25,8 +25,10 @@ pub(crate) struct Beam {
 }
 
 /// The beams of one scan; it keeps its memory from one scan to the next.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Beams {
+    /// How many there may be.
+    most: usize,
     beams: Vec<Beam>,
     /// Where they begin, m.
     mount: (f32, f32),
@@ -37,6 +39,7 @@ impl Beams {
     #[must_use]
     pub fn new(most: usize) -> Self {
         Self {
+            most,
             beams: Vec::with_capacity(most),
             mount: (0.0, 0.0),
         }
@@ -62,7 +65,7 @@ impl Beams {
         if hits < LEAST || !numbers.iter().all(|number: &f64| number.is_finite()) {
             return Err(Blind { hits });
         }
-        let most = self.beams.capacity().min(hits);
+        let most = self.most.min(hits);
         let all = scan.ranges.iter().enumerate().filter(|(_, range)| is_hit(range));
         for (number, (beam, &range)) in all.enumerate() {
             // Of every `hits / most` the first.
@@ -83,7 +86,7 @@ impl Beams {
     pub(crate) fn thin(&mut self, others: &Self) {
         self.beams.clear();
         self.mount = others.mount;
-        let step = others.beams.len().div_ceil(self.beams.capacity().max(1)).max(1);
+        let step = others.beams.len().div_ceil(self.most.max(1)).max(1);
         self.beams.extend(others.beams.iter().step_by(step));
     }
 

@@ -81,6 +81,14 @@ impl Field {
         self.free
     }
 
+    /// Returns the middles of every so many occupied cells that they are at most `most`, m.
+    pub fn obstacles(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let occupied = || self.near.iter().enumerate().filter(|(_, parts)| **parts == 0);
+        let step = occupied().count().div_ceil(most.max(1)).max(1);
+        let middle = |(index, _)| self.geometry.center(self.geometry.cell(index));
+        occupied().step_by(step).map(middle)
+    }
+
     /// The free cell with this number, by its lower left corner.
     pub(crate) fn free_cell(&self, number: u32) -> (f32, f32) {
         let span = self.spans.partition_point(|span| span.before <= number);
@@ -148,7 +156,7 @@ impl Field {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use jde_grid::Cell;
     use proptest::prelude::*;
 

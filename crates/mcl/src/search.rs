@@ -200,3 +200,64 @@ impl Search {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use jde_types::LaserScan;
+
+    use super::*;
+    use crate::field::tests::map;
+
+    /// The pose of the scan is among the best, and calls in parts find the same.
+    #[test]
+    fn the_pose_of_a_scan_is_found_in_parts() {
+        let field = Field::new(&map(&[
+            "#######################",
+            "#.........#...........#",
+            "#.........#...........#",
+            "#.....................#",
+            "#.........#....####...#",
+            "#.........#....####...#",
+            "#######################",
+        ]));
+        let truth = [15.0, 4.5, 1.0];
+        let mut scan = LaserScan {
+            angle_increment: TAU / 60.0,
+            range_max: 80.0,
+            ..LaserScan::default()
+        };
+        for beam in 0..60 {
+            let (sin, cos) = libm::sincosf(truth[2] + scan.angle(beam) as f32);
+            let way = field.cast((truth[0], truth[1]), (cos, sin), 60.0);
+            scan.ranges.push(way).expect("few beams");
+        }
+        let mut beams = Beams::new(60);
+        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        let find = |region, step| {
+            let mut random = fastrand::Rng::with_seed(3);
+            // Cells of 1 m.
+            let mut search = Search::new(50, 1.0);
+            search.begin(&field, region, &beams, Pose2D::ORIGIN, 200_000);
+            let mut calls = 1;
+            while !search.advance(&field, step, &mut random) {
+                assert!(search.done() < 1.0);
+                calls += 1;
+            }
+            let mut best = Vec::new();
+            search.best(20, &mut random, |pose| best.push(pose));
+            (best, calls)
+        };
+        let (best, calls) = find(Region::Everywhere, usize::MAX);
+        let near = |pose: &&[f32; 3]| {
+            (pose[0] - truth[0]).hypot(pose[1] - truth[1]) < 1.0 && (pose[2] - 1.0).abs() < 0.2
+        };
+        assert!(best.iter().filter(near).count() >= 15, "{best:?}");
+        assert_eq!((best, 1), (find(Region::Everywhere, 10_000).0, calls));
+        let (best, _) = find(Region::Disc((5.0, 3.0), 2.0), 1000);
+        assert!(best.iter().all(|pose| (pose[0] - 5.0).hypot(pose[1] - 3.0) < 2.2));
+        assert!(
+            find(Region::Disc((-50.0, 3.0), 2.0), 1000).0.is_empty(),
+            "off the map"
+        );
+    }
+}

@@ -148,3 +148,131 @@ pub(crate) fn agreement(
     });
     agree.count() as f32 / beams.as_slice().len().max(1) as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use jde_types::{LaserScan, Pose2D};
+
+    use super::*;
+    use crate::field::tests::map;
+
+    const CELL: f64 = 0.1;
+
+    /// A room of 2 × 1 m with a wall that leaves a gap, in cells of 0.1 m.
+    fn field() -> Field {
+        Field::new(&map(&[
+            "######################",
+            "#.........#..........#",
+            "#.........#..........#",
+            "#....................#",
+            "#.........#..........#",
+            "#.........#..........#",
+            "######################",
+        ]))
+    }
+
+    /// What a laser sees at a pose in cells, by the field's own rays, with 36 beams all around.
+    fn beams(field: &Field, [x, y, heading]: [f32; 3]) -> Beams {
+        let mut scan = LaserScan {
+            angle_increment: core::f32::consts::TAU / 36.0,
+            range_max: 8.0,
+            ..LaserScan::default()
+        };
+        for beam in 0..36 {
+            let (sin, cos) = libm::sincosf(heading + scan.angle(beam) as f32);
+            let way = field.cast((x, y), (cos, sin), 60.0);
+            scan.ranges.push(way * CELL as f32).expect("few beams");
+        }
+        let mut beams = Beams::new(36);
+        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        beams
+    }
+
+    const TRUE: [f32; 3] = [4.5, 2.5, 0.3];
+
+    #[test]
+    fn by_either_model_the_true_pose_is_the_likeliest() {
+        let field = field();
+        let beams = beams(&field, TRUE);
+        for model in [Model::LikelihoodField, Model::Beam] {
+            let sensor = Sensor {
+                model,
+                ..Sensor::default()
+            };
+            let likelihoods = Likelihoods::new(sensor, CELL);
+            let at = |pose| likelihoods.of_scan(&field, &beams, pose);
+            let [x, y, heading] = TRUE;
+            for wrong in [
+                [x + 2.0, y, heading],
+                [x, y - 1.5, heading],
+                [x, y, heading + 0.4],
+                [x + 10.0, y, heading],
+                [x, 5.9, heading],
+                [-3.0, y, heading],
+            ] {
+                assert!(at(TRUE) > at(wrong) + 0.5, "{model:?}: {wrong:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_the_beam_model_and_the_agreement_notice_a_wall_on_the_way() {
+        // The other half of the room is as wide: what is seen there fits here too, but for the wall between.
+        let rows = [
+            "######################",
+            "#.........#..........#",
+            "######################",
+        ];
+        let field = Field::new(&map(&rows));
+        let mut scan = LaserScan {
+            range_max: 8.0,
+            ..LaserScan::default()
+        };
+        // All beams go ahead, through the wall to the far end.
+        (0..12).for_each(|_| scan.ranges.push(1.62).expect("few beams"));
+        let mut beams = Beams::new(12);
+        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        let pose = [5.0, 1.5, 0.0];
+        let of = |model| {
+            let sensor = Sensor {
+                model,
+                ..Sensor::default()
+            };
+            Likelihoods::new(sensor, CELL).of_scan(&field, &beams, pose)
+        };
+        assert!(of(Model::LikelihoodField) > -1.0 && of(Model::Beam) < -20.0);
+        assert_eq!(agreement(&field, &beams, pose, (2.5, CELL as f32)), 0.0);
+        assert_eq!(
+            agreement(&field, &beams, [12.0, 1.5, 0.0], (2.5, CELL as f32)),
+            0.0,
+            "behind the end"
+        );
+    }
+
+    #[test]
+    fn beams_agree_within_the_tolerance_and_none_outside_free_cells() {
+        let field = field();
+        let beams = beams(&field, TRUE);
+        let at = |pose| agreement(&field, &beams, pose, (2.5, CELL as f32));
+        let [x, y, heading] = TRUE;
+        assert_eq!(at(TRUE), 1.0);
+        assert!(at([x + 0.5, y, heading]) > 0.9);
+        assert!(at([x + 10.0, y + 1.0, heading]) < 0.8);
+        assert_eq!(at([0.5, y, heading]), 0.0, "in a wall");
+        assert_eq!(at([f32::NAN, y, heading]), 0.0);
+    }
+
+    #[test]
+    fn a_scan_counts_for_so_many_independent_measurements() {
+        let field = field();
+        let beams = beams(&field, TRUE);
+        let of = |independent| {
+            let sensor = Sensor {
+                independent,
+                ..Sensor::default()
+            };
+            Likelihoods::new(sensor, CELL).of_scan(&field, &beams, [6.5, 2.5, 0.3])
+        };
+        assert!((of(36.0) - 4.0 * of(9.0)).abs() < 1e-3 && of(1000.0) == of(36.0));
+    }
+}

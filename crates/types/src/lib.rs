@@ -35,7 +35,7 @@ pub use geometry::{
 pub use jde_macros::{Choice, Value};
 pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
-pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Target};
+pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Start, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
@@ -83,6 +83,7 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         OccupancyGrid::describe(),
         Path::describe(),
         Route::describe(),
+        Start::describe(),
         Target::describe(),
         Footprint::describe(),
         Mount::describe(),

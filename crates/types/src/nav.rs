@@ -88,6 +88,15 @@ pub struct Target {
     pub padding: Padding<7>,
 }
 
+/// An optional pose at which a robot starts, in a form for files: `[[3.55, 1.6, "90 deg"]]`, or `[]` for none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/Start")]
+pub struct Start {
+    /// The pose, in the frame of the world or of the map.
+    pub pose: Seq<Pose2D, 1>,
+}
+
 impl core::fmt::Debug for OccupancyGrid {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "OccupancyGrid({:?}, {} cells)", self.info, self.data.len())
@@ -116,6 +125,25 @@ impl Target {
     #[must_use]
     pub fn get(&self) -> Option<Pose2D> {
         self.set.get().then_some(self.pose)
+    }
+}
+
+impl Start {
+    /// No pose.
+    pub const NONE: Self = Self { pose: Seq::new() };
+
+    /// Returns a start at this pose.
+    #[must_use]
+    pub fn at(pose: Pose2D) -> Self {
+        Self {
+            pose: [pose].into_iter().collect(),
+        }
+    }
+
+    /// Returns the pose, if there is one.
+    #[must_use]
+    pub fn get(&self) -> Option<Pose2D> {
+        self.pose.first().copied()
     }
 }
 

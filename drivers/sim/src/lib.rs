@@ -12,7 +12,7 @@ mod sense;
 mod worlds;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Body, Movers, Scenery};
+use jde_schema::types::{Body, Movers, Scenery, Start};
 use jde_sim::{HeadCommand, RobotModel, Twist2, World, WorldError};
 
 pub use camera::Camera;
@@ -34,15 +34,6 @@ const HOLD: PanTilt = PanTilt {
     tilt_velocity: 0.0,
 };
 
-/// Where a robot starts, if not at the start of the world file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
-#[repr(C)]
-#[value(name = "jde_msgs/msg/Start")]
-pub struct Start {
-    /// The pose in the frame of the world; none for that of the file.
-    pub pose: Seq<Pose2D, 1>,
-}
-
 /// A robot of a robot file in a simulated world. Several in one application share the world.
 ///
 /// It publishes the sensors that the robot has, each at its own rate where that is lower than that of the
@@ -61,7 +52,7 @@ pub struct Robot {
     robot: Modulation<Text<60>>,
     /// Where it starts instead of at its start in the world file:
     /// `[{ x = 1.0, y = 2.0, theta = "90 deg" }]`.
-    #[modulation(default = Start { pose: Seq::new() }, fixed)]
+    #[modulation(default = Start::NONE, fixed)]
     start: Modulation<Start>,
     /// Changes of the world while it runs. Each write takes effect once, at the next iteration.
     #[modulation(default = "")]

@@ -5,7 +5,6 @@ use jde_schema::types::{Scenery, Truth};
 use jde_sim::EditQueue;
 
 use super::*;
-use crate::Start;
 use crate::tests::{Robot, file};
 
 const ROOM: &str = r#"
@@ -134,9 +133,7 @@ fn a_robot_starts_where_the_application_says() {
     let start = Pose2D::new(3.0, 1.0, 1.5);
     robot.bench.set(
         "start",
-        Start {
-            pose: [start].into_iter().collect(),
-        },
+        Start::at(start),
     );
     assert_eq!(robot.bench.inspect(), Ok(vec![]));
     robot.bench.awake().expect("it enters the world");
@@ -154,9 +151,7 @@ fn an_inspection_reports_a_start_that_is_not_free() {
         let start = Pose2D::new(x, 1.0, 0.0);
         robot.bench.set(
             "start",
-            Start {
-                pose: [start].into_iter().collect(),
-            },
+            Start::at(start),
         );
         let problems = robot.bench.inspect().expect("it inspects");
         assert_eq!(problems.len(), 1, "{problems:?}");

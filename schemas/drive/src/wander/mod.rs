@@ -15,7 +15,7 @@ const CREEP: f64 = 0.25;
 
 /// Drives straight until something is near, and turns toward the freer side by an angle with a random part.
 ///
-/// It is ready while it has a pose, and a scan that measures something. The random part comes from the
+/// It is ready while it has a pose, a scan that measures something, and no value of `known`. The random part comes from the
 /// application's seed. A robot without a free way turns on.
 #[derive(Describe)]
 #[schema(motor, period = "100ms", budget = "20ms")]
@@ -26,6 +26,9 @@ pub struct Wander {
     /// The estimated pose and velocity of the robot.
     #[import]
     pose: Import<Odometry>,
+    /// The place on a map. While it is known there is nothing to look for.
+    #[import(optional)]
+    known: Import<Odometry>,
     /// The outline of the robot.
     #[modulation(default = Footprint::circle(0.25), fixed)]
     footprint: Modulation<Footprint>,
@@ -93,7 +96,7 @@ impl Schema for Wander {
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        Ok(self.observe(cx).is_some().into())
+        Ok((self.known.get(cx).is_none() && self.observe(cx).is_some()).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {

@@ -40,6 +40,16 @@ fn in_a_room_it_drives_on_and_touches_nothing() {
 }
 
 #[test]
+fn it_is_ready_only_while_the_place_is_not_known() {
+    let mut world = Loop::<Wander>::new(Vec::new(), Pose2D::ORIGIN);
+    let place = Odometry::planar(Time::default(), Pose2D::ORIGIN, Twist::ZERO);
+    world.bench.import("known", &place);
+    assert!(!world.bench.check().expect("the check succeeds").ready);
+    world.bench.retract("known");
+    assert!(world.bench.check().expect("the check succeeds").ready);
+}
+
+#[test]
 fn without_a_usable_scan_or_pose_it_is_not_ready_and_stands_still() {
     let mut blind = scan(&[], &Pose2D::ORIGIN);
     blind.ranges.as_mut_slice().fill(f32::NAN);
