@@ -579,6 +579,22 @@ static const jde_type jde_route_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_route_fields), "jde_msgs/msg/Route", "Targets in the plane, in a form for files; ROS tools draw a `Path`.",
     sizeof(jde_route), 8u, jde_route_fields};
 
+/** jde_msgs/msg/Start: An optional pose at which a robot starts, in a form for files: `[[3.55, 1.6, "90 deg"]]`, or `[]` for none. */
+typedef struct jde_start {
+    /** The pose, in the frame of the world or of the map. */
+    struct { uint32_t length; uint32_t spare; jde_pose2d items[1]; } pose;
+} jde_start;
+
+typedef char jde_start_has_its_size[sizeof(jde_start) == 32 ? 1 : -1];
+
+static const jde_field jde_start_fields[] = {
+    JDE_FIELD("pose", offsetof(jde_start, pose.items), offsetof(jde_start, pose.length), JDE_STRUCT, JDE_SEQUENCE, 1u,
+              "The pose, in the frame of the world or of the map.", "", &jde_pose2d_type),
+};
+static const jde_type jde_start_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_start_fields), "jde_msgs/msg/Start", "An optional pose at which a robot starts, in a form for files: `[[3.55, 1.6, \"90 deg\"]]`, or `[]` for none.",
+    sizeof(jde_start), 8u, jde_start_fields};
+
 /** jde_msgs/msg/Target: An optional target position. */
 typedef struct jde_target {
     /** The position, in the frame of the odometry. Its heading is not used. */

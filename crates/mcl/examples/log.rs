@@ -1,19 +1,20 @@
 //! Localizes a robot in a laser log with raw odometry, on a map of other scans of the same building: how far the pose is
 //! from the true one, how often the robot is found anywhere, and what happens when it is carried away.
 //!
-//! `cargo run --release -p jde-mcl --example log -- ODOMETRY GRAPH`
+//! `cargo run --release -p jde-mcl --example log -- ODOMETRY GRAPH [beam]`
 //!
 //! ODOMETRY has a line `ODO dx dy dtheta` for each motion in the frame of the base and `SCAN` with ranges for each scan.
 //! GRAPH has a line `VERTEX2 id x y theta` for each optimized pose, and `ROBOTLASER1` with the ranges for its scan, from
-//! right to left. Scans that are in both have a true pose. They are left out of the map.
+//! right to left. Scans that are in both have a true pose. They are left out of the map. Times are processor time.
 
 use std::collections::HashMap;
 use std::error::Error;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use jde_grid::{OccupancyGrid, Ray, RollingGrid};
-use jde_mcl::{Beams, Field, Localizer, MotionNoise, Settings, State};
+use jde_mcl::{Beams, Field, Localizer, Model, MotionNoise, Sensor, Settings, State};
 use jde_types::{LaserScan, Pose2D, normalize_angle};
+use rustix::time::{ClockId, clock_gettime};
 
 /// Ranges from here on are no returns, m.
 const NO_RETURN: f32 = 29.0;
@@ -31,8 +32,13 @@ type Failure = Box<dyn Error>;
 
 fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [odometry, graph] = arguments.as_slice() else {
-        return Err("usage: log ODOMETRY GRAPH".into());
+    let [odometry, graph, model @ ..] = arguments.as_slice() else {
+        return Err("usage: log ODOMETRY GRAPH [beam]".into());
+    };
+    let model = if model.is_empty() {
+        Model::LikelihoodField
+    } else {
+        Model::Beam
     };
     let vertices = read_graph(&std::fs::read_to_string(graph)?)?;
     let (records, used) = read_odometry(&std::fs::read_to_string(odometry)?, &vertices)?;
@@ -48,14 +54,15 @@ fn main() -> Result<(), Failure> {
         vertices.len() - used.iter().filter(|used| **used).count()
     );
     let field = Field::new(&map);
-    track(&records, &field);
-    find(&records, &field);
-    kidnap(&records, &field);
+    let settings = settings(model);
+    track(&records, &field, &settings);
+    find(&records, &field, &settings);
+    kidnap(&records, &field, &settings);
     Ok(())
 }
 
 /// The odometry of the log errs by 3 degrees and 7 cm from scan to scan.
-fn settings() -> Settings {
+fn settings(model: Model) -> Settings {
     Settings {
         motion: MotionNoise {
             turn_by_turn: 0.2,
@@ -63,9 +70,18 @@ fn settings() -> Settings {
             way_by_way: 0.15,
             way_by_turn: 0.05,
         },
+        sensor: Sensor {
+            model,
+            ..Sensor::default()
+        },
         search_step: usize::MAX,
         ..Settings::default()
     }
+}
+
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
 /// A drive through the records from `first` on, one step each.
@@ -96,13 +112,13 @@ impl<'a> Drive<'a> {
         let record = self.records.get(self.at)?;
         self.at += 1;
         let odometry = self.carried.transform(&record.odometry);
-        let begin = Instant::now();
+        let begin = processor_time();
         let seen = self.beams.update(&record.scan, &Pose2D::ORIGIN);
         let state = match seen {
             Ok(()) => self.localizer.step(settings, &odometry, &self.beams),
             Err(_) => State::Unsure(jde_mcl::Doubt::Unseen),
         };
-        self.times.push(begin.elapsed());
+        self.times.push(processor_time() - begin);
         let pose = self.localizer.pose(&odometry);
         let error = record.truth.zip(pose).map(|(truth, pose)| {
             (
@@ -123,8 +139,7 @@ impl<'a> Drive<'a> {
 }
 
 /// From the true pose of the first scan that has one, to the end.
-fn track(records: &[Record], field: &Field) {
-    let settings = settings();
+fn track(records: &[Record], field: &Field, settings: &Settings) {
     let Some(first) = records.iter().position(|record| record.truth.is_some()) else {
         return;
     };
@@ -138,7 +153,7 @@ fn track(records: &[Record], field: &Field) {
         }
         let mut farthest = 0.0_f64;
         let mut of_seed = (0.0, 0.0);
-        while let Some((state, error)) = drive.step(&settings) {
+        while let Some((state, error)) = drive.step(settings) {
             steps += 1;
             particles += drive.localizer.particles();
             unsure += usize::from(state != State::Sure);
@@ -171,8 +186,7 @@ fn track(records: &[Record], field: &Field) {
 }
 
 /// From a hundred places without a pose, until it is sure.
-fn find(records: &[Record], field: &Field) {
-    let settings = settings();
+fn find(records: &[Record], field: &Field, settings: &Settings) {
     let starts: Vec<usize> = (0..records.len())
         .filter(|&at| records[at].truth.is_some())
         .collect();
@@ -183,7 +197,7 @@ fn find(records: &[Record], field: &Field) {
         drive.localizer.start_anywhere();
         let mut sure_since = None;
         // The first true pose of a scan at which it is sure.
-        while let Some((state, error)) = drive.step(&settings) {
+        while let Some((state, error)) = drive.step(settings) {
             let is_sure = state == State::Sure;
             if is_sure {
                 sure_since.get_or_insert(drive.at - first);
@@ -210,8 +224,7 @@ fn find(records: &[Record], field: &Field) {
 }
 
 /// Carried 50 times to a place at least 5 m away, until it is sure there.
-fn kidnap(records: &[Record], field: &Field) {
-    let settings = settings();
+fn kidnap(records: &[Record], field: &Field, settings: &Settings) {
     let known: Vec<usize> = (0..records.len())
         .filter(|&at| records[at].truth.is_some())
         .collect();
@@ -232,11 +245,11 @@ fn kidnap(records: &[Record], field: &Field) {
             drive.localizer.start_at(&truth, 0.1, 0.1);
         }
         for _ in 0..20 {
-            drive.step(&settings);
+            drive.step(settings);
         }
         drive.carry(to);
         let (mut lost, mut steps) = (false, 0);
-        while let Some((state, error)) = drive.step(&settings) {
+        while let Some((state, error)) = drive.step(settings) {
             steps += 1;
             lost |= state != State::Sure;
             wrong_steps += usize::from(state == State::Sure && !lost);

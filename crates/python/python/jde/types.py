@@ -46,6 +46,7 @@ __all__ = [
     "Route",
     "Scenery",
     "SonarEcho",
+    "Start",
     "Strip",
     "TagDetection",
     "TagDetections",
@@ -276,6 +277,14 @@ class Route:
 
     poses: Sequence[Pose2D] = field(default_factory=list)
     """The targets, from first to last."""
+
+
+@standard("jde_msgs/msg/Start")
+class Start:
+    """An optional pose at which a robot starts, in a form for files: `[[3.55, 1.6, "90 deg"]]`, or `[]` for none."""
+
+    pose: Sequence[Pose2D] = field(default_factory=list)
+    """The pose, in the frame of the world or of the map."""
 
 
 @standard("jde_msgs/msg/Target")

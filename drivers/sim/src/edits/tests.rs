@@ -1,7 +1,7 @@
 //! Changes of a running world by the driver's modulation, and starts that the application gives.
 
 use jde_schema::Severity;
-use jde_schema::types::{Scenery, Truth};
+use jde_schema::types::{Scenery, Start, Truth};
 use jde_sim::EditQueue;
 
 use super::*;
@@ -131,10 +131,7 @@ fn a_robot_starts_where_the_application_says() {
     let (_folder, path) = file(ROOM);
     let mut robot = Robot::asleep(&path, "bench");
     let start = Pose2D::new(3.0, 1.0, 1.5);
-    robot.bench.set(
-        "start",
-        Start::at(start),
-    );
+    robot.bench.set("start", Start::at(start));
     assert_eq!(robot.bench.inspect(), Ok(vec![]));
     robot.bench.awake().expect("it enters the world");
     robot.idle(0.05);
@@ -149,10 +146,7 @@ fn an_inspection_reports_a_start_that_is_not_free() {
     let mut robot = Robot::asleep(&path, "bench");
     for (x, expected) in [(5.9, "`room` is there"), (60.0, "within the world")] {
         let start = Pose2D::new(x, 1.0, 0.0);
-        robot.bench.set(
-            "start",
-            Start::at(start),
-        );
+        robot.bench.set("start", Start::at(start));
         let problems = robot.bench.inspect().expect("it inspects");
         assert_eq!(problems.len(), 1, "{problems:?}");
         assert_eq!(problems[0].modulation, "start");
