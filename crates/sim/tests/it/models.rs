@@ -313,11 +313,11 @@ proptest! {
 fn a_model_is_a_shipped_robot_or_a_file() {
     for path in shipped() {
         let name = path.file_stem().and_then(|stem| stem.to_str()).expect("a name");
-        let found = RobotModel::find(&format!("apps/{name}")).unwrap_or_else(|error| panic!("{error}"));
+        let found = RobotModel::find(name).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(Ok(found), RobotModel::load(&path));
         assert!(RobotModel::find(path.to_str().expect("a path in UTF-8")).is_ok());
     }
-    let error = RobotModel::find("apps/pioneer")
+    let error = RobotModel::find("pioneer")
         .expect_err("it is not shipped")
         .to_string();
     assert!(
