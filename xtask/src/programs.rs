@@ -16,7 +16,7 @@ use crate::shell;
 use crate::test::Context;
 
 /// Programs that measure how long their schemas hang: they run first and alone.
-const ALONE: &[&str] = &["conformance", "cplusplus"];
+const ALONE: &[&str] = &["conformance"];
 
 /// The programs that take longest start first, each with the number of tests that it runs at once; otherwise
 /// the last one would run alone. Those that mostly wait for robots run more tests than there are cores.

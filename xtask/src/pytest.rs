@@ -6,6 +6,7 @@ use std::process::Command;
 use anyhow::Result;
 
 use crate::package::python::{self, CRATE};
+use crate::programs;
 use crate::python::Environment;
 use crate::shell;
 use crate::step::StepOutcome;
@@ -53,15 +54,26 @@ impl Python {
     }
 }
 
+/// The schemas in Python of the tests of conformance, from the folder of the package.
+const SCHEMAS: &str = "../host/tests/python";
+
 pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let Some(python) = Python::new(context)? else {
         return Python::missing(context);
     };
     let tests = context.root.join(CRATE);
     let checks: [&[&str]; 4] = [
-        &["ruff", "check", "."],
-        &["ruff", "format", "--check", "."],
-        &["mypy", "python", "tests", "benches"],
+        &["ruff", "check", ".", SCHEMAS, "--config", "pyproject.toml"],
+        &[
+            "ruff",
+            "format",
+            "--check",
+            ".",
+            SCHEMAS,
+            "--config",
+            "pyproject.toml",
+        ],
+        &["mypy", "python", "tests", "benches", SCHEMAS],
         &["pytest", "-q", "-p", "no:cacheprovider"],
     ];
     for check in checks {
@@ -77,6 +89,16 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
             .env("JDE_PYTHON", &python.interpreter)
             .env("JDE_TEST_BIN", context.target.join("debug"));
         shell::run(&mut command, context.paint)?;
+    }
+    if context.options.package.is_none() {
+        // The tests of conformance with schemas in Python, which the step `tests` ignores.
+        let programs = programs::build(context, &context.selection())?;
+        let mut job = programs::find(&programs, "crates/host", "conformance")?.job(&context.root);
+        job.command
+            .arg("--ignored")
+            .env("PYTHONPATH", &python.packages)
+            .env("JDE_PYTHON", &python.interpreter);
+        shell::run(&mut job.command, context.paint)?;
     }
     Ok(StepOutcome::Passed)
 }

@@ -6,7 +6,7 @@ use jde_schema::prelude::*;
 
 use super::scenario::{Scenario, lock};
 
-/// A call of a schema, as its behaviour receives it. A schema in C++ gives the numbers.
+/// A call of a schema, as its behaviour receives it. A schema in another language gives the numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub(crate) enum Call {
@@ -16,6 +16,10 @@ pub(crate) enum Call {
     Sleep,
     Arbitrate,
     Drop,
+    Draw,
+    Touch,
+    Save,
+    Restore,
 }
 
 /// What a behaviour can do during a call.
@@ -29,13 +33,15 @@ pub(crate) struct Io<'a> {
     pub(super) precondition: Precondition,
     /// The role of the child that an arbitration chooses.
     pub(super) chosen: Option<String>,
+    /// The gesture that the schema handles, in words.
+    pub(crate) gesture: String,
     then: Option<Then>,
 }
 
 /// Runs after the behaviour has returned.
 type Then = Box<dyn FnOnce(&mut Io<'_>)>;
 
-/// What a behaviour requests of its schema. A schema in C++ receives the numbers.
+/// What a behaviour requests of its schema. A schema in another language receives the numbers.
 #[derive(Clone, Copy, Debug)]
 #[repr(u32)]
 pub(super) enum Request {
@@ -56,6 +62,17 @@ pub(super) enum Request {
     RealTime,
     IsReady,
     Collides,
+    Urgency,
+    State,
+    SetPolicy,
+    Mark,
+    PublishMark,
+    Log,
+    Text,
+    Value,
+    Button,
+    Save,
+    Restore,
 }
 
 /// What a request results in: whether it succeeds or is accepted, a number, and a whole number.
@@ -63,8 +80,8 @@ pub(super) type Answer = (Outcome, f64, u64);
 
 /// The schema in whose call a behaviour runs, in any language.
 pub(super) trait Caller {
-    /// Performs a request. `role` is that of a child.
-    fn request(&self, request: Request, role: &str, number: f64) -> Answer;
+    /// Performs a request. `text` is the role of a child, or a text of a widget, a log message or a value.
+    fn request(&self, request: Request, text: &str, number: f64) -> Answer;
     /// The group to arbitrate.
     fn group(&self) -> String;
 }
@@ -83,21 +100,27 @@ impl<'a> Io<'a> {
             caller,
             precondition: false.into(),
             chosen: None,
+            gesture: String::new(),
             then: None,
         }
     }
 
     pub(super) fn perform(&mut self, call: Call) -> Result {
-        match call {
-            Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate => {
-                self.record(format!("{call:?}").to_lowercase());
-            }
-            Call::Check | Call::Drop => {}
-        }
         let (scenario, name) = (self.scenario, self.name);
+        match call {
+            Call::Check => {}
+            Call::Touch => scenario.record(|| self.gesture.clone()),
+            _ => self.record(format!("{call:?}").to_lowercase()),
+        }
         let result = match scenario.behaviour(name) {
+            _ if call == Call::Draw => {
+                if let Some(draw) = scenario.draw_fn(name) {
+                    draw(self);
+                }
+                Ok(())
+            }
             Some(behaviour) => scenario.track_call(name, call, || lock(&behaviour)(call, self)),
-            None => Ok(()),
+            None => self.perform_by_default(call),
         };
         if let Some(then) = self.then.take() {
             then(self);
@@ -105,14 +128,26 @@ impl<'a> Io<'a> {
         result
     }
 
+    /// The behaviour of an instance for which the scenario defines none: its precondition is a positive gain, and it
+    /// fails at gestures on the widgets `fail` and `panic`.
+    fn perform_by_default(&mut self, call: Call) -> Result {
+        match call {
+            Call::Check => self.ready(self.gain() > 0.0),
+            Call::Touch if self.gesture.contains("`fail`") => return Err(self.gesture.as_str().into()),
+            Call::Touch => assert!(!self.gesture.contains("`panic`"), "{}", self.gesture),
+            _ => {}
+        }
+        Ok(())
+    }
+
     /// Does something more in this call, while other instances can run the behaviour. For calls that hang.
     pub(crate) fn then(&mut self, then: impl FnOnce(&mut Io<'_>) + 'static) {
         self.then = Some(Box::new(then));
     }
 
-    fn request(&self, request: Request, role: &str, number: f64) -> Answer {
+    fn request(&self, request: Request, text: &str, number: f64) -> Answer {
         let caller = self.caller.expect("a dropped instance has no context");
-        caller.request(request, role, number)
+        caller.request(request, text, number)
     }
 
     fn get(&self, request: Request) -> Option<Answer> {
@@ -226,5 +261,62 @@ impl<'a> Io<'a> {
     /// Retracts the export of an eye.
     pub(crate) fn retract(&self) {
         self.request(Request::Retract, "", 0.0);
+    }
+
+    /// The urgency of a child of the group to arbitrate.
+    pub(crate) fn urgency(&self, role: &str) -> f64 {
+        self.request(Request::Urgency, role, 0.0).1
+    }
+
+    /// The state of a child, as the number in the ABI, and whether it is Faulted.
+    pub(crate) fn state(&self, role: &str) -> (u64, bool) {
+        let (_, faulted, state) = self.request(Request::State, role, 0.0);
+        (state, faulted != 0.0)
+    }
+
+    /// Lets the most urgent child win in the group of a child.
+    pub(crate) fn urgency_decides(&self, role: &str) -> Outcome {
+        self.request(Request::SetPolicy, role, 0.0).0
+    }
+
+    /// The imported mark, if its label is this one: the x of its last place, and the number of its places.
+    pub(crate) fn mark(&self, label: &str) -> Option<(f64, u64)> {
+        let (outcome, x, places) = self.request(Request::Mark, label, 0.0);
+        outcome.accepted().then_some((x, places))
+    }
+
+    /// Publishes a mark of an eye: a label, and one place.
+    pub(crate) fn publish_mark(&self, label: &str, x: f64) {
+        self.request(Request::PublishMark, label, x);
+    }
+
+    /// Writes a log message of the level `info`.
+    pub(crate) fn log(&self, text: &str) {
+        self.request(Request::Log, text, 0.0);
+    }
+
+    /// Draws a text.
+    pub(crate) fn text(&self, text: impl AsRef<str>) {
+        self.request(Request::Text, text.as_ref(), 0.0);
+    }
+
+    /// Draws a number with its name, in m.
+    pub(crate) fn value(&self, label: &str, value: f64) {
+        self.request(Request::Value, label, value);
+    }
+
+    /// Draws a button, with its id as its text.
+    pub(crate) fn button(&self, id: &str) {
+        self.request(Request::Button, id, 0.0);
+    }
+
+    /// Saves a number.
+    pub(crate) fn save(&self, number: f64) {
+        self.request(Request::Save, "", number);
+    }
+
+    /// Takes a number from the saved memory; `None` if that failed.
+    pub(crate) fn restore(&self) -> Option<f64> {
+        self.get(Request::Restore).map(|(_, number, _)| number)
     }
 }

@@ -6,13 +6,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use jde_host::Handle;
 use jde_records::event::Event;
-use jde_schema::{Context, Pen, Result};
+use jde_schema::Result;
 
 use super::io::{Call, Io};
-use super::panel_motor::{DrawFn, PanelMotor};
 
 /// What an instance does when it is called.
 pub(crate) type Behaviour = Box<dyn FnMut(Call, &mut Io<'_>) -> Result + Send>;
+
+/// How an instance draws its panel.
+pub(crate) type DrawFn = Arc<dyn Fn(&Io<'_>) + Send + Sync>;
 
 /// The scenario of one test.
 #[derive(Default)]
@@ -92,18 +94,14 @@ impl Scenario {
                 Call::Iterate => {
                     io.command(speed);
                 }
-                Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+                _ => {}
             }
             Ok(())
         });
     }
 
-    /// Sets how a [`PanelMotor`] draws its panel.
-    pub(crate) fn on_draw(
-        &self,
-        name: &str,
-        draw: impl Fn(&PanelMotor, &Context, &mut Pen) + Send + Sync + 'static,
-    ) {
+    /// Sets how an instance draws its panel. A drawing that blocks does not block the behaviour of other calls.
+    pub(crate) fn on_draw(&self, name: &str, draw: impl Fn(&Io<'_>) + Send + Sync + 'static) {
         lock(&self.draw_fns).insert(name.to_owned(), Arc::new(draw));
     }
 

@@ -3,9 +3,12 @@
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
+use jde_abi::raw;
+use jde_schema::derived;
 use jde_schema::prelude::*;
 
-use super::io::{Answer, Call, Caller, Io, Request};
+use super::in_rust::InRust;
+use super::io::{Call, Io};
 use super::scenario::Scenario;
 
 thread_local! {
@@ -44,6 +47,17 @@ struct InstanceState {
     calls: u64,
 }
 
+/// A value of a type of the tests' own.
+#[derive(Clone, Copy, Default, Value)]
+#[repr(C)]
+#[value(name = "test_msgs/msg/Mark")]
+pub(crate) struct Mark {
+    /// Where it is.
+    pub(crate) places: Seq<Pose2D, 4>,
+    /// What it is.
+    pub(crate) label: Text<12>,
+}
+
 /// A motor schema.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
@@ -57,6 +71,9 @@ pub(crate) struct Motor {
     /// Another input.
     #[import(optional)]
     pub(super) other: Import<f64>,
+    /// A value of a type of the tests' own.
+    #[import(optional)]
+    pub(super) mark: Import<Mark>,
     /// A modulation for a father or an operator.
     #[modulation(default = 0.0)]
     pub(super) gain: Modulation<f64>,
@@ -109,6 +126,9 @@ pub(crate) struct Eye {
     /// The value that the test publishes.
     #[export]
     out: Export<f64>,
+    /// A value of a type of the tests' own.
+    #[export]
+    mark: Export<Mark>,
     state: InstanceState,
 }
 
@@ -156,74 +176,6 @@ impl Default for PanicsOnDefault {
     }
 }
 
-/// A schema of this file in a call.
-struct InRust<'a> {
-    cx: &'a Context<'a>,
-    motor: Option<&'a Motor>,
-    eye: Option<RefCell<&'a mut Export<f64>>>,
-    level: Option<&'a Level<'a>>,
-}
-
-impl Caller for InRust<'_> {
-    fn request(&self, request: Request, role: &str, number: f64) -> Answer {
-        let cx = self.cx;
-        let accepted = |value: f64, count: u64| (Outcome::Accepted, value, count);
-        let holds = |holds: bool| {
-            (
-                if holds {
-                    Outcome::Accepted
-                } else {
-                    Outcome::Refused
-                },
-                0.0,
-                0,
-            )
-        };
-        match request {
-            Request::Seed => return accepted(0.0, cx.seed()),
-            Request::Now => return accepted(0.0, cx.now().as_nanos() as u64),
-            Request::RealTime => return holds(cx.require_real_time().is_ok()),
-            Request::Publish | Request::Retract => {
-                let eye = self.eye.as_ref().expect("the instance is perceptive");
-                let mut out = eye.borrow_mut();
-                match request {
-                    Request::Publish => out.write(cx, number),
-                    _ => out.retract(cx),
-                }
-                return holds(true);
-            }
-            _ => {}
-        }
-        let motor = self.motor.expect("the instance is a motor schema");
-        let level = || self.level.expect("the call is an arbitration");
-        let read = |import: &Import<f64>| {
-            let sample = import.get(cx);
-            sample.map_or(holds(false), |sample| accepted(*sample, sample.sequence()))
-        };
-        let outcome = match request {
-            Request::Input => return read(&motor.input),
-            Request::Other => return read(&motor.other),
-            Request::Gain => return accepted(motor.gain.get(cx), 0),
-            Request::Grip => return accepted(motor.grip.get(cx), 0),
-            Request::IsReady => return holds(level().is_ready(motor.child(role))),
-            Request::Collides => return holds(level().case() == Case::Collision),
-            Request::Command => motor.base.command(cx, Twist::planar(number, 0.0)),
-            Request::Reach => motor.arm.command(cx, Twist::planar(number, 0.0)),
-            Request::Wake => motor.child(role).wake(cx),
-            Request::Sleep => motor.child(role).sleep(cx),
-            Request::ModulateA => motor.gain_of_a.set(cx, number),
-            Request::RetimeA => motor.period_of_a.set(cx, number),
-            other => panic!("{other:?} is no request of a motor schema"),
-        };
-        (outcome, 0.0, 0)
-    }
-
-    fn group(&self) -> String {
-        let level = self.level.expect("the call is an arbitration");
-        level.group().to_owned()
-    }
-}
-
 impl InstanceState {
     fn begin(&mut self, cx: &Context, scenario: u32) -> (Arc<Scenario>, u64) {
         if self.scenario.is_none() {
@@ -241,7 +193,6 @@ impl Drop for InstanceState {
         let Some(scenario) = self.scenario.take() else {
             return;
         };
-        scenario.record(|| format!("{} drop", self.name));
         let mut io = Io::new(&scenario, &self.name, self.calls, None);
         // An error has no receiver; a panic propagates to the boundary.
         let _ = io.perform(Call::Drop);
@@ -258,10 +209,9 @@ impl Motor {
         let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
         let motor = Some(&*self);
         let caller = InRust {
-            cx,
             motor,
-            eye: None,
             level,
+            ..InRust::new(cx)
         };
         let mut io = Io::new(&scenario, &self.state.name, memory, Some(&caller));
         io.perform(call)?;
@@ -273,7 +223,7 @@ impl Motor {
     }
 
     /// A child by its role.
-    fn child(&self, role: &str) -> &Child {
+    pub(super) fn child(&self, role: &str) -> &Child {
         match role {
             "a" => &self.a,
             "b" => &self.b,
@@ -329,15 +279,64 @@ impl Arbitrate for Motor {
     }
 }
 
+impl Panel for Motor {
+    fn draw(&self, cx: &Context, pen: &mut Pen) {
+        let caller = InRust {
+            motor: Some(self),
+            pen: Some(RefCell::new(pen)),
+            ..InRust::new(cx)
+        };
+        let scenario = Scenario::of(self.scenario.get(cx));
+        if let Err(error) = Io::new(&scenario, cx.name(), self.state.calls, Some(&caller)).perform(Call::Draw)
+        {
+            panic!("{error}");
+        }
+    }
+
+    fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
+        let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
+        let caller = InRust {
+            motor: Some(self),
+            ..InRust::new(cx)
+        };
+        let mut io = Io::new(&scenario, &self.state.name, memory, Some(&caller));
+        io.gesture = format!("{} {}", gesture.by(), gesture.words(cx.name()));
+        io.perform(Call::Touch)
+    }
+}
+
+impl Memory for Motor {
+    fn save(&self, cx: &Context, saving: &mut Saving) {
+        let caller = InRust {
+            motor: Some(self),
+            saving: Some(RefCell::new(saving)),
+            ..InRust::new(cx)
+        };
+        let scenario = Scenario::of(self.scenario.get(cx));
+        if let Err(error) = Io::new(&scenario, cx.name(), self.state.calls, Some(&caller)).perform(Call::Save)
+        {
+            panic!("{error}");
+        }
+    }
+
+    fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
+        let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
+        let caller = InRust {
+            motor: Some(self),
+            saved: saved.take().ok(),
+            ..InRust::new(cx)
+        };
+        Io::new(&scenario, &self.state.name, memory, Some(&caller)).perform(Call::Restore)
+    }
+}
+
 impl Eye {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
         let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
-        let eye = Some(RefCell::new(&mut self.out));
+        let eye = Some(RefCell::new((&mut self.out, &mut self.mark)));
         let caller = InRust {
-            cx,
-            motor: None,
             eye,
-            level: None,
+            ..InRust::new(cx)
         };
         Io::new(&scenario, &self.state.name, memory, Some(&caller)).perform(call)
     }
@@ -378,13 +377,7 @@ impl Guard for Eye {
 impl Robot {
     fn call(&mut self, cx: &Context, call: Call) -> Result {
         let (scenario, memory) = self.state.begin(cx, self.scenario.get(cx));
-        let caller = InRust {
-            cx,
-            motor: None,
-            eye: None,
-            level: None,
-        };
-        Io::new(&scenario, &self.state.name, memory, Some(&caller)).perform(call)
+        Io::new(&scenario, &self.state.name, memory, Some(&InRust::new(cx))).perform(call)
     }
 }
 
@@ -422,3 +415,21 @@ impl Schema for FailsToCreate {
         Ok(())
     }
 }
+
+/// The plugin of the tests in Rust.
+pub(crate) static TEST: raw::Plugin = {
+    const SCHEMAS: &[raw::Schema] = &[
+        raw::Schema {
+            ability: None,
+            ..Motor::TABLE
+        },
+        raw::Schema {
+            name: c"able-motor".as_ptr(),
+            ..Motor::TABLE
+        },
+        Eye::TABLE,
+        Robot::TABLE,
+        FailsToCreate::TABLE,
+    ];
+    derived::plugin("test\0", "1\0", "Schemas of the tests.\0", false, SCHEMAS)
+};

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_abi::raw;
 use jde_app::{Application, parse};
 use jde_host::reload::PendingReload;
 use jde_host::{Handle, Lockstep, OperatorHandle, Options, Running, StartError};
@@ -14,16 +13,9 @@ use jde_records::snapshot::{GroupView, SchemaView};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
 use super::MS;
-use super::foreign;
-use super::panel_motor::PanelMotor;
+use super::language::Language;
+use super::python;
 use super::scenario::Scenario;
-use super::schemas::{Eye, FailsToCreate, Motor, Robot};
-
-pub(crate) static TEST: raw::Plugin = jde_schema::plugin!(
-    "test",
-    "Schemas of the tests.",
-    [Motor, Eye, Robot, FailsToCreate, PanelMotor]
-);
 
 /// The time within which a condition must become true in lockstep, ns: far beyond every period of the tests.
 const MAX_WAIT: u64 = 10_000 * MS;
@@ -56,14 +48,16 @@ pub(crate) fn plugins() -> Plugins {
 
 /// The plugins of the tests, and those in these folders.
 pub(crate) fn plugins_with(path: SearchPath) -> Plugins {
-    let mut plugins = Plugins::new(path);
-    let test = if IN_CPP { foreign::plugin() } else { &TEST };
-    plugins.link(test).expect("the plugin of the tests is valid");
+    let language = Language::of_test();
+    let mut plugins = match language {
+        Language::Python => python::plugins(path),
+        _ => Plugins::new(path),
+    };
+    plugins
+        .link(language.plugin())
+        .expect("the plugin of the tests is valid");
     plugins
 }
-
-/// Whether the schemas of this test program are those in C++.
-pub(crate) const IN_CPP: bool = matches!(env!("CARGO_CRATE_NAME").as_bytes(), b"cplusplus");
 
 /// The text of an application for an executor and a scenario.
 pub(crate) fn text(executor: Executor, scenario: &Scenario, body: &str) -> String {
@@ -73,7 +67,7 @@ pub(crate) fn text(executor: Executor, scenario: &Scenario, body: &str) -> Strin
     };
     let mut text = String::from(head);
     for line in body.lines() {
-        text += line;
+        text += &Language::of_test().type_line(line);
         text += "\n";
         if line.trim_start().starts_with("type") && line.contains("\"test/") {
             text += &format!("scenario = {}\n", scenario.number());

@@ -13,7 +13,7 @@ use jde_host::Options;
 use jde_records::event::Event;
 use jde_schema::Describe;
 
-use crate::common::{Call, Executor, Io, Scenario, TestApp, on_every_executor, plugins, text};
+use crate::common::{Call, Executor, Io, Scenario, TestApp, in_languages, on_every_executor, plugins, text};
 
 on_every_executor!(
     r4_the_fathers_choice_wins_with_its_reason,
@@ -30,6 +30,14 @@ mod hanging {
 
     crate::common::in_real_time!(r4_a_father_that_hangs_is_overruled_when_its_budget_ends);
 }
+
+in_languages!(Lockstep, [C Cpp Python]:
+    r4_the_fathers_choice_wins_with_its_reason,
+    r4_a_father_that_chooses_no_child_brakes,
+    r4_a_father_that_panics_is_overruled_by_priority,
+    r4_a_father_that_returns_an_error_is_overruled_by_priority,
+    r4_a_father_that_names_a_sleeping_child_is_overruled_by_priority,
+);
 
 const FAMILY: &str = r#"
     roots = ["father"]
@@ -73,7 +81,7 @@ fn scenario(mut arbitrate: impl FnMut(&mut Io<'_>) -> jde_schema::Result + Send 
                 io.wake("b");
             }
             Call::Arbitrate => arbitrate(io)?,
-            Call::Awake | Call::Sleep | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });

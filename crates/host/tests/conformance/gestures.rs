@@ -9,7 +9,7 @@ use jde_panel::{Button, Touch};
 use jde_records::event::{Event, OperatorAction};
 use jde_records::{RecordBuilder, RunRecord};
 
-use crate::common::{Executor, MS, Scenario, TestApp, on_every_executor};
+use crate::common::{Call, Executor, Language, MS, Scenario, TestApp, in_languages, on_every_executor};
 use crate::panels::{APP, touch, view};
 
 on_every_executor!(
@@ -23,6 +23,11 @@ on_every_executor!(
     a_gesture_that_fails_is_a_fault_like_any_other,
 );
 
+in_languages!(Lockstep, [C Cpp Python]:
+    r10_gestures_are_delivered_once_and_in_order_between_iterations,
+    a_gesture_that_fails_is_a_fault_like_any_other,
+);
+
 mod hanging {
     use super::r17_queued_gestures_delay_a_turn_by_at_most_one_gesture;
 
@@ -32,7 +37,7 @@ mod hanging {
 fn r17_queued_gestures_delay_a_turn_by_at_most_one_gesture(executor: Executor) {
     let scenario = Scenario::new();
     let (begun, recorder) = (AtomicBool::new(false), Arc::clone(&scenario));
-    scenario.on_draw("motor", move |_, _, _| {
+    scenario.on_draw("motor", move |_| {
         if !begun.swap(true, Ordering::SeqCst) {
             recorder.record(|| String::from("drawing"));
             recorder.wait_until(|| recorder.has_line("go"));
@@ -65,6 +70,15 @@ fn r17_queued_gestures_delay_a_turn_by_at_most_one_gesture(executor: Executor) {
 
 fn r10_gestures_are_delivered_once_and_in_order_between_iterations(executor: Executor) {
     let scenario = Scenario::new();
+    let mut ready = true;
+    scenario.on_call("motor", move |call, io| {
+        match call {
+            Call::Check => io.ready(ready),
+            Call::Touch => ready = io.gesture != "ana@laptop switched `ready` of motor off",
+            _ => {}
+        }
+        Ok(())
+    });
     let mut app = TestApp::start(executor, &scenario, APP);
     app.until_line("motor iterate");
     for number in 0..5 {
@@ -117,8 +131,8 @@ pub(crate) fn blocked_in_draw(
     let blocked = Arc::new(AtomicBool::new(true));
     let blocks = Arc::clone(&blocked);
     let weak = Arc::downgrade(scenario);
-    scenario.on_draw("motor", move |_, _, pen| {
-        pen.button("go", "Go");
+    scenario.on_draw("motor", move |io| {
+        io.button("go");
         if let Some(scenario) = weak.upgrade() {
             scenario.record(|| "blocked".to_owned());
             scenario.wait_until(|| !blocks.load(Ordering::SeqCst));
@@ -229,9 +243,9 @@ fn moves_are_not_merged_across_another_gesture(executor: Executor) {
 
 fn only_widgets_that_a_panel_shows_can_be_touched(executor: Executor) {
     let scenario = Scenario::new();
-    scenario.on_draw("motor", |_, _, pen| {
-        pen.text("all is well");
-        pen.button("go", "Go");
+    scenario.on_draw("motor", |io| {
+        io.text("all is well");
+        io.button("go");
     });
     let mut app = TestApp::start(executor, &scenario, APP);
     let viewer = view(&app, "motor");
@@ -315,10 +329,12 @@ fn gestures_are_refused_when_the_queue_is_full(executor: Executor) {
 }
 
 fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
-    for (widget, reason) in [
-        ("fail", "an operator pressed `fail`"),
-        ("panic", "panicked in touch: "),
-    ] {
+    for widget in ["fail", "panic"] {
+        let text = format!("ana@laptop pressed `{widget}` of motor");
+        let is_reason = |reason: &str| match widget {
+            "fail" => Language::of_test().is_error(reason, &text),
+            _ => Language::of_test().is_panic(reason, "touch", &text),
+        };
         let scenario = Scenario::new();
         let mut app = TestApp::start(executor, &scenario, APP);
         app.until_line("motor iterate");
@@ -327,7 +343,7 @@ fn a_gesture_that_fails_is_a_fault_like_any_other(executor: Executor) {
         // An event may follow its snapshot a moment later.
         app.until(|_| {
             scenario.has_event(
-                |event| matches!(event, Event::HealthChanged { health: Health::Faulted(actual), .. } if actual.starts_with(reason)),
+                |event| matches!(event, Event::HealthChanged { health: Health::Faulted(actual), .. } if is_reason(actual)),
             )
         });
         app.stop();

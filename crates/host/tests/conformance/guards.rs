@@ -10,7 +10,9 @@ use jde_loader::SearchPath;
 use jde_records::event::Event;
 use jde_records::{Decision, DecisionTracker};
 
-use crate::common::{Call, Executor, MS, Scenario, TestApp, c, on_every_executor, plugins_with, text};
+use crate::common::{
+    Call, Executor, MS, Scenario, TestApp, c, in_languages, on_every_executor, plugins_with, text,
+};
 
 on_every_executor!(
     r18_the_next_candidate_acts_instead_of_a_refused_one,
@@ -21,6 +23,13 @@ on_every_executor!(
     r18_a_guard_that_does_not_run_refuses_everything,
     r18_a_forced_schema_keeps_its_authority_and_its_commands_are_refused,
     r18_a_guard_in_c_judges_as_one_in_rust_does,
+);
+
+// A guard judges in the host's process and in microseconds, so none is in Python: the package refuses the class.
+in_languages!(Lockstep, [C Cpp]:
+    r18_the_next_candidate_acts_instead_of_a_refused_one,
+    r18_without_a_state_every_command_is_refused,
+    r18_a_judgement_that_panics_refuses,
 );
 
 const TWO: &str = r#"

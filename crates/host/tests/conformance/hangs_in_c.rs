@@ -78,7 +78,7 @@ fn all_requests_of_an_abandoned_call_are_refused(executor: Executor) {
                 }
                 io.command(0.1);
             }
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });

@@ -90,7 +90,7 @@ fn others_are_in_time(
                 record.lock().unwrap().push(io.now());
                 io.command(0.1);
             }
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });
@@ -138,13 +138,13 @@ fn hang(at: Call, call: Call, io: &mut Io<'_>) -> jde_schema::Result {
             io.wake("a");
             io.wake("b");
         }
-        Call::Awake | Call::Iterate | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+        _ => {}
     }
     let fails = matches!(at, Call::Awake | Call::Sleep | Call::Drop);
     let begins = match at {
         Call::Awake => io.memory > 20 || io.scenario.has_line(&format!("{} fails", io.name)),
-        Call::Check | Call::Iterate | Call::Sleep | Call::Drop => io.memory > 20,
         Call::Arbitrate => true,
+        _ => io.memory > 20,
     };
     let begins = begins && io.scenario.handle().is_some();
     if call == at && begins {
@@ -203,7 +203,7 @@ fn r11_many_long_iterations_make_no_other_schema_late(executor: Executor) {
                 Call::Check => io.ready(true),
                 // Four periods of the others.
                 Call::Iterate => spend(io, 40 * MS),
-                Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+                _ => {}
             }
             Ok(())
         },
@@ -215,7 +215,7 @@ fn r11_many_panics_at_once_make_no_other_schema_late(executor: Executor) {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => assert!(io.memory < 20, "a fault"),
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     };
@@ -242,7 +242,7 @@ fn r1_everything_stops_while_many_calls_hang(executor: Executor) {
                     // An error means that the sender was dropped.
                     let _ = held.lock().unwrap().recv();
                 }
-                Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+                _ => {}
             }
             Ok(())
         });

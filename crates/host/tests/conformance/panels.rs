@@ -8,10 +8,8 @@ use jde_host::{Options, PanelError, PanelViewGuard};
 use jde_panel::PanelFrame;
 use jde_panel::{Gesture, Item, Touch};
 use jde_records::turn::{OnTurn, Turn};
-use jde_schema::types::Twist;
-use jde_schema::{Context, Pen};
 
-use crate::common::{Call, Executor, MS, PanelMotor, Scenario, TestApp, on_every_executor};
+use crate::common::{Call, Executor, Io, Language, MS, Scenario, TestApp, in_languages, on_every_executor};
 
 on_every_executor!(
     a_panel_is_drawn_only_while_it_is_viewed,
@@ -26,12 +24,23 @@ on_every_executor!(
     with_several_viewers_the_highest_rate_counts,
 );
 
+in_languages!(Lockstep, [C Cpp Python]:
+    r8_a_panel_shows_the_inputs_of_the_last_iteration,
+    a_panel_that_panics_shows_why_and_leaves_its_schema_running,
+    a_panel_that_writes_is_refused_and_shows_what,
+);
+// Each widget of the tests in Python is a message to this process, and this test draws far more than a panel may have.
+in_languages!(Lockstep, [C Cpp]:
+    an_invalid_panel_shows_why,
+);
+
 pub(crate) const APP: &str = r#"
     roots = ["motor"]
     [schemas.motor]
-    type = "test/panel-motor"
+    type = "test/able-motor"
     # Far more than any drawing of these tests takes, even on a busy machine.
     budget = "100ms"
+    gain = 1
     imports = { input = "eye.out" }
     [schemas.eye]
     type = "test/eye"
@@ -44,14 +53,16 @@ pub(crate) const TWO: &str = r#"
     [schemas.high]
     type = "test/motor"
     [schemas.motor]
-    type = "test/panel-motor"
+    type = "test/able-motor"
     budget = "100ms"
+    gain = 1
     imports = { input = "eye.out" }
     actuators = { base = "robot.velocity" }
-    children = { child = "below" }
+    children = { a = "below" }
     [schemas.below]
-    type = "test/panel-motor"
+    type = "test/able-motor"
     budget = "100ms"
+    gain = 1
     imports = { input = "eye.out" }
     [schemas.eye]
     type = "test/eye"
@@ -100,8 +111,8 @@ pub(crate) fn touch(app: &TestApp, widget: &str, touch: Touch) -> Result<(), Pan
 
 fn a_panel_is_drawn_only_while_it_is_viewed(executor: Executor) {
     let scenario = Scenario::new();
-    scenario.on_draw("motor", |motor, _, pen| {
-        pen.text(format!("iteration {}", motor.iterations))
+    scenario.on_draw("motor", |io| {
+        io.text(format!("iteration {}", io.scenario.count("motor iterate")))
     });
     let mut app = TestApp::start(executor, &scenario, APP);
     let iterations = |app: &TestApp| app.scenario.count("motor iterate");
@@ -132,14 +143,24 @@ fn r8_a_panel_shows_the_inputs_of_the_last_iteration(executor: Executor) {
         }
         Ok(())
     });
+    let last = Arc::new(Mutex::new(None));
+    let read = Arc::clone(&last);
+    scenario.on_call("motor", move |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => *read.lock().unwrap() = Some(io.input()),
+            _ => {}
+        }
+        Ok(())
+    });
     let differs = Arc::new(AtomicBool::new(false));
     let found = Arc::clone(&differs);
-    scenario.on_draw("motor", move |motor, cx, pen| {
-        let input = motor.input.get(cx).map(|input| *input.value());
-        if motor.iterations > 0 && input != motor.seen {
+    scenario.on_draw("motor", move |io| {
+        let input = io.input();
+        if last.lock().unwrap().is_some_and(|last| last != input) {
             found.store(true, Ordering::Relaxed);
         }
-        pen.value("input", input.unwrap_or(-1.0), "");
+        io.value("input", input.map_or(-1.0, |(value, _)| value));
     });
     let mut app = TestApp::start(executor, &scenario, APP);
     let _viewer = view(&app, "motor");
@@ -179,8 +200,8 @@ fn the_panel_of_a_sleeping_schema_is_drawn(executor: Executor) {
         }
         Ok(())
     });
-    scenario.on_draw("below", |motor, _, pen| {
-        pen.text(format!("iteration {}", motor.iterations))
+    scenario.on_draw("below", |io| {
+        io.text(format!("iteration {}", io.scenario.count("below iterate")))
     });
     let mut app = TestApp::start(executor, &scenario, TWO);
     app.until_line("high iterate");
@@ -197,17 +218,17 @@ fn a_panel_that_panics_shows_why_and_leaves_its_schema_running(executor: Executo
     let scenario = Scenario::new();
     let broken = Arc::new(AtomicBool::new(true));
     let breaks = Arc::clone(&broken);
-    scenario.on_draw("motor", move |_, _, pen| {
-        pen.text("ok");
+    scenario.on_draw("motor", move |io| {
+        io.text("ok");
         assert!(!breaks.load(Ordering::Relaxed), "drawing failed");
     });
     let mut app = TestApp::start(executor, &scenario, APP);
     let _viewer = view(&app, "motor");
     let shown = until_shown(&mut app, "motor", "drawing failed");
+    let reason = text_of(&shown);
     assert!(
-        text_of(&shown).starts_with("panicked in draw: "),
-        "{}",
-        text_of(&shown)
+        Language::of_test().is_panic(&reason, "draw", "drawing failed"),
+        "{reason}"
     );
     assert_eq!(shown.failed, shown.sequence);
     let before = scenario.count("motor iterate");
@@ -225,18 +246,18 @@ fn an_invalid_panel_shows_why(executor: Executor) {
     let scenario = Scenario::new();
     let step = Arc::new(AtomicU64::new(0));
     let at = Arc::clone(&step);
-    scenario.on_draw("motor", move |_, _, pen| match at.load(Ordering::Relaxed) {
-        0 => pen.value("speed", f64::NAN, "m/s"),
+    scenario.on_draw("motor", move |io| match at.load(Ordering::Relaxed) {
+        0 => io.value("speed", f64::NAN),
         1 => {
-            pen.button("go", "Go");
-            pen.button("go", "Go too");
+            io.button("go");
+            io.button("go");
         }
         2 => {
             for _ in 0..30_000 {
-                pen.text("again");
+                io.text("again");
             }
         }
-        _ => pen.text("ok"),
+        _ => io.text("ok"),
     });
     let mut app = TestApp::start(executor, &scenario, APP);
     let _viewer = view(&app, "motor");
@@ -257,13 +278,13 @@ fn a_panel_that_writes_is_refused_and_shows_what(executor: Executor) {
     let scenario = Scenario::new();
     let step = Arc::new(AtomicU64::new(0));
     let at = Arc::clone(&step);
-    scenario.on_draw("motor", move |motor, cx, pen| {
-        pen.text("ok");
+    scenario.on_draw("motor", move |io| {
+        io.text("ok");
         match at.load(Ordering::Relaxed) {
-            0 => drop(motor.base.command(cx, Twist::planar(0.3, 0.0))),
-            1 => drop(motor.child.wake(cx)),
-            2 => drop(motor.child.sleep(cx)),
-            3 => drop(motor.child.set_policy(cx, jde_schema::Policy::URGENCY)),
+            0 => drop(io.command(0.3)),
+            1 => drop(io.wake("a")),
+            2 => drop(io.sleep("a")),
+            3 => drop(io.urgency_decides("a")),
             _ => {}
         }
     });
@@ -289,7 +310,7 @@ fn a_panel_that_writes_is_refused_and_shows_what(executor: Executor) {
 
 fn the_panel_of_an_instance_that_ended_shows_why(executor: Executor) {
     let scenario = Scenario::new();
-    scenario.on_draw("motor", |_, _, pen| pen.text("ok"));
+    scenario.on_draw("motor", |io| io.text("ok"));
     let mut app = TestApp::start(executor, &scenario, APP);
     let _viewer = view(&app, "motor");
     until_shown(&mut app, "motor", "ok");
@@ -326,7 +347,7 @@ fn a_new_viewer_of_an_instance_that_ended_sees_why(executor: Executor) {
 
 fn with_several_viewers_the_highest_rate_counts(executor: Executor) {
     let scenario = Scenario::new();
-    scenario.on_draw("motor", |_, _, pen| pen.text("ok"));
+    scenario.on_draw("motor", |io| io.text("ok"));
     let mut app = TestApp::start(executor, &scenario, APP);
     let slow = app
         .handle
@@ -349,10 +370,9 @@ fn with_several_viewers_the_highest_rate_counts(executor: Executor) {
 fn r16_viewers_change_no_decision() {
     let run = |viewed: bool| {
         let scenario = Scenario::new();
-        let draw = |motor: &PanelMotor, cx: &Context, pen: &mut Pen| {
-            pen.value("now", cx.now().as_secs_f64(), "s");
-            let input = motor.input.get(cx).map_or(-1.0, |input| *input.value());
-            pen.value("input", input, "");
+        let draw = |io: &Io<'_>| {
+            io.value("now", io.now() as f64);
+            io.value("input", io.input().map_or(-1.0, |(value, _)| value));
         };
         scenario.on_draw("motor", draw);
         scenario.on_draw("below", draw);

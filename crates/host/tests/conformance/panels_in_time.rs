@@ -7,9 +7,8 @@ use std::time::{Duration, Instant};
 
 use jde_core::Health;
 use jde_records::event::Event;
-use jde_schema::Pen;
 
-use crate::common::{Call, Executor, MS, Scenario, TestApp, in_real_time};
+use crate::common::{Call, Executor, Io, MS, Scenario, TestApp, in_real_time};
 use crate::gestures::{blocked_in_draw, release};
 use crate::panels::{APP, TWO, drawn, until_shown, view};
 
@@ -24,17 +23,17 @@ in_real_time!(
 /// The duration of a slow drawing, in the machine's time.
 const SLOW: Duration = Duration::from_millis(20);
 
-fn draw_slowly(pen: &mut Pen) {
+fn draw_slowly(io: &Io<'_>) {
     let start = Instant::now();
     while start.elapsed() < SLOW {
         std::hint::spin_loop();
     }
-    pen.text("done");
+    io.text("done");
 }
 
 fn a_slow_panel_takes_a_twentieth_of_the_time(executor: Executor) {
     let scenario = Scenario::new();
-    scenario.on_draw("motor", |_, _, pen| draw_slowly(pen));
+    scenario.on_draw("motor", draw_slowly);
     let mut app = TestApp::start(executor, &scenario, APP);
     let _viewer = view(&app, "motor");
     let first = until_shown(&mut app, "motor", "done");
@@ -53,7 +52,7 @@ fn a_slow_panel_takes_a_twentieth_of_the_time(executor: Executor) {
 
 fn a_panel_is_drawn_no_more_often_than_requested(executor: Executor) {
     let scenario = Scenario::new();
-    scenario.on_draw("motor", |_, _, pen| pen.text("ok"));
+    scenario.on_draw("motor", |io| io.text("ok"));
     let mut app = TestApp::start(executor, &scenario, APP);
     let notifier = Arc::clone(&scenario);
     let _viewer = app
@@ -98,9 +97,9 @@ fn r17_a_drawing_beyond_the_budget_is_an_overrun_and_is_not_shown(executor: Exec
     let slow = Arc::new(AtomicBool::new(true));
     let is_slow = Arc::clone(&slow);
     let scenario = Scenario::new();
-    scenario.on_draw("motor", move |_, _, pen| match is_slow.load(Ordering::SeqCst) {
-        true => draw_slowly(pen),
-        false => pen.text("ok"),
+    scenario.on_draw("motor", move |io| match is_slow.load(Ordering::SeqCst) {
+        true => draw_slowly(io),
+        false => io.text("ok"),
     });
     let mut app = TestApp::start(executor, &scenario, &app_with_short_budget());
     let viewer = view(&app, "motor");
@@ -130,7 +129,7 @@ fn r17_an_overrun_of_a_sleeping_schemas_panel_ends_with_its_last_viewer(executor
         }
         Ok(())
     });
-    scenario.on_draw("below", |_, _, pen| draw_slowly(pen));
+    scenario.on_draw("below", draw_slowly);
     let mut app = TestApp::start(executor, &scenario, &TWO.replace("100ms", "5ms"));
     app.until_line("high iterate");
     let viewer = view(&app, "below");
@@ -144,7 +143,7 @@ fn r17_an_overrun_of_a_sleeping_schemas_panel_ends_with_its_last_viewer(executor
 #[test]
 fn r16_in_lockstep_a_drawing_takes_no_time_however_slow() {
     let scenario = Scenario::new();
-    scenario.on_draw("motor", |_, _, pen| draw_slowly(pen));
+    scenario.on_draw("motor", draw_slowly);
     let mut app = TestApp::start(Executor::Lockstep, &scenario, &app_with_short_budget());
     let viewer = view(&app, "motor");
     let shown = until_shown(&mut app, "motor", "done");

@@ -67,7 +67,7 @@ fn decide(executor: Executor, seed: u64) -> String {
                 Call::Iterate => {
                     io.command((*state % 7) as f64);
                 }
-                Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+                _ => {}
             }
             Ok(())
         });

@@ -8,7 +8,7 @@ use jde_core::{Case, State};
 use jde_host::Options;
 use jde_records::event::{Event, Observer};
 
-use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor};
+use crate::common::{Call, Executor, Scenario, TestApp, in_languages, on_every_executor};
 
 on_every_executor!(
     r1_only_the_current_winner_commands,
@@ -19,6 +19,11 @@ on_every_executor!(
     r5_children_sleep_before_the_new_winner_acts,
     r5_awake_siblings_stay_awake,
     r6_a_driver_that_no_schema_needs_sleeps,
+    r7_a_command_outside_authority_is_refused_and_counted,
+    r7_a_father_without_authority_wakes_no_child,
+);
+
+in_languages!(Lockstep, [C Cpp Python]:
     r7_a_command_outside_authority_is_refused_and_counted,
     r7_a_father_without_authority_wakes_no_child,
 );
@@ -69,7 +74,7 @@ fn wakes_children(scenario: &Scenario, name: &str) {
                 io.wake("a");
                 io.wake("b");
             }
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });
@@ -112,7 +117,7 @@ fn r1_only_the_current_winner_commands(executor: Executor) {
             Call::Iterate => (0..5).for_each(|_| {
                 io.command(0.3);
             }),
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });

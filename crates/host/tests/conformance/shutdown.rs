@@ -60,7 +60,7 @@ fn start_with(executor: Executor, options: Options) -> TestApp {
                 Call::Iterate => {
                     io.wake("a");
                 }
-                Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+                _ => {}
             }
             Ok(())
         });
@@ -282,7 +282,7 @@ fn r7_no_schema_gains_authority_while_the_application_ends(executor: Executor) {
                 let outcome = io.command(0.3);
                 io.record(format!("{outcome:?}"));
             }
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });

@@ -182,7 +182,7 @@ fn start_blocked(executor: Executor) -> (TestApp, mpsc::Sender<()>) {
                 let outcome = io.command(0.4);
                 io.record(format!("then {outcome:?}"));
             }
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });

@@ -10,7 +10,7 @@ use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
 use jde_records::event::Event;
 
-use crate::common::{Call, Executor, MS, Scenario, TEST, TestApp, on_every_executor};
+use crate::common::{Call, Executor, MS, Scenario, TEST, TestApp, in_languages, on_every_executor};
 
 on_every_executor!(
     r9_actuators_brake_at_once_when_no_schema_wins,
@@ -38,6 +38,19 @@ mod real_time {
     );
 }
 
+in_languages!(Lockstep, [C Cpp Python]:
+    r7_a_command_that_is_not_repeated_expires,
+    r7_a_command_that_is_not_finite_is_refused_and_the_previous_one_expires,
+    r8_a_schema_woken_with_a_long_period_is_checked_at_once,
+    r8_a_father_modulates_its_child,
+    r8_a_fixed_modulation_is_read_at_the_awakening_only,
+    r12_a_retracted_value_is_absent_and_triggers,
+);
+in_languages!(Threads, [C Cpp Python]:
+    r8_check_and_iteration_read_the_same_value,
+    r8_a_driver_reads_the_same_command_during_a_whole_call,
+);
+
 const ONE: &str = r#"
     roots = ["low"]
     [schemas.robot]
@@ -59,7 +72,7 @@ fn acts(
         match call {
             Call::Check => io.ready(ready.load(SeqCst)),
             Call::Iterate => act(io),
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });
@@ -423,7 +436,7 @@ fn r8_a_fixed_modulation_is_read_at_the_awakening_only(executor: Executor) {
             }
             Call::Check => io.ready(true),
             Call::Iterate => io.record(format!("grip {}", io.grip())),
-            Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });
@@ -450,7 +463,7 @@ fn r8_a_fixed_modulation_keeps_its_value_through_a_reload(executor: Executor) {
         match call {
             Call::Check => io.ready(true),
             Call::Iterate => io.record(format!("grip {}", io.grip())),
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });

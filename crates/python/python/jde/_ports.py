@@ -243,9 +243,9 @@ def command(neutral: Any, *, validity: str | float, unit: str = "") -> Any:
     return Command(Options(default=neutral, validity=validity, unit=unit))
 
 
-def modulates(child: str, name: str, *, unit: str = "") -> Any:
+def modulates(child: str, name: str, *, unit: str = "", optional: bool = False) -> Any:
     """The modulation `name` of a child, which is an attribute of the schema."""
-    return Modulates(Options(child=child, name=name, unit=unit))
+    return Modulates(Options(child=child, name=name, unit=unit, optional=optional))
 
 
 def _nanoseconds(time: float) -> int:

@@ -16,7 +16,7 @@ use jde_host::reload::ReloadOptions;
 use jde_records::event::{Event, OperatorAction};
 use jde_records::reload::{CarriedMemory, Replacement};
 
-use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor, plugins};
+use crate::common::{Call, Executor, Language, Scenario, TestApp, in_languages, on_every_executor, plugins};
 use counter::{CANNOT_SAVE, ORIGINAL, build};
 
 on_every_executor!(
@@ -33,6 +33,11 @@ on_every_executor!(
     a_driver_releases_its_device_before_the_new_build_opens_it_and_the_command_stays_in_force,
     a_build_that_cannot_save_its_memory_stays_in_use,
     fifty_reloads_do_not_stop_the_robot,
+);
+
+in_languages!(Lockstep, [C Cpp Python]:
+    a_father_keeps_its_children_awake_while_another_build_takes_over,
+    a_driver_releases_its_device_before_the_new_build_opens_it_and_the_command_stays_in_force,
 );
 
 const APP: &str = r#"
@@ -355,14 +360,10 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
     scenario.on_call("father", |call, io| {
         match call {
             Call::Check => io.ready(true),
-            Call::Iterate => {
-                io.wake("a");
-            }
+            Call::Iterate => drop(io.wake("a")),
             // A father that goes to sleep puts its child to sleep.
-            Call::Sleep => {
-                io.sleep("a");
-            }
-            Call::Awake | Call::Arbitrate | Call::Drop => {}
+            Call::Sleep => drop(io.sleep("a")),
+            _ => {}
         }
         Ok(())
     });
@@ -384,8 +385,7 @@ fn a_father_keeps_its_children_awake_while_another_build_takes_over(executor: Ex
     );
     app.until_line("robot velocity 0.5");
     let (father, child) = (app.index("father"), app.index("child"));
-    let plugin = crate::common::plugins();
-    let build = plugin.load("test", &[]).expect("it is linked in");
+    let build = Language::of_test().build();
     let reload = app
         .operator()
         .replace(father, &build, ReloadOptions::default())
@@ -409,7 +409,7 @@ fn a_driver_releases_its_device_before_the_new_build_opens_it_and_the_command_st
     let command = "robot velocity 0.5";
     app.until_line(command);
     let robot = app.index("robot");
-    let build = plugins().load("test", &[]).expect("it is linked in");
+    let build = Language::of_test().build();
     let reload = app
         .operator()
         .replace(robot, &build, ReloadOptions::default())

@@ -40,7 +40,7 @@ fn r7_a_command_that_a_father_took_over_expires_with_the_drivers_validity(execut
             Call::Iterate => {
                 io.reach(0.3);
             }
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });
@@ -51,7 +51,7 @@ fn r7_a_command_that_a_father_took_over_expires_with_the_drivers_validity(execut
         match call {
             Call::Check => io.ready(is_ready.load(SeqCst)),
             Call::Iterate => io.scenario.wait_until(|| io.scenario.has_line("robot reach 0")),
-            Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });
@@ -116,7 +116,7 @@ fn r9_a_group_without_authority_does_not_brake_a_command_that_another_schema_too
                 recorder.lock().unwrap().push([before, velocity()]);
                 io.scenario.notify();
             }
-            Call::Iterate | Call::Awake | Call::Sleep | Call::Arbitrate | Call::Drop => {}
+            _ => {}
         }
         Ok(())
     });
