@@ -6,9 +6,8 @@
 #ifndef JDE_BENCH_HPP
 #define JDE_BENCH_HPP
 
+#include "bench_panel.hpp"
 #include "bench_state.hpp"
-
-#include <algorithm>
 
 namespace jde {
 
@@ -149,12 +148,16 @@ public:
         }
         return {verdict.child < 0 ? "" : state_.children[static_cast<std::size_t>(verdict.child)].table.name, verdict.reason};
     }
-    /** Draws the panel, as if a viewer showed it. */
+    /** Draws the panel, as if a viewer showed it. Throws CallFailed if a viewer would show the reason in its place. */
     DrawnPanel draw()
     {
         detail::BenchDrawing drawing;
         const jde_pen pen = drawing.pen();
-        read_only([&](jde_context *cx) { return ability<jde_panel>(JDE_ABILITY_PANEL).draw(instance_, cx, &pen); });
+        read_only("while its panel was drawn", [&](jde_context *cx) { return ability<jde_panel>(JDE_ABILITY_PANEL).draw(instance_, cx, &pen); });
+        drawing.finish();
+        if (!drawing.broken.empty()) {
+            throw CallFailed(JDE_REFUSED, drawing.broken);
+        }
         return DrawnPanel(std::move(drawing.widgets));
     }
     /** Performs a gesture of a kind, JDE_TOUCH_PRESSED to JDE_TOUCH_CHOSE, as the operator "ana@laptop". */
@@ -178,13 +181,13 @@ public:
         const auto &state = ability<jde_state>(JDE_ABILITY_STATE);
         Remembered remembered = {state.version, {}};
         const jde_saver saver = {sizeof saver, 0, reinterpret_cast<jde_saving *>(&remembered.bytes), append};
-        read_only([&](jde_context *cx) { return state.save(instance_, cx, &saver); });
+        read_only("in save, which changes nothing", [&](jde_context *cx) { return state.save(instance_, cx, &saver); });
         return remembered;
     }
     void restore(const Remembered &saved)
     {
         const auto &state = ability<jde_state>(JDE_ABILITY_STATE);
-        read_only([&](jde_context *cx) { return state.restore(instance_, cx, saved.version, saved.bytes.data(), saved.bytes.size()); });
+        read_only("in restore, which changes nothing", [&](jde_context *cx) { return state.restore(instance_, cx, saved.version, saved.bytes.data(), saved.bytes.size()); });
     }
 
     /* The inputs. */
@@ -229,6 +232,8 @@ public:
     void set_real_time(bool real_time) noexcept { state_.real_time = real_time; }
     /** Whether the schema is WINNER, and so are its fathers. */
     void set_authority(bool authority) noexcept { state_.authority = authority; }
+    /** Names the children of a role that any number of them may have, each with its group. All children are then asleep. */
+    void name_children(const std::vector<std::pair<std::string, std::string>> &named) { state_.name_children(named); }
     /** Sets the state of a child. One that is READY or WINNER has a precondition that holds. */
     void set_child(std::string_view role, State state)
     {
@@ -270,6 +275,17 @@ public:
         }
         throw std::invalid_argument("it writes no modulation `" + std::string(name) + "` of `" + std::string(role) + "`");
     }
+    /** The children that are awake, in the order of their roles. */
+    std::vector<std::string> awake_children() const
+    {
+        std::vector<std::string> awake;
+        for (const detail::BenchChild &child : state_.children) {
+            if (child.state != State::slept) {
+                awake.emplace_back(child.table.name);
+            }
+        }
+        return awake;
+    }
     State child_state(std::string_view role) { return child(role).state; }
     std::optional<Policy> policy(std::string_view role) { return child(role).policy; }
     /** The log: levels and texts. */
@@ -292,7 +308,7 @@ private:
         }
     }
     template <typename Call>
-    void read_only(Call body)
+    void read_only(const char *when, Call body)
     {
         state_.read_only = true;
         state_.attempt.clear();
@@ -306,7 +322,7 @@ private:
         }
         state_.read_only = false;
         if (!state_.attempt.empty()) {
-            throw CallFailed(JDE_REFUSED, "it tried to " + state_.attempt + " in a call that changes nothing");
+            throw CallFailed(JDE_REFUSED, "it tried to " + state_.attempt + " " + when);
         }
     }
     template <typename Table>

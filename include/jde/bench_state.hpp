@@ -7,27 +7,12 @@
 
 #include "plugin.hpp"
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 #include <utility>
 
 namespace jde {
-
-/** A widget of a drawn panel, with the shapes in it. */
-struct DrawnWidget {
-    struct Shape {
-        std::uint32_t kind;
-        std::vector<double> points;
-        std::string text;
-        jde_shape raw;
-    };
-    std::uint32_t kind;
-    std::string id, label, unit;
-    std::vector<std::string> texts;
-    /** The rest of it. Its pointers are null. */
-    jde_widget raw;
-    std::vector<Shape> shapes;
-};
 
 namespace detail {
 
@@ -91,6 +76,8 @@ inline bool finite(const jde_type &type, const char *value)
 struct BenchState {
     std::deque<BenchPort> ports;
     std::deque<BenchChild> children;
+    /** The names and groups of the children in the place of a role for any number of them. */
+    std::vector<std::pair<std::string, std::string>> names;
     Nanoseconds now{0};
     bool authority = true;
     bool real_time = true;
@@ -107,6 +94,25 @@ struct BenchState {
         }
         for (std::uint32_t child = 0; child < table.child_count; child++) {
             children.push_back({table.children[child], State::slept, false, false, std::nullopt});
+        }
+    }
+
+    /** Puts these children, each with its group, in the place of the role for any number of them. All are then asleep. */
+    void name_children(const std::vector<std::pair<std::string, std::string>> &named)
+    {
+        names = named;
+        const auto many = std::find_if(children.begin(), children.end(), [](const BenchChild &child) { return (child.table.flags & JDE_MANY) != 0; });
+        if (many != children.end()) {
+            jde_child role = many->table;
+            children.erase(many, children.end());
+            for (const auto &[name, group] : names) {
+                role.name = name.c_str();
+                role.group = group.c_str();
+                children.push_back({role, State::slept, false, false, std::nullopt});
+            }
+        }
+        for (BenchChild &child : children) {
+            child = {child.table, State::slept, false, false, std::nullopt};
         }
     }
 
@@ -222,7 +228,17 @@ struct BenchState {
 
     static std::int32_t set_policy(jde_context *context, std::uint32_t number, std::uint32_t policy, std::uint64_t time, double value)
     {
-        return with_child(context, number, "change a policy", [&](BenchChild &child) {
+        BenchState &state = of(context);
+        if (state.refuses("change a policy")) {
+            return JDE_REFUSED;
+        }
+        const bool competes = number < state.children.size() && state.children[number].table.kind == JDE_MOTOR;
+        const bool has_parameters = (policy != JDE_POLICY_ROUND_ROBIN || time > 0) &&
+                                    (policy != JDE_POLICY_STICKY || (std::isfinite(value) && value >= 0.0));
+        if (!competes || policy > JDE_POLICY_FATHER || !has_parameters) {
+            return JDE_BAD_ARGUMENT;
+        }
+        return with_child(context, number, "", [&](BenchChild &child) {
             child.policy = Policy{policy, Nanoseconds(static_cast<std::int64_t>(time)), value};
         });
     }
@@ -259,7 +275,7 @@ struct BenchState {
     static std::int32_t retract(jde_context *context, std::uint32_t number)
     {
         BenchPort *const port = of(context).port(number);
-        if (of(context).refuses("retract a value")) {
+        if (of(context).refuses("take a value back")) {
             return JDE_REFUSED;
         }
         if (port == nullptr || port->table.kind != JDE_EXPORT) {
@@ -269,50 +285,6 @@ struct BenchState {
         return JDE_OK;
     }
     static std::uint32_t is_real_time(jde_context *context) { return of(context).real_time ? 1 : 0; }
-};
-
-/** A panel under construction, behind the functions of a pen. */
-struct BenchDrawing {
-    std::deque<DrawnWidget> widgets;
-    std::vector<DrawnWidget *> open;
-
-    static BenchDrawing &of(jde_drawing *drawing) noexcept { return *reinterpret_cast<BenchDrawing *>(drawing); }
-    jde_pen pen() noexcept { return {sizeof(jde_pen), 0, reinterpret_cast<jde_drawing *>(this), add, shape, end}; }
-
-    static std::string text(const char *text) { return text != nullptr ? text : ""; }
-    static std::int32_t add(jde_drawing *drawing, const jde_widget *widget)
-    {
-        DrawnWidget drawn = {widget->kind, text(widget->id), text(widget->label), text(widget->unit), {}, *widget, {}};
-        for (std::uint32_t index = 0; index < widget->text_count; index++) {
-            drawn.texts.push_back(text(widget->texts[index]));
-        }
-        drawn.raw.id = drawn.raw.label = drawn.raw.unit = nullptr;
-        drawn.raw.texts = nullptr;
-        drawn.raw.pixels = nullptr;
-        of(drawing).widgets.push_back(std::move(drawn));
-        if (widget->kind >= JDE_WIDGET_ROW) {
-            of(drawing).open.push_back(&of(drawing).widgets.back());
-        }
-        return JDE_OK;
-    }
-    static std::int32_t shape(jde_drawing *drawing, const jde_shape *shape)
-    {
-        if (of(drawing).open.empty()) {
-            return JDE_BAD_ARGUMENT;
-        }
-        DrawnWidget &widget = *of(drawing).open.back();
-        const std::size_t numbers = std::size_t{shape->point_count} * (widget.kind == JDE_WIDGET_SCENE ? 3 : 2);
-        widget.shapes.push_back({shape->kind, std::vector<double>(shape->points, shape->points + numbers), text(shape->text), *shape});
-        return JDE_OK;
-    }
-    static std::int32_t end(jde_drawing *drawing)
-    {
-        if (of(drawing).open.empty()) {
-            return JDE_BAD_ARGUMENT;
-        }
-        of(drawing).open.pop_back();
-        return JDE_OK;
-    }
 };
 
 } // namespace detail

@@ -48,6 +48,20 @@ static void a_father_acts()
     JDE_EXPECT(!bench.commanded<jde::Twist>("base"));
 }
 
+static void children_of_any_number_have_names()
+{
+    jde::Bench<Porter> bench;
+    Doors doors = {};
+    bench.import("doors", doors);
+    JDE_EXPECT(bench.awake_children().empty());
+    bench.name_children({{"one", "others"}, {"two", "base"}});
+    bench.iterate();
+    JDE_EXPECT((bench.awake_children() == std::vector<std::string>{"brake", "cruise", "map", "one", "two"}));
+    bench.set_child("brake", jde::State::ready);
+    bench.set_child("two", jde::State::ready);
+    JDE_EXPECT(bench.arbitrate("base").child == "brake");
+}
+
 static void a_panel_is_drawn_and_touched()
 {
     jde::Bench<Gauge> bench;
@@ -88,6 +102,7 @@ static void mistakes_of_a_test_are_exceptions()
 /** A schema that makes mistakes. */
 struct FaultyPorts : jde::Ports {
     jde::Modulation<std::uint32_t> mistake{*this, "mistake", "Which one.", 0};
+    jde::Child helper{*this, "helper", "A perceptive child.", jde::perceptive};
     jde::Export<double> out{*this, "out", "An output."};
     jde::Actuator<jde::Twist> base{*this, "base", "Speeds."};
 };
@@ -105,10 +120,34 @@ public:
         case 2: throw jde::Failure("the cable is loose");
         case 3: foreign.count.write(cx, 1); break;
         case 4: other.brake.wake(cx); break;
+        case 6: helper.set_policy(cx, jde::Policy::urgency()); break;
         case 5: JDE_EXPECT(base.command(cx, jde::planar(std::numeric_limits<double>::quiet_NaN(), 0.0)) == jde::Outcome::not_finite);
         }
     }
-    void draw(jde::Context &cx, jde::Pen &) const override { const_cast<Faulty *>(this)->out.write(cx, 1.0); }
+    void draw(jde::Context &cx, jde::Pen &pen) const override
+    {
+        static constexpr double huge = std::numeric_limits<double>::infinity();
+        switch (mistake.get(cx)) {
+        case 10: pen.value("speed", -huge, "m/s"); break;
+        case 11: pen.button("go", "Go"), pen.button("go", "Go too"); break;
+        case 12: pen.button("", "Go"); break;
+        case 13: pen.slider("ahead", "Ahead", 1.0, 2.0, 1.0, "m"); break;
+        case 14: pen.choice("mode", "Mode", {"slow", "fast"}, 2); break;
+        case 15: pen.canvas("plane").disc({0.0, 0.0}, -1.0); break;
+        case 16: pen.scene("space", "map").line({{0.0, 0.0, huge}}); break;
+        case 17: {
+            auto plane = pen.canvas("plane");
+            pen.text("inside");
+            break;
+        }
+        case 18:
+            for (int number = 0; number <= 20000; number++) {
+                pen.text("again");
+            }
+            break;
+        default: const_cast<Faulty *>(this)->out.write(cx, 1.0);
+        }
+    }
 };
 
 static void exceptions_are_failures_with_their_texts()
@@ -129,7 +168,36 @@ static void exceptions_are_failures_with_their_texts()
     }
     bench.set<std::uint32_t>("mistake", 5);
     bench.iterate();
-    JDE_EXPECT(failure([&] { bench.draw(); }) == "it tried to write in a call that changes nothing");
+    bench.set<std::uint32_t>("mistake", 6);
+    JDE_EXPECT(failure([&] { bench.iterate(); }).find("the host answered 4 to `set_policy` of `helper`") == 0);
+    JDE_EXPECT(failure([&] { bench.draw(); }) == "it tried to write while its panel was drawn");
+}
+
+/** The words are those of the list's own checks, crates/panel/src/limits.rs. */
+static void a_panel_that_no_viewer_shows_is_a_failure()
+{
+    const char *const reasons[] = {"`speed`: a number is -inf",
+                                   "`go`: two widgets have this id",
+                                   "``: a widget of this kind needs an id",
+                                   "`ahead`: its least value is above its greatest",
+                                   "`mode`: what is chosen is none of its options",
+                                   "`plane`: a size is -1",
+                                   "`space`: a number is inf",
+                                   "`plane`: no widget can stand inside it",
+                                   "it has more than 20000 widgets and shapes"};
+    jde::Bench<Faulty> bench;
+    for (std::uint32_t mistake = 0; mistake < std::size(reasons); mistake++) {
+        bench.set("mistake", mistake + 10);
+        JDE_EXPECT(failure([&] { bench.draw(); }) == reasons[mistake]);
+    }
+    // A schema in C can begin what it does not end, and end what it has not begun.
+    jde::detail::BenchDrawing begun, ended;
+    const jde_pen pens[] = {begun.pen(), ended.pen()};
+    jde_begin_row(&pens[0]);
+    begun.finish();
+    jde_end(&pens[1]);
+    JDE_EXPECT(begun.broken == "`a row`: it was begun and not ended");
+    JDE_EXPECT(ended.broken == "``: an end of nothing that was begun");
 }
 
 /** A schema whose destructor throws. */
@@ -156,6 +224,8 @@ static void hysteresis_has_two_thresholds()
 int main()
 {
     return jde::run({{"a father acts", a_father_acts},
+                     {"children of any number have names", children_of_any_number_have_names},
+                     {"a panel that no viewer shows is a failure", a_panel_that_no_viewer_shows_is_a_failure},
                      {"a panel is drawn and touched", a_panel_is_drawn_and_touched},
                      {"memory is saved and restored", memory_is_saved_and_restored},
                      {"mistakes of a test are exceptions", mistakes_of_a_test_are_exceptions},
