@@ -254,7 +254,7 @@ int32_t jde_run_release_all(jde_run *run);
  */
 int32_t jde_run_lease(jde_run *run, double seconds);
 
-/** Changes the world of a simulated robot by the name of its driver, in TOML: "remove = \"door\"" (docs/simulator.md). */
+/** Changes the world of a simulated robot by the name of its driver, in TOML: "{ remove = 'door' }" (docs/simulator.md). */
 int32_t jde_run_edit(jde_run *run, const char *driver, const char *edits);
 
 #ifdef __cplusplus

@@ -27,9 +27,8 @@ pub unsafe extern "C" fn jde_load(
             let (mut overrides, mut mocks, mut executable) = (Vec::new(), Vec::new(), None);
             if let Some(options) = read_options(options)? {
                 for value in texts("values", options.values, options.value_count)? {
-                    let value = value.parse();
-                    overrides
-                        .push(value.map_err(|error| Failure::new(raw::BAD_ARGUMENT, format!("{error}")))?);
+                    let refused = |error| Failure::new(raw::BAD_ARGUMENT, error);
+                    overrides.push(value.parse().map_err(refused)?);
                 }
                 mocks = texts("mocks", options.mocks, options.mock_count)?;
                 executable = optional_text("executable", options.executable)?.map(PathBuf::from);
@@ -67,14 +66,7 @@ pub unsafe extern "C" fn jde_start(
 ) -> i32 {
     call(|| {
         let application = handles::application(application)?;
-        let mut start = StartOptions {
-            lockstep: false,
-            seed: None,
-            limit: None,
-            speed: 1.0,
-            records: true,
-            operator: String::from("program"),
-        };
+        let mut start = StartOptions::default();
         // SAFETY: the pointers are those of the header's rules.
         unsafe {
             if let Some(options) = read_options(options)? {

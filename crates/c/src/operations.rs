@@ -144,7 +144,7 @@ pub extern "C" fn jde_run_lease(run: *mut tables::Run, seconds: f64) -> i32 {
     })
 }
 
-/// Changes the world of a simulated robot by the name of its driver, in TOML: "remove = \"door\"" (docs/simulator.md).
+/// Changes the world of a simulated robot by the name of its driver, in TOML: "{ remove = 'door' }" (docs/simulator.md).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jde_run_edit(
     run: *mut tables::Run,

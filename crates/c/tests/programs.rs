@@ -118,6 +118,23 @@ fn every_mistake_is_an_error_in_words() {
 }
 
 #[test]
+fn a_program_is_a_mock_and_reads_types_that_it_does_not_know() {
+    let output = Program::compile("crates/c/tests/c/values.c").run(&[NAVIGATION]);
+    let expected = "\
+the program drove 0.9 m
+reached of jde_msgs/msg/Mission: 0
+total of jde_msgs/msg/Mission: 8
+the description is the same
+the laser is in the frame laser
+4 the run keeps no records; start it with them
+done
+4 edit:1: edit 1: `remove` is an integer: expected a text
+32 the application has ended: time up
+";
+    assert_eq!(output, expected);
+}
+
+#[test]
 fn any_number_of_threads_may_call_and_any_number_of_runs_go_on() {
     let output = Program::compile("crates/c/tests/c/threads.c").run(&[NAVIGATION]);
     let lines: Vec<_> = output.lines().collect();

@@ -45,6 +45,19 @@ pub struct StartOptions {
     pub operator: String,
 }
 
+impl Default for StartOptions {
+    fn default() -> Self {
+        Self {
+            lockstep: false,
+            seed: None,
+            limit: None,
+            speed: 1.0,
+            records: true,
+            operator: String::from("program"),
+        }
+    }
+}
+
 impl LoadedApplication {
     /// Loads the application of a file, with values in place of those in the file. The schemas in `mocks` are not
     /// called: the run writes what they export and command. The executable `jde` inspects plugins and runs isolated

@@ -42,3 +42,28 @@ impl Events {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use jde_records::event::Outcome;
+
+    use super::*;
+
+    #[test]
+    fn events_that_nobody_takes_are_dropped_and_counted() {
+        let mut events = Events::default();
+        let end = |time| Event::Ended {
+            time,
+            outcome: Outcome::Done,
+        };
+        for time in 0..MAX_WAITING as u64 + 3 {
+            events.on_event(&end(time));
+        }
+        let (taken, dropped) = events.take();
+        assert_eq!((taken.len(), dropped), (MAX_WAITING, 3));
+        assert_eq!(taken[0].time(), 0, "the newest are dropped");
+        events.on_event(&end(7));
+        let (taken, dropped) = events.take();
+        assert_eq!((taken.len(), dropped), (1, 0));
+    }
+}

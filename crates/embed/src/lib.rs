@@ -16,5 +16,5 @@ mod state;
 
 pub use application::{LoadedApplication, StartOptions};
 pub use error::Error;
-pub use names::LivePort;
+pub use names::{LivePort, split_name};
 pub use run::{FOREVER, Run, Stop};

@@ -18,13 +18,23 @@ pub struct LivePort {
     pub value: LiveValue,
 }
 
+/// Splits a name into the longest front that is known, and the path after it: `pioneer.truth` and `pose.x`.
+pub fn split_name<'n, T>(name: &'n str, find: impl Fn(&'n str) -> Option<T>) -> Option<(T, &'n str)> {
+    let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
+    let known = ends
+        .chain([name.len()])
+        .filter_map(|end| Some((find(&name[..end])?, name[end..].trim_start_matches('.'))));
+    known.last()
+}
+
 /// Returns the port of a mock at the front of a name, its full name, and the path after it.
 pub(crate) fn find_live<'n, 'p>(
     live: &'p BTreeMap<String, LivePort>,
     name: &'n str,
 ) -> Result<(&'n str, &'n str, &'p LivePort), Error> {
-    let found = split(name).filter_map(|(front, path)| Some((front, path, live.get(front)?)));
-    found.last().ok_or_else(|| {
+    let found = split_name(name, |port| Some((port, live.get(port)?)));
+    let found = found.map(|((port, live), path)| (port, path, live));
+    found.ok_or_else(|| {
         let known: Vec<_> = live.keys().map(String::as_str).collect();
         Error::unknown(format!(
             "no mock writes `{name}`; mocks write {}",
@@ -36,17 +46,16 @@ pub(crate) fn find_live<'n, 'p>(
 /// Returns the variable at the front of a name, and the path after it.
 pub(crate) fn find_variable<'n>(handle: &Handle, name: &'n str) -> Result<(Arc<Variable>, &'n str), Error> {
     let board = handle.board();
-    if let Some(variable) = board.find(name) {
-        return Ok((variable, ""));
-    }
-    let found = split(name).filter_map(|(front, path)| Some((board.find(front)?, path)));
-    match found.last() {
-        Some(found) => Ok(found),
-        // The error names the most similar variable.
-        None => board
-            .get(name)
-            .map(|variable| (variable, ""))
-            .map_err(Error::unknown),
+    match board.find(name) {
+        Some(variable) => Ok((variable, "")),
+        None => split_name(name, |front| board.find(front)).map_or_else(
+            // The error names the most similar variable.
+            || {
+                let named = board.get(name).map(|variable| (variable, ""));
+                named.map_err(Error::unknown)
+            },
+            Ok,
+        ),
     }
 }
 
@@ -64,11 +73,4 @@ pub(crate) fn find_schema(handle: &Handle, name: &str) -> Result<usize, Error> {
             known.join(", ")
         ))
     })
-}
-
-/// Returns every division of a name into a front and the path of a part, the longest front last.
-fn split(name: &str) -> impl Iterator<Item = (&str, &str)> {
-    let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
-    ends.chain([name.len()])
-        .map(|end| (&name[..end], name[end..].trim_start_matches('.')))
 }

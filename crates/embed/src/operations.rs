@@ -53,19 +53,18 @@ impl Run {
     /// a part, whose path `using` gets. No writer waits, and the value never changes meanwhile.
     ///
     /// # Errors
-    /// There is no such variable, or those of `using`.
-    pub fn with_value<T, E: From<Error>>(
+    /// There is no such variable.
+    pub fn with_value<T>(
         &self,
         name: &str,
-        using: impl FnOnce(&Arc<Type>, &[u8], &str) -> Result<T, E>,
-    ) -> Result<Option<T>, E> {
+        using: impl FnOnce(&Arc<Type>, &[u8], &str) -> T,
+    ) -> Result<Option<T>, Error> {
         let (variable, path) = self.find(name)?;
         let mut reader = variable.reader(READER);
         let value_type = &variable.describe().value_type;
-        let read = reader
+        Ok(reader
             .latch()
-            .map(|latched| using(value_type, latched.bytes, path));
-        read.transpose()
+            .map(|latched| using(value_type, latched.bytes, path)))
     }
 
     /// Returns the newest value of a variable or of a part of it; `None` without a value.
@@ -73,9 +72,10 @@ impl Run {
     /// # Errors
     /// There is no such variable, or no such part.
     pub fn value(&self, name: &str) -> Result<Option<Value>, Error> {
-        self.with_value(name, |value_type, bytes, path| {
+        let read = self.with_value(name, |value_type, bytes, path| {
             value::get_path(value_type, bytes, path).map_err(Error::invalid)
-        })
+        });
+        read?.transpose()
     }
 
     /// Copies the newest value of a variable, without the elements of its sequences that are not present. Returns

@@ -16,7 +16,7 @@ use crate::events::Events;
 use crate::lease::Lease;
 use crate::names::LivePort;
 use crate::observation::Observation;
-use crate::state::{Executor, SLICE, State};
+use crate::state::{Executor, SLICE, State, next_instant};
 
 /// The greatest time that a run reaches, ns: no end.
 pub const FOREVER: Nanos = Nanos::MAX - 1;
@@ -131,8 +131,8 @@ impl Run {
             let reason = "time passes by itself in real time; only a run in lockstep has steps";
             return Err(Error::invalid(reason));
         }
-        let next = match &self.shared.state().executor {
-            Executor::Lockstep(lockstep) => lockstep.next_instant(),
+        let next = match &mut self.shared.state().executor {
+            Executor::Lockstep(lockstep) => next_instant(lockstep, &self.shared.handle),
             _ => None,
         };
         match next.into_iter().chain(end).min() {

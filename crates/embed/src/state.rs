@@ -52,7 +52,10 @@ impl State {
             let Executor::Lockstep(lockstep) = &mut self.executor else {
                 return Some(Stop::End);
             };
-            let due = lockstep.next_instant().into_iter().chain(self.lease.end()).min();
+            let due = next_instant(lockstep, handle)
+                .into_iter()
+                .chain(self.lease.end())
+                .min();
             if due.is_none() && end == FOREVER {
                 return Some(Stop::Time);
             }
@@ -93,4 +96,13 @@ impl State {
         let observation = self.observation.as_ref();
         condition.is_some_and(|number| observation.is_some_and(|observation| observation.was_true(number)))
     }
+}
+
+/// Returns the time of the next instant at which anything is due.
+pub(crate) fn next_instant(lockstep: &mut Lockstep, handle: &Handle) -> Option<Nanos> {
+    lockstep.next_instant().or_else(|| {
+        // What an operator has done since is processed at the present time, and may make a schema due.
+        lockstep.run_until(handle.now());
+        lockstep.next_instant()
+    })
 }

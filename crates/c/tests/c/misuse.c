@@ -8,7 +8,11 @@
 
 static void say(const char *what, int32_t status)
 {
-    printf("%s: %d %s\n", what, (int)status, status == JDE_OK ? "" : jde_error());
+    if (status == JDE_OK) {
+        printf("%s: done\n", what);
+    } else {
+        printf("%s: %d %s\n", what, (int)status, jde_error());
+    }
 }
 
 /* A twist whose speeds are of 32 bits. */
