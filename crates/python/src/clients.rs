@@ -15,13 +15,13 @@ use jde_link::{
     Client, Folders, Hold, Login, PanelSample, Rate, Reach, Remote, Sample, Subscription, Tls, operator,
     value,
 };
-use jde_records::{RecordKind, RunRecord};
+use jde_records::RunRecord;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::observation::record_to_python;
+use crate::runs::record_kind;
 use crate::values::{from_python, to_python};
-use crate::{error, json, lock};
+use crate::{error, json, lock, record_to_python};
 
 /// The most values, records or drawings that wait; newer ones are dropped and counted.
 const MAX_QUEUED: usize = 1000;
@@ -150,14 +150,8 @@ impl RemoteApplication {
 
     /// Receives the last records of these kinds and each new one: `decisions`, `states`, `events`.
     fn watch_records(&self, py: Python<'_>, kinds: Vec<String>, last: usize) -> PyResult<Watch> {
-        let named = kinds.iter().map(|name| {
-            let topic = format!("/jde/{name}");
-            let known = RecordKind::ALL.into_iter().find(|kind| kind.topic() == topic);
-            known.ok_or_else(|| {
-                PyValueError::new_err(format!("there are decisions, states and events, and no {name}"))
-            })
-        });
-        let kinds = named.collect::<PyResult<Vec<_>>>()?;
+        let kinds = kinds.iter().map(|name| record_kind(name));
+        let kinds = kinds.collect::<PyResult<Vec<_>>>()?;
         self.receive(py, |send| {
             self.remote
                 .events(&kinds, last, move |event| send(Arrival::Record(event.record)))

@@ -11,7 +11,6 @@ mod describe;
 mod functions;
 mod layout;
 mod numbers;
-mod observation;
 mod panel;
 mod pictures;
 mod policies;
@@ -24,7 +23,8 @@ mod views;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use jde_core::Nanos;
-use pyo3::exceptions::PyValueError;
+use jde_records::RunRecord;
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use serde::Serialize;
 
@@ -38,6 +38,14 @@ pyo3::create_exception!(
 /// Returns the exception for an error.
 fn error(error: impl std::fmt::Display) -> PyErr {
     Error::new_err(error.to_string())
+}
+
+/// Returns the exception for an error of an application or a run.
+fn run_error(error: jde_embed::Error) -> PyErr {
+    match error {
+        jde_embed::Error::Unknown(reason) => PyKeyError::new_err(reason),
+        other => self::error(other),
+    }
 }
 
 /// Locks what a panic cannot leave half done.
@@ -55,19 +63,19 @@ fn nanoseconds(seconds: f64) -> PyResult<Nanos> {
     }
 }
 
-/// Splits a name into the longest front that is known, and the path after it: `pioneer.truth` and `pose.x`.
-fn split_name<'n, T>(name: &'n str, find: impl Fn(&'n str) -> Option<T>) -> Option<(T, &'n str)> {
-    let ends = name.match_indices(['.', '[']).map(|(end, _)| end);
-    let known = ends
-        .chain([name.len()])
-        .filter_map(|end| Some((find(&name[..end])?, name[end..].trim_start_matches('.'))));
-    known.last()
-}
-
 /// Returns data as dictionaries, lists, numbers and texts.
 fn json<'py>(py: Python<'py>, data: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(data).map_err(error)?;
     py.import("json")?.call_method1("loads", (text,))
+}
+
+/// Returns a record as a dictionary.
+fn record_to_python<'py>(py: Python<'py>, record: &RunRecord) -> PyResult<Bound<'py, PyAny>> {
+    match record {
+        RunRecord::Decision(decision) => json(py, decision),
+        RunRecord::State(state) => json(py, state),
+        RunRecord::Event(event) => json(py, event),
+    }
 }
 
 /// What the package needs of Rust.

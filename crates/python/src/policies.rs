@@ -6,10 +6,11 @@ use std::sync::Mutex;
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 use jde_board::Reader;
 use jde_board::value::{Value, decode_scalar};
+use jde_embed::LivePort;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-use crate::runs::{LivePort, Run};
+use crate::runs::Run;
 use crate::values::length;
 use crate::{error, lock};
 
@@ -63,7 +64,7 @@ impl Policy {
         let observed = observed.collect::<PyResult<_>>()?;
         let mut commands: Vec<(String, Command)> = Vec::new();
         for (place, name) in act.iter().enumerate() {
-            let (port, path, live) = running.find_live(name)?;
+            let (port, path, live) = running.0.find_live(name).map_err(crate::run_error)?;
             let mut parts = Vec::new();
             collect(&live.value_type, path, 0, &mut parts).map_err(|wrong| refused(name, &wrong))?;
             let [part @ Part { form: Form::One, .. }] = parts.as_slice() else {
@@ -174,7 +175,7 @@ impl State {
 
 impl Observed {
     fn new(run: &Run, name: &str) -> PyResult<Self> {
-        let (variable, path) = run.find(name)?;
+        let (variable, path) = run.0.find(name).map_err(crate::run_error)?;
         let mut parts = Vec::new();
         collect(&variable.describe().value_type, path, 0, &mut parts)
             .map_err(|wrong| refused(name, &wrong))?;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::Type;
 use jde_board::value::get_path;
+use jde_embed::split_name;
 use jde_log::{RecordedVariable, Recording, recorded_variables};
 use jde_report::{Analysis, Picture, Series, Wanted};
 use jde_ros::cdr;
@@ -13,9 +14,9 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::error;
 use crate::pictures::{png, valid_size};
 use crate::values::dtype;
-use crate::{error, split_name};
 
 /// A recording, open for reading.
 #[pyclass(frozen, module = "jde", name = "Recording")]
