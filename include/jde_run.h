@@ -123,7 +123,7 @@ uint32_t jde_library_version(void);
  * Loads and checks the application of a file, and loads its plugins. `options` may be null. Blocks while files are read.
  * `JDE_FAILED`: jde_error() lists all faults, each with its file and line.
  */
-int32_t jde_load(const char *file, const jde_load_options *options, jde_application **application);
+int32_t jde_application_load(const char *file, const jde_load_options *options, jde_application **application);
 
 /** Returns what is absent at present, such as a device that is not plugged in: one per line; an empty text if nothing is. */
 int32_t jde_application_warnings(jde_application *application, char **text);
@@ -132,10 +132,10 @@ int32_t jde_application_warnings(jde_application *application, char **text);
  * Starts an application at time 0; any number of times, also while earlier runs go on. `options` may be null. Blocks
  * while instances are made. The run needs the handle of the application no more.
  */
-int32_t jde_start(jde_application *application, const jde_start_options *options, jde_run **run);
+int32_t jde_application_start(jde_application *application, const jde_start_options *options, jde_run **run);
 
 /** Closes an application. Its runs go on. */
-int32_t jde_close_application(jde_application *application);
+int32_t jde_application_close(jde_application *application);
 
 /**
  * Runs the next instant in lockstep: everything that is due then. `JDE_ENDED` if the application has ended;
@@ -173,7 +173,7 @@ int32_t jde_run_outcome(jde_run *run, char **text);
 int32_t jde_run_end(jde_run *run);
 
 /** Ends the application as jde_run_end() does, and closes the handle. */
-int32_t jde_close_run(jde_run *run);
+int32_t jde_run_close(jde_run *run);
 
 /**
  * Copies the newest value of a variable, such as "pioneer.laser", into `value`, which has the type `type`: a

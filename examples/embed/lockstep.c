@@ -54,11 +54,11 @@ int main(int argc, char **argv)
         return 2;
     }
     jde_application *application;
-    require(jde_load(argv[1], NULL, &application));
+    require(jde_application_load(argv[1], NULL, &application));
     const jde_start_options options = {.size = sizeof options, .flags = JDE_LOCKSTEP | JDE_WITH_SEED, .seed = 7};
     jde_run *run;
-    require(jde_start(application, &options, &run));
-    require(jde_close_application(application));
+    require(jde_application_start(application, &options, &run));
+    require(jde_application_close(application));
 
     require(jde_run_until(run, 5.0));
     print_robot(run);
@@ -82,6 +82,6 @@ int main(int argc, char **argv)
         jde_free_text(record);
     }
     printf("          %u selections were recorded\n", selections);
-    require(jde_close_run(run));
+    require(jde_run_close(run));
     return 0;
 }

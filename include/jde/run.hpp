@@ -108,7 +108,7 @@ public:
     ~Run()
     {
         if (handle_ != nullptr) {
-            jde_close_run(handle_);
+            jde_run_close(handle_);
         }
     }
 
@@ -276,7 +276,7 @@ public:
         given.mocks = mocks.data();
         given.mock_count = static_cast<std::uint32_t>(mocks.size());
         given.executable = options.executable.empty() ? nullptr : options.executable.c_str();
-        detail::require(jde_load(file.c_str(), &given, &handle_));
+        detail::require(jde_application_load(file.c_str(), &given, &handle_));
     }
     Application(Application &&other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
     Application &operator=(Application &&other) noexcept
@@ -287,7 +287,7 @@ public:
     ~Application()
     {
         if (handle_ != nullptr) {
-            jde_close_application(handle_);
+            jde_application_close(handle_);
         }
     }
 
@@ -309,7 +309,7 @@ public:
         given.speed = options.speed;
         given.name = options.name.c_str();
         jde_run *run = nullptr;
-        detail::require(jde_start(handle_, &given, &run));
+        detail::require(jde_application_start(handle_, &given, &run));
         return Run(run);
     }
 

@@ -15,7 +15,7 @@ use crate::{executable, tables};
 /// Loads and checks the application of a file, and loads its plugins. `options` may be null. Blocks while files are read.
 /// `JDE_FAILED`: jde_error() lists all faults, each with its file and line.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn jde_load(
+pub unsafe extern "C" fn jde_application_load(
     file: *const c_char,
     options: *const tables::LoadOptions,
     application: *mut *mut tables::Application,
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn jde_application_warnings(
 /// Starts an application at time 0; any number of times, also while earlier runs go on. `options` may be null. Blocks
 /// while instances are made. The run needs the handle of the application no more.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn jde_start(
+pub unsafe extern "C" fn jde_application_start(
     application: *mut tables::Application,
     options: *const tables::StartOptions,
     run: *mut *mut tables::Run,
@@ -89,7 +89,7 @@ pub unsafe extern "C" fn jde_start(
 
 /// Closes an application. Its runs go on.
 #[unsafe(no_mangle)]
-pub extern "C" fn jde_close_application(application: *mut tables::Application) -> i32 {
+pub extern "C" fn jde_application_close(application: *mut tables::Application) -> i32 {
     call(|| {
         handles::application(application)?;
         handles::close(application);

@@ -97,7 +97,7 @@ pub extern "C" fn jde_run_end(run: *mut tables::Run) -> i32 {
 
 /// Ends the application as jde_run_end() does, and closes the handle.
 #[unsafe(no_mangle)]
-pub extern "C" fn jde_close_run(run: *mut tables::Run) -> i32 {
+pub extern "C" fn jde_run_close(run: *mut tables::Run) -> i32 {
     call(|| {
         let ending = handles::run(run)?;
         handles::close(run);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 use tempfile::TempDir;
@@ -47,34 +47,40 @@ impl Program {
             .arg(folder.path())
             .args(["-ljde", "-lm", "-o"])
             .arg(folder.path().join("program"));
-        read(&mut compile);
+        let output = compile
+            .output()
+            .unwrap_or_else(|error| panic!("{compile:?} needs a C and a C++ compiler: {error}"));
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         Self { folder, plugins }
     }
 
-    /// Runs it in the root of the project. Returns what it prints, past its log.
+    /// Runs it in the root of the project. Returns what it prints on the standard output.
     fn run(&self, arguments: &[&str]) -> String {
+        let output = self.output(arguments);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{errors}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn output(&self, arguments: &[&str]) -> Output {
         let _watchdog = Watchdog::new(DEFAULT_LIMIT, || String::from("a program of C hangs"));
         let mut program = Command::new(self.folder.path().join("program"));
         program
             .args(arguments)
             .current_dir(root())
             .env("LD_LIBRARY_PATH", self.folder.path())
-            .env("JDE_PLUGIN_PATH", &self.plugins);
-        read(&mut program)
+            .env("JDE_PLUGIN_PATH", &self.plugins)
+            .output()
+            .unwrap()
     }
 }
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
-
-fn read(command: &mut Command) -> String {
-    let output = command
-        .output()
-        .unwrap_or_else(|error| panic!("{command:?} needs a C and a C++ compiler: {error}"));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?}: {errors}");
-    String::from_utf8(output.stdout).unwrap()
 }
 
 const NAVIGATION: &str = "apps/safe-navigation.toml";
@@ -101,6 +107,24 @@ fn the_example_in_cpp_waits_for_the_mission() {
 }
 
 #[test]
+fn the_examples_say_what_is_wrong() {
+    for example in ["lockstep.c", "real_time.cpp"] {
+        let output =
+            Program::compile(&format!("examples/embed/{example}")).output(&["apps/safe-navigatoin.toml"]);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(
+            errors.starts_with("apps/safe-navigatoin.toml: there is no such file"),
+            "{errors}"
+        );
+        assert!(
+            errors.contains("did you mean `apps/safe-navigation.toml`?"),
+            "{errors}"
+        );
+    }
+}
+
+#[test]
 fn every_mistake_is_an_error_in_words() {
     let broken = tempfile::tempdir().unwrap();
     let file = broken.path().join("broken.toml");
@@ -109,7 +133,10 @@ fn every_mistake_is_an_error_in_words() {
         "name = \"broken\"\nroots = [\"a\"]\n\n[schemas.a]\ntype = \"goon\"\nfast = \"1 kg\"\n",
     )
     .unwrap();
-    let output = Program::compile("crates/c/tests/c/misuse.c").run(&[NAVIGATION, file.to_str().unwrap()]);
+    let output = Program::compile("crates/c/tests/c/misuse.c").output(&[NAVIGATION, file.to_str().unwrap()]);
+    assert!(output.status.success(), "{output:?}");
+    assert!(output.stderr.is_empty(), "the library prints nothing: {output:?}");
+    let output = String::from_utf8(output.stdout).unwrap();
     let output = output.replace(file.to_str().unwrap(), "broken.toml");
     assert_eq!(
         output,

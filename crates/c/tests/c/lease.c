@@ -29,9 +29,9 @@ int main(int argc, char **argv)
     }
     jde_application *application;
     jde_run *run;
-    require(jde_load(argv[1], NULL, &application));
+    require(jde_application_load(argv[1], NULL, &application));
     const jde_start_options options = {.size = sizeof options, .flags = JDE_LOCKSTEP};
-    require(jde_start(application, &options, &run));
+    require(jde_application_start(application, &options, &run));
     require(jde_run_until(run, 1.0));
     print(run);
     require(jde_run_lease(run, 0.5));
@@ -47,7 +47,7 @@ int main(int argc, char **argv)
     require(jde_run_stop(run, "goon"));
     require(jde_run_until(run, 9.0));
     print(run);
-    require(jde_close_run(run));
-    require(jde_close_application(application));
+    require(jde_run_close(run));
+    require(jde_application_close(application));
     return 0;
 }

@@ -33,30 +33,30 @@ int main(int argc, char **argv)
     }
     jde_application *application = NULL;
     jde_run *run = NULL;
-    say("no file", jde_load("no.toml", NULL, &application));
-    say("null file", jde_load(NULL, NULL, &application));
-    say("broken file", jde_load(argv[2], NULL, &application));
+    say("no file", jde_application_load("no.toml", NULL, &application));
+    say("null file", jde_application_load(NULL, NULL, &application));
+    say("broken file", jde_application_load(argv[2], NULL, &application));
     const char *values[] = {"goon.fats=0.3"};
     jde_load_options load = {.size = sizeof load, .values = values, .value_count = 1};
-    say("unknown value", jde_load(argv[1], &load, &application));
+    say("unknown value", jde_application_load(argv[1], &load, &application));
     load.size = 0;
-    say("no size", jde_load(argv[1], &load, &application));
-    say("no place", jde_load(argv[1], NULL, NULL));
+    say("no size", jde_application_load(argv[1], &load, &application));
+    say("no place", jde_application_load(argv[1], NULL, NULL));
 
     /* A program of an older header has fewer options. */
     const char *mocks[] = {"goon"};
     load = (jde_load_options){.size = offsetof(jde_load_options, executable), .mocks = mocks, .mock_count = 1,
                               .executable = (const char *)1};
-    say("older options", jde_load(argv[1], &load, &application));
+    say("older options", jde_application_load(argv[1], &load, &application));
     jde_start_options start = {.size = sizeof start, .flags = JDE_LOCKSTEP, .speed = -1.0};
-    say("negative speed", jde_start(application, &start, &run));
+    say("negative speed", jde_application_start(application, &start, &run));
     start.speed = 0.0;
-    say("start", jde_start(application, &start, &run));
-    say("a run as an application", jde_start((jde_application *)run, NULL, &run));
+    say("start", jde_application_start(application, &start, &run));
+    say("a run as an application", jde_application_start((jde_application *)run, NULL, &run));
     say("an application as a run", jde_run_step((jde_run *)application));
-    say("close application", jde_close_application(application));
-    say("close it again", jde_close_application(application));
-    say("start a closed one", jde_start(application, &start, &run));
+    say("close application", jde_application_close(application));
+    say("close it again", jde_application_close(application));
+    say("start a closed one", jde_application_start(application, &start, &run));
 
     double number;
     static jde_laser_scan scan;
@@ -91,9 +91,9 @@ int main(int argc, char **argv)
     say("until after the end", jde_run_until(run, 10.0));
     say("play after the end", jde_run_play(run, "goon"));
     say("read after the end", jde_run_read_number(run, "pioneer.truth.pose.x", &number));
-    say("close", jde_close_run(run));
+    say("close", jde_run_close(run));
     say("read after the close", jde_run_read_number(run, "pioneer.truth.pose.x", &number));
-    say("close again", jde_close_run(run));
+    say("close again", jde_run_close(run));
     say("null", jde_run_step(NULL));
     return 0;
 }

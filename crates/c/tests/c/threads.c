@@ -62,12 +62,12 @@ int main(int argc, char **argv)
         return 2;
     }
     jde_application *application;
-    require(jde_load(argv[1], NULL, &application));
+    require(jde_application_load(argv[1], NULL, &application));
     const jde_start_options lockstep = {.size = sizeof lockstep, .flags = JDE_LOCKSTEP | JDE_WITH_SEED, .seed = 3};
     jde_run *runs[3];
-    require(jde_start(application, &lockstep, &runs[0]));
-    require(jde_start(application, &lockstep, &runs[1]));
-    require(jde_start(application, NULL, &runs[2]));
+    require(jde_application_start(application, &lockstep, &runs[0]));
+    require(jde_application_start(application, &lockstep, &runs[1]));
+    require(jde_application_start(application, NULL, &runs[2]));
 
     pthread_t drivers[2], watchers[3], waiters[2];
     for (int each = 0; each < 3; each++) {
@@ -85,7 +85,7 @@ int main(int argc, char **argv)
         printf("%.17g %.17g\n", x, y);
     }
     /* A run in real time can end while others wait for it and read it. */
-    require(jde_close_run(runs[2]));
+    require(jde_run_close(runs[2]));
     for (int each = 0; each < 2; each++) {
         void *ended = NULL;
         pthread_join(waiters[each], &ended);
@@ -95,8 +95,8 @@ int main(int argc, char **argv)
     for (int each = 0; each < 3; each++) {
         pthread_join(watchers[each], NULL);
     }
-    require(jde_close_run(runs[0]));
-    require(jde_close_run(runs[1]));
-    require(jde_close_application(application));
+    require(jde_run_close(runs[0]));
+    require(jde_run_close(runs[1]));
+    require(jde_application_close(application));
     return 0;
 }

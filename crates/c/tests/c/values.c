@@ -46,8 +46,8 @@ int main(int argc, char **argv)
     const jde_start_options start = {.size = sizeof start, .flags = JDE_LOCKSTEP | JDE_WITHOUT_RECORDS, .limit = 6.0};
     jde_application *application;
     jde_run *run;
-    require(jde_load(argv[1], &load, &application));
-    require(jde_start(application, &start, &run));
+    require(jde_application_load(argv[1], &load, &application));
+    require(jde_application_start(application, &start, &run));
 
     double before, after;
     require(jde_run_until(run, 1.0));
@@ -78,7 +78,7 @@ int main(int argc, char **argv)
     say(jde_run_edit(run, "pioneer", "{ remove = 'plant' }"));
     say(jde_run_edit(run, "pioneer", "{ remove = 3 }"));
     say(jde_run_until(run, 9.0));
-    require(jde_close_run(run));
-    require(jde_close_application(application));
+    require(jde_run_close(run));
+    require(jde_application_close(application));
     return 0;
 }
