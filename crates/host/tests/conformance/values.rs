@@ -240,7 +240,7 @@ fn r7_a_command_that_is_not_finite_is_refused_and_the_previous_one_expires(execu
             _ => None,
         })
         .collect();
-    let words = "command `arm` refused: the value is not finite; values of commands and modulations must be finite: `data`";
+    let words = "command `arm` refused: the value is not finite; values of commands and modulations must be finite: `linear.x`";
     assert_eq!(refusals, [words]);
     app.stop();
 }
