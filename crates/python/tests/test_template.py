@@ -12,10 +12,14 @@ from conftest import Robot
 
 
 @pytest.mark.parametrize(
-    ("more", "name", "takeover"),
-    [([], "follow-wall", "nobody -> follow-wall"), (["--perceptive"], "find-near", "nobody -> face")],
+    ("more", "name", "shown"),
+    [
+        ([], "follow-wall", ["nobody -> follow-wall"]),
+        (["--perceptive"], "find-near", ["nobody -> face"]),
+        (["--father"], "patrol", ["nobody -> goon", "reached 4.50, 1.50", "reached 1.50, 1.50"]),
+    ],
 )
-def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str], name: str, takeover: str) -> None:
+def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str], name: str, shown: list[str]) -> None:
     robot = Robot(tmp_path)
     made = robot.jde("new", "schema", name, "--python", *more)
     assert made.status == 0 and "run app.toml" in made.text, made.text
@@ -23,8 +27,8 @@ def test_a_new_schema_passes_its_test_and_drives(tmp_path: Path, more: list[str]
     tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
     done = subprocess.run(tests, cwd=robot.folder, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout
-    drive = robot.drive(20)
-    assert drive.status == 0 and takeover in drive.text, drive.text
+    drive = robot.drive(60, "--log", f"{name}=info")
+    assert drive.status == 0 and all(part in drive.text for part in shown), drive.text
     assert "no collision" in drive.text and "no faults" in drive.text
 
 

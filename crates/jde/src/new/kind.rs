@@ -25,6 +25,8 @@ pub(crate) enum Kind {
     MotorPython,
     /// A perceptive schema in Python.
     PerceptivePython,
+    /// A father of two children in Python.
+    FatherPython,
     /// Values that plugins share.
     Types,
     /// An application of existing schemas.
@@ -129,13 +131,14 @@ macro_rules! python {
 const PYTHON: &[File] = files!("python": "README.md");
 const MOTOR_PYTHON: &[File] = python!("python-motor");
 const PERCEPTIVE_PYTHON: &[File] = python!("python-perceptive");
+const FATHER_PYTHON: &[File] = python!("python-father");
 const APPLICATION: &[File] = files!(
     "app": "app.toml", "world.toml", "README.md", "tests/reaches-its-targets.toml", "tests/stops-before-a-box.toml"
 );
 
 impl Kind {
     #[cfg(test)]
-    pub(super) const ALL: [Self; 13] = [
+    pub(super) const ALL: [Self; 14] = [
         Self::Motor,
         Self::Perceptive,
         Self::Father,
@@ -147,6 +150,7 @@ impl Kind {
         Self::MotorC,
         Self::MotorPython,
         Self::PerceptivePython,
+        Self::FatherPython,
         Self::Types,
         Self::Application,
     ];
@@ -163,6 +167,7 @@ impl Kind {
             Self::MotorC => &[CMAKE, ROOM, MOTOR_C, RUN_MOTOR],
             Self::MotorPython => &[GIT_PYTHON, PYTHON, ROOM, MOTOR_PYTHON],
             Self::PerceptivePython => &[GIT_PYTHON, PYTHON, ROOM, PERCEPTIVE_PYTHON],
+            Self::FatherPython => &[GIT_PYTHON, PYTHON, ROOM, FATHER_PYTHON],
             Self::Driver => &[GIT, PLUGIN, DRIVER],
             Self::Device => &[GIT, PLUGIN, DEVICE],
             Self::Types => &[GIT, TYPES],
@@ -183,6 +188,7 @@ impl Kind {
             | Self::MotorC
             | Self::MotorPython
             | Self::PerceptivePython
+            | Self::FatherPython
             | Self::Application => &[],
         }
     }
@@ -196,7 +202,7 @@ impl Kind {
             Self::Perceptive | Self::PerceptiveCpp | Self::PerceptivePython => {
                 "A perceptive schema for jde: it finds the nearest obstacle, and a motor schema turns the robot to it."
             }
-            Self::Father | Self::FatherCpp => {
+            Self::Father | Self::FatherCpp | Self::FatherPython => {
                 "A father for jde: it sends its children, the schemas `stop` and `goon`, back and forth."
             }
             Self::Driver | Self::Device | Self::Types | Self::Application => "",
@@ -222,7 +228,9 @@ impl Kind {
                 "ctest --test-dir build --output-on-failure",
                 "__jde__ run app.toml",
             ],
-            Self::MotorPython | Self::PerceptivePython => &["__python__ -m pytest", "__jde__ run app.toml"],
+            Self::MotorPython | Self::PerceptivePython | Self::FatherPython => {
+                &["__python__ -m pytest", "__jde__ run app.toml"]
+            }
             Self::Driver => &[
                 "cargo build",
                 "cargo test",

@@ -57,7 +57,7 @@ enum What {
         #[arg(long, conflicts_with_all = ["perceptive", "father", "cpp"])]
         c: bool,
         /// In Python.
-        #[arg(long, conflicts_with_all = ["father", "cpp", "c"])]
+        #[arg(long, conflicts_with_all = ["cpp", "c"])]
         python: bool,
     },
     /// A driver, with an application that reads it.
@@ -119,6 +119,7 @@ impl New {
                     (true, _) if python => Kind::PerceptivePython,
                     (true, _) => Kind::Perceptive,
                     (_, true) if cpp => Kind::FatherCpp,
+                    (_, true) if python => Kind::FatherPython,
                     (_, true) => Kind::Father,
                     _ if cpp => Kind::MotorCpp,
                     _ if c => Kind::MotorC,
