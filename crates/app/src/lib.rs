@@ -150,6 +150,8 @@ pub struct InstanceConfig {
     pub restart: Restart,
     /// The process of its own in which it runs; `None` if it runs in the host.
     pub isolate: Option<Isolation>,
+    /// Whether a debugger may hold its calls at the terminal of the host. No file says so.
+    pub debugged: bool,
     /// The father in whose group it competes; `None` for roots, perceptive schemas and drivers.
     pub father: Option<usize>,
     /// The instance in each role of [`Schema::children`].

@@ -244,6 +244,7 @@ fn check_instance(
         isolate: settings
             .isolate
             .or(plugins[found.plugin].isolated.then(Isolation::default)),
+        debugged: false,
         father: None,
         group: None,
         child_groups: vec![None; children.len()],

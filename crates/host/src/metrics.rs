@@ -25,6 +25,8 @@ pub(crate) struct InstanceMetrics {
     pub(crate) started: AtomicBool,
     /// Since when a call runs, plus one; 0 while none runs.
     running_since: AtomicU64,
+    /// Whether a debugger held a call since the last turn that was judged.
+    was_held: AtomicBool,
     /// The ticket of the last arbitration that it was called for, and the time of the call.
     arbitration_ticket: AtomicU64,
     arbitration_started: AtomicU64,
@@ -46,6 +48,17 @@ impl InstanceMetrics {
     /// Records the start of a call.
     pub(crate) fn begin_call(&self, now: Nanos) {
         self.running_since.store(now + 1, Relaxed);
+    }
+
+    /// Records that a debugger holds the call that runs. Until the next [`Self::begin_call`] it has taken no time.
+    pub(crate) fn hold_call(&self) {
+        self.was_held.store(true, Relaxed);
+        self.running_since.store(Nanos::MAX, Relaxed);
+    }
+
+    /// Whether a debugger held a call since this was asked last.
+    pub(crate) fn take_held(&self) -> bool {
+        self.was_held.swap(false, Relaxed)
     }
 
     /// Records the end of a call.

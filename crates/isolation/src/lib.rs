@@ -28,6 +28,7 @@ pub mod process;
 pub mod python;
 mod serve;
 mod table;
+mod terminal;
 mod timers;
 pub mod wire;
 
@@ -40,6 +41,8 @@ use serde::{Deserialize, Serialize};
 
 pub use inspect::{Inspector, serve as serve_inspections};
 pub use serve::{ServeError, load, serve};
+pub use table::{HOLD, Hold};
+pub use terminal::HeldTerminal;
 pub use timers::{machine_time, sharpen_timers};
 
 /// The program that runs a schema in a process of its own, or inspects plugins: it calls [`serve`] or
@@ -84,6 +87,8 @@ pub struct ProcessConfig {
     pub program: Program,
     /// The limits.
     pub limits: Isolation,
+    /// Whether its debugger may hold calls and use the host's terminal.
+    pub debugged: bool,
 }
 
 /// The functions to run: the location of a plugin, and the index of a type in it.

@@ -17,7 +17,7 @@ use std::time::Duration;
 use jde_app::Isolation;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
-use super::Program;
+use super::{ProcessConfig, Program};
 
 /// How long a child may take to exit by itself after its instance has ended.
 const EXIT_TIMEOUT: Duration = Duration::from_secs(1);
@@ -133,18 +133,21 @@ impl Process {
     /// Starts a child. `on_death` is called, on the thread that waits for the child, if the child dies
     /// outside of a call and its death was not intended.
     pub fn start(
-        program: &Program,
+        config: &ProcessConfig,
         name: &str,
-        limits: Isolation,
         on_death: impl FnOnce(&Arc<Self>, String) + Send + 'static,
     ) -> io::Result<(Arc<Self>, UnixStream)> {
         let (host_end, child_end) = UnixStream::pair()?;
-        let mut command = Command::new(&program.path);
+        let limits = config.limits;
+        let mut command = Command::new(&config.program.path);
         command
-            .args(&program.arguments)
-            // Signals of the terminal are for the host to handle: the child ends when its host ends it.
-            .process_group(0)
+            .args(&config.program.arguments)
             .stdin(Stdio::from(OwnedFd::from(child_end)));
+        // Signals of the terminal are for the host to handle: the child ends when its host ends it. Only the host's
+        // own group may read from the terminal.
+        if !config.debugged {
+            command.process_group(0);
+        }
         let (sender, started) = sync_channel(1);
         let thread = Builder::new().name(format!("of {name}"));
         let waiter = thread.spawn(move || {

@@ -46,10 +46,10 @@ fn prefix() -> Option<PathBuf> {
     executable.ancestors().nth(2).map(PathBuf::from)
 }
 
-/// Returns the command that runs a schema.
+/// Returns the command that runs a schema, or one whose debugger may use the terminal.
 #[must_use]
-pub fn program() -> Program {
-    command("schema")
+pub fn program(debugged: bool) -> Program {
+    command(if debugged { "debugged schema" } else { "schema" })
 }
 
 /// Returns the command that inspects files.

@@ -243,6 +243,7 @@ fn dispatch(
         | FrameKind::PutToSleep
         | FrameKind::Child
         | FrameKind::SetPolicy
+        | FrameKind::Hold
         | FrameKind::Log
         | FrameKind::Fail
         | FrameKind::Done => failed(),

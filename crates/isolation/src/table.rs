@@ -5,7 +5,7 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::{CString, c_char, c_void};
+use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr::null;
 
 use jde_abi::raw::{self, Context, Host};
@@ -16,6 +16,18 @@ use super::authority::AuthorityFlag;
 use super::memory::IsolatedPort;
 use super::timers::machine_time;
 use super::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, UNANSWERED, Wire};
+
+/// The name of the extension of [`raw::Host`] by which a debugger in a child holds a call: a [`Hold`].
+pub const HOLD: &CStr = c"jde.hold";
+
+/// Holds the present call, or lets it go on. Nothing is late while a call is held, and its process has the terminal.
+#[repr(C)]
+pub struct Hold {
+    /// The function. Returns when the terminal is free.
+    pub hold: unsafe extern "C" fn(context: *mut Context, held: bool),
+}
+
+static HOLD_TABLE: Hold = Hold { hold };
 
 /// The state of a child, to which a [`Context`] points.
 pub(crate) struct Session {
@@ -357,8 +369,17 @@ unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u6
     unsafe { session(context).notify(FrameKind::Fail, 0, &text_of(text, length)) };
 }
 
-unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
-    null()
+unsafe extern "C" fn extension(_: *mut Context, name: *const c_char) -> *const c_void {
+    // SAFETY: the plugin gives a text with a null at its end.
+    match unsafe { CStr::from_ptr(name) } == HOLD {
+        true => (&raw const HOLD_TABLE).cast(),
+        false => null(),
+    }
+}
+
+unsafe extern "C" fn hold(context: *mut Context, held: bool) {
+    // SAFETY: the plugin gives the context of this call.
+    unsafe { session(context) }.request_for(FrameKind::Hold, held.into());
 }
 
 unsafe extern "C" fn real_time(context: *mut Context) -> u32 {

@@ -64,6 +64,8 @@ pub enum FrameKind {
     Child,
     /// Request of the child during a call: change the policy of a group.
     SetPolicy,
+    /// Request of the child during a call: from now on its debugger holds the call, or no longer does (number 0).
+    Hold,
     /// From the child, without a reply: a line for the log.
     Log,
     /// From the child, without a reply: the reason why the call fails.
@@ -74,7 +76,7 @@ pub enum FrameKind {
 }
 
 impl FrameKind {
-    const ALL: [Self; 26] = [
+    const ALL: [Self; 27] = [
         Self::Start,
         Self::Value,
         Self::Create,
@@ -98,6 +100,7 @@ impl FrameKind {
         Self::PutToSleep,
         Self::Child,
         Self::SetPolicy,
+        Self::Hold,
         Self::Log,
         Self::Fail,
         Self::Done,

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 
 use jde_abi::raw::{self, Host};
+use jde_isolation::{HOLD, Hold};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -295,6 +296,22 @@ impl Context {
         // SAFETY: the context of the present call; the text lives as long as the instance.
         let name = unsafe { CStr::from_ptr((self.host.name)(self.present()?)) };
         Ok(name.to_string_lossy().into_owned())
+    }
+
+    /// Lets a debugger hold the present call, or go on.
+    fn hold(&self, py: Python<'_>, held: bool) -> PyResult<()> {
+        let context = self.present()?;
+        // SAFETY: the context of the present call, and a text with a null at its end.
+        let table = unsafe { (self.host.extension)(context, HOLD.as_ptr()) }.cast::<Hold>();
+        // SAFETY: the table of that name lives as long as the process.
+        let Some(Hold { hold }) = (unsafe { table.as_ref() }) else {
+            return Err(PyRuntimeError::new_err("this host has no debugger"));
+        };
+        let context = context as usize;
+        // Other threads go on while this one waits for the terminal.
+        // SAFETY: the context of the present call.
+        py.detach(|| unsafe { hold(context as *mut raw::Context, held) });
+        Ok(())
     }
 
     /// Writes a message to the log.

@@ -77,12 +77,17 @@ class Robot:
         path.write_text(source)
         (self.folder / "app.toml").write_text(APPLICATION.format(file=file, more=more))
 
+    @property
+    def environment(self) -> dict[str, str]:
+        """The environment of programs."""
+        return {"JDE_PYTHON": sys.executable, **os.environ, "JDE_PLUGIN_PATH": str(BIN)}
+
     def jde(self, *arguments: str, **environment: str) -> Result:
         """Run a verb."""
         done = subprocess.run(
             [str(BIN / "jde"), *arguments],
             cwd=self.folder,
-            env={"JDE_PYTHON": sys.executable, **os.environ, "JDE_PLUGIN_PATH": str(BIN), **environment},
+            env={**self.environment, **environment},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

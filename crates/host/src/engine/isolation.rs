@@ -23,13 +23,15 @@ impl Engine {
         let limits = config.isolate;
         if self.application.plugins[config.plugin].isolated {
             return Some(ProcessConfig {
-                program: python::program(),
+                program: python::program(config.debugged),
                 limits: limits.unwrap_or_default(),
+                debugged: config.debugged,
             });
         }
         Some(ProcessConfig {
             program: self.processes.program()?.clone(),
             limits: limits?,
+            debugged: false,
         })
     }
 

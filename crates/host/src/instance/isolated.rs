@@ -11,7 +11,7 @@ use jde_panel::{Gesture, List};
 use jde_isolation::launch::{Launch, PortInfo, send_files};
 use jde_isolation::process::Process;
 use jde_isolation::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, UNANSWERED, Wire};
-use jde_isolation::{ProcessConfig, TypeLocation, machine_time};
+use jde_isolation::{HeldTerminal, ProcessConfig, TypeLocation, machine_time};
 use jde_loader::build::PortMapping;
 use jde_loader::instance::{ArbitrationQuery, SavedMemory, Verdict};
 
@@ -32,6 +32,7 @@ pub(crate) struct IsolatedInstance {
     process: Arc<Process>,
     wire: Wire,
     early: EarlyPorts,
+    debugged: bool,
 }
 
 impl IsolatedInstance {
@@ -190,7 +191,7 @@ impl IsolatedInstance {
                 engine.report_death(number, why);
             }
         };
-        let (process, stream) = Process::start(&config.program, name, config.limits, died)
+        let (process, stream) = Process::start(config, name, died)
             .map_err(|error| failed("its process cannot be started", &error))?;
         // From now on the thread that waits for a reply reports a death.
         let entered = process.begin_call();
@@ -200,6 +201,7 @@ impl IsolatedInstance {
             process,
             wire: Wire::new(stream),
             early: EarlyPorts::new(ports.len()),
+            debugged: config.debugged,
         };
         let launch = Launch {
             code: TypeLocation {
@@ -300,6 +302,7 @@ impl IsolatedInstance {
 
     /// Carries out and answers what the plugin requests until its call is done.
     fn serve_until_done(&mut self, call: &mut CallContext<'_>, during: FrameKind) -> Result<Frame, String> {
+        let mut _held = None;
         loop {
             let request = self.wire.receive().map_err(stream_error)?;
             match request.kind {
@@ -308,6 +311,12 @@ impl IsolatedInstance {
                         call.first_time.get_or_insert(time);
                     }
                     return Ok(request);
+                }
+                FrameKind::Hold if self.debugged => {
+                    _held = self.hold(call, request.number != 0);
+                    self.wire
+                        .send(&Frame::new(FrameKind::Reply))
+                        .map_err(stream_error)?;
                 }
                 FrameKind::Log => call.log(request.number, &String::from_utf8_lossy(&request.bytes)),
                 FrameKind::Fail => call.failure = Some(String::from_utf8_lossy(&request.bytes).into_owned()),
@@ -328,6 +337,22 @@ impl IsolatedInstance {
                 }
             }
         }
+    }
+
+    /// Lets a debugger hold the call, at a terminal of its own, or go on. In lockstep time stands still meanwhile.
+    fn hold(&self, call: &CallContext<'_>, held: bool) -> Option<HeldTerminal> {
+        let (engine, meter) = (call.engine, &call.engine.metrics[call.number]);
+        let timeout = (!held && !engine.clock.is_real()).then_some(LOCKSTEP_TIMEOUT);
+        drop(self.wire.set_timeout(timeout));
+        if !held {
+            meter.begin_call(engine.clock.now());
+            return None;
+        }
+        meter.hold_call();
+        if engine.clock.is_real() {
+            engine.rules.brake(call.number);
+        }
+        Some(HeldTerminal::wait())
     }
 }
 
@@ -411,6 +436,7 @@ fn reply_to(call: &mut CallContext<'_>, request: &Frame) -> Option<Frame> {
         | FrameKind::Reply
         | FrameKind::Log
         | FrameKind::Fail
+        | FrameKind::Hold
         | FrameKind::Done => return None,
     }
     Some(reply)

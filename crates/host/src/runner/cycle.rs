@@ -188,8 +188,11 @@ impl Runner {
         self.engine.application.instances[self.number].budget_ns
     }
 
-    /// Counts late work, and reports the first of consecutive late ones.
+    /// Counts late work, and reports the first of consecutive late ones. Work that a debugger held is not judged.
     pub(super) fn record_lateness(&mut self, work: Work, took: Nanos, late: bool) {
+        if self.engine.metrics[self.number].take_held() {
+            return;
+        }
         let change = self.lateness.record(work, late);
         if late {
             self.engine.metrics[self.number].overruns.fetch_add(1, Relaxed);

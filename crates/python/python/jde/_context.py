@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 if TYPE_CHECKING:
     from jde import _jde
@@ -36,9 +36,11 @@ class Context:
     """The context of the present call of a schema. It works during the call, on the call's thread."""
 
     __slots__ = ("_raw",)
+    _newest: ClassVar[_jde.Context | None] = None
 
     def __init__(self, raw: _jde.Context) -> None:
         self._raw = raw
+        Context._newest = raw
 
     @property
     def now(self) -> float:

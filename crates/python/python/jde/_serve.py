@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any
 
 from jde import _jde
 
@@ -16,13 +17,25 @@ def main(what: str, version: str) -> None:
             "remove it from the path of Python; an installation of jde has its own"
         )
     try:
-        if what == "schema":
-            _jde.serve()
-        else:
+        if what == "debugged schema":
+            from jde import _debug
+
+            _debug.install()
+        elif "PYTHONBREAKPOINT" not in os.environ:
+            sys.breakpointhook = _refuse
+        if what == "inspections":
             _jde.inspect()
+        else:
+            _jde.serve()
     except RuntimeError as error:
         sys.exit(str(error))
     sys.stdout.flush()
     sys.stderr.flush()
     # Threads that the schema has left running must not keep the process.
     os._exit(0)
+
+
+def _refuse(*_: Any, **__: Any) -> None:
+    raise RuntimeError(
+        "breakpoint() needs the terminal: run the application with --debug-python and this schema's name"
+    )

@@ -138,12 +138,17 @@ impl Rules {
         let mut rules = self.lock();
         rules.shutdown_order.get_or_insert_default();
         let drivers = rules.commands.brake_all(self.clock.now());
-        for driver in &drivers {
-            self.signals
-                .post_within(&mut rules.notifications, *driver, Signal::Triggered);
-        }
+        self.signal_drivers(&mut rules, &drivers);
         self.unlock(rules);
         drivers
+    }
+
+    /// Sends the neutral value of each command in force that an instance gave or took over.
+    pub(crate) fn brake(&self, instance: usize) {
+        let mut rules = self.lock();
+        let drivers = rules.commands.brake(&[instance], self.clock.now());
+        self.signal_drivers(&mut rules, &drivers);
+        self.unlock(rules);
     }
 
     /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.

@@ -323,7 +323,7 @@ impl Rules {
     }
 
     /// Signals drivers to carry out at once commands that cannot wait for their period.
-    fn signal_drivers(&self, rules: &mut RulesState, drivers: &[usize]) {
+    pub(super) fn signal_drivers(&self, rules: &mut RulesState, drivers: &[usize]) {
         for driver in drivers {
             self.signals
                 .post_within(&mut rules.notifications, *driver, Signal::Triggered);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-use jde_app::Override;
+use jde_app::{Application, Override};
 use jde_core::Nanos;
 
 use super::link::Link;
@@ -33,6 +33,7 @@ use crate::terminal;
   jde run safe-navigation --record drive.mcap --when collision --when 'pioneer.laser.ranges.exists(r, r < 0.3)'
   jde run safe-navigation --view
   jde run safe-navigation --break 'vff.won and clearance < 0.2'
+  jde run app.toml --debug-python shy                     breakpoint() in the schema shy stops it here
   jde run safe-navigation --watch                         cargo build in another terminal, and the robot drives by the new code
   jde run real-log --plain
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
@@ -55,6 +56,10 @@ pub(crate) struct Run {
     /// continue, make a step or quit. The conditions are those of --when. Drivers of devices refuse it.
     #[arg(long = "break", value_name = "CONDITION")]
     breakpoints: Vec<String>,
+    /// Let breakpoint() in this schema in Python stop it at this terminal (repeatable). Its commands end meanwhile,
+    /// and its call is not late.
+    #[arg(long, value_name = "SCHEMA", conflicts_with = "breakpoints")]
+    debug_python: Vec<String>,
     /// Print lines instead of the oscilloscope.
     #[arg(long)]
     plain: bool,
@@ -81,7 +86,13 @@ impl Run {
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;
         }
-        let lines = self.plain || self.json || self.time.lockstep || !terminal::is_interactive();
+        debug_python(&mut loaded.application, &self.debug_python)?;
+        // A debugger and the oscilloscope would read the same keys.
+        let lines = self.plain
+            || self.json
+            || self.time.lockstep
+            || !self.debug_python.is_empty()
+            || !terminal::is_interactive();
         // The recording comes first: it fails before the link opens.
         let mut extensions: Vec<Box<dyn Extension>> = Vec::new();
         if let Some(record) = self.record.into_settings()? {
@@ -112,4 +123,32 @@ impl Run {
         let finished = session::run(loaded, options, &log)?;
         conclude(finished, "", self.json, RunSummary::is_fulfilled)
     }
+}
+
+/// Marks the schemas whose debugger uses this terminal.
+fn debug_python(application: &mut Application, names: &[String]) -> Result<(), Failure> {
+    for name in names {
+        let Some(number) = application.instance(name) else {
+            let known = application
+                .instances
+                .iter()
+                .map(|instance| instance.name.as_str());
+            return Err(Failure::unknown("schema", name, known));
+        };
+        let instance = &mut application.instances[number];
+        if !application.plugins[instance.plugin].isolated {
+            return Err(Failure::usage(
+                format!("schema `{name}` is not in Python"),
+                "name a schema whose type is in a file of Python",
+            ));
+        }
+        instance.debugged = true;
+    }
+    if !names.is_empty() && !terminal::is_interactive() {
+        return Err(Failure::usage(
+            "--debug-python needs a terminal for standard input and output",
+            "run it in a terminal, without a pipe",
+        ));
+    }
+    Ok(())
 }

@@ -1,0 +1,45 @@
+"""The debugger of a schema, at the terminal of its host."""
+
+from __future__ import annotations
+
+import bdb
+import os
+import pdb  # noqa: T100
+import signal
+import sys
+from typing import Any
+
+from jde._context import Context
+
+
+class Debugger(pdb.Pdb):
+    """A debugger at the terminal. The host waits while it reads commands."""
+
+    def interaction(self, *arguments: Any, **more: Any) -> None:
+        """Read commands until one lets the schema go on."""
+        context = Context._newest
+        if context is None:
+            raise RuntimeError("breakpoint() stops the functions of a schema, and not the import of its file")
+        context.hold(True)
+        before = signal.signal(signal.SIGINT, _quit)
+        try:
+            # Standard input is empty, and has been the host's until now.
+            terminal = os.open("/dev/tty", os.O_RDONLY)
+            os.dup2(terminal, 0)
+            os.close(terminal)
+            super().interaction(*arguments, **more)
+        finally:
+            signal.signal(signal.SIGINT, before)
+            context.hold(False)
+
+
+def install() -> None:
+    """Let `breakpoint()` stop the schema."""
+    # Ctrl-C is for the host. It also ends what waits at the prompt.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    debugger = Debugger(nosigint=True)
+    sys.breakpointhook = lambda *_, **__: debugger.set_trace(sys._getframe(1))
+
+
+def _quit(*_: Any) -> None:
+    raise bdb.BdbQuit
