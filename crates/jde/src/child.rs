@@ -64,7 +64,7 @@ pub(crate) fn main() -> Option<ExitCode> {
     let result = if argument == Program::SCHEMA {
         serve(|plugin| load(&Plugins::default(), plugin))
     } else if argument == Program::INSPECTIONS {
-        serve_inspections(LoadedPlugin::open_copy)
+        serve_inspections(LoadedPlugin::open_copy, Vec::new)
     } else {
         #[cfg(feature = "tools")]
         if argument == DRIVES {

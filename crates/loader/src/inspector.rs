@@ -1,7 +1,7 @@
 //! The interface of an inspector of plugin files outside of this process.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use jde_abi::describe;
 use jde_abi::inspect::Problem;
@@ -34,6 +34,12 @@ pub trait Inspect: fmt::Debug + Send + Sync {
     /// # Errors
     /// Why there is no reply, or no valid one.
     fn inspect(&self, path: &Path, inspection: &Inspection<'_>) -> Result<Vec<Problem>, String>;
+
+    /// Returns the names and files of the plugins that distributions of Python state as entry points; none if Python
+    /// cannot be asked.
+    fn entry_points(&self) -> Vec<(String, PathBuf)> {
+        Vec::new()
+    }
 
     /// Frees the resources of the inspector; the next request obtains them again.
     fn stop(&self);

@@ -57,6 +57,9 @@ impl SearchPath {
         path
     }
 
+    /// Where plugins are searched for that no folder contains, and the reason.
+    pub const ENTRY_POINTS: (&str, &str) = ("jde.schemas", "entry points of Python");
+
     /// Appends the folder of an executable, and the installed folder that belongs to it.
     pub fn push_executable(&mut self, executable: &Path) {
         if let Some(folder) = executable.parent() {

@@ -198,15 +198,29 @@ impl Plugins {
             return Ok(file.clone());
         }
         let path = self.search_path_with(extra);
+        // Python is started only for a name that no folder has.
+        let installed = || {
+            let mut installed = self.entry_points().into_iter();
+            installed.find_map(|(known, file)| (known == name).then_some(file))
+        };
         path.find(name)
             .map(|found| found.path)
+            .or_else(installed)
             .ok_or_else(|| PluginError::Missing {
                 name: name.to_owned(),
                 folders: path
                     .folders()
+                    .chain([(SearchPath::ENTRY_POINTS.0.as_ref(), SearchPath::ENTRY_POINTS.1)])
                     .map(|(folder, reason)| format!("{} ({reason})", folder.display()))
                     .collect(),
             })
+    }
+
+    /// Returns the names and files of the plugins that distributions of Python state as entry points. Starts Python.
+    #[must_use]
+    pub fn entry_points(&self) -> Vec<(String, PathBuf)> {
+        let inspector = self.inspector.as_deref();
+        inspector.map(Inspect::entry_points).unwrap_or_default()
     }
 
     /// Returns the plugin in that file, loaded at most once.
@@ -380,9 +394,9 @@ impl From<LoadedPlugin> for DescribedPlugin {
     }
 }
 
-/// Checks that a plugin has the name of its file. A file of Python gives its plugin the name.
+/// Checks that a plugin has the name of its file. A file of Python, or an entry point, gives its plugin the name.
 fn check_name(name: &str, description: &describe::Plugin, file: &Path) -> Result<(), PluginError> {
-    if is_python(name) || description.name.replace('-', "_") == name.replace('-', "_") {
+    if is_python(file) || description.name.replace('-', "_") == name.replace('-', "_") {
         return Ok(());
     }
     Err(PluginError::NameMismatch {

@@ -1,7 +1,7 @@
 //! What this process does for a host: it runs one schema, or describes files. The functions return when the host
 //! ends the connection.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use jde_isolation::{serve as serve_schema, serve_inspections};
 use jde_loader::{LoadError, LoadedPlugin, PluginLocation};
@@ -27,8 +27,18 @@ pub(crate) fn serve(py: Python<'_>) -> PyResult<()> {
 /// Describes files, and lets their schemas inspect what their modulations name, for the host at standard input.
 #[pyfunction]
 pub(crate) fn inspect(py: Python<'_>) -> PyResult<()> {
-    py.detach(|| serve_inspections(load))
+    py.detach(|| serve_inspections(load, entry_points))
         .map_err(|error| PyRuntimeError::new_err(error.to_string()))
+}
+
+/// Returns the names and files of the plugins that distributions state as entry points.
+fn entry_points() -> Vec<(String, PathBuf)> {
+    let found = Python::attach(|py| {
+        let find = py.import("jde._load")?.getattr("entry_points")?;
+        find.call0()?.extract()
+    });
+    // A distribution that cannot be read has no plugins.
+    found.unwrap_or_else(|_: PyErr| Vec::new())
 }
 
 /// Runs a file and writes the tables of its schemas. `copy` has its contents.

@@ -65,6 +65,8 @@ enum InspectorRequest {
         #[serde(with = "as_bytes")]
         path: PathBuf,
     },
+    /// List the entry points of plugins.
+    EntryPoints,
     /// Inspect the resources that the modulations of a schema name.
     Inspect {
         /// The file that the user knows.
@@ -86,6 +88,8 @@ enum InspectorResponse {
         /// The optional functions of each type, as bits.
         optional: Vec<u32>,
     },
+    /// Names and files.
+    EntryPoints(Vec<(String, PathBuf)>),
     Inspected {
         /// A status code of the ABI.
         status: i32,
@@ -206,9 +210,9 @@ impl Inspect for Inspector {
                 optional: optional.into_iter().map(Optional::from_bits).collect(),
             }),
             Ok(InspectorResponse::Refused(reason)) => Err(LoadError::Invalid(reason)),
-            Ok(InspectorResponse::Inspected { .. }) => Err(LoadError::InspectionFailed(String::from(
-                "its process sent an invalid reply",
-            ))),
+            Ok(InspectorResponse::Inspected { .. } | InspectorResponse::EntryPoints(_)) => Err(
+                LoadError::InspectionFailed(String::from("its process sent an invalid reply")),
+            ),
             Err(RequestError::NotStarted(error)) if is_python => {
                 Err(LoadError::Python(python::describe_start_error(&error)))
             }
@@ -245,11 +249,22 @@ impl Inspect for Inspector {
                 Err(failure.unwrap_or_else(|| format!("it returned error {status} without a reason")))
             }
             Ok((InspectorResponse::Refused(reason), _)) => Err(reason),
-            Ok((InspectorResponse::Plugin { .. }, _)) => {
+            Ok((InspectorResponse::Plugin { .. } | InspectorResponse::EntryPoints(_), _)) => {
                 Err(String::from("its process sent an invalid reply"))
             }
             Err(RequestError::NotStarted(error)) => Err(format!("no process can be started for it: {error}")),
             Err(RequestError::Died(text)) => Err(text),
+        }
+    }
+
+    fn entry_points(&self) -> Vec<(String, PathBuf)> {
+        let request = InspectorRequest::EntryPoints;
+        match self
+            .python
+            .request(DESCRIBE_TIMEOUT, |child| child.request(&request))
+        {
+            Ok(InspectorResponse::EntryPoints(found)) => found,
+            Ok(_) | Err(_) => Vec::new(),
         }
     }
 

@@ -19,11 +19,15 @@ use crate::wire::{Frame, FrameKind, Wire};
 
 /// Inspects plugins in this process for the host at standard input; returns when the host sends no more
 /// requests. `open` loads a file, which the user knows by its second argument: [`LoadedPlugin::open_copy`],
-/// unless the program runs plugins of its own kind. Call it first in a program of its own that does nothing else.
+/// unless the program runs plugins of its own kind. `entry_points` lists the names and files of plugins that
+/// are found without a search path. Call it first in a program of its own that does nothing else.
 ///
 /// # Errors
 /// [`ServeError::NoHost`].
-pub fn serve(open: fn(&Path, &Path) -> Result<LoadedPlugin, LoadError>) -> Result<(), ServeError> {
+pub fn serve(
+    open: fn(&Path, &Path) -> Result<LoadedPlugin, LoadError>,
+    entry_points: fn() -> Vec<(String, PathBuf)>,
+) -> Result<(), ServeError> {
     let mut wire = Wire::new(connect_to_host().map_err(ServeError::NoHost)?);
     let mut mapped = Vec::new();
     let mut is_restricted = false;
@@ -46,6 +50,7 @@ pub fn serve(open: fn(&Path, &Path) -> Result<LoadedPlugin, LoadError>) -> Resul
                 }
                 Err(error) => InspectorResponse::Refused(error.to_string()),
             },
+            InspectorRequest::EntryPoints => InspectorResponse::EntryPoints(entry_points()),
             InspectorRequest::Inspect { path, number, name } => {
                 if !std::mem::replace(&mut is_restricted, true) {
                     restrict_to_reading();

@@ -17,7 +17,7 @@ pub(crate) struct PluginListing {
     folders: Vec<Folder>,
 }
 
-/// A searched folder. Folders are in the order of the search.
+/// A searched folder, or what distributions of Python state. Folders are in the order of the search.
 #[derive(Serialize)]
 struct Folder {
     path: PathBuf,
@@ -64,9 +64,19 @@ impl PluginListing {
         let folders = path
             .folders()
             .map(|(folder, because)| scan_folder(&plugins, folder, because, &mut seen));
-        Ok(Self {
-            folders: folders.collect(),
-        })
+        let mut folders: Vec<_> = folders.collect();
+        let installed: Vec<_> = plugins.entry_points().into_iter().map(|(_, file)| file).collect();
+        if !installed.is_empty() {
+            let (group, because) = SearchPath::ENTRY_POINTS;
+            folders.push(describe_files(
+                &plugins,
+                group.as_ref(),
+                because,
+                installed,
+                &mut seen,
+            ));
+        }
+        Ok(Self { folders })
     }
 
     /// Writes the list.
@@ -135,13 +145,6 @@ fn scan_folder(
     because: &'static str,
     seen: &mut HashMap<String, PathBuf>,
 ) -> Folder {
-    let mut folder = Folder {
-        path: path.to_owned(),
-        because,
-        exists: path.is_dir(),
-        plugins: Vec::new(),
-        unusable: Vec::new(),
-    };
     let mut files: Vec<PathBuf> = std::fs::read_dir(path)
         .into_iter()
         .flatten()
@@ -149,6 +152,26 @@ fn scan_folder(
         .filter(|file| is_library(file))
         .collect();
     files.sort();
+    Folder {
+        exists: path.is_dir(),
+        ..describe_files(plugins, path, because, files, seen)
+    }
+}
+
+fn describe_files(
+    plugins: &Plugins,
+    path: &Path,
+    because: &'static str,
+    files: Vec<PathBuf>,
+    seen: &mut HashMap<String, PathBuf>,
+) -> Folder {
+    let mut folder = Folder {
+        path: path.to_owned(),
+        because,
+        exists: true,
+        plugins: Vec::new(),
+        unusable: Vec::new(),
+    };
     for file in files {
         match plugins.describe_file(&file) {
             Ok(plugin) => {

@@ -1,0 +1,56 @@
+"""Plugins that distributions of Python state as entry points."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from conftest import HEAD, Robot
+
+SOURCE = (
+    HEAD.replace("\nfrom jde", "\nfrom . import speeds\nfrom jde", 1)
+    + """
+    def iterate(self, cx):
+        self.base.command(t.Twist.planar(speeds.SLOW, 0.0))
+"""
+)
+
+
+@pytest.fixture
+def installed(robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Robot:
+    """A robot, and a distribution with the plugin `slow-motion` in its package `motion`."""
+    site = tmp_path / "site"
+    for file, text in {
+        "motion/__init__.py": "",
+        "motion/slow.py": SOURCE,
+        "motion/speeds.py": "SLOW = 0.1",
+        "motion-1.0.dist-info/METADATA": "Name: motion\nVersion: 1.0\n",
+        "motion-1.0.dist-info/entry_points.txt": "[jde.schemas]\nslow-motion = motion.slow\nlost = lost.module\n",
+    }.items():
+        path = site / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")])))
+    return robot
+
+
+def test_an_entry_point_is_found_by_its_name_described_and_listed(installed: Robot) -> None:
+    described = installed.jde("describe", "slow-motion", "--json")
+    assert described.status == 0, described.text
+    assert json.loads(described.text)["name"] == "slow-motion"
+    listed = installed.jde("plugins")
+    assert "slow-motion  0.0.0  Mine" in listed.text and "lost" not in listed.text, listed.text
+
+
+def test_a_schema_of_a_package_drives_and_imports_relatively(installed: Robot) -> None:
+    installed.write("", file="slow-motion/Mine")
+    drive = installed.drive()
+    assert drive.status == 0 and "nobody -> mine" in drive.text and "no faults" in drive.text, drive.text
+
+
+def test_a_name_that_nobody_has_says_where_it_was_looked_for(robot: Robot) -> None:
+    done = robot.jde("describe", "nowhere")
+    assert done.status == 3 and "jde.schemas (entry points of Python)" in done.text, done.text
