@@ -1,6 +1,7 @@
 //! A schema in a process of its own decides and exports exactly what it does in the host's process, bit for
 //! bit.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -40,7 +41,10 @@ const FAMILY: &str = r#"
     imports = { scan = "left.seen" }
 "#;
 
-/// Runs for two seconds, in which preconditions become false and an operator forces a schema. Returns the decisions as
+/// When `high` is forced although it is not READY.
+const FORCED: Range<u64> = 1400 * MS..1600 * MS;
+
+/// Runs for two seconds, in which preconditions become false and an operator forces schemas. Returns the decisions as
 /// lines, and every value with its stamp.
 fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     let plugins = all_plugins();
@@ -91,6 +95,14 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     set_speed(high, 0.0);
     run.run_until(1100 * MS);
     set_speed(high, 0.4);
+    run.run_until(1300 * MS);
+    operator.force(high).expect("it may");
+    run.run_until(FORCED.start);
+    // Its iteration has begun with its check, and goes on although the precondition is false.
+    set_speed(high, 0.0);
+    run.run_until(FORCED.end);
+    operator.release(high).expect("it may");
+    set_speed(high, 0.4);
     run.run_until(2000 * MS);
     drop(operator);
     drop((watches, handle));
@@ -120,6 +132,10 @@ fn r16_isolation_changes_no_decision_and_no_export_in_lockstep() {
     for (value, isolated) in exported.iter().zip(&isolated_exported) {
         assert!(value == isolated, "{} differs at {:?}", value.0, value.1);
     }
+    let while_forced = |(name, stamp, _): &&(String, Stamp, Vec<u8>)| {
+        name == "high.count" && (FORCED.start + 20 * MS..FORCED.end).contains(&stamp.time)
+    };
+    assert_eq!(isolated_exported.iter().filter(while_forced).count(), 9);
 }
 
 fn large_values_are_shared_in_both_directions(executor: Executor) {
