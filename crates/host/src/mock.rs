@@ -2,8 +2,9 @@
 //! period; its plugin describes it and is not called. `instance::mocked` carries a mock out.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, OnceLock};
 
+use arc_swap::ArcSwapOption;
 use jde_abi::describe::{Plugin, Port, Role};
 use jde_abi::inspect::Problem;
 use jde_app::{Application, Catalogue, Inspection, InstanceConfig};
@@ -40,14 +41,14 @@ pub struct Mock {
 /// The value of a mock's port that a program changes while the application runs. Usable from any thread; a clone
 /// is the same value.
 #[derive(Clone, Debug, Default)]
-pub struct LiveValue(Arc<Mutex<LiveState>>);
+pub struct LiveValue(Arc<LiveState>);
 
 #[derive(Debug, Default)]
 struct LiveState {
-    /// The size of a value in bytes; `None` before the application starts.
-    size: Option<usize>,
-    /// Empty while there is no value.
-    bytes: Vec<u8>,
+    /// The size of a value in bytes; none before the application starts.
+    size: OnceLock<usize>,
+    /// The schema's thread reads it without a lock, which a thread that sets it could hold.
+    bytes: ArcSwapOption<Vec<u8>>,
 }
 
 #[derive(Clone, Debug)]
@@ -86,11 +87,9 @@ impl LiveValue {
     /// # Errors
     /// The application has not started, or the type has another size.
     pub fn set(&self, bytes: &[u8]) -> Result<(), String> {
-        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        match state.size {
-            Some(size) if size == bytes.len() => {
-                state.bytes.clear();
-                state.bytes.extend_from_slice(bytes);
+        match self.0.size.get() {
+            Some(size) if *size == bytes.len() => {
+                self.0.bytes.store(Some(Arc::new(bytes.to_vec())));
                 Ok(())
             }
             Some(size) => Err(format!(
@@ -103,9 +102,8 @@ impl LiveValue {
 
     /// Calls `use_bytes` with the value, if there is one.
     pub(crate) fn with(&self, use_bytes: impl FnOnce(&[u8])) {
-        let state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if !state.bytes.is_empty() {
-            use_bytes(&state.bytes);
+        if let Some(bytes) = &*self.0.bytes.load() {
+            use_bytes(bytes);
         }
     }
 }
@@ -196,9 +194,7 @@ impl Mock {
         let mut live = Vec::with_capacity(self.live.len());
         for (name, value) in self.live {
             let (number, port) = written_port(instance, &name).map_err(refused)?;
-            let mut state = value.0.lock().unwrap_or_else(PoisonError::into_inner);
-            state.size = Some(port.value_type.bytes);
-            drop(state);
+            value.0.size.get_or_init(|| port.value_type.bytes);
             live.push((number, value));
         }
         self.readiness.sort_by_key(|(from, _)| *from);
