@@ -18,7 +18,7 @@ const BRIDGED: f64 = 0.5;
 enum SensorModel {
     /// By the distance from the end of each beam to the nearest obstacle.
     LikelihoodField,
-    /// By the difference of the length of each beam from that of a ray through the map. Some twenty times slower.
+    /// By the difference of the length of each beam from that of a ray through the map. Some thirty times slower.
     Beam,
 }
 
