@@ -168,6 +168,7 @@ impl Reader {
         let mut bash = Command::new("bash");
         bash.args(["-c", &format!("exec 2>&1; {command}")])
             .envs(self.variables.iter().cloned())
+            .env_remove("CARGO_TARGET_DIR")
             .current_dir(folder);
         let (status, text) = shell::end_within(&mut bash, PATIENCE)?;
         let shows_error = expected.first().is_some_and(|line| line.starts_with("error"));
