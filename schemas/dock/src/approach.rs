@@ -1,0 +1,141 @@
+//! The drive to the docking place, in the frame of the tag: x away from the tag, so that the line to follow is y = 0.
+
+use jde_schema::prelude::*;
+
+use crate::astray;
+
+/// Where the base shall be, and how fast.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    pub(crate) leave: bool,
+    pub(crate) distance: f64,
+    pub(crate) off: f64,
+    pub(crate) margin: f64,
+    pub(crate) speed: f64,
+    pub(crate) turn: f64,
+}
+
+/// What the base does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Step {
+    #[default]
+    Approach,
+    /// Straight back.
+    Back,
+    /// Turns toward the tag.
+    Turn,
+    /// It is where it shall be.
+    There,
+}
+
+/// The drive so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Course {
+    step: Step,
+    leaves: bool,
+}
+
+/// How near the place is near enough, m: a tenth of what is promised.
+const NEAR: f64 = 0.002;
+/// A heading toward the tag that is exact enough, rad: a fifth of a degree.
+const STRAIGHT: f64 = 0.0035;
+/// The length along which a deviation from the line decays, m.
+const DECAY: f64 = 0.25;
+/// The steepest way to the line, rad.
+const STEEPEST: f64 = 0.9;
+/// The largest deviation beside the docking place, m, and how much larger it may be for each metre before it: the base
+/// still gets onto the line.
+const BESIDE: (f64, f64) = (0.012, 0.5);
+/// Nearer to the docking place than this, m, a larger deviation makes it begin anew.
+const DECISION: f64 = 0.5;
+/// How far back it drives to begin anew: at least, for each metre beside the line, and at most, m.
+const BACK: (f64, f64, f64) = (0.3, 2.0, 1.2);
+/// Speed for each metre to go, 1/s, and the least, m/s: it ends within a period's way.
+const SLOWING: (f64, f64) = (1.0, 0.02);
+/// Turn rate for each radian, 1/s, and the least, rad/s.
+const TURNING: (f64, f64) = (2.0, 0.02);
+
+impl Course {
+    /// Returns what to do at a pose.
+    pub(crate) fn step(&mut self, local: &Pose2D, goal: &Goal) -> Step {
+        if self.leaves != goal.leave {
+            *self = Self {
+                step: Step::default(),
+                leaves: goal.leave,
+            };
+        }
+        self.step = if goal.leave {
+            leaving(self.step, local, goal)
+        } else {
+            docking(self.step, local, goal)
+        };
+        self.step
+    }
+
+    /// Returns the speed ahead and the turn rate.
+    pub(crate) fn command(&self, step: Step, local: &Pose2D, goal: &Goal) -> [f64; 2] {
+        let rate = |error: f64, least: f64| {
+            let rate = (TURNING.0 * error.abs()).clamp(least, goal.turn.max(least));
+            rate.copysign(error)
+        };
+        let heading = astray(local);
+        match step {
+            Step::There => [0.0; 2],
+            Step::Turn => [0.0, rate(-heading, TURNING.1)],
+            Step::Approach => {
+                // Facing the tag, +y is to the right: the way to the line is a turn to the left for a positive y.
+                let wanted = steer(local.y);
+                let error = wanted - heading;
+                let left = (local.x - goal.distance).max(0.0);
+                let speed = (SLOWING.0 * left).clamp(SLOWING.1, goal.speed.max(SLOWING.1));
+                // It turns before it drives when it looks elsewhere.
+                [speed * (1.0 - error.abs() / STEEPEST).max(0.0), rate(error, 0.0)]
+            }
+            Step::Back => {
+                let error = -steer(local.y) / 2.0 - heading;
+                [
+                    -goal.speed * (1.0 - error.abs() / STEEPEST).max(0.0),
+                    rate(error, 0.0),
+                ]
+            }
+        }
+    }
+}
+
+/// Returns the heading, relative to that toward the tag, that leads to the line.
+fn steer(y: f64) -> f64 {
+    (y / DECAY).atan().clamp(-STEEPEST, STEEPEST)
+}
+
+fn docking(step: Step, local: &Pose2D, goal: &Goal) -> Step {
+    let left = local.x - goal.distance;
+    let beside = local.y.abs() > BESIDE.0 + BESIDE.1 * left.max(0.0);
+    match step {
+        Step::There if left.hypot(local.y) <= goal.margin => Step::There,
+        Step::Turn if astray(local).abs() <= STRAIGHT => Step::There,
+        Step::Turn => Step::Turn,
+        Step::Back if left < BACK.2.min(BACK.0 + BACK.1 * local.y.abs()) => Step::Back,
+        Step::There | Step::Approach | Step::Back => {
+            if beside && left < DECISION {
+                Step::Back
+            } else if left <= NEAR {
+                Step::Turn
+            } else {
+                Step::Approach
+            }
+        }
+    }
+}
+
+fn leaving(step: Step, local: &Pose2D, goal: &Goal) -> Step {
+    let enough = if step == Step::There {
+        goal.off - goal.margin
+    } else {
+        goal.off
+    };
+    if local.x >= enough {
+        Step::There
+    } else {
+        Step::Back
+    }
+}

@@ -1,0 +1,199 @@
+//! Docking at an AprilTag. The schema avoids no obstacles: another one must brake.
+
+mod approach;
+mod panel;
+mod sighting;
+
+use jde_motion::arc;
+use jde_schema::prelude::*;
+use jde_schema::types::{TagDetections, normalize_angle};
+use jde_vision::CameraMount;
+
+use approach::{Course, Step};
+use sighting::Sighting;
+
+/// The most time between a picture and the odometry that the velocity bridges, s.
+const BRIDGED: f64 = 0.5;
+
+/// Drives a base to a place straight before a tag, heading toward it, and off again.
+///
+/// It follows the line on which the tag faces, more slowly as it comes nearer, stops, and turns toward the tag. If it
+/// comes too near beside the line, it drives back and begins anew. What it saw of the tag is kept in the frame of the
+/// odometry, so the tag may leave the picture for `patience`. The base must be able to turn on the spot.
+///
+/// READY while the tag was seen and the base is not where it shall be.
+#[derive(Describe)]
+#[schema(motor, period = "50ms", budget = "10ms")]
+pub struct Dock {
+    /// The tags that a camera of the base sees, from `tags`.
+    #[import]
+    tags: Import<TagDetections>,
+    /// The measured pose of the base.
+    #[import(trigger)]
+    pose: Import<Odometry>,
+    /// The number of the tag.
+    #[modulation(default = 0)]
+    id: Modulation<u32>,
+    /// Whether it drives off instead: straight back, as far as `off`.
+    #[modulation(default = Flag::FALSE)]
+    leave: Modulation<Flag>,
+    /// Distance from the tag to the middle of the base where it docks.
+    #[modulation(default = 0.5, unit = "m", min = 0.05)]
+    distance: Modulation<f64>,
+    /// Distance from the tag at which it has left.
+    #[modulation(default = 1.5, unit = "m", min = 0.1)]
+    off: Modulation<f64>,
+    /// How far it must be off the place where it shall be, to begin anew.
+    #[modulation(default = 0.05, unit = "m", min = 0.0)]
+    margin: Modulation<f64>,
+    /// How far the camera is ahead of the base.
+    #[modulation(default = 0.0, unit = "m")]
+    ahead: Modulation<f64>,
+    /// How far the camera is to the left of the base.
+    #[modulation(default = 0.0, unit = "m")]
+    left: Modulation<f64>,
+    /// How far the camera is turned to the left.
+    #[modulation(default = 0.0, unit = "rad")]
+    yaw: Modulation<f64>,
+    /// How far the camera looks down.
+    #[modulation(default = 0.0, unit = "rad")]
+    tilt: Modulation<f64>,
+    /// Highest speed.
+    #[modulation(default = 0.2, unit = "m/s", min = 0.01)]
+    speed: Modulation<f64>,
+    /// Highest turn rate.
+    #[modulation(default = 0.8, unit = "rad/s", min = 0.01)]
+    turn: Modulation<f64>,
+    /// How long the tag may be out of sight.
+    #[modulation(default = 10.0, unit = "s", min = 0.1)]
+    patience: Modulation<f64>,
+    /// DONE while the base is where it shall be, FAILED while the tag is out of sight for too long, else RUNNING; the
+    /// note says what it does. The target is the docking place.
+    #[export]
+    docking: Export<Mission>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+    sighting: Sighting,
+    course: Course,
+    /// Sequence number of the last detections.
+    last: Option<u64>,
+    /// What it does now, and where the base is in the frame of the tag: x away from the tag, y to the right of one who
+    /// faces it, the heading 0 away from the tag.
+    state: Option<(Step, Pose2D)>,
+}
+
+impl Schema for Dock {
+    fn awake(&mut self, _: &Context) -> Result {
+        self.sighting = Sighting::default();
+        self.course = Course::default();
+        self.last = None;
+        self.state = None;
+        Ok(())
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        self.look(cx);
+        let local = self.local(cx);
+        self.state = local.map(|local| (self.course.step(&local, &self.goal(cx)), local));
+        self.report(cx);
+        Ok(match self.state {
+            None => Precondition::from(false),
+            Some((step, _)) => (step != Step::There).into(),
+        })
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let twist = self.state.map_or(Twist::ZERO, |(step, local)| {
+            let [speed, turn] = self.course.command(step, &local, &self.goal(cx));
+            Twist::planar(speed, turn)
+        });
+        self.base.command(cx, twist);
+        Ok(())
+    }
+}
+
+impl Dock {
+    /// Takes the newest sighting of the tag.
+    fn look(&mut self, cx: &Context) {
+        let (Some(tags), Some(pose)) = (self.tags.get(cx), self.pose.get(cx)) else {
+            return;
+        };
+        if self.last.replace(tags.sequence()) == Some(tags.sequence()) {
+            return;
+        }
+        let id = self.id.get(cx);
+        let Some(tag) = tags.tags.iter().find(|tag| tag.id == id) else {
+            return;
+        };
+        // Where the base was when the picture was taken.
+        let since = tags.time().as_secs_f64() - pose.time().as_secs_f64();
+        let motion = arc(&pose.twist.twist, since.clamp(-BRIDGED, BRIDGED));
+        let base = pose.pose2d().transform(&motion);
+        let mount = CameraMount {
+            position: [self.ahead.get(cx), self.left.get(cx), 0.0],
+            pan: self.yaw.get(cx),
+            tilt: self.tilt.get(cx),
+        };
+        let seen = mount.facing(&tag.pose);
+        self.sighting.add(&base, &seen, tag.ambiguity, tags.time());
+    }
+
+    /// Returns the pose of the base in the frame of the tag; `None` while that is unknown.
+    fn local(&self, cx: &Context) -> Option<Pose2D> {
+        let patience = Duration::from_secs_f64(self.patience.get(cx));
+        let tag = self.sighting.place(cx.now(), patience)?;
+        Some(tag.localize(&self.pose.get(cx)?.pose2d()))
+    }
+
+    fn goal(&self, cx: &Context) -> approach::Goal {
+        approach::Goal {
+            leave: self.leave.get(cx).get(),
+            distance: self.distance.get(cx),
+            off: self.off.get(cx),
+            margin: self.margin.get(cx),
+            speed: self.speed.get(cx),
+            turn: self.turn.get(cx),
+        }
+    }
+
+    fn report(&mut self, cx: &Context) {
+        let (state, note) = match self.state {
+            None if !self.sighting.is_known() => (Mission::RUNNING, "waiting for the tag"),
+            None => (Mission::FAILED, "the tag is not in sight"),
+            Some((Step::There, _)) if self.leave.get(cx).get() => (Mission::DONE, "off the tag"),
+            Some((Step::There, _)) => (Mission::DONE, "docked"),
+            Some((Step::Approach, _)) => (Mission::RUNNING, "driving to the tag"),
+            Some((Step::Back, _)) => (Mission::RUNNING, "driving back"),
+            Some((Step::Turn, _)) => (Mission::RUNNING, "turning toward the tag"),
+        };
+        let tag = self.sighting.place(cx.now(), Duration::MAX);
+        let target =
+            tag.map(|tag| tag.transform(&Pose2D::new(self.distance.get(cx), 0.0, core::f64::consts::PI)));
+        let distance = self
+            .state
+            .map(|(_, local)| (local.x - self.distance.get(cx)).hypot(local.y));
+        self.docking.write(
+            cx,
+            Mission {
+                state,
+                reached: (state == Mission::DONE).into(),
+                total: 1,
+                note: Text::new(note),
+                target: target.unwrap_or_default(),
+                distance: distance.unwrap_or_default(),
+                ..Mission::default()
+            },
+        );
+    }
+}
+
+/// Returns the heading relative to the direction toward the tag, rad.
+fn astray(local: &Pose2D) -> f64 {
+    normalize_angle(local.theta - core::f64::consts::PI)
+}
+
+jde_schema::export!("dock", "Drives to an AprilTag and off again.", [Dock]);
+
+#[cfg(test)]
+mod tests;

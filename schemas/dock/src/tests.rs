@@ -1,0 +1,191 @@
+//! The schema on a bench: a base that moves as it is commanded, and a camera that sees the tag exactly or with errors.
+
+use core::f64::consts::PI;
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+use jde_schema::types::{Point, Pose, Quaternion, TagDetection, TagDetections};
+
+use crate::Dock;
+
+/// The tag in the frame of the odometry: it faces back along x.
+const TAG: Pose2D = Pose2D::new(5.0, 2.0, PI);
+const PERIOD: Duration = Duration::from_millis(50);
+
+struct Drive {
+    bench: Bench<Dock>,
+    base: Pose2D,
+    now: Duration,
+    /// How far a pose of the tag is turned, rad, with alternating signs.
+    error: f64,
+    sees: bool,
+    ambiguity: f64,
+}
+
+impl Drive {
+    fn from(x: f64, y: f64, theta: f64) -> Self {
+        let mut bench = Bench::new();
+        bench.set("id", 7_u32);
+        Self {
+            bench,
+            base: Pose2D::new(x, y, theta),
+            now: Duration::from_secs(1),
+            error: 0.0,
+            sees: true,
+            ambiguity: 0.1,
+        }
+    }
+
+    /// Shows the pose and the tag, checks, and moves the base as commanded if the schema is READY. Returns whether it is.
+    fn step(&mut self) -> bool {
+        self.now += PERIOD;
+        self.bench.set_now(self.now);
+        let mut pose = Odometry {
+            header: Header::new(self.now, "odom"),
+            ..Odometry::default()
+        };
+        pose.pose.pose = self.base.into();
+        self.bench.import("pose", &pose);
+        if self.sees {
+            let seen = self.base.localize(&TAG);
+            self.error = -self.error;
+            let out = seen.theta + self.error;
+            // The axes of the tag in the frame of the camera, which is x to the right, y down and z ahead.
+            let z = [out.sin(), 0.0, -out.cos()];
+            let axes = [[z[2], 0.0, -z[0]], [0.0, 1.0, 0.0], z];
+            let tag = TagDetection {
+                id: 7,
+                pose: Pose {
+                    position: Point {
+                        x: -seen.y,
+                        y: 0.0,
+                        z: seen.x,
+                    },
+                    orientation: Quaternion::from_axes(axes),
+                },
+                ambiguity: self.ambiguity,
+                ..TagDetection::default()
+            };
+            let other = TagDetection {
+                id: 8,
+                ..TagDetection::default()
+            };
+            let tags = TagDetections {
+                header: Header::new(self.now, "camera"),
+                tags: [other, tag].into_iter().collect(),
+                ..TagDetections::default()
+            };
+            self.bench.import("tags", &tags);
+        }
+        let ready = self.bench.check().expect("it checks").ready;
+        if ready {
+            self.bench.iterate().expect("it iterates");
+            let twist: Twist = self.bench.commanded("base").expect("it commands");
+            let (way, turn) = (twist.linear.x * 0.05, twist.angular.z * 0.05);
+            self.base = self.base.transform(&Pose2D::new(way, 0.0, turn));
+        }
+        ready
+    }
+
+    /// Steps until it is not READY any more, at most two minutes.
+    fn run(&mut self) {
+        assert!(
+            (0..2400).any(|_| !self.step()),
+            "it does not end: {:?}",
+            self.base
+        );
+    }
+
+    fn mission(&mut self) -> Mission {
+        self.bench.exported("docking").expect("the mission is exported")
+    }
+}
+
+#[test]
+fn it_docks_from_every_side_and_leaves_again() {
+    for (x, y, theta) in [
+        (3.0, 2.0, 0.0),
+        (2.5, 2.8, -0.4),
+        (3.5, 1.2, 0.5),
+        (4.2, 2.5, -0.7),
+        (4.3, 2.0, 1.0),
+        (4.45, 1.9, 0.0),
+    ] {
+        let mut drive = Drive::from(x, y, theta);
+        drive.error = 0.05;
+        drive.run();
+        let Pose2D {
+            x: at,
+            y: beside,
+            theta: heading,
+        } = drive.base;
+        assert!((at - 4.5).abs() < 0.01, "from {x}, {y}: {:?}", drive.base);
+        assert!((beside - 2.0).abs() < 0.02, "from {x}, {y}: {:?}", drive.base);
+        assert!(
+            heading.abs() < 1_f64.to_radians(),
+            "from {x}, {y}: {:?}",
+            drive.base
+        );
+        assert_eq!(drive.mission().state, Mission::DONE);
+
+        drive.bench.set("leave", Flag::TRUE);
+        drive.run();
+        assert!((3.4..=3.5).contains(&drive.base.x), "off again: {:?}", drive.base);
+        assert_eq!(drive.mission().note.as_str(), "off the tag");
+    }
+}
+
+#[test]
+fn without_the_tag_it_is_not_ready_and_what_it_saw_lasts_for_its_patience() {
+    let mut drive = Drive::from(3.0, 2.0, 0.0);
+    drive.sees = false;
+    assert!(!drive.step(), "nothing was seen yet");
+    assert_eq!(drive.mission().note.as_str(), "waiting for the tag");
+    drive.sees = true;
+    assert!(drive.step());
+    drive.sees = false;
+    drive.bench.set("patience", 1.0);
+    let steps = (0..100).take_while(|_| drive.step()).count();
+    assert_eq!(steps, 20, "a second");
+    assert_eq!(drive.mission().state, Mission::FAILED);
+}
+
+#[test]
+fn another_tag_is_no_dock() {
+    let mut drive = Drive::from(3.0, 2.0, 0.0);
+    drive.bench.set("id", 9_u32);
+    assert!(!drive.step());
+}
+
+#[test]
+fn directions_that_are_ambiguous_count_little() {
+    let mut drive = Drive::from(3.0, 2.3, -0.1);
+    drive.step();
+    (drive.ambiguity, drive.error) = (0.95, 0.5);
+    (0..9).for_each(|_| assert!(drive.step()));
+    (drive.ambiguity, drive.error) = (0.1, 0.0);
+    drive.run();
+    assert!((drive.base.y - 2.0).abs() < 0.02, "{:?}", drive.base);
+    assert!(drive.base.theta.abs() < 1_f64.to_radians(), "{:?}", drive.base);
+}
+
+#[test]
+fn a_base_that_is_moved_off_the_place_docks_again() {
+    let mut drive = Drive::from(4.0, 2.0, 0.0);
+    drive.run();
+    drive.base.x -= 0.03;
+    assert!(!drive.step(), "within the margin");
+    drive.base.x -= 0.05;
+    assert!(drive.step());
+    drive.run();
+    assert!((drive.base.x - 4.5).abs() < 0.01, "{:?}", drive.base);
+}
+
+#[test]
+fn the_panel_shows_what_it_knows() {
+    let mut drive = Drive::from(3.0, 2.0, 0.0);
+    let shown = |drive: &mut Drive| format!("{:?}", drive.bench.draw().expect("it draws"));
+    assert!(shown(&mut drive).contains("not in sight"));
+    drive.step();
+    assert!(shown(&mut drive).contains("distance to go"));
+}
