@@ -3,10 +3,12 @@
 mod mcl;
 mod memory;
 mod panel;
+mod tags;
 
 pub use mcl::Mcl;
+pub use tags::{TagPlace, TagPlaces, Tags};
 
-jde_schema::export!("localize", "Says where a robot is on a map.", [Mcl]);
+jde_schema::export!("localize", "Says where a robot is on a map.", [Mcl, Tags]);
 
 #[cfg(test)]
 mod tests;

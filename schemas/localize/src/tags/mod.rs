@@ -1,0 +1,271 @@
+//! The schema of localization by tags: where they are, what was seen of them, and when the pose is sure.
+
+mod filter;
+mod panel;
+
+use jde_motion::arc;
+use jde_schema::prelude::*;
+use jde_schema::types::{TagDetection, TagDetections};
+use jde_vision::CameraMount;
+
+use filter::{Estimate, Seen};
+
+/// The most time between a picture and the odometry that the velocity bridges, s.
+const BRIDGED: f64 = 0.5;
+/// The least part of a direction's weight that an ambiguity leaves.
+const AMBIGUOUS: f64 = 0.02;
+/// How many sightings in a row that do not fit mean that the robot is elsewhere.
+const MISFITS: u32 = 10;
+
+/// Where a tag is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/TagPlace")]
+pub struct TagPlace {
+    /// The number of the tag.
+    pub id: u64,
+    /// Its middle, and the direction in which it faces, in the frame of the map.
+    pub pose: Pose2D,
+}
+
+/// Where tags are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/TagPlaces")]
+pub struct TagPlaces {
+    /// The tags, each number once.
+    pub tags: Seq<TagPlace, 64>,
+}
+
+/// Exports where the robot is on a map, by tags whose places are known: an extended Kalman filter.
+///
+/// The odometry moves the pose, and each tag that a camera sees corrects it; a sighting that does not fit is left out. The
+/// first tag says where the robot is. The pose is exported while it is sure, and retracted otherwise;
+/// `state` says why.
+#[derive(Describe)]
+#[schema(perceptive, period = "50ms", budget = "10ms")]
+pub struct Tags {
+    /// The tags that a camera of the robot sees, from `tags`.
+    #[import]
+    tags: Import<TagDetections>,
+    /// The pose and velocity by the odometry.
+    #[import]
+    odometry: Import<Odometry>,
+    /// Where the tags are in the frame of the map: `{ tags = [[7, [5.0, 2.0, "180 deg"]]] }`.
+    #[modulation(default = TagPlaces { tags: Seq::new() })]
+    places: Modulation<TagPlaces>,
+    /// How far the camera is ahead of the base.
+    #[modulation(default = 0.0, unit = "m")]
+    ahead: Modulation<f64>,
+    /// How far the camera is to the left of the base.
+    #[modulation(default = 0.0, unit = "m")]
+    left: Modulation<f64>,
+    /// How far the camera is turned to the left.
+    #[modulation(default = 0.0, unit = "rad")]
+    yaw: Modulation<f64>,
+    /// How far the camera looks down.
+    #[modulation(default = 0.0, unit = "rad")]
+    tilt: Modulation<f64>,
+    /// Standard deviation of the range of a tag at 1 m; that of other ranges grows with their square.
+    #[modulation(default = 0.01, unit = "m", min = 0.0001)]
+    range_deviation: Modulation<f64>,
+    /// Standard deviation of the bearing of a tag.
+    #[modulation(default = 0.01, unit = "rad", min = 0.0001)]
+    bearing_deviation: Modulation<f64>,
+    /// Standard deviation of the direction in which a tag at 1 m faces; it grows with the square of the range.
+    #[modulation(default = 0.04, unit = "rad", min = 0.0001)]
+    facing_deviation: Modulation<f64>,
+    /// Standard deviation of the heading of the odometry after a turn by 1 rad; like the others, it grows with the root.
+    #[modulation(default = 0.05, unit = "rad", min = 0.0, max = 10.0)]
+    turn_by_turn: Modulation<f64>,
+    /// Standard deviation of the heading of the odometry after 1 m.
+    #[modulation(default = 0.03, unit = "rad", min = 0.0, max = 10.0)]
+    turn_by_way: Modulation<f64>,
+    /// Standard deviation of the way of the odometry after 1 m.
+    #[modulation(default = 0.05, unit = "m", min = 0.0, max = 10.0)]
+    way_by_way: Modulation<f64>,
+    /// Greatest standard deviation of a position that is sure.
+    #[modulation(default = 0.3, unit = "m", min = 0.0, max = 10.0)]
+    sure_deviation: Modulation<f64>,
+    /// Greatest standard deviation of a heading that is sure.
+    #[modulation(default = 0.2, unit = "rad", min = 0.0, max = 3.15)]
+    sure_heading_deviation: Modulation<f64>,
+    /// A step of the odometry from which on it is a jump, and no motion.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    jump: Modulation<f64>,
+    /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
+    #[export]
+    pose: Export<Odometry>,
+    /// The pose of the odometry's frame in that of the map (REP-105), while the pose is sure.
+    #[export]
+    correction: Export<PoseStamped>,
+    /// How sure the pose is, in words.
+    #[export]
+    state: Export<Text<160>>,
+    estimate: Option<Estimate>,
+    /// The last pose of the odometry.
+    last: Option<Pose2D>,
+    /// Sequence number of the last detections.
+    seen: Option<u64>,
+    /// Sightings in a row that did not fit.
+    misfits: u32,
+    /// The words of the last iteration.
+    words: String,
+}
+
+impl Schema for Tags {
+    fn awake(&mut self, _: &Context) -> Result {
+        // What happened while it slept is not known.
+        (self.estimate, self.last, self.seen, self.misfits) = (None, None, None, 0);
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.words = match self.localize(cx) {
+            Ok(words) => words,
+            Err(words) => {
+                self.pose.retract(cx);
+                self.correction.retract(cx);
+                words
+            }
+        };
+        self.state.write(cx, Text::truncated(&self.words));
+        Ok(())
+    }
+}
+
+impl Inspect for Tags {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let places = self.places.get(cx);
+        let ids: Vec<u64> = places.tags.iter().map(|tag| tag.id).collect();
+        if ids.is_empty() {
+            problems.wrong(
+                &self.places,
+                "states no tag: expected { tags = [[7, [5.0, 2.0, \"180 deg\"]]] }",
+            );
+        }
+        if let Some((_, twice)) = ids
+            .iter()
+            .enumerate()
+            .find(|(index, id)| ids[..*index].contains(id))
+        {
+            problems.wrong(&self.places, format!("states tag {twice} twice: drop one"));
+        }
+    }
+}
+
+impl Tags {
+    /// Exports the pose.
+    ///
+    /// # Errors
+    /// Why there is none.
+    fn localize(&mut self, cx: &Context) -> Result<String, String> {
+        let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
+        let measured = odometry.pose2d();
+        if ![measured.x, measured.y, measured.theta]
+            .iter()
+            .all(|part| part.is_finite())
+        {
+            return Err("the odometry is not finite".into());
+        }
+        if let Some(last) = self.last.replace(measured) {
+            self.advance(cx, &last.localize(&measured));
+        }
+        self.look(cx, &odometry);
+        let estimate = self.estimate.ok_or("no tag was seen yet")?;
+        let [deviation, heading] = estimate.deviations();
+        let words = format!("{deviation:.2} m and {:.1} degrees", heading.to_degrees());
+        if deviation > self.sure_deviation.get(cx) || heading > self.sure_heading_deviation.get(cx) {
+            return Err(format!("not sure: it may be off by {words}"));
+        }
+        let header = Header {
+            stamp: odometry.header.stamp,
+            frame_id: Text::new("map"),
+        };
+        let mut exported = Odometry { header, ..*odometry };
+        exported.pose.pose = estimate.pose.into();
+        exported.pose.covariance = [0.0; 36];
+        // Of x, y, z and the rotations about them, the plane has the first two and the last.
+        for (row, values) in [0, 1, 5].into_iter().zip(&estimate.covariance) {
+            for (column, &value) in [0, 1, 5].into_iter().zip(values) {
+                exported.pose.covariance[6 * row + column] = value;
+            }
+        }
+        self.pose.write_at(cx, exported, odometry.time());
+        let correction = estimate.pose.transform(&measured.localize(&Pose2D::ORIGIN));
+        self.correction.write_at(
+            cx,
+            PoseStamped {
+                header,
+                pose: correction.into(),
+            },
+            odometry.time(),
+        );
+        Ok(format!("sure to {words}"))
+    }
+
+    /// Moves the pose by a step of the odometry; a jump says nothing about where the robot is.
+    fn advance(&mut self, cx: &Context, step: &Pose2D) {
+        let way = step.x.hypot(step.y);
+        if way > self.jump.get(cx) {
+            warn!(cx, "the odometry jumped by {way:.2} m");
+            self.estimate = None;
+            return;
+        }
+        let turn = (self.turn_by_turn.get(cx).powi(2) * step.theta.abs()
+            + self.turn_by_way.get(cx).powi(2) * way)
+            .sqrt();
+        if let Some(estimate) = &mut self.estimate {
+            estimate.advance(step, [self.way_by_way.get(cx) * way.sqrt(), turn]);
+        }
+    }
+
+    /// Takes what is new of the tags.
+    fn look(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>) {
+        let Some(tags) = self.tags.get(cx) else { return };
+        if self.seen.replace(tags.sequence()) == Some(tags.sequence()) {
+            return;
+        }
+        // Where the base was when the picture was taken, as the base sees it now.
+        let since = tags.time().as_secs_f64() - odometry.time().as_secs_f64();
+        let then = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
+        let places = self.places.get(cx);
+        for tag in tags.tags.iter() {
+            let Some(place) = places.tags.iter().find(|place| place.id == u64::from(tag.id)) else {
+                continue;
+            };
+            let seen = self.seen(cx, &then, tag);
+            let fits = self
+                .estimate
+                .as_mut()
+                .is_some_and(|estimate| estimate.correct(&place.pose, &seen));
+            self.misfits = if fits { 0 } else { self.misfits + 1 };
+            if self.estimate.is_none() || self.misfits >= MISFITS {
+                self.estimate = Some(Estimate::from(&place.pose, &seen));
+                self.misfits = 0;
+            }
+        }
+    }
+
+    /// Returns where a tag is, as a base sees it that was at `then` when the picture was taken.
+    fn seen(&self, cx: &Context, then: &Pose2D, tag: &TagDetection) -> Seen {
+        let mount = CameraMount {
+            position: [self.ahead.get(cx), self.left.get(cx), 0.0],
+            pan: self.yaw.get(cx),
+            tilt: self.tilt.get(cx),
+        };
+        let pose = then.transform(&mount.facing(&tag.pose));
+        let square = pose.x * pose.x + pose.y * pose.y;
+        // An ambiguous direction may be any: straight before a tag, all are ambiguous.
+        let clear = (1.0 - tag.ambiguity).max(AMBIGUOUS);
+        let [range, facing] = [&self.range_deviation, &self.facing_deviation]
+            .map(|deviation| deviation.get(cx) * square.max(0.1));
+        Seen {
+            pose,
+            deviations: [range, self.bearing_deviation.get(cx), facing / clear],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,202 @@
+//! Where a robot among tags is said to be, and what makes it say nothing.
+
+use core::f64::consts::PI;
+
+use jde_schema::bench::Bench;
+use jde_schema::prelude::*;
+use jde_schema::types::{Point, Pose, Quaternion, TagDetection, TagDetections};
+
+use super::{TagPlace, TagPlaces, Tags};
+
+/// Three tags on the right wall of a room of 5 x 4 m.
+const PLACES: [Pose2D; 3] = [
+    Pose2D::new(5.0, 0.8, PI),
+    Pose2D::new(5.0, 2.0, PI),
+    Pose2D::new(5.0, 3.2, PI),
+];
+
+const START: Pose2D = Pose2D::new(2.5, 1.0, 0.0);
+
+/// A robot that drives in a circle, whose odometry counts and turns 1 % too much.
+struct Room {
+    bench: Bench<Tags>,
+    truth: Pose2D,
+    odometry: Pose2D,
+    step: u32,
+}
+
+impl Room {
+    fn new() -> Self {
+        let mut bench = Bench::new();
+        let tags = (0..).zip(PLACES).map(|(id, pose)| TagPlace { id, pose });
+        bench.set("places", TagPlaces { tags: tags.collect() });
+        Self {
+            bench,
+            truth: START,
+            odometry: Pose2D::ORIGIN,
+            step: 0,
+        }
+    }
+
+    /// Returns a number of mean 0 and deviation of about 1 that looks random.
+    fn noise(&self, stream: u32) -> f64 {
+        let sum: f64 = (0..12)
+            .map(|part| {
+                let bits = (self.step * 97 + stream * 31 + part).wrapping_mul(0x9e37_79b9);
+                let bits = (bits ^ bits >> 15).wrapping_mul(0x85eb_ca6b);
+                f64::from(bits ^ bits >> 13) / f64::from(u32::MAX)
+            })
+            .sum();
+        sum - 6.0
+    }
+
+    /// Moves, shows the tags before it if `sees`, and iterates.
+    fn step(&mut self, sees: bool) {
+        self.step += 1;
+        let now = Duration::from_millis(50 * u64::from(self.step));
+        self.bench.set_now(now);
+        self.truth = self.truth.transform(&Pose2D::new(0.02, 0.0, 0.02));
+        self.odometry = self
+            .odometry
+            .transform(&Pose2D::new(0.02 * 1.01, 0.0, 0.02 * 1.01));
+        let mut odometry = Odometry {
+            header: Header::new(now, "odom"),
+            ..Odometry::default()
+        };
+        odometry.pose.pose = self.odometry.into();
+        self.bench.import("odometry", &odometry);
+        if sees {
+            let tags = (0..).zip(PLACES).filter_map(|(id, place)| self.tag(id, &place));
+            let tags = TagDetections {
+                tags: tags.collect(),
+                ..TagDetections::default()
+            };
+            self.bench.import("tags", &tags);
+        }
+        self.bench.iterate().expect("the iteration succeeds");
+    }
+
+    /// Returns a tag as a camera that sees 35 degrees to either side sees it, with errors.
+    fn tag(&self, id: u32, place: &Pose2D) -> Option<TagDetection> {
+        let seen = self.truth.localize(place);
+        let range = seen.x.hypot(seen.y);
+        let bearing = seen.y.atan2(seen.x);
+        if bearing.abs() > 0.6 {
+            return None;
+        }
+        let noisy = range + 0.01 * range * range * self.noise(id);
+        let bearing = bearing + 0.005 * self.noise(10 + id);
+        let facing = seen.theta + 0.04 * range * range * self.noise(20 + id);
+        let z = [facing.sin(), 0.0, -facing.cos()];
+        Some(TagDetection {
+            id,
+            pose: Pose {
+                position: Point {
+                    x: -noisy * bearing.sin(),
+                    y: 0.0,
+                    z: noisy * bearing.cos(),
+                },
+                orientation: Quaternion::from_axes([[z[2], 0.0, -z[0]], [0.0, 1.0, 0.0], z]),
+            },
+            ambiguity: 0.3,
+            ..TagDetection::default()
+        })
+    }
+
+    fn pose(&mut self) -> Option<Pose2D> {
+        let pose: Option<Odometry> = self.bench.exported("pose");
+        pose.map(|pose| pose.pose2d())
+    }
+
+    fn state(&mut self) -> String {
+        let state: Text<160> = self.bench.exported("state").expect("it says how sure it is");
+        state.as_str().to_owned()
+    }
+}
+
+#[test]
+fn with_tags_at_one_wall_in_four_the_pose_errs_by_less_than_5_cm() {
+    let mut room = Room::new();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for step in 0..2000 {
+        room.step(true);
+        let Some(pose) = room.pose() else { continue };
+        // After the first turn.
+        if step > 320 {
+            sum += (pose.x - room.truth.x).powi(2) + (pose.y - room.truth.y).powi(2);
+            count += 1.0;
+        }
+    }
+    assert!(count > 1600.0, "it is sure nearly always: {count}");
+    let error = f64::sqrt(sum / count);
+    assert!(error < 0.05, "{error} m");
+    let drift = START.transform(&room.odometry).distance_to(&room.truth);
+    assert!(drift > 0.3, "the odometry alone is lost: {drift} m");
+}
+
+#[test]
+fn the_pose_is_sure_after_a_tag_and_no_longer_far_from_one() {
+    let mut room = Room::new();
+    room.step(false);
+    assert_eq!(room.pose(), None);
+    assert_eq!(room.state(), "no tag was seen yet");
+    (0..20).for_each(|_| room.step(true));
+    assert!(room.state().starts_with("sure to 0.0"), "{}", room.state());
+    let correction: PoseStamped = room.bench.exported("correction").expect("it is sure");
+    let corrected = Pose2D::from(correction.pose).transform(&room.odometry);
+    let pose = room.pose().expect("it is sure");
+    assert!(
+        corrected.distance_to(&pose) < 1e-6,
+        "{corrected:?} is not {pose:?}"
+    );
+    assert!((0..4000).any(|_| {
+        room.step(false);
+        room.pose().is_none()
+    }));
+    assert!(room.state().starts_with("not sure"), "{}", room.state());
+}
+
+#[test]
+fn a_robot_that_is_carried_away_is_found_and_one_false_tag_moves_nothing() {
+    let mut room = Room::new();
+    (0..20).for_each(|_| room.step(true));
+    let before = room.pose().expect("it is sure");
+    room.truth = Pose2D::new(3.5, 2.5, 0.2);
+    room.step(true);
+    let after = room.pose().expect("it is sure");
+    assert!(
+        before.distance_to(&after) < 0.05,
+        "a sighting that does not fit is left out"
+    );
+    (0..20).for_each(|_| room.step(true));
+    let found = room.pose().expect("it is sure");
+    assert!(
+        found.distance_to(&room.truth) < 0.2,
+        "{found:?} is not {:?}",
+        room.truth
+    );
+}
+
+#[test]
+fn an_odometry_that_jumps_or_is_not_finite_and_unknown_tags_give_no_pose() {
+    let mut room = Room::new();
+    (0..20).for_each(|_| room.step(true));
+    room.odometry.x += 3.0;
+    room.step(false);
+    assert_eq!(room.pose(), None, "it jumped");
+    (0..5).for_each(|_| room.step(true));
+    assert!(room.pose().is_some(), "and is known again by a tag");
+    room.bench.set(
+        "places",
+        TagPlaces {
+            tags: core::iter::once(TagPlace {
+                id: 9,
+                pose: PLACES[0],
+            })
+            .collect(),
+        },
+    );
+    room.odometry.x += 3.0;
+    (0..5).for_each(|_| room.step(true));
+    assert_eq!(room.pose(), None, "no tag that it knows");
+}
