@@ -4,6 +4,7 @@
 
 #![allow(unsafe_code)]
 
+use core::ffi::c_char;
 use core::fmt;
 use core::mem::MaybeUninit;
 use core::ptr;
@@ -155,6 +156,24 @@ const _: () = assert!(
     size_of::<raw::Sample>() == 40,
     "a sample states no size, so its layout never changes"
 );
+
+/// The longest text that is accepted from a plugin, bytes.
+const MAX_TEXT_BYTES: u64 = 64 << 10;
+
+/// Copies a text of a plugin, at most 64 KiB of it.
+///
+/// # Safety
+/// `text` is null, or has that length.
+#[must_use]
+pub unsafe fn text_of(text: *const c_char, length: u64) -> String {
+    if text.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller guarantees the length.
+    let bytes =
+        unsafe { core::slice::from_raw_parts(text.cast::<u8>(), length.min(MAX_TEXT_BYTES) as usize) };
+    String::from_utf8_lossy(bytes).into_owned()
+}
 
 #[cfg(test)]
 mod tests {

@@ -9,8 +9,8 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr::null;
 
 use jde_abi::raw::{self, Context, Host};
-use jde_abi::table;
-use jde_loader::instance::{PluginContext, text_of};
+use jde_abi::table::{self, text_of};
+use jde_loader::instance::PluginContext;
 
 use super::authority::AuthorityFlag;
 use super::memory::IsolatedPort;

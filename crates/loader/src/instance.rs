@@ -17,9 +17,6 @@ use serde::{Deserialize, Serialize};
 
 use super::SchemaFunctions;
 
-/// The longest text that is accepted from a plugin, bytes.
-const MAX_TEXT_BYTES: u64 = 64 << 10;
-
 /// An instance that was created in this process.
 pub struct InProcessInstance {
     table: SchemaFunctions,
@@ -308,17 +305,4 @@ fn text_from_chars(text: &[c_char]) -> String {
     CStr::from_bytes_until_nul(&bytes)
         .map(|text| text.to_string_lossy().into_owned())
         .unwrap_or_default()
-}
-
-/// Copies a text of a plugin, at most `MAX_TEXT_BYTES` of it.
-///
-/// # Safety
-/// `text` is null, or has that length.
-pub unsafe fn text_of(text: *const c_char, length: u64) -> String {
-    if text.is_null() {
-        return String::new();
-    }
-    // SAFETY: the caller guarantees the length.
-    let bytes = unsafe { std::slice::from_raw_parts(text.cast::<u8>(), length.min(MAX_TEXT_BYTES) as usize) };
-    String::from_utf8_lossy(bytes).into_owned()
 }

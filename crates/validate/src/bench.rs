@@ -10,10 +10,10 @@ use std::thread::ThreadId;
 
 use jde_abi::describe::{Role, Schema};
 use jde_abi::raw::{self, Context, Host};
-use jde_abi::table;
+use jde_abi::table::{self, text_of};
 use jde_board::finite::Finite;
 use jde_loader::AlignedBytes;
-use jde_loader::instance::{PluginContext, text_of};
+use jde_loader::instance::PluginContext;
 
 use crate::malformed::malformed;
 

@@ -10,8 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null;
 
 use jde_abi::raw::{self, Context, Host};
-use jde_abi::table;
-use jde_loader::instance::text_of;
+use jde_abi::table::{self, text_of};
 
 use super::call::CallContext;
 

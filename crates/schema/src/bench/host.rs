@@ -5,11 +5,11 @@
 
 use core::ffi::{c_char, c_void};
 use core::ptr;
-use core::slice;
 use core::time::Duration;
 
 use jde_abi::describe::Role;
-use jde_abi::{raw, table};
+use jde_abi::raw;
+use jde_abi::table::{self, text_of};
 use jde_core::Policy;
 
 use super::state::BenchState;
@@ -231,12 +231,12 @@ unsafe extern "C" fn log(cx: *mut raw::Context, level: u32, text: *const c_char,
         _ => Severity::Error,
     };
     // SAFETY: the bench's own context, and the schema's text.
-    unsafe { state(cx).log.push((severity, read_text(text, length))) };
+    unsafe { state(cx).log.push((severity, text_of(text, length))) };
 }
 
 unsafe extern "C" fn fail(cx: *mut raw::Context, text: *const c_char, length: u64) {
     // SAFETY: the bench's own context, and the schema's text.
-    unsafe { state(cx).reason = Some(read_text(text, length)) };
+    unsafe { state(cx).reason = Some(text_of(text, length)) };
 }
 
 unsafe extern "C" fn extension(_: *mut raw::Context, _: *const c_char) -> *const c_void {
@@ -255,15 +255,4 @@ unsafe extern "C" fn retract(cx: *mut raw::Context, port: u32) -> i32 {
 unsafe extern "C" fn real_time(cx: *mut raw::Context) -> u32 {
     // SAFETY: the bench's own context.
     u32::from(unsafe { state(cx) }.real_time)
-}
-
-/// # Safety
-/// `text` is null or `length` bytes.
-unsafe fn read_text(text: *const c_char, length: u64) -> String {
-    if text.is_null() {
-        return String::new();
-    }
-    // SAFETY: the caller's.
-    let bytes = unsafe { slice::from_raw_parts(text.cast::<u8>(), length as usize) };
-    String::from_utf8_lossy(bytes).into_owned()
 }
