@@ -95,6 +95,13 @@ fn patrol_skips_the_place_under_a_table_that_its_map_does_not_know() {
 }
 
 #[test]
+fn localize_finds_out_where_it_is_and_does_so_again_after_it_was_carried() {
+    let mut command = jde_with_plugins(&["experiment", "lost", "--drive", "4", "--limit", "30min"]);
+    let output = output_of(command.current_dir(root()));
+    assert_eq!(output.status, Some(0), "{output:?}");
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];
