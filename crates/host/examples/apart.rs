@@ -1,7 +1,8 @@
-//! What a process of its own costs: the time of the machine that a turn of the same schema takes in lockstep, in process and
-//! apart, beside the time of a byte through a pipe and back; and the share of a core of ten such schemas in real time.
+//! What a process of its own costs: the time of the machine that a turn of the same schema takes in lockstep, in process,
+//! apart and in Python, beside the times of pipes to another process and back; and the share of a core of ten such schemas
+//! in real time.
 //!
-//! `cargo run --release -p jde-host --example apart`
+//! `PYTHONPATH=target/python cargo run --release -p jde-host --example apart`
 
 use std::error::Error;
 use std::io::{Read, Write};
@@ -13,7 +14,7 @@ use std::time::{Duration, Instant};
 use jde_abi::raw;
 use jde_app::{Application, parse};
 use jde_host::{Lockstep, Options, Running};
-use jde_isolation::{Program, load, serve};
+use jde_isolation::{Inspector, Program, load, serve};
 use jde_loader::{Plugins, SearchPath};
 use jde_schema::prelude::*;
 
@@ -21,7 +22,17 @@ use jde_schema::prelude::*;
 const SERVE: &str = "serve";
 /// What it is called with to return each byte.
 const ECHO: &str = "echo";
-/// The turns and the bytes of which the median is shown.
+/// A process of Python that does the same without jde: it unpacks the 360 ranges of a scan and answers with a speed.
+const PYTHON_ECHO: &str = "
+import os, struct
+scan, speed = struct.Struct('360f'), struct.Struct('6d')
+while data := os.read(0, scan.size):
+    os.write(1, speed.pack(scan.unpack(data)[180], 0, 0, 0, 0, 0))
+";
+/// The bytes of the ranges of a scan, and of a speed.
+const SCAN: usize = 1440;
+const SPEED: usize = size_of::<Twist>();
+/// The turns and the messages of which the median is shown.
 const TURNS: u64 = 5000;
 
 /// Looks at a scan and commands a speed: what a behaviour does in an iteration.
@@ -80,7 +91,12 @@ const APPLICATION: &str = r#"
 "#;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut plugins = Plugins::new(SearchPath::default());
+    let mut path = SearchPath::default();
+    path.push(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("examples"),
+        "the example",
+    );
+    let mut plugins = Plugins::new(path).with_inspector(Inspector::new(own(SERVE)?));
     plugins.link(&PLUGIN)?;
     match std::env::args().nth(1).as_deref() {
         Some(SERVE) => return Ok(serve(|plugin| load(&plugins, plugin))?),
@@ -88,16 +104,30 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => {}
     }
     let apart = APPLICATION.replace("\"cost/follow\"", "\"cost/follow\"\nisolate = \"process\"");
-    let (in_process, pipe, apart) = (turn(APPLICATION, &plugins)?, pipe()?, turn(&apart, &plugins)?);
+    let (in_process, apart) = (turn(APPLICATION, &plugins)?, turn(&apart, &plugins)?);
+    let pipe_time = pipe(&own(ECHO)?, 1, 1)?;
     let bytes = size_of::<LaserScan>();
     println!(
         "in process {in_process:8.2} us for a turn that reads a scan of {bytes} bytes and commands a speed"
     );
     println!("apart {apart:8.2} us");
-    println!("pipe  {pipe:8.2} us for a byte to another process and back");
+    println!("pipe  {pipe_time:8.2} us for a byte to another process and back");
     println!(
         "share {:8.2} % of a core for ten at 20 Hz",
         share(&plugins)? * 100.0
+    );
+    let python = APPLICATION.replace("cost/follow", "apart.py/Follow");
+    println!(
+        "python {:8.2} us for the same turn in Python",
+        turn(&python, &plugins)?
+    );
+    let echo = Program {
+        path: "python3".into(),
+        arguments: vec!["-c".into(), PYTHON_ECHO.into()],
+    };
+    println!(
+        "python pipe {:8.2} us for {SCAN} bytes to a process of Python that unpacks them, and {SPEED} back",
+        pipe(&echo, SCAN, SPEED)?
     );
     Ok(())
 }
@@ -110,10 +140,7 @@ fn median(mut times: Vec<f64>) -> f64 {
 fn configure(text: &str, plugins: &Plugins) -> Result<(Application, Options), Box<dyn Error>> {
     let application = parse(text, Path::new("cost.toml"), &[], plugins)?;
     let options = Options {
-        isolation_program: Some(Program {
-            path: std::env::current_exe()?,
-            arguments: vec![SERVE.into()],
-        }),
+        isolation_program: Some(own(SERVE)?),
         ..Options::default()
     };
     Ok((application, options))
@@ -132,10 +159,16 @@ fn turn(text: &str, plugins: &Plugins) -> Result<f64, Box<dyn Error>> {
     Ok(median((1..=TURNS).map(time).collect()))
 }
 
-/// Median time of the machine for a byte through a pipe and back, us.
-fn pipe() -> Result<f64, Box<dyn Error>> {
-    let mut child = process::Command::new(std::env::current_exe()?)
-        .arg(ECHO)
+/// This program, with another task.
+fn own(task: &str) -> Result<Program, Box<dyn Error>> {
+    Ok(Program::new(std::env::current_exe()?, task))
+}
+
+/// Median time of the machine for `there` bytes through a pipe to a program, and `back` bytes from it, us.
+fn pipe(program: &Program, there: usize, back: usize) -> Result<f64, Box<dyn Error>> {
+    let (sent, mut received) = (vec![1; there], vec![0; back]);
+    let mut child = process::Command::new(&program.path)
+        .args(&program.arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()?;
@@ -145,8 +178,8 @@ fn pipe() -> Result<f64, Box<dyn Error>> {
     let mut times = Vec::new();
     for _ in 0..TURNS {
         let start = Instant::now();
-        there.write_all(&[1])?;
-        back.read_exact(&mut [0])?;
+        there.write_all(&sent)?;
+        back.read_exact(&mut received)?;
         times.push(start.elapsed().as_secs_f64() * 1e6);
     }
     drop(there);
