@@ -113,7 +113,7 @@ fn a_missing_plugin_is_reported_with_the_folders_that_were_searched() {
         .load("nothing", &[folder.path().to_owned()])
         .expect_err("there is none");
     let expected = format!(
-        "there is no plugin `nothing` in\n    {} (named in the application)",
+        "there is no plugin `nothing` in\n    {} (named in the application)\n    jde.schemas (entry points of Python)",
         folder.path().display()
     );
     assert_eq!(error.to_string(), expected);
