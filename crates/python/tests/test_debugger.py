@@ -124,6 +124,20 @@ def test_time_stands_still_in_lockstep(start: Callable[..., Terminal]) -> None:
     assert ended.text.count("('at', 1.0)") == 2, ended.text
 
 
+def test_a_call_from_the_prompt_stops_within_the_stop(start: Callable[..., Terminal]) -> None:
+    terminal = start("--lockstep", "--for", "3s", "--set", "mine.since=1.0")
+    terminal.until(PROMPT)
+    terminal.type("debug self.iterate(cx)\n")
+    terminal.until("((Pdb)) ")
+    terminal.type("c\n")
+    for line in ("p 'within', cx.now\n", "c\n", "p 'after', cx.now\n", "c\n"):
+        terminal.until(PROMPT)
+        terminal.type(line)
+    ended = terminal.end()
+    assert ended.status == 0 and "no faults" in ended.text, ended.text
+    assert "('within', 1.0)" in ended.text and "('after', 1.0)" in ended.text, ended.text
+
+
 def test_ctrl_c_at_the_prompt_ends_the_application(start: Callable[..., Terminal]) -> None:
     terminal = start("--for", "100s")
     terminal.until(PROMPT)

@@ -7,7 +7,7 @@ import os
 import pdb  # noqa: T100
 import signal
 import sys
-from typing import Any
+from typing import Any, ClassVar
 
 from jde._context import Context
 
@@ -15,13 +15,18 @@ from jde._context import Context
 class Debugger(pdb.Pdb):
     """A debugger at the terminal. The host waits while it reads commands."""
 
+    #: How many are reading commands. A call from the prompt, as of `debug`, may stop within the stop.
+    _reading: ClassVar[int] = 0
+
     def interaction(self, *arguments: Any, **more: Any) -> None:
         """Read commands until one lets the schema go on."""
         context = Context._newest
         if context is None:
             raise RuntimeError("breakpoint() stops the functions of a schema, and not the import of its file")
-        context.hold(True)
+        if Debugger._reading == 0:
+            context.hold(True)
         before = signal.signal(signal.SIGINT, _quit)
+        Debugger._reading += 1
         try:
             # Standard input is empty, and has been the host's until now.
             terminal = os.open("/dev/tty", os.O_RDONLY)
@@ -29,16 +34,18 @@ class Debugger(pdb.Pdb):
             os.close(terminal)
             super().interaction(*arguments, **more)
         finally:
+            Debugger._reading -= 1
             signal.signal(signal.SIGINT, before)
-            context.hold(False)
+            if Debugger._reading == 0:
+                context.hold(False)
 
 
 def install() -> None:
     """Let `breakpoint()` stop the schema."""
     # Ctrl-C is for the host. It also ends what waits at the prompt.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    debugger = Debugger(nosigint=True)
-    sys.breakpointhook = lambda *_, **__: debugger.set_trace(sys._getframe(1))
+    # Each stop has a debugger of its own, since one within a stop would change the frames of the outer one.
+    sys.breakpointhook = lambda *_, **__: Debugger(nosigint=True).set_trace(sys._getframe(1))
 
 
 def _quit(*_: Any) -> None:
