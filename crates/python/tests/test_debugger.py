@@ -143,7 +143,7 @@ def test_ctrl_c_at_the_prompt_ends_the_application(start: Callable[..., Terminal
     terminal.until(PROMPT)
     terminal.type("\x03")
     ended = terminal.end()
-    assert "BdbQuit" in ended.text or "stopped" in ended.text, ended.text
+    assert ended.status == 0 and "BdbQuit" in ended.text, (ended.status, ended.text)
 
 
 @pytest.mark.parametrize(
