@@ -35,7 +35,8 @@ struct BenchDrawing {
     std::deque<DrawnWidget> widgets;
     std::vector<DrawnWidget *> open;
     std::set<std::string> ids;
-    std::size_t items = 0;
+    std::size_t items = 0, all_points = 0;
+    std::uint64_t bytes = 0;
     std::string broken;
 
     static BenchDrawing &of(jde_drawing *drawing) noexcept { return *reinterpret_cast<BenchDrawing *>(drawing); }
@@ -49,6 +50,8 @@ struct BenchDrawing {
     }
 
 private:
+    static constexpr std::size_t most_items = 20000, most_points = 400000, most_bytes = 8 << 20, most_text = 4096, most_side = 4096;
+
     static std::string text(const char *text) { return text != nullptr ? text : ""; }
     static std::string name(const DrawnWidget &widget)
     {
@@ -59,16 +62,53 @@ private:
         default: return widget.id;
         }
     }
-    std::int32_t wrong(const std::string &widget, const std::string &reason) { return refuse("`" + widget + "`: " + reason); }
+    /** Returns a text with a `?` in place of each control character. */
+    static std::string printable(const std::string &text)
+    {
+        const auto byte = [&](std::size_t index) { return static_cast<unsigned char>(text[index]); };
+        std::string shown;
+        for (std::size_t index = 0; index < text.size(); index++) {
+            const bool is_long = byte(index) == 0xC2 && byte(index + 1) < 0xA0;
+            shown += is_long || byte(index) < 0x20 || byte(index) == 0x7F ? '?' : text[index];
+            index += is_long;
+        }
+        return shown;
+    }
+    /** Names the first 40 characters of a widget's name. */
+    std::int32_t wrong(const std::string &widget, const std::string &reason)
+    {
+        const std::string shown = printable(widget);
+        std::size_t end = 0, characters = 0;
+        while (end < shown.size() && (characters += (shown[end] & 0xC0) != 0x80) <= 40) {
+            end++;
+        }
+        return refuse("`" + shown.substr(0, end) + "`: " + reason);
+    }
     std::int32_t refuse(const std::string &reason)
     {
         broken = broken.empty() ? reason : broken;
         return JDE_BAD_ARGUMENT;
     }
-    bool count(std::size_t more)
+    bool count(std::size_t more, std::size_t more_points = 0)
     {
         items += more;
-        return items <= 20000 || refuse("it has more than 20000 widgets and shapes") == JDE_OK;
+        all_points += more_points;
+        if (items > most_items) {
+            return refuse("it has more than " + std::to_string(most_items) + " widgets and shapes") == JDE_OK;
+        }
+        return all_points <= most_points || refuse("it has more than " + std::to_string(most_points) + " points") == JDE_OK;
+    }
+    bool count_bytes(std::uint64_t more)
+    {
+        bytes += more;
+        return bytes <= most_bytes || refuse("its texts and pixels have " + std::to_string(bytes) + " bytes, and " + std::to_string(most_bytes) + " are allowed") == JDE_OK;
+    }
+    bool fits(const std::string &widget, const std::string &text)
+    {
+        if (text.size() > most_text) {
+            return wrong(widget, "a text has " + std::to_string(text.size()) + " bytes, and " + std::to_string(most_text) + " are allowed") == JDE_OK;
+        }
+        return count_bytes(text.size());
     }
     bool finite(const std::string &widget, const double *numbers, std::size_t count)
     {
@@ -111,19 +151,26 @@ private:
         if (open.size() > 8) {
             return refuse("rows and groups stand more than 8 deep in each other");
         }
-        if (!count(1 + (widget.kind == JDE_WIDGET_CHOICE || widget.kind == JDE_WIDGET_TABLE ? widget.texts.size() : 0))) {
+        if (!count(1 + (widget.kind == JDE_WIDGET_CHOICE || widget.kind == JDE_WIDGET_TABLE ? widget.texts.size() : 0)) || !fits(called, widget.id)) {
             return JDE_BAD_ARGUMENT;
         }
         if (widget.kind > JDE_WIDGET_VALUE && widget.kind != JDE_WIDGET_ROW) {
             if (widget.id.empty()) {
                 return wrong(called, "a widget of this kind needs an id");
             }
+            if (printable(widget.id) != widget.id) {
+                return wrong(called, "its id has control characters, and no gesture may have them");
+            }
             if (!ids.insert(widget.id).second) {
                 return wrong(called, "two widgets have this id");
             }
         }
+        bool is_fit = fits(called, widget.label) && fits(called, widget.unit);
+        for (const std::string &text : widget.texts) {
+            is_fit = is_fit && fits(called, text);
+        }
         const double numbers[] = {raw.value, raw.least, raw.greatest};
-        if (!finite(called, numbers, 3) || !finite(called, raw.area, 4)) {
+        if (!is_fit || !finite(called, numbers, 3) || !finite(called, raw.area, 4)) {
             return JDE_BAD_ARGUMENT;
         }
         switch (widget.kind) {
@@ -135,7 +182,14 @@ private:
             if (raw.channels != 1 && raw.channels != 3 && raw.channels != 4) {
                 return wrong(called, "a pixel has 1, 3 or 4 bytes");
             }
-            return raw.width == 0 || raw.height == 0 ? wrong(called, "it has not as many pixels as its width and height say") : JDE_OK;
+            if (raw.width == 0 || raw.height == 0) {
+                return wrong(called, "it has not as many pixels as its width and height say");
+            }
+            if (raw.width > most_side || raw.height > most_side) {
+                return wrong(called, "it is " + std::to_string(raw.width) + " × " + std::to_string(raw.height) + " pixels, and " +
+                                         std::to_string(most_side) + " to a side are allowed");
+            }
+            return count_bytes(std::uint64_t{raw.width} * raw.height * raw.channels) ? JDE_OK : JDE_BAD_ARGUMENT;
         case JDE_WIDGET_TABLE:
             if (raw.number == 0 || widget.texts.size() % raw.number != 0) {
                 return wrong(called, std::to_string(widget.texts.size()) + " texts do not fill " + std::to_string(raw.number) + " columns");
@@ -160,13 +214,16 @@ private:
             return self.wrong(self.open.empty() ? "" : name(*self.open.back()), "a shape outside of a plot, canvas or scene");
         }
         DrawnWidget &widget = *self.open.back();
+        if (!self.count(1, shape->point_count) || !self.fits(widget.id, text(shape->text))) {
+            return JDE_BAD_ARGUMENT;
+        }
         const std::size_t numbers = std::size_t{shape->point_count} * (widget.kind == JDE_WIDGET_SCENE ? 3 : 2);
         widget.shapes.push_back({shape->kind, std::vector<double>(shape->points, shape->points + numbers), text(shape->text), *shape});
         return self.check(widget.id, widget.kind, *shape, widget.shapes.back().points);
     }
     std::int32_t check(const std::string &widget, std::uint32_t kind, const jde_shape &shape, const std::vector<double> &points)
     {
-        if (!count(1) || !finite(widget, points.data(), points.size()) || !finite(widget, shape.turned, 3)) {
+        if (!finite(widget, points.data(), points.size()) || !finite(widget, shape.turned, 3)) {
             return JDE_BAD_ARGUMENT;
         }
         if (kind == JDE_WIDGET_PLOT) {

@@ -127,6 +127,7 @@ public:
     void draw(jde::Context &cx, jde::Pen &pen) const override
     {
         static constexpr double huge = std::numeric_limits<double>::infinity();
+        static const std::vector<std::uint8_t> pixels(1 << 22);
         switch (mistake.get(cx)) {
         case 10: pen.value("speed", -huge, "m/s"); break;
         case 11: pen.button("go", "Go"), pen.button("go", "Go too"); break;
@@ -145,6 +146,17 @@ public:
                 pen.text("again");
             }
             break;
+        case 19: pen.text(std::string(4097, 'a').c_str()); break;
+        case 20: pen.button(std::string(4097, 'a').c_str(), "Go"); break;
+        case 21: pen.button("go\x7F\n\u0085\u00E9", "Go"); break;
+        case 22: pen.image("seen", {pixels.data(), 5000}, 5000, 1); break;
+        case 23:
+            for (const char *id : {"front", "rear"}) {
+                pen.image(id, pixels, 2048, 2048);
+            }
+            break;
+        case 24: pen.canvas("plane").line(std::vector<jde::At2>(400001, {0.0, 0.0})); break;
+        case 25: pen.canvas("plane").label({0.0, 0.0}, std::string(4097, 'a').c_str()); break;
         default: const_cast<Faulty *>(this)->out.write(cx, 1.0);
         }
     }
@@ -184,7 +196,14 @@ static void a_panel_that_no_viewer_shows_is_a_failure()
                                    "`plane`: a size is -1",
                                    "`space`: a number is inf",
                                    "`plane`: no widget can stand inside it",
-                                   "it has more than 20000 widgets and shapes"};
+                                   "it has more than 20000 widgets and shapes",
+                                   "`a text`: a text has 4097 bytes, and 4096 are allowed",
+                                   "`aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa`: a text has 4097 bytes, and 4096 are allowed",
+                                   "`go???\u00E9`: its id has control characters, and no gesture may have them",
+                                   "`seen`: it is 5000 × 1 pixels, and 4096 to a side are allowed",
+                                   "its texts and pixels have 8388617 bytes, and 8388608 are allowed",
+                                   "it has more than 400000 points",
+                                   "`plane`: a text has 4097 bytes, and 4096 are allowed"};
     jde::Bench<Faulty> bench;
     for (std::uint32_t mistake = 0; mistake < std::size(reasons); mistake++) {
         bench.set("mistake", mistake + 10);
