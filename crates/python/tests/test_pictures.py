@@ -150,3 +150,16 @@ def test_what_is_no_image_is_not_shown() -> None:
     assert image._repr_png_() is None
     with pytest.raises(ValueError, match="'yuv422' cannot be shown, but rgb8, bgr8, mono8, 32FC1"):
         image.png()
+
+
+@pytest.mark.parametrize(
+    ("encoding", "height", "width", "step", "count"),
+    [("rgb8", 2, 2, 6, 11), ("mono8", 2, 2, 1, 8), ("mono8", 2, 2, 0, 4), ("32FC1", 1, 2, 8, 7), ("mono8", 0, 2, 2, 4)],
+)
+def test_an_image_whose_bytes_are_not_its_pixels_is_not_shown(
+    encoding: str, height: int, width: int, step: int, count: int
+) -> None:
+    image = t.Image(height=height, width=width, encoding=encoding, step=step, data=[1] * count)
+    assert image._repr_png_() is None
+    with pytest.raises(ValueError, match=f"{count} bytes in rows of {step} are no image of {width} x {height} pixels"):
+        image.png()

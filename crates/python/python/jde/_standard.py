@@ -116,6 +116,12 @@ class ImageFunctions:
         if self.encoding not in PIXELS:
             raise ValueError(f"an image in {self.encoding!r} cannot be shown, but {', '.join(PIXELS)}")
         data, length = bytes(self.data), self.width * PIXELS[self.encoding]
+        needed = (self.height - 1) * self.step + length
+        if not self.width or not self.height or self.step < length or len(data) < needed:
+            raise ValueError(
+                f"{len(data)} bytes in rows of {self.step} are no image of {self.width} x {self.height} pixels in "
+                f"{self.encoding!r}, of {length} bytes a row"
+            )
         rows = [data[start : start + length] for start in range(0, self.height * self.step, self.step)]
         if self.encoding == "32FC1":
             rows = _grey([struct.unpack(f"{'>' if self.is_bigendian else '<'}{self.width}f", row) for row in rows])
@@ -128,7 +134,10 @@ class ImageFunctions:
         return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
 
     def _repr_png_(self) -> bytes | None:
-        return self.png() if self.encoding in PIXELS and self.width and self.height else None
+        try:
+            return self.png()
+        except ValueError:
+            return None
 
 
 class RangeRingFunctions:
