@@ -3,9 +3,12 @@
 import asyncio
 import contextlib
 import math
+import os
+import select
 import socket
 import subprocess
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, cast
 
@@ -159,6 +162,71 @@ def test_a_block_is_recorded(robot: jde.Remote, tmp_path: Path) -> None:
     with pytest.raises(jde.Error, match="nothing"), robot.record(tmp_path / "no.mcap", "nothing"):
         begun = True
     assert not begun, "what cannot be recorded is said before the block"
+
+
+class Anywhere:
+    """An application that is nowhere."""
+
+    address = "nowhere"
+
+    def variables(self) -> dict[str, str]:
+        return {"stop.fast": "std_msgs/msg/Float64", "goon.fast": "std_msgs/msg/Float64"}
+
+
+def test_a_schema_named_as_a_method_is_no_attribute() -> None:
+    robot = jde.Remote(cast(Any, Anywhere()))
+    assert callable(robot.stop) and dir(robot).count("stop") == 1
+    assert dir(robot.goon) == ["fast"]
+
+
+@pytest.mark.parametrize("name", ["goon", "stop", "name", "new"])
+def test_only_the_variables_of_a_schema_are_written(name: str) -> None:
+    robot = jde.Remote(cast(Any, Anywhere()))
+    with pytest.raises(AttributeError, match=f"`{name}` is no variable: write one of a schema"):
+        setattr(robot, name, 1.0)
+
+
+RECORDER = """
+import os, signal, sys
+try:
+    {begins}
+    signal.pause()
+except KeyboardInterrupt:
+    os.open("ended", os.O_WRONLY | os.O_CREAT)
+    sys.exit({status})
+"""
+
+
+@pytest.fixture
+def recorder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., jde.Remote]:
+    """Take a program for `jde record`."""
+    monkeypatch.chdir(tmp_path)
+
+    def take(begins: str, status: str = "0") -> jde.Remote:
+        source = RECORDER.format(begins=begins, status=status)
+        monkeypatch.setattr("jde._executable.command", lambda *_: [sys.executable, "-c", source])
+        return jde.Remote(cast(Any, Anywhere()))
+
+    return take
+
+
+def test_an_interrupted_recording_ends(recorder: Callable[..., jde.Remote], tmp_path: Path) -> None:
+    robot = recorder("os.kill(os.getppid(), signal.SIGINT)")
+    with pytest.raises(KeyboardInterrupt), robot.record("drive.mcap"):
+        pass
+    assert (tmp_path / "ended").exists()
+
+
+def test_a_recorder_that_says_much_neither_waits_nor_is_forgotten(
+    recorder: Callable[..., jde.Remote], tmp_path: Path
+) -> None:
+    os.mkfifo(tmp_path / "said")
+    said = os.open(tmp_path / "said", os.O_RDONLY | os.O_NONBLOCK)
+    much = "print('recording drive.mcap', '\\nmissed' * 100_000, flush=True); os.write(os.open('said', os.O_WRONLY), b'all')"
+    robot = recorder(much, "'the disk is full'")
+    with pytest.raises(jde.Error, match=r"^recording drive.mcap(?s:.*)\nthe disk is full$"), robot.record("drive.mcap"):
+        assert select.select([said], [], [], PATIENCE)[0], "it waits for a reader"
+    os.close(said)
 
 
 def afar(folder: Path, reach: Path, name: str, protocol: str, link: str) -> tuple[str, list[str]]:

@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import tempfile
+import threading
 from collections.abc import AsyncIterator, Iterator, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -118,7 +119,7 @@ class Remote:
 
     `robot["pioneer.laser"]` is the newest value of a variable, as in a `Run`; `robot["goon.fast"] = "30 cm/s"` writes
     a modulation or a period as an operator (R14), until it is released. `robot.pioneer.laser` is the newest value with
-    its time; `robot.goon.fast = "30 cm/s"` writes too.
+    its time; `robot.goon.fast = "30 cm/s"` writes too. A schema named as a method is no attribute: `robot["stop.fast"]`.
     """
 
     def __init__(self, native: _jde.Remote, at: Sequence[str] = (), key: str = "") -> None:
@@ -156,9 +157,15 @@ class Remote:
             raise AttributeError(f"no schema with variables is called `{name}`; there are {', '.join(known)}")
         return Variables(self, name)
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse names without an underscore: only the variables of a schema are written."""
+        if not name.startswith("_"):
+            raise AttributeError(f"`{name}` is no variable: write one of a schema, as in `robot.goon.fast = 0.2`")
+        super().__setattr__(name, value)
+
     def __dir__(self) -> list[str]:
-        """Return the methods, and the names of the schemas."""
-        return [*super().__dir__(), *self._schemas()]
+        """Return the methods, and the names of the schemas that no method has."""
+        return list(dict.fromkeys([*super().__dir__(), *self._schemas()]))
 
     def sample(self, name: str) -> RemoteSample:
         """Return the newest value of a variable with its time and number."""
@@ -229,27 +236,38 @@ class Remote:
     @contextlib.contextmanager
     def record(self, file: str | os.PathLike[str], *patterns: str) -> Iterator[None]:
         """Record the variables that match, or all, to a file for the time of a block; see `jde record`."""
+        said: list[str] = []
+        has_begun = False
         with self._target() as target:
             command = _executable.command("record", *target, "--", os.fspath(file), *patterns)
             recorder = subprocess.Popen(
-                command, env=_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+                command,
+                env=_environment(),
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                errors="replace",
             )
             assert recorder.stdout is not None
-            said = ""
-            for line in recorder.stdout:
-                said += line
-                if line.startswith("recording "):
-                    break
-            else:
-                recorder.wait()
-                raise _jde.Error(said.strip())
+            # It never waits for a reader.
+            reader = threading.Thread(target=said.extend, args=(recorder.stdout,))
             try:
-                yield
+                for line in recorder.stdout:
+                    said.append(line)
+                    if line.startswith("recording "):
+                        has_begun = True
+                        reader.start()
+                        yield
+                        break
             finally:
                 recorder.send_signal(signal.SIGINT)
-                said, _ = recorder.communicate()
-                if recorder.returncode != 0:
-                    raise _jde.Error(said.strip())
+                if reader.is_alive():
+                    reader.join()
+                said.extend(recorder.stdout)
+                recorder.stdout.close()
+                status = recorder.wait()
+        if status != 0 or not has_begun:
+            raise _jde.Error("".join(said).strip())
 
     @contextlib.contextmanager
     def _target(self) -> Iterator[list[str]]:
