@@ -138,6 +138,21 @@ def test_a_call_from_the_prompt_stops_within_the_stop(start: Callable[..., Termi
     assert "('within', 1.0)" in ended.text and "('after', 1.0)" in ended.text, ended.text
 
 
+def test_r1_a_held_call_delays_no_takeover(robot: Robot, start: Callable[..., Terminal]) -> None:
+    file = robot.folder / "app.toml"
+    file.write_text(file.read_text().replace('["mine", "ahead"]', '["ahead", "mine"]'))
+    terminal = start("--for", "100s", "--set", "ahead.from=4.9")
+    terminal.until(PROMPT)
+    ready = robot.jde("set", "ahead.from=1 m")
+    assert ready.status == 0, ready.text
+    terminal.until("mine -> ahead")
+    terminal.type("p self.base.command(t.Twist.planar(0.3, 0.0))\n")
+    terminal.until("REFUSED")
+    terminal.type("\x03")
+    ended = terminal.end()
+    assert ended.status == 0, ended.text
+
+
 def test_ctrl_c_at_the_prompt_ends_the_application(start: Callable[..., Terminal]) -> None:
     terminal = start("--for", "100s")
     terminal.until(PROMPT)
@@ -158,6 +173,12 @@ def test_what_cannot_be_debugged_is_refused_in_words(robot: Robot, name: str, wo
     robot.write(HEAD + STOPS)
     refused = robot.jde("run", "app.toml", "--debug-python", name)
     assert refused.status == 2 and words in refused.text, refused.text
+
+
+def test_r11_a_call_is_held_only_for_a_debugger(body: Callable[..., Result]) -> None:
+    drive = body("def iterate(self, cx):\n    cx._raw.hold(True)", more='restart = "never"')
+    assert "its process asked what cannot be asked: Hold" in drive.text, drive.text
+    assert "roots: nobody -> ahead" in drive.text, drive.text
 
 
 def test_a_breakpoint_without_a_terminal_says_what_to_do(body: Callable[..., Result]) -> None:
