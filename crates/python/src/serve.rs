@@ -33,12 +33,18 @@ pub(crate) fn inspect(py: Python<'_>) -> PyResult<()> {
 
 /// Returns the names and files of the plugins that distributions state as entry points.
 fn entry_points() -> Vec<(String, PathBuf)> {
-    let found = Python::attach(|py| {
-        let find = py.import("jde._load")?.getattr("entry_points")?;
-        find.call0()?.extract()
-    });
-    // A distribution that cannot be read has no plugins.
-    found.unwrap_or_else(|_: PyErr| Vec::new())
+    Python::attach(|py| {
+        let find = || {
+            py.import("jde._load")?
+                .getattr("entry_points")?
+                .call0()?
+                .extract()
+        };
+        find().unwrap_or_else(|error: PyErr| {
+            error.print(py);
+            Vec::new()
+        })
+    })
 }
 
 /// Runs a file and writes the tables of its schemas. `copy` has its contents.

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
 from conftest import HEAD, Robot
+from jde._load import entry_points, load
 
 SOURCE = (
     HEAD.replace("\nfrom jde", "\nfrom . import speeds\nfrom jde", 1)
@@ -43,6 +45,34 @@ def test_an_entry_point_is_found_by_its_name_described_and_listed(installed: Rob
     assert json.loads(described.text)["name"] == "slow-motion"
     listed = installed.jde("plugins")
     assert "slow-motion  0.0.0  Mine" in listed.text and "lost" not in listed.text, listed.text
+
+
+@pytest.mark.parametrize("text", ["[jde.schemas]\nno module\n", "[jde.schemas]\nnone = \n"])
+def test_a_malformed_distribution_hides_no_other(
+    text: str, installed: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    malformed = tmp_path / "site/adrift-1.0.dist-info"
+    malformed.mkdir()
+    (malformed / "METADATA").write_text("Name: adrift\nVersion: 1.0\n")
+    (malformed / "entry_points.txt").write_text(text)
+    listed = installed.jde("plugins")
+    assert "slow-motion  0.0.0  Mine" in listed.text, listed.text
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    assert "slow-motion" in dict(entry_points())
+    assert "the entry points of adrift cannot be read: " in capsys.readouterr().err
+
+
+def test_the_folder_of_a_module_is_a_path_once(installed: Robot, tmp_path: Path) -> None:
+    file = tmp_path / "site/motion/slow.py"
+    paths, modules = list(sys.path), dict(sys.modules)
+    try:
+        load(file, file)
+        load(file, file)
+        assert sys.path.count(str(file.parent)) == 1
+    finally:
+        sys.path[:] = paths
+        for name in sys.modules.keys() - modules:
+            del sys.modules[name]
 
 
 def test_a_schema_of_a_package_drives_and_imports_relatively(installed: Robot) -> None:

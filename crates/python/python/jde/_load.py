@@ -18,8 +18,17 @@ GROUP = "jde.schemas"
 
 def entry_points() -> list[tuple[str, str]]:
     """Return the names of the plugins that distributions state, and the files of their modules. Import none of them."""
-    found = ((point.name, _file_of(point.module)) for point in metadata.entry_points(group=GROUP))
-    return [(name, str(file.resolve())) for name, file in found if file is not None]
+    found: dict[str, str] = {}
+    for distribution in metadata.distributions():
+        try:
+            for point in distribution.entry_points:
+                file = _file_of(point.module) if point.group == GROUP else None
+                if file is not None:
+                    # The first of a name is the one that Python imports.
+                    found.setdefault(point.name, str(file.resolve()))
+        except (AttributeError, OSError, TypeError, ValueError) as error:
+            print(f"the entry points of {distribution.name} cannot be read: {error!r}", file=sys.stderr)
+    return list(found.items())
 
 
 def _file_of(module: str) -> Path | None:
@@ -54,7 +63,7 @@ def load(copy: os.PathLike[str], known_as: os.PathLike[str]) -> tuple[str, str, 
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
     known = file.stem
-    if package:
+    if package and str(file.parent) not in sys.path:
         sys.path.append(str(file.parent))
     if package or any(folder.glob("*.dist-info")):
         known = next((name for name, installed in entry_points() if installed == path), known)
