@@ -28,6 +28,7 @@ pub(crate) struct Layout {
 static KNOWN: LazyLock<Mutex<HashMap<u64, Py<Layout>>>> = LazyLock::new(Mutex::default);
 
 struct Part {
+    /// The name of its attribute.
     name: Py<PyString>,
     /// The layout of its elements, unless they are numbers.
     layout: Option<Py<Layout>>,
@@ -83,7 +84,7 @@ impl Layout {
                 layout,
             });
             described.push(Field {
-                name,
+                name: field_of(py, &name)?.to_owned(),
                 doc,
                 unit,
                 kind,
@@ -175,7 +176,7 @@ impl Layout {
                 FieldKind::Scalar(_) => None,
                 FieldKind::Struct(inner) => Some(Self::of(py, inner)?),
             };
-            let name = PyString::intern(py, &field.name).unbind();
+            let name = attribute_of(py, &field.name)?.unbind();
             Ok(Part { name, layout })
         };
         let layout = Self {
@@ -247,6 +248,27 @@ impl Layout {
         })?;
         Ok(class.bind(py))
     }
+}
+
+/// Returns the attribute for a field. That of a field named by a keyword of Python, such as `lambda`, has `_` at its
+/// end.
+pub(crate) fn attribute_of<'py>(py: Python<'py>, field: &str) -> PyResult<Bound<'py, PyString>> {
+    let end = if is_keyword(py, field)? { "_" } else { "" };
+    Ok(PyString::intern(py, &format!("{field}{end}")))
+}
+
+/// Returns the field of an attribute.
+pub(crate) fn field_of<'a>(py: Python<'_>, attribute: &'a str) -> PyResult<&'a str> {
+    match attribute.strip_suffix('_') {
+        Some(field) if is_keyword(py, field)? => Ok(field),
+        Some(_) | None => Ok(attribute),
+    }
+}
+
+fn is_keyword(py: Python<'_>, word: &str) -> PyResult<bool> {
+    py.import("keyword")?
+        .call_method1("iskeyword", (word,))?
+        .extract()
 }
 
 fn decode_field<'py>(

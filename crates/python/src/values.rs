@@ -8,7 +8,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 
-use crate::layout::Layout;
+use crate::layout::{Layout, attribute_of, field_of};
 use crate::views::Views;
 
 /// Returns the value in `bytes` as a schema reads it.
@@ -21,12 +21,16 @@ pub(crate) fn to_python<'py>(
     layout.get().decode(py, &Views::copying(py, bytes)?, 0)
 }
 
-/// Returns the part of a value that a path names, such as `pose` or `places[2]`.
+/// Returns the part of a value that a path of its type names, such as `pose` or `places[2]`.
 pub(crate) fn part_of<'py>(value: Bound<'py, PyAny>, path: &str) -> PyResult<Bound<'py, PyAny>> {
     let mut steps = path.split(['.', '[']).filter(|step| !step.is_empty());
     steps.try_fold(value, |value, step| match step.strip_suffix(']') {
         Some(index) => value.get_item(index.parse::<usize>()?),
-        None => value.getattr(step),
+        None => {
+            let attribute = attribute_of(value.py(), step)?;
+            // The value of a type whose only field is `data` is that of the field.
+            Ok(value.getattr_opt(attribute)?.unwrap_or(value))
+        }
     })
 }
 
@@ -76,7 +80,7 @@ pub(crate) fn from_python(object: &Bound<'_, PyAny>) -> PyResult<Value> {
         for name in fields.try_iter()? {
             let name: String = name?.extract()?;
             let value = from_python(&object.getattr(name.as_str())?)?;
-            read.push((name, value));
+            read.push((field_of(object.py(), &name)?.to_owned(), value));
         }
         return Ok(Value::Map(read));
     }

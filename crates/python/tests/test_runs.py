@@ -69,6 +69,36 @@ class Finds(Schema, kind="motor", period="1s"):
 """
 
 
+def test_the_only_field_of_a_type_is_a_part_too(tmp_path: Path) -> None:
+    one = DOORS.replace("places:", "data:").replace("    marks: Annotated[Sequence[int], seq(int, 65)]\n", "")
+    (tmp_path / "finds.py").write_text(one)
+    file = tmp_path / "doors.toml"
+    file.write_text('name = "doors"\nroots = ["finds"]\n[schemas.finds]\ntype = "finds.py"\n')
+    with jde.run(file, mocks=["finds"]) as run:
+        run["finds.doors"] = {"data": [{"x": 1.0}, {"x": 2.0}]}
+        run.until(2.0)
+        both = [jde.types.Pose2D(x=1.0), jde.types.Pose2D(x=2.0)]
+        assert run["finds.doors"] == run["finds.doors.data"] == both
+        assert (run["finds.doors.data[1]"], run["finds.doors.data[1].x"]) == (both[1], 2.0)
+        with pytest.raises(jde.Error, match=r"an index follows a field, as in `data\[1\]`"):
+            _ = run["finds.doors[1]"]
+
+
+def test_a_field_named_by_a_keyword_ends_with_an_underscore(tmp_path: Path) -> None:
+    (tmp_path / "finds.py").write_text(DOORS.replace("places:", "lambda_:"))
+    file = tmp_path / "doors.toml"
+    file.write_text('name = "doors"\nroots = ["finds"]\n[schemas.finds]\ntype = "finds.py"\n')
+    with jde.run(file, mocks=["finds"]) as run:
+        run["finds.doors"] = {"lambda": [{"x": 1.0}]}
+        run.until(2.0)
+        doors = run["finds.doors"]
+        assert doors.lambda_ == run["finds.doors.lambda"] == [jde.types.Pose2D(x=1.0)]
+        doors.lambda_[0].x = 7.0
+        run["finds.doors"] = doors
+        run.until(4.0)
+        assert run["finds.doors.lambda[0].x"] == 7.0, "what was read can be written"
+
+
 def test_a_type_of_a_schema_has_a_class_in_a_run_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "finds.py").write_text(DOORS)
     file = tmp_path / "doors.toml"
