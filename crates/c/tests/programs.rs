@@ -181,6 +181,7 @@ fn r14_what_is_held_ends_with_the_lease() {
 1.890 s: goon sleeps, ahead 0.90 m
 2.100 s: goon is awake, ahead 1.30 m
 9.000 s: goon sleeps, ahead 1.30 m
+11.000 s: goon sleeps, ahead 1.30 m
 ";
     assert_eq!(output, expected);
 }

@@ -35,7 +35,7 @@ impl Lease {
 
     /// Undoes what the operator holds if the lease has ended. Actions after that last, until the lease is renewed.
     pub(crate) fn check(&mut self, now: Nanos, operator: &OperatorHandle) {
-        if self.end().is_some_and(|end| end <= now) {
+        if self.until.is_some_and(|until| until <= now) {
             for schema in std::mem::take(&mut self.held) {
                 // It is refused once the application has ended, when nothing is held.
                 let _ = operator.release_own(schema);

@@ -47,6 +47,14 @@ int main(int argc, char **argv)
     require(jde_run_stop(run, "goon"));
     require(jde_run_until(run, 9.0));
     print(run);
+    /* A lease that ends while nothing is held is over as well. */
+    require(jde_run_release(run, "goon"));
+    require(jde_run_release(run, "vff"));
+    require(jde_run_lease(run, 0.5));
+    require(jde_run_until(run, 10.0));
+    require(jde_run_stop(run, "goon"));
+    require(jde_run_until(run, 11.0));
+    print(run);
     require(jde_run_close(run));
     require(jde_application_close(application));
     return 0;
