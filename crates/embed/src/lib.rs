@@ -13,6 +13,8 @@ mod observation;
 mod operations;
 mod run;
 mod state;
+#[cfg(test)]
+mod tests;
 
 pub use application::{LoadedApplication, StartOptions};
 pub use error::Error;

@@ -1,14 +1,14 @@
 //! Reading, writing and operating by name.
 
 use std::collections::btree_map::Entry;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 use jde_abi::describe::{Role, Type};
 use jde_app::literal::parse_value;
 use jde_board::value::{self, Value};
 use jde_board::{Stamp, Variable};
 use jde_core::{Nanos, State as SchemaState};
-use jde_host::PanelViewGuard;
+use jde_host::{OperatorHandle, PanelViewGuard};
 use jde_panel::{Gesture, MAX_RATE, PanelFrame};
 use jde_records::snapshot::Snapshot;
 use jde_records::{RecordKind, RunRecord};
@@ -191,8 +191,9 @@ impl Run {
     /// As [`Self::play`].
     pub fn release(&self, schema: &str) -> Result<(), Error> {
         let schema = self.schema(schema)?;
+        let mut lease = self.shared.lease();
         self.shared.operator.release(schema).map_err(Error::refused)?;
-        self.state().lease.release(schema);
+        lease.release(schema);
         Ok(())
     }
 
@@ -217,7 +218,7 @@ impl Run {
     pub fn renew_lease(&self, lease: Option<Nanos>) {
         let now = self.handle().now();
         let until = lease.map(|lease| now.saturating_add(lease));
-        self.state().lease.renew(until);
+        self.shared.lease().renew(until);
     }
 
     /// Changes the world of a simulated robot, in the form of [`Edits`].
@@ -226,8 +227,8 @@ impl Run {
     /// There is no such driver, or the change is none.
     pub fn edit(&self, driver: &str, edits: &str) -> Result<(), Error> {
         let schema = self.schema(driver)?;
-        let mut state = self.state();
-        let queue = state.edits.entry(schema).or_default();
+        let mut queues = self.shared.edits.lock().unwrap_or_else(PoisonError::into_inner);
+        let queue = queues.entry(schema).or_default();
         let text = Edits::parse(edits).and_then(|edits| queue.push(&edits));
         let text = Value::Text(text.map_err(Error::invalid)?);
         self.shared
@@ -334,10 +335,13 @@ impl Run {
     fn act(
         &self,
         schema: usize,
-        action: impl FnOnce(&jde_host::OperatorHandle) -> Result<(), String>,
+        action: impl FnOnce(&OperatorHandle) -> Result<(), String>,
     ) -> Result<(), Error> {
-        action(&self.shared.operator).map_err(Error::refused)?;
-        self.state().lease.hold(schema);
+        let (operator, mut lease) = (&self.shared.operator, self.shared.lease());
+        // A lease that has ended does not hold for this action.
+        lease.check(self.handle().now(), operator);
+        action(operator).map_err(Error::refused)?;
+        lease.hold(schema);
         Ok(())
     }
 

@@ -9,6 +9,7 @@ use jde_conditions::{Expression, Names};
 use jde_core::Nanos;
 use jde_host::{Handle, OperatorHandle, Running};
 use jde_records::event::Outcome;
+use jde_sim::EditQueue;
 
 use crate::Error;
 use crate::application::StartOptions;
@@ -28,7 +29,7 @@ pub struct Run {
     pub(crate) shared: Arc<Shared>,
     /// The ports of mocks, by their full names.
     pub(crate) live: BTreeMap<String, LivePort>,
-    /// The thread that looks, in real time.
+    /// The thread that looks, in real time. Who ends the run holds this lock until it is at rest.
     looker: Mutex<Option<JoinHandle<()>>>,
 }
 
@@ -39,6 +40,10 @@ pub(crate) struct Shared {
     /// The name of the operator.
     pub(crate) by: String,
     state: Mutex<State>,
+    /// This lock is taken after that of the state, or alone.
+    lease: Mutex<Lease>,
+    /// The changes of each world so far, by the driver that makes them.
+    pub(crate) edits: Mutex<BTreeMap<usize, EditQueue>>,
     /// Notified after each look and at the end.
     looked: Condvar,
     /// Seconds of application time per second of machine time; `None` in lockstep.
@@ -71,10 +76,10 @@ impl Run {
             state: Mutex::new(State {
                 executor,
                 observation: events.map(|events| Observation::new(events, handle)),
-                lease: Lease::default(),
-                edits: BTreeMap::new(),
                 panels: BTreeMap::new(),
             }),
+            lease: Mutex::default(),
+            edits: Mutex::default(),
             looked: Condvar::new(),
             speed: (!options.lockstep).then_some(options.speed),
         };
@@ -89,12 +94,11 @@ impl Run {
     /// looks for records, conditions and the end of the lease.
     pub(crate) fn attend(&self, running: Running) -> Result<(), Error> {
         let (waiting, looking) = (Arc::clone(&self.shared), Arc::clone(&self.shared));
-        let mut state = self.shared.state();
         let waiter = Builder::new().name(String::from("jde-rest")).spawn(move || {
             running.wait();
             waiting.looked.notify_all();
         });
-        state.executor = Executor::RealTime(waiter.map_err(Error::failed)?);
+        self.state().executor = Executor::RealTime(waiter.map_err(Error::failed)?);
         let looker = Builder::new()
             .name(String::from("jde-look"))
             .spawn(move || looking.look());
@@ -170,18 +174,17 @@ impl Run {
     /// read.
     pub fn end(&self) {
         self.shared.handle.stop();
-        let mut state = self.shared.state();
-        match std::mem::replace(&mut state.executor, Executor::AtRest) {
+        let mut looker = self.looker();
+        let executor = std::mem::replace(&mut self.state().executor, Executor::AtRest);
+        match executor {
             Executor::Lockstep(lockstep) => drop(lockstep),
             // The threads of the application catch their panics.
             Executor::RealTime(waiter) => drop(waiter.join()),
             Executor::AtRest => {}
         }
-        self.shared.observe(&mut state);
-        drop(state);
+        self.state().observe(&self.shared);
         self.shared.looked.notify_all();
-        let looker = self.looker().take();
-        drop(looker.map(JoinHandle::join));
+        drop(looker.take().map(JoinHandle::join));
     }
 
     fn looker(&self) -> MutexGuard<'_, Option<JoinHandle<()>>> {
@@ -223,15 +226,15 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn observe(&self, state: &mut State) {
-        state.observe(&self.handle, &self.operator);
+    pub(crate) fn lease(&self) -> MutexGuard<'_, Lease> {
+        self.lease.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Lets time pass or waits, for [`SLICE`] at most. Returns `None` if the time was not reached.
     fn advance(&self, end: Nanos, condition: Option<u64>) -> Option<Stop> {
         let mut state = self.state();
         let Some(speed) = self.speed else {
-            return state.advance(&self.handle, &self.operator, end, condition);
+            return state.advance(self, end, condition);
         };
         let stop = |state: &State| match self.handle.outcome() {
             _ if state.was_true(condition) => Some(Stop::Condition),
@@ -250,7 +253,7 @@ impl Shared {
     fn look(&self) {
         let mut state = self.state();
         while !matches!(state.executor, Executor::AtRest) || self.handle.outcome().is_none() {
-            self.observe(&mut state);
+            state.observe(self);
             self.looked.notify_all();
             let waited = self.looked.wait_timeout(state, LOOK);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;

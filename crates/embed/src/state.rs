@@ -5,12 +5,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_core::Nanos;
-use jde_host::{Handle, Lockstep, OperatorHandle, PanelViewGuard};
-use jde_sim::EditQueue;
+use jde_host::{Handle, Lockstep, PanelViewGuard};
 
-use crate::lease::Lease;
 use crate::observation::Observation;
-use crate::run::{FOREVER, Stop};
+use crate::run::{FOREVER, Shared, Stop};
 
 /// The machine time after which a run in lockstep looks whether others wait for its state.
 pub(crate) const SLICE: Duration = Duration::from_millis(20);
@@ -31,42 +29,34 @@ pub(crate) enum Executor {
 pub(crate) struct State {
     pub(crate) executor: Executor,
     pub(crate) observation: Option<Observation>,
-    pub(crate) lease: Lease,
-    /// The changes of each world so far, by the driver that makes them.
-    pub(crate) edits: BTreeMap<usize, EditQueue>,
     /// The panels that are drawn, by their schemas.
     pub(crate) panels: BTreeMap<usize, PanelViewGuard>,
 }
 
 impl State {
     /// Runs in lockstep until a time, or until a condition is true. Returns `None` after [`SLICE`].
-    pub(crate) fn advance(
-        &mut self,
-        handle: &Handle,
-        operator: &OperatorHandle,
-        end: Nanos,
-        condition: Option<u64>,
-    ) -> Option<Stop> {
+    pub(crate) fn advance(&mut self, shared: &Shared, end: Nanos, condition: Option<u64>) -> Option<Stop> {
         let started = Instant::now();
         loop {
             let Executor::Lockstep(lockstep) = &mut self.executor else {
                 return Some(Stop::End);
             };
-            let due = next_instant(lockstep, handle)
+            let lease = shared.lease().end();
+            let due = next_instant(lockstep, &shared.handle)
                 .into_iter()
-                .chain(self.lease.end())
+                .chain(lease)
                 .min();
             if due.is_none() && end == FOREVER {
                 return Some(Stop::Time);
             }
             let mut next = due.unwrap_or(end);
-            if self.observation.is_none() && self.lease.end().is_none() {
+            if self.observation.is_none() && lease.is_none() {
                 // Nothing looks at the instants in between.
                 next = next.saturating_add(MAX_STRIDE);
             }
             let next = next.min(end);
             let outcome = lockstep.run_until(next);
-            self.observe(handle, operator);
+            self.observe(shared);
             if outcome.is_some() {
                 return Some(Stop::End);
             }
@@ -83,9 +73,9 @@ impl State {
     }
 
     /// Keeps what has changed until now, and ends what is held under a lease that has ended.
-    pub(crate) fn observe(&mut self, handle: &Handle, operator: &OperatorHandle) {
-        let now = handle.now();
-        self.lease.check(now, operator);
+    pub(crate) fn observe(&mut self, shared: &Shared) {
+        let now = shared.handle.now();
+        shared.lease().check(now, &shared.operator);
         if let Some(observation) = &mut self.observation {
             observation.observe(now);
         }
