@@ -95,8 +95,9 @@ impl Observation {
         let mut instant = events.first().map_or(now, Event::time);
         for event in events {
             // In real time several instants may have passed: what was true at one of them is noticed.
-            if std::mem::replace(&mut instant, event.time()) != event.time() {
-                self.evaluate(event.time());
+            let before = std::mem::replace(&mut instant, event.time());
+            if before != event.time() {
+                self.evaluate(before);
             }
             self.values.add_event(&event);
             for record in self.builder.process(&event) {

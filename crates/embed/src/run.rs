@@ -236,16 +236,20 @@ impl Shared {
         let Some(speed) = self.speed else {
             return state.advance(self, end, condition);
         };
-        let stop = |state: &State| match self.handle.outcome() {
-            _ if state.was_true(condition) => Some(Stop::Condition),
-            Some(_) => Some(Stop::End),
-            None => (self.handle.now() >= end).then_some(Stop::Time),
+        let stop = |state: &mut State| {
+            let (outcome, now) = (self.handle.outcome(), self.handle.now());
+            state.observe(self);
+            match outcome {
+                _ if state.was_true(condition) => Some(Stop::Condition),
+                Some(_) => Some(Stop::End),
+                None => (now >= end).then_some(Stop::Time),
+            }
         };
-        stop(&state).or_else(|| {
+        stop(&mut state).or_else(|| {
             let left = end.saturating_sub(self.handle.now()) as f64 / speed;
             let wait = Duration::from_nanos(left as u64).min(SLICE);
             let waited = self.looked.wait_timeout(state, wait);
-            stop(&waited.unwrap_or_else(PoisonError::into_inner).0)
+            stop(&mut waited.unwrap_or_else(PoisonError::into_inner).0)
         })
     }
 

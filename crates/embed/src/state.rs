@@ -57,11 +57,11 @@ impl State {
             let next = next.min(end);
             let outcome = lockstep.run_until(next);
             self.observe(shared);
-            if outcome.is_some() {
-                return Some(Stop::End);
-            }
             if self.was_true(condition) {
                 return Some(Stop::Condition);
+            }
+            if outcome.is_some() {
+                return Some(Stop::End);
             }
             if next >= end {
                 return Some(Stop::Time);

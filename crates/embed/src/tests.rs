@@ -1,7 +1,12 @@
 use jde_board::value::Value;
+use jde_conditions::{Expression, Names};
+use jde_core::State as SchemaState;
+use jde_records::event::{Event, Observer};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 
-use crate::{LoadedApplication, Run, StartOptions};
+use crate::events::Events;
+use crate::observation::Observation;
+use crate::{LoadedApplication, Run, StartOptions, Stop};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const SECOND: u64 = 1_000_000_000;
@@ -42,4 +47,65 @@ fn r14_who_operates_waits_for_nobody_who_lets_time_pass() {
     run.release("goon").unwrap();
     run.edit("pioneer", "{ remove = 'lab door' }").unwrap();
     drop(state);
+}
+
+#[test]
+fn a_condition_that_becomes_true_in_the_last_instant_has_become_true() {
+    let _watchdog = watch();
+    for lockstep in [true, false] {
+        let run = start(&StartOptions {
+            lockstep,
+            limit: Some(SECOND),
+            ..StartOptions::default()
+        });
+        let stop = run.until(None, Some("time >= 1"), || true);
+        assert_eq!(stop, Ok(Stop::Condition), "lockstep: {lockstep}");
+        assert_eq!(run.until(None, None, || true), Ok(Stop::End));
+    }
+}
+
+#[test]
+fn a_condition_is_evaluated_though_its_time_is_over() {
+    let _watchdog = watch();
+    for lockstep in [true, false] {
+        let run = start(&StartOptions {
+            lockstep,
+            ..StartOptions::default()
+        });
+        run.until(Some(SECOND / 2), None, || true).unwrap();
+        let until = |condition| run.until(Some(SECOND / 4), Some(condition), || true);
+        assert_eq!(until("time > 0.1"), Ok(Stop::Condition), "lockstep: {lockstep}");
+        assert_eq!(until("time < 0.1"), Ok(Stop::Time), "lockstep: {lockstep}");
+    }
+}
+
+#[test]
+fn what_was_true_at_one_instant_is_not_taken_with_the_time_of_the_next() {
+    let run = start(&lockstep());
+    let handle = run.handle();
+    let goon = handle.application().instance("goon").unwrap();
+    let mut events = Events::default();
+    let mut observation = Observation::new(events.clone(), handle);
+    let names = Names::of(handle.application());
+    let mut add = |condition| {
+        let expression = Expression::condition(condition, &names).unwrap();
+        observation.add_condition(expression, handle)
+    };
+    let (at_next, at_own) = (
+        add("goon.won and time >= 2"),
+        add("goon.won and time >= 1 and time < 2"),
+    );
+    let (ready, winner) = (SchemaState::Ready, SchemaState::Winner);
+    for (time, from, to) in [(SECOND, ready, winner), (2 * SECOND, winner, ready)] {
+        let schema = goon;
+        events.on_event(&Event::StateChanged {
+            time,
+            schema,
+            from,
+            to,
+        });
+    }
+    observation.observe(3 * SECOND);
+    assert!(!observation.was_true(at_next));
+    assert!(observation.was_true(at_own));
 }
