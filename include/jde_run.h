@@ -200,7 +200,8 @@ int32_t jde_run_type(jde_run *run, const char *name, const jde_type **value_type
 
 /**
  * Writes a modulation as an operator (R14), or what a mock exports or commands. The value is copied.
- * `JDE_BAD_ARGUMENT` for another type or layout; `JDE_REFUSED` for a value outside the limits. It does not block.
+ * `JDE_BAD_ARGUMENT` for another type or layout; `JDE_REFUSED` for a value outside the limits, and after the end. It does
+ * not block.
  */
 int32_t jde_run_write(jde_run *run, const char *name, const jde_type *value_type, const void *value);
 

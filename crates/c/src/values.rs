@@ -111,7 +111,8 @@ pub unsafe extern "C" fn jde_run_type(
 }
 
 /// Writes a modulation as an operator (R14), or what a mock exports or commands. The value is copied.
-/// `JDE_BAD_ARGUMENT` for another type or layout; `JDE_REFUSED` for a value outside the limits. It does not block.
+/// `JDE_BAD_ARGUMENT` for another type or layout; `JDE_REFUSED` for a value outside the limits, and after the end. It does
+/// not block.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn jde_run_write(
     run: *mut tables::Run,

@@ -122,8 +122,9 @@ impl Run {
     /// Writes a modulation or a period as an operator (R14), or what a mock writes. A text may have a unit.
     ///
     /// # Errors
-    /// There is nothing of that name, the value does not fit, or the application refuses it.
+    /// There is nothing of that name, the value does not fit, or the application refuses it or has ended.
     pub fn write(&self, name: &str, value: Value) -> Result<(), Error> {
+        self.check_running()?;
         if let Some(live) = self.live.get(name) {
             let mut bytes = vec![0; live.value_type.bytes];
             let value = self.parse(name, value, &live.value_type, "")?;
@@ -224,9 +225,10 @@ impl Run {
     /// Changes the world of a simulated robot, in the form of [`Edits`].
     ///
     /// # Errors
-    /// There is no such driver, or the change is none.
+    /// There is no such driver, the change is none, or the application has ended.
     pub fn edit(&self, driver: &str, edits: &str) -> Result<(), Error> {
         let schema = self.schema(driver)?;
+        self.check_running()?;
         let mut queues = self.shared.edits.lock().unwrap_or_else(PoisonError::into_inner);
         let queue = queues.entry(schema).or_default();
         let text = Edits::parse(edits).and_then(|edits| queue.push(&edits));
@@ -343,6 +345,12 @@ impl Run {
         action(operator).map_err(Error::refused)?;
         lease.hold(schema);
         Ok(())
+    }
+
+    fn check_running(&self) -> Result<(), Error> {
+        self.outcome().map_or(Ok(()), |outcome| {
+            Err(Error::refused(format!("the application has ended: {outcome}")))
+        })
     }
 
     /// Reads a text as the application file would; other values stay as they are.

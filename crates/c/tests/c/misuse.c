@@ -90,6 +90,9 @@ int main(int argc, char **argv)
     say("step after the end", jde_run_step(run));
     say("until after the end", jde_run_until(run, 10.0));
     say("play after the end", jde_run_play(run, "goon"));
+    say("write after the end", jde_run_write_number(run, "vff.ahead", 1.0));
+    say("write as a mock after the end", jde_run_write(run, "goon.base", &jde_twist_type, &twist));
+    say("edit after the end", jde_run_edit(run, "pioneer", "{ remove = 'lab door' }"));
     say("read after the end", jde_run_read_number(run, "pioneer.truth.pose.x", &number));
     say("close", jde_run_close(run));
     say("read after the close", jde_run_read_number(run, "pioneer.truth.pose.x", &number));
