@@ -106,7 +106,7 @@ struct jde_start_options {
 
 /**
  * Returns what was wrong with the last call of this thread that did not return `JDE_OK`. The text is valid until
- * this thread makes another call.
+ * this thread makes another call. In a destructor of a thread that ends, it is empty.
  */
 const char *jde_error(void);
 

@@ -49,12 +49,13 @@ pub(crate) fn call(body: impl FnOnce() -> Result<(), Failure>) -> i32 {
     let failure = match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(())) => return raw::OK,
         Ok(Err(failure)) => failure,
-        Err(_) => Failure::new(
-            raw::PANICKED,
-            PANIC.with_borrow(|panic| format!("a defect of libjde: {panic}")),
-        ),
+        Err(_) => {
+            let panic = PANIC.try_with(|kept| kept.borrow().clone()).unwrap_or_default();
+            Failure::new(raw::PANICKED, format!("a defect of libjde: {panic}"))
+        }
     };
-    ERROR.set(c_text(failure.text));
+    // A thread that ends keeps no text any more.
+    let _ = ERROR.try_with(|kept| kept.replace(c_text(failure.text)));
     failure.status
 }
 
@@ -64,15 +65,15 @@ fn note_panic(panic: &PanicHookInfo<'_>) {
         .location()
         .map(|place| format!(" at {place}"))
         .unwrap_or_default();
-    // A thread that ends has no such text any more.
     let _ = PANIC.try_with(|kept| kept.replace(format!("{message}{place}")));
 }
 
 /// Returns what was wrong with the last call of this thread that did not return `JDE_OK`. The text is valid until
-/// this thread makes another call.
+/// this thread makes another call. In a destructor of a thread that ends, it is empty.
 #[unsafe(no_mangle)]
 pub extern "C" fn jde_error() -> *const c_char {
-    ERROR.with_borrow(|text| text.as_ptr())
+    let text = ERROR.try_with(|text| text.borrow().as_ptr());
+    text.unwrap_or(c"".as_ptr())
 }
 
 /// Frees a text that the library returned. Null is nothing.
@@ -109,11 +110,17 @@ pub(crate) unsafe fn optional_text<'t>(what: &str, text: *const c_char) -> Resul
         .map_err(|error| Failure::new(raw::BAD_ARGUMENT, format!("`{what}` is not UTF-8: {error}")))
 }
 
-/// Writes a result of the program's.
-pub(crate) unsafe fn give<T>(what: &str, place: *mut T, value: T) -> Result<(), Failure> {
+/// Refuses a place of the program that is none.
+pub(crate) fn check_place<T>(what: &str, place: *mut T) -> Result<(), Failure> {
     if place.is_null() {
         return Err(Failure::new(raw::BAD_ARGUMENT, format!("`{what}` is null")));
     }
+    Ok(())
+}
+
+/// Writes a result of the program's.
+pub(crate) unsafe fn give<T>(what: &str, place: *mut T, value: T) -> Result<(), Failure> {
+    check_place(what, place)?;
     // SAFETY: a place of the program for this type.
     unsafe { place.write(value) };
     Ok(())

@@ -1,4 +1,5 @@
 /* Makes the mistakes that a program can make, and prints what the library says. */
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,6 +26,19 @@ static const jde_field narrow_fields[] = {
 };
 static const jde_type narrow_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(narrow_fields), "geometry_msgs/msg/Twist", "", sizeof(narrow), 4u, narrow_fields};
+
+/* A thread may call the library while it ends, when no text is kept for it any more. */
+static void at_end(void *run)
+{
+    say("at the end of a thread", jde_run_step((jde_run *)run));
+}
+
+static void *end_thread(void *key)
+{
+    pthread_setspecific(*(pthread_key_t *)key, key);
+    say("in a thread", jde_run_step(NULL));
+    return NULL;
+}
 
 int main(int argc, char **argv)
 {
@@ -98,5 +112,10 @@ int main(int argc, char **argv)
     say("read after the close", jde_run_read_number(run, "pioneer.truth.pose.x", &number));
     say("close again", jde_run_close(run));
     say("null", jde_run_step(NULL));
+    pthread_key_t key;
+    pthread_t thread;
+    pthread_key_create(&key, at_end);
+    pthread_create(&thread, NULL, end_thread, &key);
+    pthread_join(thread, NULL);
     return 0;
 }
