@@ -70,6 +70,11 @@ pub unsafe extern "C" fn jde_application_start(
         // SAFETY: the pointers are those of the header's rules.
         unsafe {
             if let Some(options) = read_options(options)? {
+                let unknown =
+                    options.flags & !(tables::LOCKSTEP | tables::WITH_SEED | tables::WITHOUT_RECORDS);
+                if unknown != 0 {
+                    return Err(unknown_option(&format!("the flags {unknown:#x}")));
+                }
                 start.lockstep = options.flags & tables::LOCKSTEP != 0;
                 start.records = options.flags & tables::WITHOUT_RECORDS == 0;
                 start.seed = (options.flags & tables::WITH_SEED != 0).then_some(options.seed);
@@ -97,7 +102,7 @@ pub extern "C" fn jde_application_close(application: *mut tables::Application) -
     })
 }
 
-/// Reads options as far as the program knows them; the rest is zero.
+/// Reads options as far as the program knows them; the rest is zero. What the library does not know must be zero.
 unsafe fn read_options<T: Copy>(options: *const T) -> Result<Option<T>, Failure> {
     if options.is_null() {
         return Ok(None);
@@ -113,9 +118,18 @@ unsafe fn read_options<T: Copy>(options: *const T) -> Result<Option<T>, Failure>
             ));
         }
         let known = stated.min(size_of::<T>());
-        std::ptr::copy_nonoverlapping(options.cast::<u8>(), read.as_mut_ptr().cast(), known);
+        let bytes = options.cast::<u8>();
+        if let Some(unknown) = (known..stated).find(|byte| bytes.add(*byte).read() != 0) {
+            return Err(unknown_option(&format!("the option at byte {unknown}")));
+        }
+        std::ptr::copy_nonoverlapping(bytes, read.as_mut_ptr().cast(), known);
         Ok(Some(read.assume_init()))
     }
+}
+
+fn unknown_option(what: &str) -> Failure {
+    let text = format!("this libjde does not know {what}: use a newer one, or the header of this one");
+    Failure::new(raw::BAD_ARGUMENT, text)
 }
 
 /// Reads an array of texts.

@@ -10,8 +10,8 @@
 //! - Pointers to what a function fills in are not null, unless it says so, and are not kept. A `jde_type` that a program
 //!   passes stays unchanged until the process ends, as those of `jde_types.h` do.
 //! - Times are in seconds since the application's start.
-//! - Options grow only at the end, and state their own size; what a program does not know is zero. Functions are only
-//!   added: a program runs with every newer library of the same name.
+//! - Options grow only at the end, and state their own size; what a program does not know is zero, and what the library does
+//!   not know must be. Functions are only added: a program runs with every newer library of the same name.
 //! - The library installs no handler of signals, prints nothing, and never ends the process.
 
 use core::ffi::c_char;

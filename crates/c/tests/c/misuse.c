@@ -65,6 +65,17 @@ int main(int argc, char **argv)
     jde_start_options start = {.size = sizeof start, .flags = JDE_LOCKSTEP, .speed = -1.0};
     say("negative speed", jde_application_start(application, &start, &run));
     start.speed = 0.0;
+    start.flags |= 64;
+    say("unknown flag", jde_application_start(application, &start, &run));
+    start.flags = JDE_LOCKSTEP;
+    struct {
+        jde_start_options start;
+        uint64_t later;
+    } newer = {{.size = sizeof newer, .flags = JDE_LOCKSTEP}, 1};
+    say("unknown option", jde_application_start(application, &newer.start, &run));
+    newer.later = 0;
+    say("newer options", jde_application_start(application, &newer.start, &run));
+    jde_run_close(run);
     say("start", jde_application_start(application, &start, &run));
     say("a run as an application", jde_application_start((jde_application *)run, NULL, &run));
     say("an application as a run", jde_run_step((jde_run *)application));
