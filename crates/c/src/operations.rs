@@ -7,7 +7,7 @@ use jde_core::State;
 use jde_embed::{Error, Run};
 use jde_records::RecordKind;
 
-use crate::boundary::{Failure, call, give, give_text, text};
+use crate::boundary::{Failure, call, check_place, give, give_text, text};
 use crate::run::nanoseconds;
 use crate::{handles, tables};
 
@@ -72,7 +72,10 @@ pub unsafe extern "C" fn jde_run_next_record(
     dropped: *mut u64,
 ) -> i32 {
     call(|| {
-        let next = handles::run(run)?.next_record()?;
+        let run = handles::run(run)?;
+        check_place("kind", kind)?;
+        check_place("text", text)?;
+        let next = run.next_record()?;
         let (record, lost) = next.ok_or_else(|| Failure::new(raw::NO_VALUE, "no record waits"))?;
         let number = match record.kind() {
             RecordKind::Decision => tables::RECORD_DECISION,

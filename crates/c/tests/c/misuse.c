@@ -91,6 +91,13 @@ int main(int argc, char **argv)
     say("before a value", jde_run_read(run, "pioneer.laser", &jde_laser_scan_type, &scan, NULL));
     say("until 1 s", jde_run_until(run, 1.0));
     say("read", jde_run_read(run, "pioneer.laser", &jde_laser_scan_type, &scan, NULL));
+    uint32_t kind;
+    char *record = NULL;
+    say("no place for a kind", jde_run_next_record(run, NULL, &record, NULL));
+    say("no place for a record", jde_run_next_record(run, &kind, NULL, NULL));
+    say("the first record", jde_run_next_record(run, &kind, &record, NULL));
+    printf("%s\n", record);
+    jde_free_text(record);
     say("wrong name", jde_run_read(run, "pioneer.lazer", &jde_laser_scan_type, &scan, NULL));
     say("wrong type", jde_run_read(run, "pioneer.laser", &jde_twist_type, &twist, NULL));
     say("wrong layout", jde_run_read(run, "pioneer.velocity", &narrow_type, &speeds, NULL));
