@@ -184,9 +184,10 @@ public:
     }
 
     /** Writes a modulation, a period or what a mock writes: a number. */
-    void write(const std::string &name, double number)
+    template <typename T, std::enable_if_t<std::is_arithmetic_v<T>, int> = 0>
+    void write(const std::string &name, T number)
     {
-        detail::require(jde_run_write_number(handle_, name.c_str(), number));
+        detail::require(jde_run_write_number(handle_, name.c_str(), static_cast<double>(number)));
     }
 
     /** The same from a text, as an application file states it: "30 cm/s". */

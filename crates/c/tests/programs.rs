@@ -162,6 +162,12 @@ done
 }
 
 #[test]
+fn a_program_in_cpp_writes_numbers_of_every_type() {
+    let output = Program::compile("crates/c/tests/c/numbers.cpp").run(&[NAVIGATION]);
+    assert_eq!(output, "0\n0.25\n0.5\n0.75\n");
+}
+
+#[test]
 fn any_number_of_threads_may_call_and_any_number_of_runs_go_on() {
     let output = Program::compile("crates/c/tests/c/threads.c").run(&[NAVIGATION]);
     let lines: Vec<_> = output.lines().collect();
