@@ -2,7 +2,7 @@
 //!
 //! Only the velocity ahead, the velocity to the left and the turn rate of a twist count.
 
-use jde_types::{Pose2D, Twist};
+use jde_types::{Odometry, Pose2D, Twist};
 
 /// How fast a base can change its velocity. Each number must be above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,18 @@ impl Travel {
             velocity: next,
         }
     }
+}
+
+/// Returns whether the planar pose and the velocity of an odometry are finite numbers.
+#[must_use]
+pub fn is_finite(odometry: &Odometry) -> bool {
+    let (pose, Twist { linear, angular }) = (odometry.pose2d(), odometry.twist.twist);
+    let numbers = [
+        [pose.x, pose.y, pose.theta],
+        [linear.x, linear.y, linear.z],
+        [angular.x, angular.y, angular.z],
+    ];
+    numbers.as_flattened().iter().all(|number| number.is_finite())
 }
 
 /// Returns the pose after `time` s at the constant velocity `twist`, from the origin: the exponential map of

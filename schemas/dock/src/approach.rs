@@ -39,6 +39,8 @@ pub(crate) struct Course {
 const NEAR: f64 = 0.002;
 /// A heading toward the tag that is exact enough, rad: a fifth of a degree.
 const STRAIGHT: f64 = 0.0035;
+/// A heading at the docking place from which on it begins anew, rad: two degrees.
+const ASTRAY: f64 = 0.035;
 /// The length along which a deviation from the line decays, m.
 const DECAY: f64 = 0.25;
 /// The steepest way to the line, rad.
@@ -111,12 +113,13 @@ fn docking(step: Step, local: &Pose2D, goal: &Goal) -> Step {
     let left = local.x - goal.distance;
     let beside = local.y.abs() > BESIDE.0 + BESIDE.1 * left.max(0.0);
     match step {
-        Step::There if left.hypot(local.y) <= goal.margin => Step::There,
+        Step::There if left.hypot(local.y) <= goal.margin && astray(local).abs() <= ASTRAY => Step::There,
         Step::Turn if astray(local).abs() <= STRAIGHT => Step::There,
         Step::Turn => Step::Turn,
         Step::Back if left < BACK.2.min(BACK.0 + BACK.1 * local.y.abs()) => Step::Back,
         Step::There | Step::Approach | Step::Back => {
-            if beside && left < DECISION {
+            let too_near = left < -goal.margin;
+            if too_near || (beside && left < DECISION) {
                 Step::Back
             } else if left <= NEAR {
                 Step::Turn

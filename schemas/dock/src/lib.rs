@@ -4,7 +4,7 @@ mod approach;
 mod panel;
 mod sighting;
 
-use jde_motion::arc;
+use jde_motion::{arc, is_finite};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetections, normalize_angle};
 use jde_vision::CameraMount;
@@ -18,8 +18,8 @@ const BRIDGED: f64 = 0.5;
 /// Drives a base to a place straight before a tag, heading toward it, and off again.
 ///
 /// It follows the line on which the tag faces, more slowly as it comes nearer, stops, and turns toward the tag. If it
-/// comes too near beside the line, it drives back and begins anew. What it saw of the tag is kept in the frame of the
-/// odometry, so the tag may leave the picture for `patience`. The base must be able to turn on the spot.
+/// is too near, or near but beside the line, it drives back and begins anew. What it saw of the tag is kept in the
+/// frame of the odometry, so the tag may leave the picture for `patience`. The base must be able to turn on the spot.
 ///
 /// READY while the tag was seen and the base is not where it shall be.
 #[derive(Describe)]
@@ -43,8 +43,8 @@ pub struct Dock {
     /// Distance from the tag at which it has left.
     #[modulation(default = 1.5, unit = "m", min = 0.1)]
     off: Modulation<f64>,
-    /// How far it must be off the place where it shall be, to begin anew.
-    #[modulation(default = 0.05, unit = "m", min = 0.0)]
+    /// How far it must be off the place where it shall be, to begin anew. It also does if it is turned by 2 degrees.
+    #[modulation(default = 0.05, unit = "m", min = 0.015)]
     margin: Modulation<f64>,
     /// How far the camera is ahead of the base.
     #[modulation(default = 0.0, unit = "m")]
@@ -67,13 +67,15 @@ pub struct Dock {
     /// How long the tag may be out of sight.
     #[modulation(default = 10.0, unit = "s", min = 0.1)]
     patience: Modulation<f64>,
-    /// DONE while the base is where it shall be, FAILED while the tag is out of sight for too long, else RUNNING; the
-    /// note says what it does. The target is the docking place.
+    /// DONE while the base is where it shall be, FAILED while a tag that was seen is out of sight for too long, else
+    /// RUNNING; the note says what it does. The target is the docking place.
     #[export]
     docking: Export<Mission>,
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
+    /// The number of the tag that was followed last; `None` after it awoke.
+    followed: Option<u32>,
     sighting: Sighting,
     course: Course,
     /// Sequence number of the last detections.
@@ -84,16 +86,20 @@ pub struct Dock {
 }
 
 impl Schema for Dock {
-    fn awake(&mut self, _: &Context) -> Result {
-        self.sighting = Sighting::default();
-        self.course = Course::default();
-        self.last = None;
-        self.state = None;
+    fn awake(&mut self, cx: &Context) -> Result {
+        (self.followed, self.state) = (None, None);
+        // Where the base was at the last picture is not known.
+        self.last = self.tags.get(cx).map(|tags| tags.sequence());
         Ok(())
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        self.look(cx);
+        let id = self.id.get(cx);
+        if self.followed.replace(id) != Some(id) {
+            self.sighting = Sighting::default();
+            self.course = Course::default();
+        }
+        self.look(cx, id);
         let local = self.local(cx);
         self.state = local.map(|local| (self.course.step(&local, &self.goal(cx)), local));
         self.report(cx);
@@ -114,15 +120,19 @@ impl Schema for Dock {
 }
 
 impl Dock {
+    /// Returns the odometry, if its numbers are finite.
+    fn odometry<'c>(&self, cx: &'c Context) -> Option<Sample<'c, Odometry>> {
+        self.pose.get(cx).filter(|pose| is_finite(pose))
+    }
+
     /// Takes the newest sighting of the tag.
-    fn look(&mut self, cx: &Context) {
-        let (Some(tags), Some(pose)) = (self.tags.get(cx), self.pose.get(cx)) else {
+    fn look(&mut self, cx: &Context, id: u32) {
+        let (Some(tags), Some(pose)) = (self.tags.get(cx), self.odometry(cx)) else {
             return;
         };
         if self.last.replace(tags.sequence()) == Some(tags.sequence()) {
             return;
         }
-        let id = self.id.get(cx);
         let Some(tag) = tags.tags.iter().find(|tag| tag.id == id) else {
             return;
         };
@@ -141,9 +151,9 @@ impl Dock {
 
     /// Returns the pose of the base in the frame of the tag; `None` while that is unknown.
     fn local(&self, cx: &Context) -> Option<Pose2D> {
-        let patience = Duration::from_secs_f64(self.patience.get(cx));
+        let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
         let tag = self.sighting.place(cx.now(), patience)?;
-        Some(tag.localize(&self.pose.get(cx)?.pose2d()))
+        Some(tag.localize(&self.odometry(cx)?.pose2d()))
     }
 
     fn goal(&self, cx: &Context) -> approach::Goal {
@@ -157,9 +167,23 @@ impl Dock {
         }
     }
 
+    /// Returns what it says before it has seen its tag.
+    fn waiting(&self, cx: &Context) -> String {
+        let tags = self.tags.get(cx);
+        let others = tags.iter().flat_map(|tags| tags.tags.iter());
+        let others: Vec<String> = others.map(|tag| tag.id.to_string()).collect();
+        let sees = if others.is_empty() { "" } else { ", it sees " };
+        format!("waiting for tag {}{sees}{}", self.id.get(cx), others.join(", "))
+    }
+
     fn report(&mut self, cx: &Context) {
+        let waiting;
         let (state, note) = match self.state {
-            None if !self.sighting.is_known() => (Mission::RUNNING, "waiting for the tag"),
+            None if self.odometry(cx).is_none() => (Mission::RUNNING, "waiting for the odometry"),
+            None if !self.sighting.is_known() => {
+                waiting = self.waiting(cx);
+                (Mission::RUNNING, waiting.as_str())
+            }
             None => (Mission::FAILED, "the tag is not in sight"),
             Some((Step::There, _)) if self.leave.get(cx).get() => (Mission::DONE, "off the tag"),
             Some((Step::There, _)) => (Mission::DONE, "docked"),
@@ -179,7 +203,7 @@ impl Dock {
                 state,
                 reached: (state == Mission::DONE).into(),
                 total: 1,
-                note: Text::new(note),
+                note: Text::truncated(note),
                 target: target.unwrap_or_default(),
                 distance: distance.unwrap_or_default(),
                 ..Mission::default()

@@ -35,11 +35,17 @@ impl Mean {
 
 impl Sighting {
     /// Adds that a base at a pose saw the tag: its place and the direction in which it faces, in the frame of the base.
+    /// What is not finite is left out.
     pub(crate) fn add(&mut self, base: &Pose2D, seen: &Pose2D, ambiguity: f64, time: Duration) {
         let range = seen.x.hypot(seen.y);
         let tag = base.transform(seen);
         // The error of a range grows with the square of the range, and so does that of a direction.
-        let weight = range.max(0.1).powi(-4);
+        let variance = range.max(0.1).powi(4);
+        let numbers = [tag.x, tag.y, tag.theta, variance];
+        if !numbers.iter().all(|number| number.is_finite()) {
+            return;
+        }
+        let weight = 1.0 / variance;
         self.place[0].add(tag.x, weight);
         self.place[1].add(tag.y, weight);
         if self.last.is_none() {

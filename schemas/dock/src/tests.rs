@@ -20,6 +20,9 @@ struct Drive {
     error: f64,
     sees: bool,
     ambiguity: f64,
+    /// Where the other tag is, number 8.
+    other: Option<Pose2D>,
+    has_odometry: bool,
 }
 
 impl Drive {
@@ -33,6 +36,8 @@ impl Drive {
             error: 0.0,
             sees: true,
             ambiguity: 0.1,
+            other: None,
+            has_odometry: true,
         }
     }
 
@@ -40,39 +45,18 @@ impl Drive {
     fn step(&mut self) -> bool {
         self.now += PERIOD;
         self.bench.set_now(self.now);
-        let mut pose = Odometry {
-            header: Header::new(self.now, "odom"),
-            ..Odometry::default()
-        };
-        pose.pose.pose = self.base.into();
-        self.bench.import("pose", &pose);
+        if self.has_odometry {
+            self.bench.import("pose", &odometry(self.now, self.base));
+        } else {
+            self.bench.retract("pose");
+        }
         if self.sees {
-            let seen = self.base.localize(&TAG);
             self.error = -self.error;
-            let out = seen.theta + self.error;
-            // The axes of the tag in the frame of the camera, which is x to the right, y down and z ahead.
-            let z = [out.sin(), 0.0, -out.cos()];
-            let axes = [[z[2], 0.0, -z[0]], [0.0, 1.0, 0.0], z];
-            let tag = TagDetection {
-                id: 7,
-                pose: Pose {
-                    position: Point {
-                        x: -seen.y,
-                        y: 0.0,
-                        z: seen.x,
-                    },
-                    orientation: Quaternion::from_axes(axes),
-                },
-                ambiguity: self.ambiguity,
-                ..TagDetection::default()
-            };
-            let other = TagDetection {
-                id: 8,
-                ..TagDetection::default()
-            };
+            let seen = [(7, Some(TAG)), (8, self.other)].into_iter();
+            let seen = seen.filter_map(|(id, tag)| Some(self.detection(id, &self.base.localize(&tag?))));
             let tags = TagDetections {
                 header: Header::new(self.now, "camera"),
-                tags: [other, tag].into_iter().collect(),
+                tags: seen.collect(),
                 ..TagDetections::default()
             };
             self.bench.import("tags", &tags);
@@ -85,6 +69,26 @@ impl Drive {
             self.base = self.base.transform(&Pose2D::new(way, 0.0, turn));
         }
         ready
+    }
+
+    /// Returns a tag, at a pose in the frame of the base, as the camera sees it.
+    fn detection(&self, id: u32, seen: &Pose2D) -> TagDetection {
+        let out = seen.theta + self.error;
+        // The axes of the tag in the frame of the camera, which is x to the right, y down and z ahead.
+        let z = [out.sin(), 0.0, -out.cos()];
+        TagDetection {
+            id,
+            pose: Pose {
+                position: Point {
+                    x: -seen.y,
+                    y: 0.0,
+                    z: seen.x,
+                },
+                orientation: Quaternion::from_axes([[z[2], 0.0, -z[0]], [0.0, 1.0, 0.0], z]),
+            },
+            ambiguity: self.ambiguity,
+            ..TagDetection::default()
+        }
     }
 
     /// Steps until it is not READY any more, at most two minutes.
@@ -101,31 +105,39 @@ impl Drive {
     }
 }
 
+fn odometry(now: Duration, pose: Pose2D) -> Odometry {
+    let mut odometry = Odometry {
+        header: Header::new(now, "odom"),
+        ..Odometry::default()
+    };
+    odometry.pose.pose = pose.into();
+    odometry
+}
+
 #[test]
 fn it_docks_from_every_side_and_leaves_again() {
-    for (x, y, theta) in [
+    let starts = [
         (3.0, 2.0, 0.0),
         (2.5, 2.8, -0.4),
         (3.5, 1.2, 0.5),
         (4.2, 2.5, -0.7),
         (4.3, 2.0, 1.0),
         (4.45, 1.9, 0.0),
-    ] {
+        (4.7, 2.0, 0.0),
+    ];
+    for ((x, y, theta), error) in starts.into_iter().flat_map(|start| [(start, 0.0), (start, 0.05)]) {
         let mut drive = Drive::from(x, y, theta);
-        drive.error = 0.05;
+        drive.error = error;
         drive.run();
         let Pose2D {
             x: at,
             y: beside,
             theta: heading,
         } = drive.base;
-        assert!((at - 4.5).abs() < 0.01, "from {x}, {y}: {:?}", drive.base);
-        assert!((beside - 2.0).abs() < 0.02, "from {x}, {y}: {:?}", drive.base);
-        assert!(
-            heading.abs() < 1_f64.to_radians(),
-            "from {x}, {y}: {:?}",
-            drive.base
-        );
+        let shown = format!("from {x}, {y} with {error}: {:?}", drive.base);
+        assert!((at - 4.5).abs() < 0.01, "{shown}");
+        assert!((beside - 2.0).abs() < 0.02, "{shown}");
+        assert!(heading.abs() < 1_f64.to_radians(), "{shown}");
         assert_eq!(drive.mission().state, Mission::DONE);
 
         drive.bench.set("leave", Flag::TRUE);
@@ -140,7 +152,7 @@ fn without_the_tag_it_is_not_ready_and_what_it_saw_lasts_for_its_patience() {
     let mut drive = Drive::from(3.0, 2.0, 0.0);
     drive.sees = false;
     assert!(!drive.step(), "nothing was seen yet");
-    assert_eq!(drive.mission().note.as_str(), "waiting for the tag");
+    assert_eq!(drive.mission().note.as_str(), "waiting for tag 7");
     drive.sees = true;
     assert!(drive.step());
     drive.sees = false;
@@ -155,6 +167,31 @@ fn another_tag_is_no_dock() {
     let mut drive = Drive::from(3.0, 2.0, 0.0);
     drive.bench.set("id", 9_u32);
     assert!(!drive.step());
+    assert_eq!(drive.mission().note.as_str(), "waiting for tag 9, it sees 7");
+}
+
+#[test]
+fn what_it_knows_of_a_tag_does_not_count_for_another() {
+    let mut drive = Drive::from(4.0, 2.0, 0.0);
+    drive.run();
+    drive.bench.set("id", 8_u32);
+    assert!(!drive.step(), "it did not see tag 8");
+    assert_eq!(drive.mission().note.as_str(), "waiting for tag 8, it sees 7");
+    drive.other = Some(Pose2D::new(5.0, 2.5, PI));
+    drive.run();
+    assert!((drive.base.y - 2.5).abs() < 0.02, "{:?}", drive.base);
+}
+
+#[test]
+fn a_picture_from_before_a_sleep_says_nothing() {
+    let mut drive = Drive::from(4.0, 2.0, 0.0);
+    drive.run();
+    drive.bench.sleep().expect("it sleeps");
+    drive.base = Pose2D::new(1.0, 1.0, 1.0);
+    drive.bench.awake().expect("it awakes");
+    drive.sees = false;
+    assert!(!drive.step(), "{}", drive.mission().note);
+    assert_eq!(drive.mission().state, Mission::RUNNING, "it waits for a sight");
 }
 
 #[test]
@@ -177,6 +214,62 @@ fn a_base_that_is_moved_off_the_place_docks_again() {
     assert!(!drive.step(), "within the margin");
     drive.base.x -= 0.05;
     assert!(drive.step());
+    drive.run();
+    assert!((drive.base.x - 4.5).abs() < 0.01, "{:?}", drive.base);
+}
+
+#[test]
+fn a_base_that_is_turned_at_the_place_turns_back() {
+    let mut drive = Drive::from(4.0, 2.0, 0.0);
+    drive.run();
+    drive.base.theta += 1.5_f64.to_radians();
+    assert!(!drive.step(), "by less than 2 degrees");
+    drive.base.theta += 1.0;
+    assert!(drive.step());
+    drive.run();
+    assert!(drive.base.theta.abs() < 1_f64.to_radians(), "{:?}", drive.base);
+}
+
+#[test]
+fn any_patience_is_a_time() {
+    let mut drive = Drive::from(3.0, 2.0, 0.0);
+    drive.bench.set("patience", 1e30);
+    assert!(drive.step());
+}
+
+#[test]
+fn without_odometry_it_waits_for_it() {
+    let mut drive = Drive::from(3.0, 2.0, 0.0);
+    assert!(drive.step());
+    drive.has_odometry = false;
+    assert!(!drive.step());
+    let mission = drive.mission();
+    assert_eq!(mission.note.as_str(), "waiting for the odometry");
+    assert_eq!(mission.state, Mission::RUNNING);
+    drive.has_odometry = true;
+    assert!(drive.step());
+}
+
+#[test]
+fn numbers_that_are_not_finite_move_nothing() {
+    let mut drive = Drive::from(3.0, 2.0, 0.0);
+    drive.error = f64::NAN;
+    assert!(!drive.step(), "a tag of no direction");
+    drive.error = 0.0;
+    assert!(drive.step());
+    for broken in 0..3 {
+        drive.now += PERIOD;
+        drive.bench.set_now(drive.now);
+        let mut pose = odometry(drive.now, drive.base);
+        match broken {
+            0 => pose.pose.pose.position.x = f64::NAN,
+            1 => pose.pose.pose.orientation.w = f64::NAN,
+            _ => pose.twist.twist.angular.z = f64::INFINITY,
+        }
+        drive.bench.import("pose", &pose);
+        assert!(!drive.bench.check().expect("it checks").ready, "{broken}");
+        assert_eq!(drive.mission().note.as_str(), "waiting for the odometry");
+    }
     drive.run();
     assert!((drive.base.x - 4.5).abs() < 0.01, "{:?}", drive.base);
 }
