@@ -105,7 +105,8 @@ impl Footprint {
         };
         let laser = self.laser.get(cx).ok_or("no scan")?;
         let odometry = self.pose.get(cx).ok_or("no pose")?;
-        if cx.now().saturating_sub(laser.time()) > Duration::from_secs_f64(self.stale.get(cx)) {
+        let stale = Duration::try_from_secs_f64(self.stale.get(cx)).unwrap_or(Duration::MAX);
+        if cx.now().saturating_sub(laser.time()) > stale {
             return Err("the scan is too old");
         }
         let (robot, mount) = (odometry.pose2d(), self.mount.get(cx));

@@ -65,7 +65,7 @@ impl Attempt {
         Self {
             target,
             place: pose,
-            due_at: now + terms.patience,
+            due_at: now.saturating_add(terms.patience),
             stuck_at: None,
             next: 0,
             done: Vec::new(),
@@ -89,7 +89,7 @@ impl Attempt {
         }
         if self.place.distance_to(pose) > PROGRESS {
             self.place = *pose;
-            self.due_at = self.due_at.max(now + terms.patience);
+            self.due_at = self.due_at.max(now.saturating_add(terms.patience));
         }
         if now < self.due_at {
             return Due::Nothing;
@@ -103,7 +103,7 @@ impl Attempt {
         self.stuck_at.get_or_insert(*pose);
         if action == Action::Wait {
             self.done.push(action);
-            self.due_at = now + terms.wait;
+            self.due_at = now.saturating_add(terms.wait);
         }
         Due::Begin(action)
     }
@@ -120,7 +120,7 @@ impl Attempt {
         self.place = *pose;
         if possible {
             self.done.push(action);
-            self.due_at = now + terms.patience;
+            self.due_at = now.saturating_add(terms.patience);
         }
     }
 

@@ -164,9 +164,10 @@ impl Recover {
     }
 
     fn terms(&self, cx: &Context) -> Terms {
+        let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
         Terms {
-            patience: Duration::from_secs_f64(self.patience.get(cx)),
-            wait: Duration::from_secs_f64(self.wait.get(cx)),
+            patience: time(self.patience.get(cx)),
+            wait: time(self.wait.get(cx)),
             away: self.away.get(cx),
         }
     }
