@@ -22,9 +22,9 @@ enum Family {
 
 /// Finds AprilTags in the pictures of a camera, and their poses in the frame of the camera.
 ///
-/// The camera is a pinhole without distortion. A tag is found if its white margin is visible all around and a cell of
-/// it has about two pixels. A picture of 640 x 480 pixels takes about 10 ms, one full of small edges several times as
-/// long. The panel shows the live picture with the tags.
+/// The camera is a pinhole without distortion. A tag is found if its black border is in the picture, with some of the
+/// white margin on each side, and a cell has about two pixels. A picture of 640 x 480 pixels takes about 10 ms, one
+/// full of small edges several times as long. The panel shows the live picture with the tags.
 #[derive(Describe)]
 #[schema(perceptive, period = "33ms", budget = "33ms")]
 pub struct Tags {

@@ -26,6 +26,9 @@ const DEVELOPMENT: &[&str] = &[
     "share/jde/crates",
 ];
 
+/// The licence of the codes of tags.
+const TAGS: &str = "crates/tags/LICENSE-apriltag";
+
 /// The folder of the package for Python in the prefix, and that of Debian's interpreters.
 const PYTHON: [&str; 2] = ["lib/jde/python", "lib/python3/dist-packages"];
 
@@ -191,7 +194,11 @@ impl Package {
                     .env("LC_ALL", "C"),
             )
         };
-        fs::write(doc.join("copyright"), copyright(&licence, date("+%Y")?.trim())?)?;
+        let tags = fs::read_to_string(release.root.join(TAGS))?;
+        fs::write(
+            doc.join("copyright"),
+            copyright(&licence, &tags, date("+%Y")?.trim())?,
+        )?;
         let date = date("--rfc-email")?;
         let changes = format!(
             "jde ({version}) unstable; urgency=medium\n\n  * Version {}: changelog.gz lists its changes.\n\n -- {maintainer}  {date}",
@@ -294,18 +301,31 @@ fn libraries(work: &Path, files: &[PathBuf]) -> Result<String> {
     Ok(libraries.context("`dpkg-shlibdeps` names no library")?.to_owned())
 }
 
-/// Returns the licences in Debian's form.
-fn copyright(mit: &str, year: &str) -> Result<String> {
-    let (_, text) = mit.split_once("\n\n").context("LICENSE-MIT has no title")?;
-    let (holder, text) = text.split_once("\n\n").context("LICENSE-MIT names no holder")?;
+/// Returns the licences in Debian's form: that of the project, and that of the codes of tags.
+fn copyright(mit: &str, tags: &str, year: &str) -> Result<String> {
+    let ((holder, text), (others, terms)) = (holder(mit)?, holder(tags)?);
     let holder = holder.trim_start_matches("Copyright (c) ");
+    let others = others
+        .trim_start_matches("Copyright (C) ")
+        .lines()
+        .next()
+        .unwrap_or_default();
     Ok(format!(
         "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: jde\n\
          Comment: /usr/share/doc/jde/third-party.txt.gz has the notices of the libraries that are built in.\n\n\
-         Files: *\nCopyright: {year} {holder}\nLicense: Expat or Apache-2.0\n\nLicense: Expat\n{}\nLicense: Apache-2.0\n \
+         Files: *\nCopyright: {year} {holder}\nLicense: Expat or Apache-2.0\n\n\
+         Files: crates/tags/src/codes.rs\nCopyright: {others}\nLicense: BSD-2-Clause\n\n\
+         License: Expat\n{}\nLicense: BSD-2-Clause\n{}\nLicense: Apache-2.0\n \
          On Debian systems, the full text is in /usr/share/common-licenses/Apache-2.0.\n",
-        folded(text)
+        folded(text),
+        folded(terms)
     ))
+}
+
+/// Returns the second paragraph of a licence, which names the holder, and the text after it.
+fn holder(licence: &str) -> Result<(&str, &str)> {
+    let (_, rest) = licence.split_once("\n\n").context("a licence has no title")?;
+    rest.split_once("\n\n").context("a licence names no holder")
 }
 
 /// Returns a text as the further lines of a field: indented, broken, and a dot for an empty line.
@@ -350,13 +370,22 @@ mod tests {
     #[test]
     fn the_licence_of_the_project_has_debians_form() {
         let text = fs::read_to_string(crate::root().join("LICENSE-MIT")).unwrap();
-        let copyright = copyright(&text, "2026").unwrap();
+        let tags = fs::read_to_string(crate::root().join(TAGS)).unwrap();
+        let copyright = copyright(&text, &tags, "2026").unwrap();
         assert!(
             copyright.contains("\nCopyright: 2026 the jde authors\n"),
             "{copyright}"
         );
         assert!(
             copyright.contains("\nLicense: Expat\n Permission is hereby granted"),
+            "{copyright}"
+        );
+        assert!(
+            copyright.contains("\nCopyright: 2013-2016, The Regents of The University of Michigan.\n"),
+            "{copyright}"
+        );
+        assert!(
+            copyright.contains("\nLicense: BSD-2-Clause\n Redistribution and use"),
             "{copyright}"
         );
     }

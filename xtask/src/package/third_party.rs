@@ -25,18 +25,22 @@ const NAMES: &[&str] = &[
 pub(super) fn notices(metadata: &Metadata) -> Result<String> {
     let packages = metadata.by_id();
     let shipped = shipped(metadata).into_iter();
-    let others = shipped.filter(|id| !metadata.workspace_members.contains(*id));
-    let mut libraries: Vec<_> = others.filter_map(|id| packages.get(id)).collect();
+    let mut libraries: Vec<_> = shipped.filter_map(|id| packages.get(id)).collect();
     libraries.sort_by_key(|package| (&package.name, &package.version));
     ensure!(!libraries.is_empty(), "no library is built in");
     let mut list = "jde contains these libraries. Their notices follow the list.\n\n".to_owned();
     let mut texts: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for library in libraries {
+        let found = texts_in(library.manifest_path.parent().unwrap_or(Path::new("")))?;
+        // A crate of the project has notices if it holds what others made.
+        if found.is_empty() && metadata.workspace_members.contains(&library.id) {
+            continue;
+        }
         let title = format!("{} {}", library.name, library.version);
         let licence = library.license.as_deref().unwrap_or("see below");
         let repository = library.repository.as_deref().unwrap_or_default();
         let _ = writeln!(list, "{title}: {licence} {repository}");
-        for text in texts_in(library.manifest_path.parent().unwrap_or(Path::new("")))? {
+        for text in found {
             texts.entry(text).or_default().push(title.clone());
         }
     }
@@ -72,6 +76,17 @@ fn texts_in(folder: &Path) -> Result<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_codes_of_tags_bring_the_notice_of_their_library() {
+        let notices = notices(&Metadata::with_dependencies(&crate::root()).unwrap()).unwrap();
+        assert!(notices.contains("The Regents of The University of Michigan"));
+        assert!(notices.contains("\njde-tags "), "the list names it");
+        assert!(
+            !notices.contains("\njde-schema "),
+            "and no crate without such a notice"
+        );
+    }
 
     #[test]
     fn the_texts_of_a_package_are_found_by_their_names() {
