@@ -55,7 +55,7 @@ pub struct Options {
     pub on_turn: Option<OnTurn>,
     /// Observes every transaction of the rules.
     pub transaction_observer: Option<Box<dyn TransactionObserver>>,
-    /// The program that runs schemas in processes of their own.
+    /// The program that runs schemas in processes of their own. Those in Python get the package of its installation.
     pub isolation_program: Option<Program>,
     /// The schemas, by name, that a mock takes the place of; of several for one schema, the last.
     pub mocks: Vec<(String, Mock)>,

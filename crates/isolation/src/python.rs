@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::Program;
 
@@ -27,59 +27,63 @@ _serve.main(*sys.argv[1:3])
 "#;
 
 /// The name of the interpreter.
-fn interpreter() -> OsString {
+fn interpreter(executable: Option<&Path>) -> OsString {
     std::env::var_os(VARIABLE)
         .filter(|name| !name.is_empty())
-        .or_else(of_environment)
+        .or_else(|| of_environment(executable).map(PathBuf::into_os_string))
         .unwrap_or_else(|| USUAL.into())
 }
 
-/// The interpreter of the virtual environment in which this executable is installed, active or not.
-fn of_environment() -> Option<OsString> {
-    let prefix = prefix().filter(|prefix| prefix.join("pyvenv.cfg").is_file())?;
-    Some(prefix.join("bin").join(USUAL).into())
+/// The interpreter of the virtual environment in which the executable is installed, active or not.
+#[must_use]
+pub fn of_environment(executable: Option<&Path>) -> Option<PathBuf> {
+    let prefix = prefix(executable).filter(|prefix| prefix.join("pyvenv.cfg").is_file())?;
+    Some(prefix.join("bin").join(USUAL))
 }
 
-/// The folder above that of the executable.
-fn prefix() -> Option<PathBuf> {
-    let executable = std::env::current_exe().ok()?;
+/// The folder above that of the executable, or of this one if there is none.
+fn prefix(executable: Option<&Path>) -> Option<PathBuf> {
+    let executable = executable
+        .and_then(|executable| executable.canonicalize().ok())
+        .or_else(|| std::env::current_exe().ok())?;
     executable.ancestors().nth(2).map(PathBuf::from)
 }
 
-/// Returns the command that runs a schema, or one whose debugger may use the terminal.
+/// Returns the command that runs a schema, or one whose debugger may use the terminal, with the package that belongs
+/// to the executable `jde`, or to this one if there is none.
 #[must_use]
-pub fn program(debugged: bool) -> Program {
-    command(if debugged { "debugged schema" } else { "schema" })
+pub fn program(executable: Option<&Path>, debugged: bool) -> Program {
+    command(executable, if debugged { "debugged schema" } else { "schema" })
 }
 
 /// Returns the command that inspects files.
-pub(crate) fn inspector() -> Program {
-    command("inspections")
+pub(crate) fn inspector(executable: &Path) -> Program {
+    command(Some(executable), "inspections")
 }
 
-fn command(what: &str) -> Program {
+fn command(executable: Option<&Path>, what: &str) -> Program {
     let mut arguments = ["-c", BEGIN, what, env!("CARGO_PKG_VERSION")]
         .map(OsString::from)
         .to_vec();
-    arguments.extend(folders().map(PathBuf::into_os_string));
+    arguments.extend(folders(executable).map(PathBuf::into_os_string));
     Program {
-        path: interpreter().into(),
+        path: interpreter(executable).into(),
         arguments,
     }
 }
 
-/// The folders that hold the package of this executable's build, for an interpreter that has none: of an
+/// The folders that hold the package of the executable's build, for an interpreter that has none: of an
 /// installation, and of a checkout.
-pub fn folders() -> impl Iterator<Item = PathBuf> {
-    prefix()
+pub fn folders(executable: Option<&Path>) -> impl Iterator<Item = PathBuf> + use<> {
+    prefix(executable)
         .into_iter()
         .flat_map(|prefix| [prefix.join("lib/jde/python"), prefix.join("python")])
 }
 
-/// Why the interpreter cannot be started, in words.
-pub(crate) fn describe_start_error(error: &io::Error) -> String {
+/// Why an interpreter cannot be started, in words.
+pub(crate) fn describe_start_error(interpreter: &Program, error: &io::Error) -> String {
     format!(
         "{} cannot be started: {error}; install Python 3.10 or newer, or name its interpreter in {VARIABLE}",
-        interpreter().display()
+        interpreter.path.display()
     )
 }

@@ -31,12 +31,30 @@ const INCLUDED: &str = "cmake,g++,make,python3-pytest,python3-venv,xz-utils";
 const DEMO: &str = "cd $(setpriv --reuid=65534 --clear-groups mktemp -d) && \
                     setpriv --reuid=65534 --regid=65534 --clear-groups $JDE demo --headless --lockstep --seed 1";
 
-/// A program that runs an application, with the library of a prefix.
+/// Programs that run an application, and one with a schema in Python, with the library of a prefix.
 const PROGRAM: &str = "set -e
 cd $(mktemp -d)
 export PATH=$PREFIX/bin:$PATH
 cc -o lockstep $PREFIX/share/jde/examples/embed/lockstep.c -I$PREFIX/include -L$PREFIX/lib -Wl,-rpath,$PREFIX/lib -ljde -lm
-./lockstep $PREFIX/share/jde/apps/safe-navigation.toml";
+./lockstep $PREFIX/share/jde/apps/safe-navigation.toml
+jde new schema shy --python
+cat > shy.c << END
+#include <jde_run.h>
+#include <stdio.h>
+int main(void)
+{
+    jde_application *application;
+    jde_run *run;
+    const jde_start_options options = {.size = sizeof options, .flags = JDE_LOCKSTEP};
+    if (jde_application_load(\"shy/app.toml\", NULL, &application) != JDE_OK || jde_application_start(application, &options, &run) != JDE_OK ||
+        jde_run_until_condition(run, \"shy.won\", 60.0) != JDE_OK || jde_run_close(run) != JDE_OK) {
+        puts(jde_error());
+        return 1;
+    }
+}
+END
+cc -o program shy.c -I$PREFIX/include -L$PREFIX/lib -Wl,-rpath,$PREFIX/lib -ljde -lm
+./program";
 
 /// What a user can do with the packages alone. Every application must be complete, and a new one passes its tests.
 const USE: &str = "set -e

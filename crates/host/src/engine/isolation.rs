@@ -21,15 +21,16 @@ impl Engine {
     pub(crate) fn process_config(&self, instance: usize) -> Option<ProcessConfig> {
         let config = &self.application.instances[instance];
         let limits = config.isolate;
+        let program = self.processes.program();
         if self.application.plugins[config.plugin].isolated {
             return Some(ProcessConfig {
-                program: python::program(config.debugged),
+                program: python::program(program.map(|program| &*program.path), config.debugged),
                 limits: limits.unwrap_or_default(),
                 debugged: config.debugged,
             });
         }
         Some(ProcessConfig {
-            program: self.processes.program()?.clone(),
+            program: program?.clone(),
             limits: limits?,
             debugged: false,
         })

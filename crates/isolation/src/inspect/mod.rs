@@ -134,12 +134,12 @@ struct InspectorProcess {
 
 impl Inspector {
     /// Returns an inspector of libraries that runs that program, which must call [`serve`] and do nothing else,
-    /// and of files of Python.
+    /// and of files of Python, with the package of that program's installation.
     #[must_use]
     pub fn new(program: Program) -> Self {
         Self {
+            python: InspectorSlot::new(python::inspector(&program.path)),
             libraries: InspectorSlot::new(program),
-            python: InspectorSlot::new(python::inspector()),
         }
     }
 
@@ -214,7 +214,11 @@ impl Inspect for Inspector {
                 LoadError::InspectionFailed(String::from("its process sent an invalid reply")),
             ),
             Err(RequestError::NotStarted(error)) if is_python => {
-                Err(LoadError::Python(python::describe_start_error(&error)))
+                let interpreter = &self.python.program;
+                Err(LoadError::Python(python::describe_start_error(
+                    interpreter,
+                    &error,
+                )))
             }
             Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
             Err(RequestError::Died(text)) if is_python => Err(LoadError::Python(text)),

@@ -130,7 +130,7 @@ fn prefix() -> String {
 /// or without one if the package was installed for the interpreter itself.
 fn python() -> String {
     let data = paths::data();
-    let folder = folders()
+    let folder = folders(None)
         .find(|folder| folder.is_dir())
         .or_else(|| (!data.ends_with("share/jde")).then(|| data.join("target/python")));
     folder.map_or("python3".to_owned(), |folder| {
