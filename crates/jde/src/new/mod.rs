@@ -11,7 +11,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use jde_isolation::python::folders;
+use jde_isolation::python::{folders, of_environment};
 
 use crate::failure::{self, Failure};
 use crate::paths;
@@ -126,32 +126,43 @@ fn prefix() -> String {
     installed.unwrap_or(&data).display().to_string()
 }
 
-/// Returns how the user calls an interpreter that has the package for Python: by the folder of this build's package,
-/// or without one if the package was installed for the interpreter itself.
+/// Returns how the user calls an interpreter that has the package for Python: that of the virtual environment of this
+/// program, or by the folder of this build's package, or without one if the package was installed for the interpreter
+/// itself.
 fn python() -> String {
+    // An interpreter of an environment is a link to one that is not.
+    let folder = |file: &Path| file.parent().and_then(|folder| folder.canonicalize().ok());
+    let interpreter = of_environment(None).map_or("python3".to_owned(), |own| called(&own, folder));
     let data = paths::data();
     let folder = folders(None)
         .find(|folder| folder.is_dir())
         .or_else(|| (!data.ends_with("share/jde")).then(|| data.join("target/python")));
-    folder.map_or("python3".to_owned(), |folder| {
-        format!("PYTHONPATH={} python3", folder.display())
-    })
+    match folder {
+        Some(folder) => format!("PYTHONPATH={} {interpreter}", folder.display()),
+        None => interpreter,
+    }
 }
 
-/// Returns how the user calls this program: by name if PATH finds it, else by path.
+/// Returns how the user calls this program.
 fn program() -> String {
     let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("jde"));
+    called(&own, |file| file.canonicalize().ok())
+}
+
+/// Returns how the user calls a program: by name if PATH finds it, else by path. Two files with the same key are the
+/// same program.
+fn called(own: &Path, key: impl Fn(&Path) -> Option<PathBuf>) -> String {
+    let name = own.file_name().unwrap_or_default();
     let found = std::env::var_os("PATH").and_then(|path| {
         std::env::split_paths(&path)
-            .map(|folder| folder.join("jde"))
+            .map(|folder| folder.join(name))
             .find(|file| file.is_file())
     });
-    let same = |file: PathBuf| file.canonicalize().ok() == own.canonicalize().ok();
-    if found.is_some_and(same) {
-        "jde".to_owned()
-    } else {
-        own.display().to_string()
-    }
+    let called = match found {
+        Some(file) if key(&file) == key(own) => Path::new(name),
+        Some(_) | None => own,
+    };
+    called.display().to_string()
 }
 
 /// Whether a file of a template uses a name for something else: a type in code, a module in Python, an instance in

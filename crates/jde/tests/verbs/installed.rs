@@ -47,7 +47,9 @@ fn an_installation_finds_its_plugins_applications_worlds_and_crates() {
 fn in_a_virtual_environment_its_interpreter_runs_schemas() {
     let prefix = tempfile::tempdir().unwrap();
     let prefix = prefix.path();
-    fs::create_dir(prefix.join("bin")).unwrap();
+    for folder in ["bin", "share/jde"] {
+        fs::create_dir_all(prefix.join(folder)).unwrap();
+    }
     fs::write(prefix.join("pyvenv.cfg"), "").unwrap();
     fs::copy(env!("CARGO_BIN_EXE_jde"), prefix.join("bin/jde")).unwrap();
     let interpreter = prefix.join("bin/python3");
@@ -56,7 +58,7 @@ fn in_a_virtual_environment_its_interpreter_runs_schemas() {
         "#!/bin/sh\necho that of the environment >&2\nexit 1\n",
     )
     .unwrap();
-    fs::set_permissions(interpreter, Permissions::from_mode(0o755)).unwrap();
+    fs::set_permissions(&interpreter, Permissions::from_mode(0o755)).unwrap();
     fs::write(prefix.join("shy.py"), "").unwrap();
     let mut describe = Command::new(prefix.join("bin/jde"));
     describe
@@ -65,6 +67,20 @@ fn in_a_virtual_environment_its_interpreter_runs_schemas() {
         .env_remove("JDE_PYTHON");
     let described = output_of(&mut describe);
     assert!(described.err.contains("that of the environment"), "{described:?}");
+    // What to do next names it, by its path unless the environment is active.
+    let (bin, interpreter) = (prefix.join("bin"), interpreter.display().to_string());
+    for (name, path, expected) in [
+        ("inactive", Path::new("/usr/bin"), &*interpreter),
+        ("active", &*bin, "python3"),
+    ] {
+        let mut new = Command::new(prefix.join("bin/jde"));
+        new.args(["new", "schema", name, "--python"])
+            .current_dir(prefix)
+            .env("PATH", path);
+        let created = output_of(&mut new);
+        let next = format!("  {expected} -m pytest\n");
+        assert!(created.out.contains(&next), "{created:?}");
+    }
 }
 
 #[test]
