@@ -138,6 +138,13 @@ def test_a_call_from_the_prompt_stops_within_the_stop(start: Callable[..., Termi
     assert "('within', 1.0)" in ended.text and "('after', 1.0)" in ended.text, ended.text
 
 
+def test_a_call_that_is_held_may_be_held_again(robot: Robot, start: Callable[..., Terminal]) -> None:
+    hold = "    def iterate(self, cx):\n        for held in (True, True, False, False):\n            cx._raw.hold(held)\n"
+    robot.write(HEAD + hold)
+    ended = start("--lockstep", "--for", "1s").end()
+    assert ended.status == 0 and "no faults" in ended.text, ended.text
+
+
 def test_r1_a_held_call_delays_no_takeover(robot: Robot, start: Callable[..., Terminal]) -> None:
     file = robot.folder / "app.toml"
     file.write_text(file.read_text().replace('["mine", "ahead"]', '["ahead", "mine"]'))

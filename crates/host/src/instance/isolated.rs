@@ -302,7 +302,7 @@ impl IsolatedInstance {
 
     /// Carries out and answers what the plugin requests until its call is done.
     fn serve_until_done(&mut self, call: &mut CallContext<'_>, during: FrameKind) -> Result<Frame, String> {
-        let mut _held = None;
+        let mut terminal = None;
         loop {
             let request = self.wire.receive().map_err(stream_error)?;
             match request.kind {
@@ -313,7 +313,10 @@ impl IsolatedInstance {
                     return Ok(request);
                 }
                 FrameKind::Hold if self.debugged => {
-                    _held = self.hold(call, request.number != 0);
+                    let held = request.number != 0;
+                    if held != terminal.is_some() {
+                        terminal = self.hold(call, held);
+                    }
                     self.wire
                         .send(&Frame::new(FrameKind::Reply))
                         .map_err(stream_error)?;
