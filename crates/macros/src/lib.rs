@@ -80,7 +80,8 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 /// kept until it sleeps.
 ///
 /// `unit = "path"` marks a path, which the application may give relative to its own file. `unit = "file"`
-/// marks such a path of a file that must exist before the application starts. Other units are those of SI
+/// marks such a path of a file that must exist before the application starts. `unit = "model"` marks a path if the
+/// text ends in `.toml`, and otherwise a name of something that the plugin has. Other units are those of SI
 /// (docs/schemas.md).
 ///
 /// Any other field is the schema's own memory and starts with its `Default`. Doc comments become the
