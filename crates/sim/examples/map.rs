@@ -13,6 +13,8 @@ use jde_sim::{Outline, Pose2, World};
 const OCCUPIED: u8 = 0;
 const UNKNOWN: u8 = 205;
 const FREE: u8 = 254;
+/// The cells of a map of 200 x 200 m at 5 cm.
+const MOST_CELLS: usize = 16_000_000;
 /// The free cells around the bounds of the world.
 const BORDER: f64 = 4.0;
 
@@ -29,7 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("map WORLD STEM RESOLUTION".into());
     };
     let world = World::load(world_file, 1)?;
-    let map = Map::new(&world, cell.parse()?);
+    let map = Map::new(&world, cell.parse()?)
+        .ok_or_else(|| format!("{cell} m is no resolution: the map must have 1 to {MOST_CELLS} cells"))?;
     let height = map.shades.len() / map.width;
     let file = BufWriter::new(File::create(format!("{stem}.png"))?);
     let mut png = png::Encoder::new(file, map.width as u32, height as u32);
@@ -57,15 +60,20 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 impl Map {
-    fn new(world: &World, cell: f64) -> Self {
+    /// Returns `None` if the cells have no size, or are too many.
+    fn new(world: &World, cell: f64) -> Option<Self> {
         let bounds = world.bounds();
         let side =
-            |axis: usize| ((bounds.max[axis] - bounds.min[axis]) / cell + 2.0 * BORDER).ceil() as usize + 1;
+            |axis: usize| ((bounds.max[axis] - bounds.min[axis]) / cell + 2.0 * BORDER + 1.0).ceil() as usize;
+        let cells = side(0).saturating_mul(side(1));
+        if !cell.is_normal() || cell < 0.0 || cells > MOST_CELLS {
+            return None;
+        }
         let mut map = Self {
             origin: bounds.min.map(|least| least - (BORDER + 0.5) * cell),
             cell,
             width: side(0),
-            shades: vec![FREE; side(0) * side(1)],
+            shades: vec![FREE; cells],
         };
         let shapes = || world.shapes().filter(|shape| !shape.moving);
         for shape in shapes() {
@@ -74,7 +82,7 @@ impl Map {
         for shape in shapes() {
             map.trace(&shape.outline);
         }
-        map
+        Some(map)
     }
 
     /// What is within is unknown.
@@ -133,9 +141,8 @@ impl Map {
         let (column, row) = (cell(place.x, 0), cell(place.y, 1));
         // Nothing is outside the bounds but what a file states outside of them.
         if (0.0..self.width as f64).contains(&column)
-            && let Some(shade) = self
-                .shades
-                .get_mut(row.max(0.0) as usize * self.width + column as usize)
+            && row >= 0.0
+            && let Some(shade) = self.shades.get_mut(row as usize * self.width + column as usize)
         {
             *shade = OCCUPIED;
         }

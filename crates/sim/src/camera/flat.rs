@@ -29,11 +29,11 @@ impl Face {
 }
 
 /// Fills a convex face, given by its corners and its normal. `color` returns the colour at a column and a row of the
-/// picture. `nearer` times the inverse of the depth counts.
+/// picture. What was drawn before is hidden if `nearer` times the inverse of the depth is greater.
 pub(super) fn fill(
     (corners, normal): (&[V3; 4], V3),
     (view, rays, canvas): (&View, &Rays, &mut Canvas<'_>),
-    nearer: f64,
+    nearer: f32,
     color: impl Fn(f64, f64) -> [u8; 3],
 ) {
     // The ray through (u, v) hits the plane of the face at depth t: n·(eye + t·ray) = n·corner.
@@ -41,7 +41,7 @@ pub(super) fn fill(
     if offset == 0.0 {
         return;
     }
-    let near = [rays.origin, rays.column, rays.row].map(|ray| nearer * dot(normal, ray) / offset);
+    let near = [rays.origin, rays.column, rays.row].map(|ray| dot(normal, ray) / offset);
     let mut pixels = [[0.0; 2]; CORNERS];
     let pixels = in_picture(corners, view, &mut pixels);
     let extent = pixels
@@ -57,8 +57,8 @@ pub(super) fn fill(
         let mut inverse = (near[0] + v * near[2] + (left as f64 + 0.5) * near[1]) as f32;
         let step = near[1] as f32;
         for (column, (pixel, depth)) in (left..).zip(canvas.span(row, left, right)) {
-            if inverse > *depth {
-                *depth = inverse;
+            if nearer * inverse > *depth {
+                *depth = depth.max(inverse);
                 *pixel = color(column as f64 + 0.5, v);
             }
             inverse += step;

@@ -10,8 +10,8 @@ use crate::tag::Tag;
 
 const BLACK: Color = Color::new(24, 24, 26);
 const WHITE: Color = Color::new(245, 245, 242);
-/// How much nearer than its wall a tag is drawn, as a part of the distance.
-const AHEAD: f64 = 1e-3;
+/// How much nearer than its wall a tag counts, to hide it, as a part of the distance.
+const AHEAD: f32 = 1e-3;
 
 pub(super) fn draw(tag: &Tag, light: &Light, (view, rays): (&View, &Rays), canvas: &mut Canvas<'_>) {
     let (sin, cos) = libm::sincos(tag.facing);

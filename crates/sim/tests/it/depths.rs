@@ -125,6 +125,19 @@ fn a_ball_has_the_depth_of_its_near_side() {
 }
 
 #[test]
+fn a_tag_has_the_depth_of_its_wall() {
+    let wall = "walls = [{ points = [[2, -3], [2, 3]] }]";
+    let tag = "[[tags]]\nid = 5\nplace = [2, 0, 0.4]\nfacing_deg = 180";
+    let [bare, tagged] = [wall.to_owned(), format!("{wall}\n{tag}")].map(|things| {
+        let (world, robot) = world_with(&things, 0);
+        measure(&world, robot, &camera(), &exact())
+    });
+    for (bare, tagged) in bare.into_iter().zip(tagged) {
+        assert!((bare - tagged).abs() < 1e-5, "{tagged} for {bare}");
+    }
+}
+
+#[test]
 fn a_picture_with_depths_has_the_same_colours_and_edges() {
     let (world, robot) = world_with(
         "sky = '#0000ff'
