@@ -21,6 +21,8 @@ const NO_RETURN: f32 = 29.0;
 const PARTICLES: usize = 2000;
 const BEAMS: usize = 60;
 const SEEDS: u64 = 20;
+/// The places from which it is searched.
+const STARTS: usize = 100;
 
 struct Record {
     scan: LaserScan,
@@ -42,23 +44,32 @@ fn main() -> Result<(), Failure> {
     };
     let vertices = read_graph(&std::fs::read_to_string(graph)?)?;
     let (records, used) = read_odometry(&std::fs::read_to_string(odometry)?, &vertices)?;
-    let known = records.iter().filter(|record| record.truth.is_some()).count();
+    let known: Vec<usize> = (0..records.len())
+        .filter(|&at| records[at].truth.is_some())
+        .collect();
+    if known.len() < STARTS {
+        return Err(format!(
+            "{} scans of {odometry} are in {graph}: {STARTS} are needed",
+            known.len()
+        )
+        .into());
+    }
     let map = map(vertices
         .iter()
         .zip(&used)
         .filter(|(_, used)| !**used)
         .map(|(vertex, _)| vertex))?;
     println!(
-        "{} scans, {known} with a true pose; a map of {} other scans",
+        "{} scans, {} with a true pose; a map of {} other scans",
         records.len(),
+        known.len(),
         vertices.len() - used.iter().filter(|used| **used).count()
     );
     let field = Field::new(&map);
     let settings = settings(model);
-    track(&records, &field, &settings);
-    find(&records, &field, &settings);
-    kidnap(&records, &field, &settings);
-    Ok(())
+    track(&records, &field, &settings, known[0]);
+    find(&records, &field, &settings, &known);
+    kidnap(&records, &field, &settings, &known)
 }
 
 /// The odometry of the log errs by 3 degrees and 7 cm from scan to scan.
@@ -139,10 +150,7 @@ impl<'a> Drive<'a> {
 }
 
 /// From the true pose of the first scan that has one, to the end.
-fn track(records: &[Record], field: &Field, settings: &Settings) {
-    let Some(first) = records.iter().position(|record| record.truth.is_some()) else {
-        return;
-    };
+fn track(records: &[Record], field: &Field, settings: &Settings, first: usize) {
     let (mut lost, mut unsure, mut steps, mut particles) = (0, 0, 0, 0);
     let (mut squares, mut turns, mut count, mut worst) = (0.0, 0.0, 0.0, 0.0_f64);
     let mut times = Vec::new();
@@ -186,13 +194,10 @@ fn track(records: &[Record], field: &Field, settings: &Settings) {
 }
 
 /// From a hundred places without a pose, until it is sure.
-fn find(records: &[Record], field: &Field, settings: &Settings) {
-    let starts: Vec<usize> = (0..records.len())
-        .filter(|&at| records[at].truth.is_some())
-        .collect();
+fn find(records: &[Record], field: &Field, settings: &Settings, known: &[usize]) {
     let (mut found, mut wrong, mut scans, mut longest) = (0, 0, Vec::new(), Duration::ZERO);
-    for number in 0..100 {
-        let first = starts[number * starts.len() / 100];
+    for number in 0..STARTS {
+        let first = known[number * known.len() / STARTS];
         let mut drive = Drive::new(records, field, first, number as u64);
         drive.localizer.start_anywhere();
         let mut sure_since = None;
@@ -217,29 +222,25 @@ fn find(records: &[Record], field: &Field, settings: &Settings) {
     }
     scans.sort_unstable();
     println!(
-        "found anywhere: {found} of 100, wrong {wrong}; sure after {} scans at the median, {} at most; longest step {longest:?}",
+        "found anywhere: {found} of {STARTS}, wrong {wrong}; sure after {} scans at the median, {} at most; longest step {longest:?}",
         scans.get(scans.len() / 2).unwrap_or(&0),
         scans.last().unwrap_or(&0)
     );
 }
 
-/// Carried 50 times to a place at least 5 m away, until it is sure there.
-fn kidnap(records: &[Record], field: &Field, settings: &Settings) {
-    let known: Vec<usize> = (0..records.len())
-        .filter(|&at| records[at].truth.is_some())
-        .collect();
+/// Carried 50 times to a place at least 10 m away, until it is sure there.
+fn kidnap(records: &[Record], field: &Field, settings: &Settings, known: &[usize]) -> Result<(), Failure> {
     let (mut found, mut wrong, mut silent, mut wrong_steps) = (0, 0, Vec::new(), 0);
     for number in 0..50 {
         let mut random = fastrand::Rng::with_seed(number);
         let mut pick = || known[random.usize(..known.len() * 9 / 10)];
-        let (first, to) = loop {
-            let (first, to) = (pick(), pick());
-            if let (Some(from), Some(truth)) = (records[first].truth, records[to].truth)
-                && from.distance_to(&truth) > 10.0
-            {
-                break (first, to);
-            }
+        let pairs = (0..10_000).map(|_| (pick(), pick()));
+        let is_far = |&(first, to): &(usize, usize)| {
+            let truths = records[first].truth.zip(records[to].truth);
+            truths.is_some_and(|(from, to)| from.distance_to(&to) > 10.0)
         };
+        let pair = { pairs }.find(is_far);
+        let (first, to) = pair.ok_or("no two scans are 10 m from each other")?;
         let mut drive = Drive::new(records, field, first, number);
         if let Some(truth) = records[first].truth {
             drive.localizer.start_at(&truth, 0.1, 0.1);
@@ -273,6 +274,7 @@ fn kidnap(records: &[Record], field: &Field, settings: &Settings) {
         silent.get(silent.len() / 2).unwrap_or(&0),
         silent.last().unwrap_or(&0)
     );
+    Ok(())
 }
 
 /// A map with cells of 5 cm.
@@ -320,10 +322,12 @@ fn scan(ranges: &[f32]) -> Result<LaserScan, Failure> {
     Ok(scan)
 }
 
-fn numbers(line: &str) -> Result<Vec<f64>, Failure> {
-    line.split_whitespace()
-        .map(|word| word.parse().map_err(Failure::from))
-        .collect()
+/// The first numbers of a line.
+fn numbers<const COUNT: usize>(line: &str) -> Result<[f64; COUNT], Failure> {
+    let words = line.split_whitespace().take(COUNT);
+    let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
+    let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    numbers.ok_or_else(|| format!("`{line}` does not begin with {COUNT} numbers").into())
 }
 
 /// The optimized poses and their scans.
@@ -332,8 +336,8 @@ fn read_graph(text: &str) -> Result<Vec<(Pose2D, LaserScan)>, Failure> {
     let mut vertices = Vec::new();
     for line in text.lines() {
         if let Some(rest) = line.strip_prefix("VERTEX2 ") {
-            let values = numbers(rest)?;
-            pose = Pose2D::new(values[1], values[2], values[3]);
+            let [_, x, y, theta] = numbers(rest)?;
+            pose = Pose2D::new(x, y, theta);
         } else if let Some(rest) = line.strip_prefix("ROBOTLASER1 ") {
             // Eight parameters, of which the last is the number of ranges.
             let words: Vec<&str> = rest.split_whitespace().collect();
@@ -367,8 +371,8 @@ fn read_odometry(text: &str, vertices: &[(Pose2D, LaserScan)]) -> Result<(Vec<Re
     let (mut odometry, mut records, mut used) = (Pose2D::ORIGIN, Vec::new(), vec![false; vertices.len()]);
     for line in text.lines() {
         if let Some(rest) = line.strip_prefix("ODO ") {
-            let values = numbers(rest)?;
-            odometry = odometry.transform(&Pose2D::new(values[0], values[1], values[2]));
+            let [x, y, theta] = numbers(rest)?;
+            odometry = odometry.transform(&Pose2D::new(x, y, theta));
         } else if let Some(rest) = line.strip_prefix("SCAN ") {
             // Time, field of view, greatest range, number, and two words.
             let ranges: Result<Vec<f32>, _> = rest.split_whitespace().skip(6).map(str::parse).collect();

@@ -5,12 +5,15 @@ use jde_types::{LaserScan, Pose2D};
 /// The fewest hits that say where a robot is.
 const LEAST: usize = 8;
 
-/// A scan that says too little: no beams, NaN in most of them, or too few that hit something.
+/// Why a scan cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("only {hits} beams of the laser hit something: a pose needs {LEAST}")]
-pub struct Blind {
-    /// How many do.
-    pub hits: usize,
+pub enum Blind {
+    /// So few beams hit something: there are no more, or most are NaN or infinite.
+    #[error("only {0} beams of the laser hit something: a pose needs {LEAST}")]
+    Few(usize),
+    /// An angle of the scan, or the place of the scanner, is not finite.
+    #[error("the angles of the laser or its mount are not finite")]
+    NotFinite,
 }
 
 /// A beam, in the frame of the base.
@@ -49,7 +52,7 @@ impl Beams {
     /// for, evenly chosen among those with a measured distance. By REP-117, +∞, −∞ and NaN are none.
     ///
     /// # Errors
-    /// If fewer than eight beams have one. Then there are none.
+    /// If fewer than eight beams have one, or an angle or `mount` is not finite. Then there are none.
     pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
         self.beams.clear();
         self.mount = (mount.x as f32, mount.y as f32);
@@ -62,8 +65,11 @@ impl Beams {
             mount.y,
             mount.theta,
         ];
-        if hits < LEAST || !numbers.iter().all(|number: &f64| number.is_finite()) {
-            return Err(Blind { hits });
+        if !numbers.iter().all(|number: &f64| number.is_finite()) {
+            return Err(Blind::NotFinite);
+        }
+        if hits < LEAST {
+            return Err(Blind::Few(hits));
         }
         let most = self.most.min(hits);
         let all = scan.ranges.iter().enumerate().filter(|(_, range)| is_hit(range));
@@ -132,11 +138,16 @@ mod tests {
             (&[1.0; 7], 7),
         ] {
             beams.update(&scan(&[1.0; 9]), &mount).expect("enough");
-            assert_eq!(beams.update(&scan(ranges), &mount), Err(Blind { hits }));
+            assert_eq!(beams.update(&scan(ranges), &mount), Err(Blind::Few(hits)));
             assert!(beams.as_slice().is_empty(), "none of the scan before");
         }
         let nowhere = Pose2D::new(0.0, f64::NAN, 0.0);
-        assert_eq!(beams.update(&scan(&[1.0; 9]), &nowhere), Err(Blind { hits: 9 }));
+        assert_eq!(beams.update(&scan(&[1.0; 9]), &nowhere), Err(Blind::NotFinite));
+        let turned = LaserScan {
+            angle_increment: f32::NAN,
+            ..scan(&[1.0; 9])
+        };
+        assert_eq!(beams.update(&turned, &mount), Err(Blind::NotFinite));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use jde_grid::{Geometry, Occupancy, OccupancyGrid, squared_distances};
 
 /// The parts of a cell in which distances are counted.
 const PARTS: f32 = 8.0;
-/// The greatest distance in parts: also of all that is farther, and outside the map.
+/// No distance: that of all that is farther, and outside the map.
 const FAR: u8 = u8::MAX;
 /// The square from which on a distance is the greatest, in cells.
 const FAR_SQUARE: u32 = 32 * 32;
@@ -119,14 +119,14 @@ impl Field {
         self.index(x, y).map_or(FAR, |index| self.near[index])
     }
 
-    /// The distances of all parts, in cells.
+    /// The distances of all parts, in cells; that of the last is infinite.
     pub(crate) fn distances() -> impl Iterator<Item = f32> {
-        (0..=FAR).map(|part| f32::from(part) / PARTS)
+        (0..=FAR).map(in_cells)
     }
 
-    /// The distance at a place.
+    /// The distance at a place; infinite if it is great.
     pub(crate) fn distance(&self, x: f32, y: f32) -> f32 {
-        f32::from(self.parts(x, y)) / PARTS
+        in_cells(self.parts(x, y))
     }
 
     /// How far a ray in the direction (`cos`, `sin`) goes until it meets an obstacle or leaves the map; at most as
@@ -155,6 +155,14 @@ impl Field {
     }
 }
 
+fn in_cells(parts: u8) -> f32 {
+    if parts == FAR {
+        f32::INFINITY
+    } else {
+        f32::from(parts) / PARTS
+    }
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use jde_grid::Cell;
@@ -180,20 +188,20 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn distances_are_to_the_nearest_obstacle_and_great_outside() {
+    fn distances_are_to_the_nearest_obstacle_and_infinite_outside() {
         let field = Field::new(&map(&["#...", "... "]));
         for (x, y, distance) in [
             (0.5, 1.5, 0.0),
             (2.5, 1.5, 2.0),
             (1.9, 0.1, 1.375),
-            (-0.1, 0.5, 31.875),
-            (4.0, 0.5, 31.875),
-            (f32::NAN, 0.5, 31.875),
+            (-0.1, 0.5, f32::INFINITY),
+            (4.0, 0.5, f32::INFINITY),
+            (f32::NAN, 0.5, f32::INFINITY),
         ] {
             assert_eq!(field.distance(x, y), distance, "{x}, {y}");
         }
         let empty = Field::new(&map(&["."]));
-        assert_eq!(empty.distance(0.5, 0.5), 31.875, "no obstacle at all");
+        assert_eq!(empty.distance(0.5, 0.5), f32::INFINITY, "no obstacle at all");
     }
 
     #[test]

@@ -18,14 +18,14 @@ const NEWEST: f64 = 0.2;
 const SCANS: u32 = 10;
 /// What is sure stays sure until it is so many times worse.
 const LENIENT: f64 = 2.0;
-/// How much better the agreement of a pose must be that was not sure.
-const BETTER: f64 = 0.05;
 
 /// What makes an estimate sure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// The least share of the beams that agree with the map at the estimate, as an average over scans. Below it the
-    /// robot is lost.
+    /// The least share of the beams that agree with the map at the estimate, as an average over scans, when the estimate
+    /// becomes sure. Below it a robot whose estimate is not sure is lost.
+    pub sure_agreement: f64,
+    /// The same while the estimate is sure.
     pub agreement: f64,
     /// How far the end of a beam may be from an obstacle of the map, m.
     pub tolerance: f64,
@@ -42,6 +42,7 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
+            sure_agreement: 0.7,
             agreement: 0.5,
             tolerance: 0.25,
             share: 0.95,
@@ -269,7 +270,9 @@ impl Localizer {
         self.compare(settings, odometry, beams);
         let state = self.judge(&settings.limits);
         self.is_sure = state == State::Sure;
-        let is_lost = self.scans >= SCANS && self.agreement < settings.limits.agreement;
+        // The best poses of a search would make a sure estimate doubtful.
+        self.is_searching &= !self.is_sure;
+        let is_lost = self.scans >= SCANS && self.agreement < self.needed(&settings.limits);
         if is_lost && !self.is_searching {
             self.begin_search(settings, Region::Everywhere, odometry, beams);
         }
@@ -339,6 +342,11 @@ impl Localizer {
         let particles = &mut self.particles;
         self.search
             .best(room, &mut self.random, |pose| particles.push(pose));
+        if self.particles.len() == 0 {
+            // No free cell is where it was said to be.
+            self.requested = Some(Region::Everywhere);
+            return;
+        }
         let since = self.search.odometry().localize(&reference);
         let motion = settings.motion.motion(&since, self.field.geometry().resolution());
         self.particles.predict(first, &motion, &mut self.random);
@@ -385,6 +393,15 @@ impl Localizer {
         self.agreement += newest * (f64::from(share) - self.agreement);
     }
 
+    /// The share of the beams that must agree now.
+    fn needed(&self, limits: &Limits) -> f64 {
+        if self.is_sure {
+            limits.agreement
+        } else {
+            limits.sure_agreement.max(limits.agreement)
+        }
+    }
+
     fn judge(&self, limits: &Limits) -> State {
         let Some(estimate) = &self.estimate else {
             return if self.is_searching {
@@ -393,15 +410,11 @@ impl Localizer {
                 State::Unsure(Doubt::Nowhere)
             };
         };
-        let (lenient, better) = if self.is_sure {
-            (LENIENT, 0.0)
-        } else {
-            (1.0, BETTER)
-        };
+        let lenient = if self.is_sure { LENIENT } else { 1.0 };
         let (deviation, turn) = (estimate.deviation(), estimate.heading_deviation());
         let doubt = if self.scans == 0 {
             Doubt::Unseen
-        } else if self.agreement < limits.agreement + better {
+        } else if self.agreement < self.needed(limits) {
             Doubt::Disagrees(self.agreement)
         } else if 1.0 - estimate.share > lenient * (1.0 - limits.share) {
             Doubt::Ambiguous(estimate.clusters, estimate.share)

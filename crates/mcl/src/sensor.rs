@@ -262,6 +262,28 @@ mod tests {
         assert_eq!(at([f32::NAN, y, heading]), 0.0);
     }
 
+    /// The field ends at 32 cells; with cells of 5 mm that is 0.16 m.
+    #[test]
+    fn what_is_far_from_all_obstacles_of_a_fine_map_does_not_agree() {
+        let mut rows = vec![".".repeat(60); 60];
+        rows[0] = "#".repeat(60);
+        let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
+        let field = Field::new(&map(&rows));
+        let mut scan = LaserScan {
+            range_max: 8.0,
+            ..LaserScan::default()
+        };
+        (0..12).for_each(|_| scan.ranges.push(0.1).expect("few beams"));
+        let mut beams = Beams::new(12);
+        beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
+        let pose = [5.0, 5.0, 0.0];
+        assert_eq!(agreement(&field, &beams, pose, (50.0, 0.005)), 0.0);
+        let sensor = Sensor::default();
+        let outlier = libm::log(sensor.outliers) as f32;
+        let likelihood = Likelihoods::new(sensor, 0.005).of_scan(&field, &beams, pose);
+        assert!((likelihood - 12.0 * outlier).abs() < 1e-3, "{likelihood}");
+    }
+
     #[test]
     fn a_scan_counts_for_so_many_independent_measurements() {
         let field = field();

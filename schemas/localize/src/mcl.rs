@@ -3,9 +3,11 @@
 
 use jde_grid::{Geometry, OccupancyGrid as Grid};
 use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
-use jde_motion::arc;
+use jde_motion::{arc, is_finite};
 use jde_schema::prelude::*;
 use jde_schema::types::Start;
+
+use super::jump;
 
 /// A motion after which a scan that is the same to the bit is not a new one, m and rad.
 const UNCHANGED: f64 = 0.1;
@@ -102,7 +104,10 @@ pub struct Mcl {
     /// At how many of them it is searched with each scan.
     #[modulation(default = 40_000, min = 1000, max = 10_000_000)]
     search_step: Modulation<u32>,
-    /// Least share of the beams that agree with the map, as an average over scans. Below it the robot is lost.
+    /// Least share of the beams that agree with the map, as an average over scans, when the pose becomes sure.
+    #[modulation(default = 0.7, min = 0.0, max = 1.0)]
+    sure_agreement: Modulation<f64>,
+    /// The same while the pose is sure. Below it the robot is lost.
     #[modulation(default = 0.5, min = 0.0, max = 1.0)]
     agreement: Modulation<f64>,
     /// How far the end of a beam that agrees may be from an obstacle of the map.
@@ -123,7 +128,7 @@ pub struct Mcl {
     /// How long the pose is exported without a usable scan.
     #[modulation(default = 1.0, unit = "s", min = 0.0, max = 3600.0)]
     patience: Modulation<f64>,
-    /// A step of the odometry from which on it is a jump, and no motion.
+    /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
     #[modulation(default = 1.0, unit = "m", min = 0.0)]
     jump: Modulation<f64>,
     /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
@@ -151,6 +156,8 @@ pub struct Mcl {
     pub(crate) last: Option<Pose2D>,
     /// When the last usable scan was; none after it was missing for too long.
     seen: Option<Duration>,
+    /// What is wrong with the last scan, after a colon.
+    blind: String,
     pub(crate) known: Option<State>,
     /// The words of the last iteration.
     pub(crate) words: String,
@@ -162,13 +169,19 @@ impl Schema for Mcl {
     fn awake(&mut self, cx: &Context) -> Result {
         let most = self.beams.get(cx) as usize;
         (self.scan_beams, self.last_beams) = (Beams::new(most), Beams::new(most));
-        // What happened while it slept is not known.
-        self.seen = None;
-        self.known = None;
+        // What happened while it slept is not known; how far the odometry went meanwhile is no jump.
+        (self.seen, self.known, self.last) = (None, None, None);
         if let Some(localizer) = &mut self.localizer {
             localizer.doubt();
         }
         Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        self.pose.retract(cx);
+        self.correction.retract(cx);
+        self.state.retract(cx);
+        self.agreeing.retract(cx);
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -194,18 +207,15 @@ impl Mcl {
     fn localize(&mut self, cx: &Context) -> Result<String, String> {
         self.follow_map(cx)?;
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        let measured = odometry.pose2d();
-        if ![measured.x, measured.y, measured.theta]
-            .iter()
-            .all(|part| part.is_finite())
-        {
+        if !is_finite(&odometry) {
             return Err("the odometry is not finite".into());
         }
+        let measured = odometry.pose2d();
         let localizer = self.localizer.as_mut().ok_or("there is no map")?;
         if let Some(last) = self.last.replace(measured)
-            && last.distance_to(&measured) > self.jump.get(cx)
+            && let Some(jump) = jump(&last.localize(&measured), self.jump.get(cx))
         {
-            warn!(cx, "the odometry jumped by {:.2} m", last.distance_to(&measured));
+            warn!(cx, "{jump}");
             localizer.jump(&last, &measured);
             self.known = None;
         }
@@ -215,7 +225,7 @@ impl Mcl {
             return Err("there is no map".into());
         };
         if self.seen.is_none() {
-            return Err("no scan that can be used".into());
+            return Err(format!("no scan that can be used{}", self.blind));
         }
         self.agreeing.write(cx, localizer.agreement());
         match self.known {
@@ -314,23 +324,25 @@ impl Mcl {
         let Some(localizer) = &mut self.localizer else {
             return;
         };
-        if let Some(laser) = self.laser.get(cx)
-            && core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence()
-            && self.scan_beams.update(&laser, &self.mount.get(cx)).is_ok()
-            && !is_frozen(
-                (&self.scan_beams, measured),
-                (&mut self.last_beams, &mut self.changed_at),
-            )
-        {
+        let laser = self.laser.get(cx);
+        let laser = laser
+            .filter(|laser| core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence());
+        let laser = laser.filter(|laser| {
+            let changes = (&mut self.last_beams, &mut self.changed_at);
+            self.blind = match self.scan_beams.update(laser, &self.mount.get(cx)) {
+                Ok(()) if is_frozen((&self.scan_beams, measured), changes) => {
+                    ": the laser repeats its last one".into()
+                }
+                Ok(()) => String::new(),
+                Err(blind) => format!(": {blind}"),
+            };
+            self.blind.is_empty()
+        });
+        if let Some(laser) = laser {
             // Where the base was at the time of the scan.
             let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
             let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
             let then = measured.transform(&motion);
-            let then = if then.theta.is_finite() && then.x.is_finite() && then.y.is_finite() {
-                then
-            } else {
-                measured
-            };
             self.known = Some(localizer.step(&settings, &then, &self.scan_beams));
             self.seen = Some(cx.now());
         }
@@ -370,6 +382,7 @@ impl Mcl {
             search: self.search.get(cx) as usize,
             search_step: self.search_step.get(cx) as usize,
             limits: Limits {
+                sure_agreement: self.sure_agreement.get(cx),
                 agreement: self.agreement.get(cx),
                 tolerance: self.tolerance.get(cx),
                 share: self.share.get(cx),

@@ -204,7 +204,7 @@ fn a_robot_that_is_carried_away_is_lost_and_found_again() {
 #[test]
 fn what_cannot_be_used_leaves_no_pose_and_says_why() {
     type Spoil = fn(&mut Robot);
-    let spoiled: [(&str, Spoil); 8] = [
+    let spoiled: [(&str, Spoil); 9] = [
         ("there is no odometry", |robot| robot.bench.retract("odometry")),
         ("the odometry is not finite", |robot| {
             let nowhere = Pose2D::new(f64::NAN, 0.0, 0.0);
@@ -227,6 +227,12 @@ fn what_cannot_be_used_leaves_no_pose_and_says_why() {
             let mut map = room();
             map.info.width = 10;
             robot.bench.import("map", &*map);
+        }),
+        ("the angles of the laser or its mount are not finite", |robot| {
+            let mut turned = scan(&robot.truth);
+            turned.angle_increment = f32::NAN;
+            robot.bench.import("laser", &turned);
+            (0..11).for_each(|_| robot.iterate());
         }),
         ("no scan that can be used", |robot| {
             robot.bench.retract("laser");
@@ -259,24 +265,25 @@ fn scans_that_say_nothing_are_as_none() {
             robot.bench.import("laser", &blind);
             robot.iterate();
         }
-        robot.says_nothing("no scan that can be used");
+        robot.says_nothing("no scan that can be used: only 0 beams of the laser hit something");
         robot.bench.import("laser", &LaserScan::default());
         robot.iterate();
-        robot.says_nothing("no scan that can be used");
+        robot.says_nothing("no scan that can be used: only 0 beams of the laser hit something");
     }
 }
 
 #[test]
 fn an_odometry_that_jumps_is_no_motion() {
     let mut robot = tracked();
-    // Its zero is here now.
-    robot.start = robot.truth;
-    robot.start = robot.start.transform(&Pose2D::new(30.0, -20.0, FRAC_PI_2));
-    robot.bench.import("odometry", &robot.odometry());
-    robot.iterate();
-    robot.says_nothing("not been compared");
-    robot.step(0.06, 0.1);
-    robot.is_right();
+    let turned = robot.odometry().pose2d().transform(&Pose2D::new(0.0, 0.0, 3.0));
+    for odometry in [turned, Pose2D::new(30.0, -20.0, FRAC_PI_2)] {
+        robot.start = robot.truth.transform(&odometry.localize(&Pose2D::ORIGIN));
+        robot.bench.import("odometry", &robot.odometry());
+        robot.iterate();
+        robot.says_nothing("not been compared");
+        robot.step(0.06, 0.1);
+        robot.is_right();
+    }
 }
 
 #[test]
@@ -291,9 +298,56 @@ fn a_laser_that_repeats_its_last_scan_is_noticed() {
         let away = robot.pose().map(|pose| pose.pose2d().distance_to(&robot.truth));
         assert!(away.is_none_or(|away| away < 0.2), "{away:?} m");
     }
-    robot.says_nothing("no scan that can be used");
+    robot.says_nothing("no scan that can be used: the laser repeats its last one");
     robot.drive(2);
     robot.is_right();
+}
+
+#[test]
+fn a_robot_that_is_sure_again_is_not_searched_any_more() {
+    let mut robot = tracked();
+    robot.bench.set("search_step", 1000_u32);
+    let truth = robot.truth;
+    // Something stands before the laser.
+    let mut hidden = scan(&truth);
+    hidden.ranges.as_mut_slice().fill(0.2);
+    for _ in 0..12 {
+        robot.bench.import("laser", &hidden);
+        robot.iterate();
+    }
+    robot.says_nothing("not sure: only");
+    (0..15).for_each(|_| robot.step(0.0, 0.0));
+    for _ in 0..40 {
+        robot.step(0.0, 0.0);
+        robot.is_right();
+    }
+}
+
+#[test]
+fn a_map_of_another_room_is_not_believed() {
+    // It is 0.8 m wider and higher, and its pillar is elsewhere.
+    let mut map = room();
+    (map.info.width, map.info.height) = (60, 46);
+    map.data.clear();
+    for index in 0..60 * 46 {
+        let at = |number: usize| (number as f64 - 0.5) * RESOLUTION;
+        let (x, y) = (at(index % 60), at(index / 60));
+        let is_pillar = (1.0..2.0).contains(&x) && (2.4..3.2).contains(&y);
+        let is_inside = x > 0.0 && y > 0.0 && x < WIDE + 0.8 && y < HIGH + 0.8;
+        let value = if is_pillar || !is_inside { 100 } else { 0 };
+        map.data.push(value).expect("it fits");
+    }
+    let sure = |threshold: f64| {
+        let mut robot = Robot::new(START, None);
+        robot.bench.set("sure_agreement", threshold);
+        robot.bench.import("map", &*map);
+        (0..300).any(|_| {
+            robot.step(0.06, 0.1);
+            robot.pose().is_some()
+        })
+    };
+    assert!(sure(0.5), "more than half of the beams agree");
+    assert!(!sure(0.7));
 }
 
 #[test]
@@ -355,8 +409,12 @@ fn the_panel_says_where_the_robot_is_or_lets_it_be_searched() {
     let mut robot = tracked();
     let panel = robot.bench.draw().expect("the panel is drawn");
     assert!(panel.texts()[0].starts_with("sure to"));
-    // A click on another place, then on the right one.
-    for (at, is_right) in [([4.6, 3.2, 0.0], false), ([1.4, 1.4, 0.0], true)] {
+    // A click on another place, on the right one, and on one without free cells, for which all are searched.
+    for (at, is_right) in [
+        ([4.6, 3.2, 0.0], false),
+        ([1.4, 1.4, 0.0], true),
+        ([40.0, 3.2, 0.0], true),
+    ] {
         let touch = Touch::Clicked {
             at,
             button: Button::Primary,
@@ -365,7 +423,7 @@ fn the_panel_says_where_the_robot_is_or_lets_it_be_searched() {
         robot.iterate();
         assert_eq!(robot.pose(), None);
         if is_right {
-            robot.drive(30);
+            robot.drive(60);
             robot.is_right();
         }
     }
@@ -403,6 +461,16 @@ fn the_same_seed_gives_the_same_poses_to_the_bit() {
 }
 
 #[test]
+fn what_the_robot_drove_while_it_slept_is_no_jump() {
+    let mut robot = tracked();
+    robot.bench.sleep().expect("it sleeps");
+    robot.truth = Pose2D::new(4.5, 3.0, -2.0);
+    robot.bench.awake().expect("it awakes");
+    robot.step(0.0, 0.0);
+    robot.is_right();
+}
+
+#[test]
 fn a_reload_keeps_the_place_and_a_sleep_makes_it_unsure() {
     let mut robot = tracked();
     let saved = robot.bench.save().expect("it saves");
@@ -412,6 +480,12 @@ fn a_reload_keeps_the_place_and_a_sleep_makes_it_unsure() {
     reloaded.drive(2);
     reloaded.is_right();
     robot.bench.sleep().expect("it sleeps");
+    assert_eq!(
+        robot.pose(),
+        None,
+        "nobody takes an old pose for one that is sure"
+    );
+    assert_eq!(robot.bench.exported::<PoseStamped>("correction"), None);
     robot.bench.awake().expect("it awakes");
     robot.iterate();
     robot.says_nothing("no scan that can be used");

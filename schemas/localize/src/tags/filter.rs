@@ -23,6 +23,14 @@ pub(super) struct Seen {
 /// The squared Mahalanobis distance of three numbers that 99 of 100 sightings stay below.
 const GATE: f64 = 11.34;
 
+impl Seen {
+    pub(super) fn is_finite(&self) -> bool {
+        let Pose2D { x, y, theta } = self.pose;
+        let mut numbers = [x, y, theta].into_iter().chain(self.deviations);
+        numbers.all(f64::is_finite)
+    }
+}
+
 impl Estimate {
     /// Returns the pose of a base that sees something whose pose is known.
     pub(super) fn from(place: &Pose2D, seen: &Seen) -> Self {
@@ -109,6 +117,6 @@ impl Estimate {
     pub(super) fn deviations(&self) -> [f64; 2] {
         let [[xx, xy, _], [_, yy, _], [_, _, heading]] = self.covariance;
         let greatest = f64::midpoint(xx, yy) + (((xx - yy) / 2.0).powi(2) + xy * xy).sqrt();
-        [greatest, heading].map(|variance| variance.max(0.0).sqrt())
+        [greatest, heading].map(|variance| variance.clamp(0.0, f64::INFINITY).sqrt())
     }
 }

@@ -3,11 +3,12 @@
 mod filter;
 mod panel;
 
-use jde_motion::arc;
+use jde_motion::{arc, is_finite};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetection, TagDetections};
 use jde_vision::CameraMount;
 
+use super::jump;
 use filter::{Estimate, Seen};
 
 /// The most time between a picture and the odometry that the velocity bridges, s.
@@ -90,7 +91,7 @@ pub struct Tags {
     /// Greatest standard deviation of a heading that is sure.
     #[modulation(default = 0.2, unit = "rad", min = 0.0, max = 3.15)]
     sure_heading_deviation: Modulation<f64>,
-    /// A step of the odometry from which on it is a jump, and no motion.
+    /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
     #[modulation(default = 1.0, unit = "m", min = 0.0)]
     jump: Modulation<f64>,
     /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
@@ -114,10 +115,17 @@ pub struct Tags {
 }
 
 impl Schema for Tags {
-    fn awake(&mut self, _: &Context) -> Result {
-        // What happened while it slept is not known.
-        (self.estimate, self.last, self.seen, self.misfits) = (None, None, None, 0);
+    fn awake(&mut self, cx: &Context) -> Result {
+        // What happened while it slept is not known, nor where the robot was at the last picture.
+        (self.estimate, self.last, self.misfits) = (None, None, 0);
+        self.seen = self.tags.get(cx).map(|tags| tags.sequence());
         Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        self.pose.retract(cx);
+        self.correction.retract(cx);
+        self.state.retract(cx);
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -161,13 +169,10 @@ impl Tags {
     /// Why there is none.
     fn localize(&mut self, cx: &Context) -> Result<String, String> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        let measured = odometry.pose2d();
-        if ![measured.x, measured.y, measured.theta]
-            .iter()
-            .all(|part| part.is_finite())
-        {
+        if !is_finite(&odometry) {
             return Err("the odometry is not finite".into());
         }
+        let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured) {
             self.advance(cx, &last.localize(&measured));
         }
@@ -175,7 +180,9 @@ impl Tags {
         let estimate = self.estimate.ok_or("no tag was seen yet")?;
         let [deviation, heading] = estimate.deviations();
         let words = format!("{deviation:.2} m and {:.1} degrees", heading.to_degrees());
-        if deviation > self.sure_deviation.get(cx) || heading > self.sure_heading_deviation.get(cx) {
+        let is_sure =
+            deviation <= self.sure_deviation.get(cx) && heading <= self.sure_heading_deviation.get(cx);
+        if !is_sure {
             return Err(format!("not sure: it may be off by {words}"));
         }
         let header = Header {
@@ -206,12 +213,12 @@ impl Tags {
 
     /// Moves the pose by a step of the odometry; a jump says nothing about where the robot is.
     fn advance(&mut self, cx: &Context, step: &Pose2D) {
-        let way = step.x.hypot(step.y);
-        if way > self.jump.get(cx) {
-            warn!(cx, "the odometry jumped by {way:.2} m");
+        if let Some(jump) = jump(step, self.jump.get(cx)) {
+            warn!(cx, "{jump}");
             self.estimate = None;
             return;
         }
+        let way = step.x.hypot(step.y);
         let turn = (self.turn_by_turn.get(cx).powi(2) * step.theta.abs()
             + self.turn_by_way.get(cx).powi(2) * way)
             .sqrt();
@@ -235,6 +242,9 @@ impl Tags {
                 continue;
             };
             let seen = self.seen(cx, &then, tag);
+            if !seen.is_finite() {
+                continue;
+            }
             let fits = self
                 .estimate
                 .as_mut()

@@ -6,7 +6,7 @@ use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 use jde_schema::types::{Point, Pose, Quaternion, TagDetection, TagDetections};
 
-use super::{TagPlace, TagPlaces, Tags};
+use super::{MISFITS, TagPlace, TagPlaces, Tags};
 
 /// Three tags on the right wall of a room of 5 x 4 m.
 const PLACES: [Pose2D; 3] = [
@@ -22,6 +22,9 @@ struct Room {
     bench: Bench<Tags>,
     truth: Pose2D,
     odometry: Pose2D,
+    turn_rate: f64,
+    /// Added to the place of a tag before the camera, m.
+    error: f64,
     step: u32,
 }
 
@@ -34,6 +37,8 @@ impl Room {
             bench,
             truth: START,
             odometry: Pose2D::ORIGIN,
+            turn_rate: 0.0,
+            error: 0.0,
             step: 0,
         }
     }
@@ -64,6 +69,7 @@ impl Room {
             ..Odometry::default()
         };
         odometry.pose.pose = self.odometry.into();
+        odometry.twist.twist.angular.z = self.turn_rate;
         self.bench.import("odometry", &odometry);
         if sees {
             let tags = (0..).zip(PLACES).filter_map(|(id, place)| self.tag(id, &place));
@@ -94,7 +100,7 @@ impl Room {
                 position: Point {
                     x: -noisy * bearing.sin(),
                     y: 0.0,
-                    z: noisy * bearing.cos(),
+                    z: noisy * bearing.cos() + self.error,
                 },
                 orientation: Quaternion::from_axes([[z[2], 0.0, -z[0]], [0.0, 1.0, 0.0], z]),
             },
@@ -199,4 +205,39 @@ fn an_odometry_that_jumps_or_is_not_finite_and_unknown_tags_give_no_pose() {
     room.odometry.x += 3.0;
     (0..5).for_each(|_| room.step(true));
     assert_eq!(room.pose(), None, "no tag that it knows");
+}
+
+#[test]
+fn a_sleep_leaves_no_pose() {
+    let mut room = Room::new();
+    (0..20).for_each(|_| room.step(true));
+    room.bench.sleep().expect("it sleeps");
+    assert_eq!(room.pose(), None);
+    assert_eq!(room.bench.exported::<PoseStamped>("correction"), None);
+    room.bench.awake().expect("it awakes");
+    room.step(false);
+    assert_eq!(room.state(), "no tag was seen yet");
+}
+
+#[test]
+fn numbers_that_are_not_finite_give_no_pose_and_change_none() {
+    let mut room = Room::new();
+    for error in [f64::NAN, f64::INFINITY, 1e200] {
+        room.error = error;
+        room.step(true);
+        assert_eq!(room.pose(), None, "the only tag is {error} m away");
+    }
+    room.error = 0.0;
+    (0..20).for_each(|_| room.step(true));
+    room.turn_rate = f64::NAN;
+    room.step(true);
+    assert_eq!(room.pose(), None);
+    assert_eq!(room.state(), "the odometry is not finite");
+    room.turn_rate = 0.0;
+    for error in [f64::NAN, 1e200, 0.0] {
+        room.error = error;
+        (0..MISFITS + 1).for_each(|_| room.step(true));
+        let pose = room.pose().expect("it is sure");
+        assert!(pose.distance_to(&room.truth) < 0.2, "{pose:?} after {error}");
+    }
 }
