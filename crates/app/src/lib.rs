@@ -242,13 +242,22 @@ pub struct GroupConfig {
     pub retry_ns: u64,
 }
 
+/// Why a plugin cannot be used.
+#[derive(Clone, Debug)]
+pub struct Unusable {
+    /// Completes "plugin `x` cannot be used: ".
+    pub reason: String,
+    /// Whether there is no such plugin, whose name may be misspelt.
+    pub is_missing: bool,
+}
+
 /// The available plugins: the plugin loader, or in tests a list.
 pub trait Catalogue {
     /// Returns the plugin of that name, from the usual folders or `extra_dirs`.
     ///
     /// # Errors
-    /// Why it cannot be used. The text completes "plugin `x` cannot be used: ".
-    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String>;
+    /// Why it cannot be used.
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, Unusable>;
 
     /// Requests an inspection of what the modulations of a schema type name, and returns the problems. Empty
     /// where no inspection is possible.

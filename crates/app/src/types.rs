@@ -8,8 +8,8 @@ use std::sync::Arc;
 use jde_abi::describe::Plugin;
 use jde_board::nearest;
 
-use super::Catalogue;
 use super::drafts::{Drafts, ResolvedType};
+use super::{Catalogue, Unusable};
 use jde_document::section::Text;
 use jde_document::{FaultReport, quote, quote_all};
 
@@ -55,7 +55,7 @@ struct TypeResolver<'c> {
     catalogue: &'c dyn Catalogue,
     dirs: &'c [PathBuf],
     plugins: Vec<Arc<Plugin>>,
-    plugin_indices: HashMap<String, Result<usize, String>>,
+    plugin_indices: HashMap<String, Result<usize, Unusable>>,
     type_names: OnceCell<Vec<String>>,
     /// Lets instances of one type share its description.
     resolved: HashMap<(usize, usize), ResolvedType>,
@@ -76,14 +76,11 @@ impl TypeResolver<'_> {
         let (plugin, schema) = split(written.text);
         let index = match self.plugin(plugin) {
             Ok(index) => index,
-            Err(reason) => {
+            Err(Unusable { reason, is_missing }) => {
                 let message = format!("{what}: plugin {} cannot be used: {reason}", quote(plugin));
                 let fault = report.fault(&written.span, message);
-                if let Some(near) = suggest_type(
-                    self.type_names.get_or_init(|| self.catalogue.type_names()),
-                    plugin,
-                    written.text,
-                ) {
+                // Another one would be a wrong suggestion for a plugin that is there.
+                if is_missing && let Some(near) = suggest_type(self.type_names(), written.text) {
                     fault.advise(format!("did you mean {}?", quote(&near)));
                 }
                 return None;
@@ -108,7 +105,7 @@ impl TypeResolver<'_> {
     }
 
     /// Returns the plugin's place. Queries the catalogue only once for each plugin.
-    fn plugin(&mut self, name: &str) -> Result<usize, String> {
+    fn plugin(&mut self, name: &str) -> Result<usize, Unusable> {
         if let Some(known) = self.plugin_indices.get(name) {
             return known.clone();
         }
@@ -165,16 +162,12 @@ impl TypeResolver<'_> {
     }
 }
 
-/// Returns the known type that a name with an unusable plugin probably means; `None` if that plugin itself is
-/// known.
-fn suggest_type(known: &[String], plugin: &str, written: &str) -> Option<String> {
+/// Returns the known type that a name with a missing plugin probably means.
+fn suggest_type(known: &[String], written: &str) -> Option<String> {
     let halves = |known: &String| {
         let (plugin, schema) = known.split_once('/').unwrap_or((known, known));
         (plugin.to_owned(), schema.to_owned())
     };
-    if known.iter().any(|known| halves(known).0 == plugin) {
-        return None;
-    }
     // The name of the schema alone, where a plugin is expected.
     if let Some(full) = known.iter().find(|known| halves(known).1 == written) {
         return Some(full.clone());

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use arc_swap::ArcSwapOption;
 use jde_abi::describe::{Plugin, Port, Role};
 use jde_abi::inspect::Problem;
-use jde_app::{Application, Catalogue, Inspection, InstanceConfig};
+use jde_app::{Application, Catalogue, Inspection, InstanceConfig, Unusable};
 use jde_board::value::{self, Value};
 use jde_core::Nanos;
 
@@ -117,7 +117,7 @@ impl<'c> MockCatalogue<'c> {
 }
 
 impl Catalogue for MockCatalogue<'_> {
-    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String> {
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, Unusable> {
         self.catalogue.plugin(name, extra_dirs)
     }
 

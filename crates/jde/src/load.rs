@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use jde_abi::describe;
 use jde_abi::inspect::Problem;
-use jde_app::{Application, Catalogue, Faults, Inspection, Override};
+use jde_app::{Application, Catalogue, Faults, Inspection, Override, Unusable};
 use jde_isolation::Inspector;
-use jde_loader::{DescribedPlugin, PluginError, Plugins, SearchPath};
+use jde_loader::{DescribedPlugin, Plugins, SearchPath};
 #[cfg(feature = "tools")]
 use jde_log::replay::AttachedApplication;
 
@@ -224,7 +224,7 @@ impl PluginCatalogue {
 }
 
 impl Catalogue for PluginCatalogue {
-    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, String> {
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, Unusable> {
         let extra_dirs = self.searchable_folders(extra_dirs);
         let found = match self.purpose {
             Purpose::Describe => self.plugins.describe(name, extra_dirs),
@@ -233,11 +233,11 @@ impl Catalogue for PluginCatalogue {
         match found {
             Ok(found) => Ok(found.description),
             Err(error) => {
-                let missing = matches!(error, PluginError::Missing { .. });
+                let error = Unusable::from(error);
                 let mut report = self.report.borrow_mut();
-                report.missing |= missing;
-                report.unusable |= !missing;
-                Err(error.to_string())
+                report.missing |= error.is_missing;
+                report.unusable |= !error.is_missing;
+                Err(error)
             }
         }
     }
@@ -255,7 +255,6 @@ impl Catalogue for PluginCatalogue {
 
     fn type_names(&self) -> Vec<String> {
         let folders = &self.report.borrow().folders;
-        // A plugin that cannot be used is known too: another one would be a wrong suggestion.
         let (files, _) = self.plugins.list(folders);
         let mut known: Vec<_> = files.into_iter().map(|file| file.name).collect();
         for plugin in describe_all(&self.plugins, folders) {

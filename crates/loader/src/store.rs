@@ -9,7 +9,7 @@ use jde_abi::inspect::Problem;
 use jde_abi::{describe, raw};
 use jde_records::reload::ExtraBuilds;
 
-use jde_app::{Catalogue, Inspection};
+use jde_app::{Catalogue, Inspection, Unusable};
 
 use super::copy::PrivateCopy;
 use super::inspector::{Inspect, Inspected};
@@ -338,10 +338,8 @@ impl Plugins {
 }
 
 impl Catalogue for Plugins {
-    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, String> {
-        self.load(name, extra_dirs)
-            .map(|plugin| plugin.description)
-            .map_err(|error| error.to_string())
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<describe::Plugin>, Unusable> {
+        Ok(self.load(name, extra_dirs)?.description)
     }
 
     /// Runs in the inspecting process ([`Plugins::with_inspector`]). Without one, and for linked-in plugins,
@@ -382,6 +380,15 @@ impl Catalogue for Plugins {
         });
         let files = found.into_iter().map(|found| found.name).chain(linked_in);
         files.chain(types).collect()
+    }
+}
+
+impl From<PluginError> for Unusable {
+    fn from(error: PluginError) -> Self {
+        Self {
+            reason: error.to_string(),
+            is_missing: matches!(error, PluginError::Missing { .. }),
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use jde_abi::describe::{
     Child, Field, FieldKind, Form, Guard, Kind, Limits, Plugin, Port, Role, Scalar, Schema, Type,
 };
-use jde_app::{Application, Catalogue, Faults, Override, parse};
+use jde_app::{Application, Catalogue, Faults, Override, Unusable, parse};
 
 /// An application without faults.
 pub(crate) const GOOD: &str = include_str!("../apps/good.toml");
@@ -82,18 +82,23 @@ pub(crate) fn edited(edits: &[(&str, &str)]) -> String {
 pub(crate) struct DescribedPlugins;
 
 impl Catalogue for DescribedPlugins {
-    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String> {
-        if name == "broken" {
-            return Err("it was built for ABI 2.0, newer than this host's 1.0".to_owned());
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, Unusable> {
+        let unusable = |reason: &str, is_missing| Unusable {
+            reason: reason.to_owned(),
+            is_missing,
+        };
+        if name == "nav2" {
+            return Err(unusable(
+                "it was built for ABI 2.0, newer than this host's 1.0",
+                false,
+            ));
         }
-        if name == "extra" && !extra_dirs.iter().any(|dir| dir.ends_with("apps/more")) {
-            return Err("no folder has it".to_owned());
-        }
-        plugins()
-            .into_iter()
-            .find(|plugin| plugin.name == name)
+        let is_found = name != "extra" || extra_dirs.iter().any(|dir| dir.ends_with("apps/more"));
+        let mut plugins = plugins().into_iter().filter(|_| is_found);
+        let found = plugins.find(|plugin| plugin.name == name);
+        found
             .map(Arc::new)
-            .ok_or_else(|| "no folder has it".to_owned())
+            .ok_or_else(|| unusable("no folder has it", true))
     }
 
     fn type_names(&self) -> Vec<String> {
@@ -101,7 +106,7 @@ impl Catalogue for DescribedPlugins {
             let schemas = plugin.schemas.into_iter();
             schemas.map(move |schema| format!("{}/{}", plugin.name, schema.name))
         });
-        types.chain(["broken".to_owned()]).collect()
+        types.collect()
     }
 }
 

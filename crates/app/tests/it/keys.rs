@@ -223,9 +223,9 @@ apps/good.toml:34:13: plugin `nav` contains `vff` and `goon`; state which one
 "#,
     );
     check(
-        &[(r#""nav/goon""#, r#""broken/goon""#)],
+        &[(r#""nav/goon""#, r#""nav2/goon""#)],
         r#"
-apps/good.toml:34:13: schema `goon`: plugin `broken` cannot be used: it was built for ABI 2.0, newer than this host's 1.0
+apps/good.toml:34:13: schema `goon`: plugin `nav2` cannot be used: it was built for ABI 2.0, newer than this host's 1.0
 "#,
     );
     check(

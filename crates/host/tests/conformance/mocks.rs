@@ -2,7 +2,7 @@
 
 use jde_abi::describe::Plugin;
 use jde_abi::inspect::Problem;
-use jde_app::{Catalogue, Inspection, load};
+use jde_app::{Catalogue, Inspection, Unusable, load};
 use jde_board::value::Value;
 use jde_core::State;
 use jde_host::{Mock, MockCatalogue, Options};
@@ -234,7 +234,7 @@ fn a_mock_that_does_not_fit_is_refused_with_a_reason() {
 struct Strict<'c>(&'c dyn Catalogue);
 
 impl Catalogue for Strict<'_> {
-    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, String> {
+    fn plugin(&self, name: &str, extra_dirs: &[PathBuf]) -> Result<Arc<Plugin>, Unusable> {
         let mut plugin = Plugin::clone(&*self.0.plugin(name, extra_dirs)?);
         for schema in &mut plugin.schemas {
             schema.inspects = true;
