@@ -30,7 +30,7 @@ pub fn get_path(value_type: &Type, bytes: &[u8], path: &str) -> Result<Value, Va
         let parent = &path[..parsed];
         let (name, index) = parse(step).map_err(|wrong| path_error(path, wrong))?;
         let Some(field) = value_type.fields.iter().find(|field| field.name == name) else {
-            if let ("", [first, ..]) = (name, &value_type.fields[..]) {
+            if let ("", Some(_), [first, ..]) = (name, index, &value_type.fields[..]) {
                 let wrong = format!("an index follows a field, as in `{}{step}`", first.name);
                 return Err(path_error(path, wrong));
             }
