@@ -1,6 +1,8 @@
 //! The open cell next to a closed one: where a robot that is too close to an obstacle can go, and which cell near a
 //! goal can be reached.
 
+use std::collections::VecDeque;
+
 use crate::costmap::{Costmap, INSCRIBED};
 use crate::geometry::Cell;
 use crate::price::Prices;
@@ -41,7 +43,8 @@ pub fn nearest_open(costs: &Costmap, prices: &Prices, from: Cell, reach: f64) ->
 }
 
 /// Returns the cell nearest to `goal` of those to which a way over open cells leads from `start`, if there is one
-/// within `reach` cells of `goal`. Takes a time in proportion to the cells that are reached.
+/// within `reach` cells of `goal`; of several as near, the first of the grid. Takes a time in proportion to the cells
+/// that are reached.
 #[must_use]
 pub fn nearest_reachable(
     costs: &Costmap,
@@ -52,23 +55,24 @@ pub fn nearest_reachable(
 ) -> Option<Cell> {
     let geometry = costs.geometry();
     let is_open = |cell: Cell| geometry.contains(cell) && prices.at(costs, cell) > 0;
-    let mut due: Vec<Cell> = Vec::from_iter(Some(start).filter(|&start| is_open(start)));
+    // In the order of their distance from the start, so that no more than a frontier is kept.
+    let mut due = VecDeque::from_iter(Some(start).filter(|&start| is_open(start)));
     let mut seen = vec![false; geometry.cells()];
-    let mut best = None;
-    while let Some(cell) = due.pop() {
-        let distance = square(cell, goal);
-        if distance <= best.map_or(reach * reach, |(least, _)| least) {
-            best = Some((distance, cell));
+    let mut best: Option<(f64, usize)> = None;
+    while let Some(cell) = due.pop_front() {
+        let found = (square(cell, goal), geometry.index(cell));
+        if found.0 <= reach * reach && best.is_none_or(|best| found < best) {
+            best = Some(found);
         }
         for (x, y) in SIDES {
             if let Some(next) = cell.offset(x, y).filter(|&next| is_open(next))
                 && !core::mem::replace(&mut seen[geometry.index(next)], true)
             {
-                due.push(next);
+                due.push_back(next);
             }
         }
     }
-    best.map(|(_, cell)| cell)
+    best.map(|(_, index)| geometry.cell(index))
 }
 
 /// The square of the distance between two cells.
@@ -116,6 +120,11 @@ mod tests {
         assert_eq!(nearest(2, 8, 4.0), Some(4), "not the pocket");
         assert_eq!(nearest(2, 8, 3.9), None);
         assert_eq!(nearest(2, 3, 0.0), Some(3), "the goal itself");
+        let ring = crate::maps::costmap(5, &[[0; 5], [0, LETHAL, LETHAL, LETHAL, 0], [0; 5]].concat());
+        for start in [0, 4, 10, 14].map(|index| ring.geometry().cell(index)) {
+            let found = nearest_reachable(&ring, &prices, start, Cell::new(2, 1), 1.0);
+            assert_eq!(found, Some(Cell::new(2, 0)), "of two, the first, from {start:?}");
+        }
         assert_eq!(nearest(9, 2, 6.0), Some(8));
         assert_eq!(nearest(5, 4, 9.0), None, "from an obstacle");
         assert_eq!(nearest(12, 4, 9.0), None, "from outside");

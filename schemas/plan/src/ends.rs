@@ -13,29 +13,25 @@ pub(crate) struct Ends<'a> {
 }
 
 impl Ends<'_> {
-    /// Returns the cell of the target in metres, or the nearest one where the robot can be, at most
-    /// `tolerance` metres away.
-    pub(crate) fn goal(&self, target: (f64, f64), tolerance: f64) -> Result<Cell, Situation> {
+    /// Returns the cell of the target in metres; the error is why the robot cannot be there.
+    pub(crate) fn goal(&self, target: (f64, f64)) -> Result<Cell, Situation> {
         let costs = self.followed.costs();
         let goal = costs.geometry().cell_at(target).ok_or(PlanError::GoalOutside)?;
-        let goal = self.nearest(costs, goal, tolerance);
-        if self.followed.is_in_zone(goal) && self.is_open(self.followed.obstacles(), goal) {
-            return Err(Situation::TargetInZone);
+        match self.is_open(costs, goal) {
+            true => Ok(goal),
+            false if self.followed.is_in_zone(goal) && self.is_open(self.followed.obstacles(), goal) => {
+                Err(Situation::TargetInZone)
+            }
+            false => Err(PlanError::GoalClosed.into()),
         }
-        Ok(goal)
     }
 
     /// Returns the cell nearest to the target to which a way leads, at most `tolerance` metres away.
     pub(crate) fn reachable(&self, start: Cell, target: (f64, f64), tolerance: f64) -> Option<Cell> {
         let costs = self.followed.costs();
-        let goal = costs.geometry().cell_at(target)?;
-        nearest_reachable(
-            costs,
-            self.prices,
-            start,
-            goal,
-            tolerance / costs.geometry().resolution(),
-        )
+        let geometry = costs.geometry();
+        let goal = geometry.cell_at(target)?;
+        nearest_reachable(costs, self.prices, start, goal, tolerance / geometry.resolution())
     }
 
     /// Returns the cell to plan from, and the points in columns and rows over which the robot gets there.
@@ -79,6 +75,6 @@ impl Ends<'_> {
     }
 }
 
-fn center(cell: Cell) -> (f64, f64) {
+pub(crate) fn center(cell: Cell) -> (f64, f64) {
     (f64::from(cell.x) + 0.5, f64::from(cell.y) + 0.5)
 }

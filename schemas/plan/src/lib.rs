@@ -106,6 +106,8 @@ pub struct Plan {
     followed: Option<Followed>,
     /// The fields to the last target, and to the place near it where the path ends instead.
     fields: [PricedField; 2],
+    /// The target that no way reaches, and the place near it where the path ends, in metres.
+    place: Option<((f64, f64), (f64, f64))>,
     situation: Option<Situation>,
     /// What an operator has drawn on the panel.
     drawn: Drawn,
@@ -187,22 +189,38 @@ impl Plan {
             prices: &prices,
         };
         let tolerance = self.tolerance.get(cx);
-        let goal = ends.goal(target, tolerance)?;
+        let goal = match ends.goal(target) {
+            Err(situation) if tolerance == 0.0 => return Err(situation),
+            goal => goal,
+        };
         let (mut points, start) = ends.start(robot, 2.0 * self.circumscribed.get(cx))?;
         let (costs, planner) = (followed.costs(), self.planner.get(cx));
         let [exact, instead] = &mut self.fields;
-        let mut way = search(planner, costs, &prices, exact, (start, goal));
-        let place = match way {
-            Err(PlanError::Unreachable) if tolerance > 0.0 => ends.reachable(start, target, tolerance),
-            _ => None,
+        let exact = goal.and_then(|goal| Ok(search(planner, costs, &prices, exact, (start, goal))?));
+        let nearby = match exact {
+            Err(
+                Situation::NoWay(PlanError::GoalClosed | PlanError::Unreachable) | Situation::TargetInZone,
+            ) => {
+                let mut way_to = |place| search(planner, costs, &prices, instead, (start, place)).ok();
+                // A place stays while a way leads there: on the two sides of a wall are places equally near.
+                let kept = self
+                    .place
+                    .filter(|&(of, place)| of == target && apart(target, place) <= tolerance);
+                let kept = kept.and_then(|(_, place)| way_to(costs.geometry().cell_at(place)?));
+                kept.or_else(|| {
+                    let place = ends.reachable(start, target, tolerance)?;
+                    self.place = Some((target, costs.geometry().to_world(ends::center(place))));
+                    way_to(place)
+                })
+            }
+            _ => {
+                (self.place, *instead) = (None, None);
+                None
+            }
         };
-        match place {
-            Some(place) => way = search(planner, costs, &prices, instead, (start, place)),
-            None => *instead = None,
-        }
-        let way = way.map_err(|error| match error {
-            PlanError::Unreachable if followed.has_zones() => Situation::NoWayOutside,
-            other => other.into(),
+        let way = nearby.map_or(exact, Ok).map_err(|situation| match situation {
+            Situation::NoWay(PlanError::Unreachable) if followed.has_zones() => Situation::NoWayOutside,
+            other => other,
         })?;
         points.extend(way.points);
         Ok(Way { points, ..way })
@@ -315,8 +333,11 @@ fn path(frame: &Frame, cx: &Context, points: &[(f64, f64)]) -> Path {
 }
 
 fn length(points: &[(f64, f64)]) -> f64 {
-    let step = |pair: &[(f64, f64)]| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1);
-    points.windows(2).map(step).sum()
+    points.windows(2).map(|pair| apart(pair[0], pair[1])).sum()
+}
+
+fn apart(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (b.0 - a.0).hypot(b.1 - a.1)
 }
 
 jde_schema::export!("plan", "Plans a path over a map to a target.", [Plan]);

@@ -196,7 +196,7 @@ fn a_path_may_end_before_a_target_in_an_obstacle() {
 
 #[test]
 fn a_path_ends_as_near_as_it_can_to_a_target_that_no_way_reaches() {
-    let rows = ["............", ".....#####..", ".....#...#..", ".....#####.."];
+    let rows = ["............", "....######..", "....##...#..", "....######.."];
     for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
         let mut bench = bench(&map(&rows), (0.05, 0.05), (0.65, 0.15));
         bench.set("planner", planner);
@@ -218,6 +218,39 @@ fn a_path_ends_as_near_as_it_can_to_a_target_that_no_way_reaches() {
         let last = *poses(&bench).expect("a path").last().expect("poses");
         assert_eq!((last.x, last.y), (0.65, 0.15), "the way is open");
     }
+}
+
+#[test]
+fn the_place_before_a_target_in_a_wall_stays_while_a_way_leads_there() {
+    let rows = ["...........", ".....#.....", ".....#.....", ".....#....."];
+    let mut bench = bench(&map(&rows), (0.45, 0.05), (0.55, 0.15));
+    bench.set("tolerance", 0.15);
+    let end = |bench: &mut Bench<Plan>| {
+        state(bench);
+        poses(bench).expect("a path").last().expect("poses").x
+    };
+    let side = end(&mut bench);
+    for x in [0.05, 1.05, 0.45, 0.65] {
+        bench.import(
+            "pose",
+            &Odometry::planar(Time::default(), Pose2D::new(x, 0.05, 0.0), Twist::ZERO),
+        );
+        assert_eq!(end(&mut bench), side, "from {x} m");
+    }
+    let [mut left, mut right] = [rows; 2];
+    for row in [&mut left, &mut right] {
+        row[1] = "....###....";
+    }
+    left[2] = "....##.....";
+    left[3] = "....##.....";
+    right[2] = ".....##....";
+    right[3] = ".....##....";
+    let closed = if side < 0.55 { left } else { right };
+    bench.import("map", &*map(&closed));
+    assert!(
+        (end(&mut bench) - 0.55) * (side - 0.55) < 0.0,
+        "the other side, when this one is closed"
+    );
 }
 
 #[test]
