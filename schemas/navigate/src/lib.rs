@@ -4,6 +4,8 @@
 mod memory;
 mod panel;
 
+use core::time::Duration;
+
 use jde_route::{Targets, Terms};
 use jde_schema::prelude::*;
 use jde_schema::types::{Lanes, OccupancyGrid, Zones};
@@ -50,7 +52,7 @@ pub struct Navigate {
     #[modulation(default = 0.3, unit = "m", min = 0.01)]
     tolerance: Modulation<f64>,
     /// How far from a target that no way reaches the path may end. At its end the target then counts as reached.
-    /// Above 0 it takes the place of the planner's own `tolerance`.
+    /// From a value above 0 on, the planner has it as its `tolerance`, whatever the file states there.
     #[modulation(default = 0.0, unit = "m", min = 0.0, max = 5.0)]
     nearby: Modulation<f64>,
     /// Time for which it may lead without getting nearer to a target, which then counts as out of reach; 0
@@ -80,8 +82,10 @@ pub struct Navigate {
     targets: Targets,
     /// The number of the last failure of a recovery.
     failure: u64,
-    /// The tolerance that the planner has from here; 0 if it has its own.
+    /// The tolerance that the planner has from here; 0 if it has had its own only.
     stated: f64,
+    /// The current target, and since when.
+    planned: (Option<Pose2D>, Duration),
 }
 
 impl Schema for Navigate {
@@ -124,12 +128,18 @@ impl Navigate {
         }
     }
 
-    /// Whether the robot is at the end of a path that ends near the current target. A path to another target does
-    /// not: the planner has not planned anew yet.
-    fn is_at_end(&self, cx: &Context, terms: &Terms, pose: Pose2D) -> bool {
+    /// Whether the robot is at the end of a path that ends near the current target. A path that is older than the
+    /// target leads to another one.
+    fn is_at_end(&mut self, cx: &Context, terms: &Terms, pose: Pose2D) -> bool {
         let target = self.targets.current(terms);
+        if self.planned.0 != target {
+            self.planned = (target, cx.now());
+        }
         let path = self.path.get(cx);
-        let end = path.as_ref().and_then(|path| path.poses.last());
+        let path = path
+            .as_ref()
+            .filter(|path| Duration::from(path.header.stamp) > self.planned.1);
+        let end = path.and_then(|path| path.poses.last());
         target.zip(end).is_some_and(|(target, end)| {
             let end = Pose2D::from(end.pose);
             end.distance_to(&target) <= self.nearby.get(cx) && pose.distance_to(&end) < terms.tolerance
