@@ -32,7 +32,7 @@ impl Outcome {
         self.0.get()
     }
 
-    pub(super) fn set(&self, result: Result<(), String>) {
+    pub(crate) fn set(&self, result: Result<(), String>) {
         // Each order has one outcome, so the cell is empty.
         let _ = self.0.set(result);
     }

@@ -1,6 +1,8 @@
 //! The bar below the windows of a recording: its position, and its controls. It writes the modulations of the
 //! schema `replay`, which controls the playback of each recording.
 
+use std::time::{Duration, Instant};
+
 use eframe::egui;
 use jde_link::Rate;
 use jde_link::message::Action;
@@ -11,6 +13,11 @@ use crate::session::{Outcome, STEERING, Session};
 use crate::tap::tap;
 
 const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
+
+/// How far from the place of a jump the first position after it is, s of the recording at normal speed.
+const NEAR: f64 = 0.5;
+/// How long the slider waits for such a position.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// The state of the bar.
 #[derive(Default)]
@@ -24,19 +31,22 @@ struct Seek {
     /// In s.
     place: f64,
     outcome: Outcome,
-    /// The sequence number of the newest position when the order was accepted. Later positions follow the
-    /// jump.
-    accepted_at: Option<u64>,
+    /// When the order was accepted.
+    accepted: Option<Instant>,
 }
 
 impl Seek {
-    /// Whether the recording has jumped or refused to. `newest` is the sequence number of its newest
-    /// position.
-    fn is_over(&mut self, newest: u64) -> bool {
+    /// Whether the recording has jumped or refused to. A position of before may come after the order was accepted,
+    /// so only one as far from the place as is played between two positions ends the jump; or [`PATIENCE`], if the
+    /// recording was told to jump elsewhere meanwhile.
+    fn is_over(&mut self, position: f64, speed: f64, now: Instant) -> bool {
         match self.outcome.get() {
             None => false,
             Some(Err(_)) => true,
-            Some(Ok(())) => *self.accepted_at.get_or_insert(newest) != newest,
+            Some(Ok(())) => {
+                let accepted = *self.accepted.get_or_insert(now);
+                (position - self.place).abs() <= NEAR * speed.max(1.0) || now - accepted > PATIENCE
+            }
         }
     }
 }
@@ -53,8 +63,7 @@ impl SeekBar {
                 .read::<Flag>(&variable_name(name), Rate::Hz(20))
                 .map(|(flag, _)| flag.get())
         };
-        let position = session.read::<f64>(&variable_name("position"), Rate::Hz(20));
-        let (position, newest) = position.map_or((0.0, 0), |(place, sample)| (place, sample.sequence));
+        let position = number("position").unwrap_or_default();
         let paused = flag("paused").unwrap_or_default();
         let looping = flag("loop").unwrap_or_default();
         let speed = number("speed").unwrap_or(1.0);
@@ -119,10 +128,11 @@ impl SeekBar {
                 self.sought = Some(Seek {
                     place,
                     outcome: session.order(order("position", json!(place))),
-                    accepted_at: None,
+                    accepted: None,
                 });
-            } else if !slider.dragged() && self.sought.as_mut().is_some_and(|sought| sought.is_over(newest)) {
-                self.sought = None;
+            } else if !slider.dragged() {
+                let now = Instant::now();
+                self.sought.take_if(|sought| sought.is_over(position, speed, now));
             }
             ui.label(format!("{end:.1} s"));
         });
@@ -148,5 +158,43 @@ fn order(name: &str, value: serde_json::Value) -> Action {
         schema: STEERING.to_owned(),
         variable: name.to_owned(),
         value,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_position_of_before_the_jump_does_not_move_the_slider_back() {
+        let outcome = Outcome::default();
+        let mut seek = Seek {
+            place: 95.0,
+            outcome: outcome.clone(),
+            accepted: None,
+        };
+        let now = Instant::now();
+        assert!(!seek.is_over(95.0, 1.0, now), "not accepted");
+        outcome.set(Ok(()));
+        assert!(!seek.is_over(10.0, 1.0, now));
+        assert!(!seek.is_over(52.0, 1.0, now), "of a jump before this one");
+        assert!(seek.is_over(95.1, 1.0, now));
+        assert!(
+            seek.is_over(98.0, 10.0, now),
+            "it is played at ten times the speed"
+        );
+        assert!(
+            seek.is_over(52.0, 1.0, now + PATIENCE * 2),
+            "it was told to jump elsewhere"
+        );
+        let refused = Outcome::default();
+        refused.set(Err("it is at an end".to_owned()));
+        assert!(
+            Seek {
+                outcome: refused,
+                ..seek
+            }
+            .is_over(10.0, 1.0, now)
+        );
     }
 }
