@@ -55,6 +55,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         cargo.current_dir(&copy).arg("--target-dir").arg(&target);
         shell::run(&mut cargo, context.paint)?;
     }
+    context.discard(&target)?;
     Ok(StepOutcome::Passed)
 }
 

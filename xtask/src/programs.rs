@@ -108,6 +108,10 @@ fn list(messages: &str) -> Vec<Program> {
 }
 
 impl Program {
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Appends the test to a command that runs it as cargo does: in the folder of its package.
     pub(crate) fn run_by(&self, command: &mut Command) {
         command

@@ -1,10 +1,11 @@
 //! The steps of `cargo xtask test` in their order. Each step runs one or two commands; a longer step has its
 //! own file. The steps share one build as far as their flags allow.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::{fs, io};
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use clap::builder::PossibleValuesParser;
 
 use crate::metadata::Metadata;
@@ -300,6 +301,21 @@ impl Context {
         Ok(StepOutcome::Skipped(format!("{program} is not installed: {how}")))
     }
 
+    /// Removes in CI a file or folder that no later step needs: the disk may be small, and nobody reads it there.
+    pub(crate) fn discard(&self, path: &Path) -> Result<()> {
+        let removed = match self.ci {
+            false => Ok(()),
+            true if path.is_dir() => fs::remove_dir_all(path),
+            true => fs::remove_file(path),
+        };
+        match removed {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(error).with_context(|| format!("cannot remove {}", path.display()))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn run(&self, mut command: Command) -> Result<StepOutcome> {
         shell::run(&mut command, self.paint)?;
         Ok(StepOutcome::Passed)
@@ -387,6 +403,10 @@ fn tests(context: &Context) -> Result<StepOutcome> {
         }
     }
     programs::run_all(jobs, context.paint)?;
+    for program in &programs {
+        context.discard(program.path())?;
+    }
+    context.discard(&context.target.join("tmp"))?;
     Ok(StepOutcome::Passed)
 }
 
@@ -424,6 +444,22 @@ mod tests {
                 assert!(before, "{} needs {need}", step.name);
             }
         }
+    }
+
+    #[test]
+    fn what_no_step_needs_any_more_is_removed_only_in_ci() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, inner) = (folder.path().join("file"), folder.path().join("folder/inner"));
+        fs::create_dir_all(&inner).unwrap();
+        fs::write(&file, "").unwrap();
+        let discard = |ci| {
+            for path in [&file, inner.parent().unwrap(), &folder.path().join("none")] {
+                Context::of_a_test(false, ci).discard(path).unwrap();
+            }
+            (file.exists(), inner.exists())
+        };
+        assert_eq!(discard(false), (true, true));
+        assert_eq!(discard(true), (false, false));
     }
 
     #[test]

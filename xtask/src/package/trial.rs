@@ -156,6 +156,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     let left: Vec<_> = before.symmetric_difference(&after).collect();
     ensure!(left.is_empty(), "the packages leave or take: {left:?}");
     fs::remove_dir_all(&system.root)?;
+    context.discard(&context.target.join("package"))?;
     Ok(StepOutcome::Passed)
 }
 
