@@ -139,7 +139,9 @@ def test_a_call_from_the_prompt_stops_within_the_stop(start: Callable[..., Termi
 
 
 def test_a_call_that_is_held_may_be_held_again(robot: Robot, start: Callable[..., Terminal]) -> None:
-    hold = "    def iterate(self, cx):\n        for held in (True, True, False, False):\n            cx._raw.hold(held)\n"
+    hold = (
+        "    def iterate(self, cx):\n        for held in (True, True, False, False):\n            cx._raw.hold(held)\n"
+    )
     robot.write(HEAD + hold)
     ended = start("--lockstep", "--for", "1s").end()
     assert ended.status == 0 and "no faults" in ended.text, ended.text

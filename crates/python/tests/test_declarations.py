@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -63,6 +64,18 @@ def test_a_class_without_iterate_is_refused() -> None:
 
         class Empty(Schema, kind="motor", period="100ms"):
             pass
+
+
+def test_a_type_in_the_place_of_a_value_is_refused() -> None:
+    with pytest.raises(
+        TypeError, match=re.escape("Assigned.base is a type, not a port of that type: write base: Actuator[Twist]")
+    ):
+
+        class Assigned(Schema, kind="motor", period="100ms"):
+            base = Actuator[t.Twist]
+
+            def iterate(self, cx: Any) -> None:
+                pass
 
 
 @pytest.mark.parametrize(

@@ -306,6 +306,11 @@ def _refuse_undeclared(cls: type[Schema]) -> None:
     """Refuse ports and children that no annotation declares."""
     for name in dir(cls):
         given = signatures.getattr_static(cls, name)
+        kind = get_origin(given)
+        if isinstance(kind, type) and issubclass(kind, (Port, Role)):
+            raise TypeError(
+                f"{cls.__name__}.{name} is a type, not a port of that type: write {name}: {_written(given)}"
+            )
         if not isinstance(given, (Port, Role)) or given.number >= 0:
             continue
         if isinstance(given, Role):
