@@ -1,14 +1,21 @@
 //! An extended Kalman filter of a pose in the plane: the odometry moves it, and the range, the bearing and the direction
-//! of things whose poses are known correct it (Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, chapter 7).
+//! of things whose poses are known correct it (Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, chapter 7). With
+//! the pose it estimates the systematic errors of the odometry: wheels that are larger or smaller than they should be.
 
 use jde_schema::prelude::*;
 use jde_schema::types::normalize_angle;
 
-/// A pose with its covariance of x, y and heading.
+/// x, y, heading, and the errors of the odometry.
+const STATES: usize = 5;
+
+/// A pose with the errors of the odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Estimate {
     pub(super) pose: Pose2D,
-    pub(super) covariance: [[f64; 3]; 3],
+    /// The share by which ways and turns are longer than the odometry says, and the turn to the left that it misses for
+    /// each metre ahead, rad/m.
+    errors: [f64; 2],
+    pub(super) covariance: [[f64; STATES]; STATES],
 }
 
 /// Where something is, as the base sees it, with standard deviations.
@@ -20,6 +27,8 @@ pub(super) struct Seen {
     pub(super) deviations: [f64; 3],
 }
 
+/// Standard deviations of the changes of both errors after 1 m; they grow with the root.
+const CHANGES: [f64; 2] = [0.001, 0.003];
 /// The squared Mahalanobis distance of three numbers that 99 of 100 sightings stay below.
 const GATE: f64 = 11.34;
 
@@ -32,36 +41,54 @@ impl Seen {
 }
 
 impl Estimate {
-    /// Returns the pose of a base that sees something whose pose is known.
-    pub(super) fn from(place: &Pose2D, seen: &Seen) -> Self {
+    /// Returns the pose of a base that sees something whose pose is known. The errors of its odometry have mean 0 and
+    /// these standard deviations.
+    pub(super) fn from(place: &Pose2D, seen: &Seen, [scale, drift]: [f64; 2]) -> Self {
         let [range, bearing, facing] = seen.deviations;
         let across = seen.pose.x.hypot(seen.pose.y) * facing.hypot(bearing);
         let position = across.hypot(range);
-        let deviations = [position, position, facing];
-        let mut covariance = [[0.0; 3]; 3];
+        let deviations = [position, position, facing, scale, drift];
+        let mut covariance = [[0.0; STATES]; STATES];
         for (index, deviation) in deviations.into_iter().enumerate() {
             covariance[index][index] = deviation * deviation;
         }
         let pose = place.transform(&seen.pose.localize(&Pose2D::ORIGIN));
-        Self { pose, covariance }
+        Self {
+            pose,
+            errors: [0.0; 2],
+            covariance,
+        }
     }
 
-    /// Moves the base by a step in its own frame, whose way and turn have standard deviations.
+    /// Moves the base by a step of the odometry in its own frame, whose way and turn have standard deviations.
     pub(super) fn advance(&mut self, step: &Pose2D, [way, turn]: [f64; 2]) {
         let (sin, cos) = self.pose.theta.sin_cos();
         let (dx, dy) = (cos * step.x - sin * step.y, sin * step.x + cos * step.y);
-        let moves = [[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]];
-        let product = |a: [[f64; 3]; 3], b: [[f64; 3]; 3]| {
-            [0, 1, 2]
-                .map(|row| [0, 1, 2].map(|column| (0..3).map(|index| a[row][index] * b[index][column]).sum()))
-        };
-        let turned = [0, 1, 2].map(|row| [0, 1, 2].map(|column| moves[column][row]));
-        self.covariance = product(product(moves, self.covariance), turned);
-        for axis in 0..2 {
-            self.covariance[axis][axis] += way * way;
+        let moves: [[f64; STATES]; STATES] = [
+            [1.0, 0.0, -dy, dx, 0.0],
+            [0.0, 1.0, dx, dy, 0.0],
+            [0.0, 0.0, 1.0, step.theta, step.x],
+            [0.0, 0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 0.0, 1.0],
+        ];
+        let moved = moves.map(|row| self.times(&row));
+        let noise = CHANGES.map(|change| change * change * step.x.hypot(step.y));
+        let noise = [way * way, way * way, turn * turn, noise[0], noise[1]];
+        for row in 0..STATES {
+            self.covariance[row] = moves.map(|column| scalar(&moved[row], &column));
+            self.covariance[row][row] += noise[row];
         }
-        self.covariance[2][2] += turn * turn;
-        self.pose = self.pose.transform(step);
+        let [scale, drift] = self.errors;
+        self.pose = self.pose.transform(&Pose2D::new(
+            step.x * (1.0 + scale),
+            step.y * (1.0 + scale),
+            step.theta * (1.0 + scale) + step.x * drift,
+        ));
+    }
+
+    /// Returns the product of a row and the covariance, which is symmetric.
+    fn times(&self, row: &[f64; STATES]) -> [f64; STATES] {
+        self.covariance.map(|other| scalar(row, &other))
     }
 
     /// Corrects the pose by a sighting of something whose pose is known. Returns whether the sighting fits.
@@ -81,25 +108,22 @@ impl Estimate {
             normalize_angle(bearing(&seen.pose) - bearing(&expected)),
             normalize_angle(seen.pose.theta - expected.theta),
         ];
-        let slopes = [
-            [-dx / range, -dy / range, 0.0],
-            [dy / square, -dx / square, -1.0],
-            [0.0, 0.0, -1.0],
+        let slopes: [[f64; STATES]; 3] = [
+            [-dx / range, -dy / range, 0.0, 0.0, 0.0],
+            [dy / square, -dx / square, -1.0, 0.0, 0.0],
+            [0.0, 0.0, -1.0, 0.0, 0.0],
         ];
         // One number after another: their errors are independent. What the ones before changed is taken off.
         let mut distance = 0.0;
-        let mut change = [0.0; 3];
+        let mut change = [0.0; STATES];
         for ((difference, slope), deviation) in differences.into_iter().zip(slopes).zip(seen.deviations) {
-            let spread = next
-                .covariance
-                .map(|row| (0..3).map(|index| row[index] * slope[index]).sum::<f64>());
-            let variance =
-                deviation * deviation + (0..3).map(|index| slope[index] * spread[index]).sum::<f64>();
-            let rest = difference - (0..3).map(|index| slope[index] * change[index]).sum::<f64>();
+            let spread = next.times(&slope);
+            let variance = deviation * deviation + scalar(&slope, &spread);
+            let rest = difference - scalar(&slope, &change);
             distance += rest * rest / variance;
-            for row in 0..3 {
+            for row in 0..STATES {
                 change[row] += spread[row] / variance * rest;
-                for column in 0..3 {
+                for column in 0..STATES {
                     next.covariance[row][column] -= spread[row] * spread[column] / variance;
                 }
             }
@@ -107,16 +131,21 @@ impl Estimate {
         if distance.is_nan() || distance > GATE {
             return false;
         }
-        let Pose2D { x, y, theta } = next.pose;
-        next.pose = Pose2D::new(x + change[0], y + change[1], normalize_angle(theta + change[2]));
+        let (Pose2D { x, y, theta }, [dx, dy, turn, scale, drift]) = (next.pose, change);
+        next.pose = Pose2D::new(x + dx, y + dy, normalize_angle(theta + turn));
+        next.errors = [next.errors[0] + scale, next.errors[1] + drift];
         *self = next;
         true
     }
 
     /// Returns the standard deviations of the position, in its worst direction, m, and of the heading, rad.
     pub(super) fn deviations(&self) -> [f64; 2] {
-        let [[xx, xy, _], [_, yy, _], [_, _, heading]] = self.covariance;
+        let [[xx, xy, ..], [_, yy, ..], [_, _, heading, ..], ..] = self.covariance;
         let greatest = f64::midpoint(xx, yy) + (((xx - yy) / 2.0).powi(2) + xy * xy).sqrt();
         [greatest, heading].map(|variance| variance.clamp(0.0, f64::INFINITY).sqrt())
     }
+}
+
+fn scalar(a: &[f64; STATES], b: &[f64; STATES]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

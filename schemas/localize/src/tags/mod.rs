@@ -40,9 +40,9 @@ pub struct TagPlaces {
 
 /// Exports where the robot is on a map, by tags whose places are known: an extended Kalman filter.
 ///
-/// The odometry moves the pose, and each tag that a camera sees corrects it; a sighting that does not fit is left out. The
-/// first tag says where the robot is. The pose is exported while it is sure, and retracted otherwise;
-/// `state` says why.
+/// The odometry moves the pose, and each tag that a camera sees corrects it, and with it the systematic errors of the
+/// odometry; a sighting that does not fit is left out. The first tag says where the robot is. The pose is exported while
+/// it is sure, and retracted otherwise; `state` says why.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "10ms")]
 pub struct Tags {
@@ -85,6 +85,14 @@ pub struct Tags {
     /// Standard deviation of the way of the odometry after 1 m.
     #[modulation(default = 0.05, unit = "m", min = 0.0, max = 10.0)]
     way_by_way: Modulation<f64>,
+    /// Standard deviation of the share by which ways and turns of the odometry are too short or too long. The share is
+    /// estimated.
+    #[modulation(default = 0.01, min = 0.0, max = 1.0)]
+    scale_deviation: Modulation<f64>,
+    /// Standard deviation of the turn that the odometry misses for each metre, because one wheel is larger than the
+    /// other. The turn is estimated.
+    #[modulation(default = 0.05, unit = "rad/m", min = 0.0, max = 10.0)]
+    drift_deviation: Modulation<f64>,
     /// Greatest standard deviation of a position that is sure.
     #[modulation(default = 0.3, unit = "m", min = 0.0, max = 10.0)]
     sure_deviation: Modulation<f64>,
@@ -251,7 +259,8 @@ impl Tags {
                 .is_some_and(|estimate| estimate.correct(&place.pose, &seen));
             self.misfits = if fits { 0 } else { self.misfits + 1 };
             if self.estimate.is_none() || self.misfits >= MISFITS {
-                self.estimate = Some(Estimate::from(&place.pose, &seen));
+                let errors = [self.scale_deviation.get(cx), self.drift_deviation.get(cx)];
+                self.estimate = Some(Estimate::from(&place.pose, &seen, errors));
                 self.misfits = 0;
             }
         }
