@@ -94,14 +94,17 @@ impl ActiveBase {
         }
     }
 
-    /// Whether a message of the laser, the odometry or the camera is fresh. The battery does not count.
+    /// Whether a message of the robot is fresh. The battery does not count.
     pub(super) fn has_received(&self) -> bool {
-        self.laser.as_ref().is_some_and(TopicSubscription::has_received)
-            || self
-                .odometry
-                .as_ref()
-                .is_some_and(TopicSubscription::has_received)
-            || self.image.as_ref().is_some_and(TopicSubscription::has_received)
+        fn is_fresh<T: Value>(subscription: &Option<TopicSubscription<T>>) -> bool {
+            subscription.as_ref().is_some_and(TopicSubscription::has_received)
+        }
+        is_fresh(&self.laser)
+            || is_fresh(&self.odometry)
+            || is_fresh(&self.image)
+            || is_fresh(&self.depth)
+            || is_fresh(&self.imu)
+            || is_fresh(&self.position)
     }
 }
 

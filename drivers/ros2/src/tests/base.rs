@@ -94,10 +94,22 @@ fn depths_inertial_units_and_positions_are_exported_and_retracted_when_they_stop
     (depth.height, depth.width, depth.step) = (1, 2, 8);
     depth.data.resize(8).fill(7);
     let exports = ["imu", "position", "depth"];
+    let send = |export| match export {
+        "imu" => put(&session, "/imu", &imu),
+        "position" => put(&session, "/position", &PoseWithCovarianceStamped::from(&fix)),
+        _ => put(&session, "/depth/image", &depth),
+    };
+    for export in exports {
+        fixture.until_note(Connection::CONNECTING, "looking for the robot");
+        fixture.until(|bench| {
+            send(export);
+            let connection: Option<Connection> = bench.exported("connection");
+            connection.is_some_and(|connection| connection.state == Connection::CONNECTED)
+        });
+        assert!(fixture.bench.exported_at(export).is_some(), "{export}");
+    }
     fixture.until(|bench| {
-        put(&session, "/imu", &imu);
-        put(&session, "/position", &PoseWithCovarianceStamped::from(&fix));
-        put(&session, "/depth/image", &depth);
+        exports.into_iter().for_each(send);
         exports.iter().all(|export| bench.exported_at(export).is_some())
     });
     let received: Imu = fixture.bench.exported("imu").unwrap();
