@@ -205,20 +205,21 @@ impl Mcl {
     /// # Errors
     /// Why there is none.
     fn localize(&mut self, cx: &Context) -> Result<String, String> {
-        self.follow_map(cx)?;
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
         if !is_finite(&odometry) {
             return Err("the odometry is not finite".into());
         }
         let measured = odometry.pose2d();
-        let localizer = self.localizer.as_mut().ok_or("there is no map")?;
         if let Some(last) = self.last.replace(measured)
             && let Some(jump) = jump(&last.localize(&measured), self.jump.get(cx))
         {
             warn!(cx, "{jump}");
-            localizer.jump(&last, &measured);
+            if let Some(localizer) = &mut self.localizer {
+                localizer.jump(&last, &measured);
+            }
             self.known = None;
         }
+        self.follow_map(cx, &measured)?;
         self.follow_initial(cx);
         self.look(cx, &odometry);
         let Some(localizer) = &self.localizer else {
@@ -274,7 +275,7 @@ impl Mcl {
     }
 
     /// Takes over a map that is new. On it, the robot is where it was on the last one.
-    fn follow_map(&mut self, cx: &Context) -> Result<(), String> {
+    fn follow_map(&mut self, cx: &Context, odometry: &Pose2D) -> Result<(), String> {
         let map = self.map.get(cx).ok_or("there is no map")?;
         if core::mem::replace(&mut self.map_number, map.sequence()) == map.sequence() {
             return if self.localizer.is_some() {
@@ -283,8 +284,8 @@ impl Mcl {
                 Err("the map cannot be used".into())
             };
         }
-        let place = self.localizer.take().zip(self.last);
-        let place = place.and_then(|(localizer, last)| localizer.pose(&last));
+        let last = self.localizer.take();
+        let place = last.and_then(|localizer| localizer.pose(odometry));
         self.restored = place.or(self.restored);
         let field = field(&map)?;
         if field.free_cells() == 0 {

@@ -465,6 +465,7 @@ fn what_the_robot_drove_while_it_slept_is_no_jump() {
     let mut robot = tracked();
     robot.bench.sleep().expect("it sleeps");
     robot.truth = Pose2D::new(4.5, 3.0, -2.0);
+    robot.bench.import("map", &*room());
     robot.bench.awake().expect("it awakes");
     robot.step(0.0, 0.0);
     robot.is_right();
