@@ -8,9 +8,9 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::values::ValueTarget;
-use jde_document::FaultReport;
 use jde_document::Faults;
 use jde_document::section::Node;
+use jde_document::{FaultReport, quote};
 
 /// Parses a value for the variable `name` of a schema: TOML, or a text without its quotes. Units are
 /// converted to the variable's own; a relative path starts in `folder`. The owner of the variable checks the
@@ -34,8 +34,8 @@ pub fn parse_value(
         unit,
         folder,
     };
-    let node = parse_node(text, value_type);
     let read = report.in_option(option.to_owned(), |report| {
+        let node = parse_node(report, text, value_type)?;
         target.value(report, value_type, &node)
     });
     report.finish()?;
@@ -43,25 +43,43 @@ pub fn parse_value(
     Ok(read.unwrap_or(Value::Map(Vec::new())))
 }
 
-/// Parses a text for a type: as TOML if possible, otherwise as the text itself.
-pub(super) fn parse_node<'t>(text: &'t str, value_type: &Type) -> Node<'t> {
+/// Parses a text for a type: as TOML if possible, otherwise as the text itself. Reports a list or a table that is
+/// no TOML.
+pub(super) fn parse_node<'t>(report: &mut FaultReport, text: &'t str, value_type: &Type) -> Option<Node<'t>> {
     let as_text = || Spanned::new(0..text.len(), DeValue::String(text.into()));
-    let node = DeValue::parse(text).unwrap_or_else(|_| as_text());
     let takes_text =
         matches!(value_type.fields.as_slice(), [field] if matches!(field.form, Form::Text { .. }));
-    // A text may look like a number: name=7.
-    if takes_text && node.get_ref().as_str().is_none() {
-        as_text()
-    } else {
-        node
+    match DeValue::parse(text) {
+        // A text may look like a number: name=7.
+        Ok(node) if takes_text && node.get_ref().as_str().is_none() => Some(as_text()),
+        Ok(node) => Some(node),
+        Err(error) if !takes_text && text.starts_with(['[', '{']) => {
+            report
+                .fault(
+                    &(0..0),
+                    format!("{} is no TOML: {}", quote(text), error.message()),
+                )
+                .advise("write a list as [1, 2] and a table as {x = 1, y = 2}, each bracket closed");
+            None
+        }
+        Err(_) => Some(as_text()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use jde_types::{Pose2D, Value as _};
+    use jde_types::{Pose2D, Start, Value as _};
 
     use super::*;
+
+    #[test]
+    fn a_list_of_values_without_their_brackets_is_refused_with_the_form_to_write() {
+        let owner = ("localize", "initial");
+        let read = |text| parse_value(text, owner, &Start::describe(), "", Path::new(""), text);
+        let faults = read("[3.55, 1.6, 0.0]").unwrap_err().to_string();
+        assert!(faults.contains("[[x, y, theta]]"), "{faults}");
+        read("[[3.55, 1.6, 0.0]]").unwrap();
+    }
 
     fn read(text: &str, value_type: &Type, unit: &str) -> Result<Value, String> {
         parse_value(text, ("goon", "fast"), value_type, unit, Path::new("/maps"), text)
@@ -86,6 +104,11 @@ mod tests {
     #[test]
     fn structures_are_tables_or_lists() {
         let pose = Pose2D::describe();
+        let unclosed = read("{x = 1.0, y = [2.0", &pose, "").unwrap_err();
+        assert!(
+            unclosed.starts_with("`{x = 1.0, y = [2.0` is no TOML: "),
+            "{unclosed}"
+        );
         assert_eq!(
             read("[1.0, 2.0, 0.5]", &pose, ""),
             read("{x = 1.0, y = 2.0, theta = 0.5}", &pose, "")

@@ -46,7 +46,9 @@ pub(super) fn from_option(
 ) {
     let (section, schema) = (instance.section(), instance.schema);
     if given.variable == PERIOD {
-        let node = parse_node(&given.value, &f64::describe());
+        let Some(node) = parse_node(report, &given.value, &f64::describe()) else {
+            return;
+        };
         settings.period_ns = time::period(report, &section.key(PERIOD), &node).unwrap_or(settings.period_ns);
         return;
     }
@@ -57,8 +59,9 @@ pub(super) fn from_option(
             .fault(&(0..0), message)
             .suggest(&given.variable, "modulations", known);
     };
-    let node = parse_node(&given.value, &schema.ports[port].value_type);
-    set_initial(report, section, schema, port, &node, paths, &mut bindings[port]);
+    if let Some(node) = parse_node(report, &given.value, &schema.ports[port].value_type) {
+        set_initial(report, section, schema, port, &node, paths, &mut bindings[port]);
+    }
 }
 
 /// Reports options that name no schema of the application.
@@ -132,9 +135,10 @@ fn set_initial(
             section.key(&port.name),
             quote(path)
         );
-        report
-            .fault(&node.span(), message)
-            .advise("put it there, or write another path, absolute or relative to the application's folder");
+        report.fault(&node.span(), message).advise(format!(
+            "put it there, or write another path, absolute or relative to {}",
+            quote(&paths.folder.display().to_string())
+        ));
     }
     let mut bytes = initial.clone();
     if let Err(error) = encode(&port.value_type, &value, &mut bytes) {

@@ -185,7 +185,16 @@ impl ValueTarget<'_> {
                 self.label(),
                 list.len()
             );
-            report.fault(&node.span(), message);
+            let fault = report.fault(&node.span(), message);
+            let is_flat = !list
+                .iter()
+                .any(|node| node.get_ref().is_array() || node.get_ref().is_table());
+            if let FieldKind::Struct(ty) = &field.kind
+                && is_flat
+            {
+                let names: Vec<_> = ty.fields.iter().map(|field| field.name.as_str()).collect();
+                fault.advise(format!("each value is a list itself: [[{}]]", names.join(", ")));
+            }
             return None;
         }
         let values: Vec<_> = list

@@ -51,8 +51,21 @@ pub(crate) fn find_world(given: &Path) -> Result<PathBuf, Failure> {
 fn find(given: &Path, folder: &str, what: &str) -> Result<PathBuf, Failure> {
     let text = given.to_string_lossy();
     let is_a_name = !text.contains('/') && !text.ends_with(".toml");
-    if !is_a_name || given.is_file() {
+    if given.is_file() {
         return Ok(given.to_owned());
+    }
+    if !is_a_name {
+        let shipped = data().join(given);
+        return match given.file_stem() {
+            Some(name) if given.starts_with(folder) && shipped.is_file() => Err(Failure::usage(
+                format!("{}: there is no such file", given.display()),
+                format!(
+                    "did you mean `{}`, the {what} that comes with `jde`?",
+                    name.display()
+                ),
+            )),
+            _ => Ok(given.to_owned()),
+        };
     }
     let homes = [PathBuf::new(), data()];
     let found = homes

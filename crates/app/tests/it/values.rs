@@ -216,6 +216,14 @@ fn a_fault_of_an_option_has_the_option_as_its_location() {
     );
     check_with(
         &[],
+        &["goon.speed=[7"],
+        r#"
+--set goon.speed=[7: `[7` is no TOML: unclosed array, expected `]`
+    help: write a list as [1, 2] and a table as {x = 1, y = 2}, each bracket closed
+"#,
+    );
+    check_with(
+        &[],
         &["goon.period=never"],
         r#"
 --set goon.period=never: `period` of schema `goon` is `never`, which is no time

@@ -39,6 +39,18 @@ const VERBS: [&str; 31] = [
 ];
 
 #[test]
+fn the_path_of_an_application_that_comes_with_jde_is_answered_with_its_name() {
+    let elsewhere = tempfile::tempdir().unwrap();
+    for verb in ["run", "check"] {
+        let refused = output_of(jde(&[verb, "apps/dock.toml"]).current_dir(elsewhere.path()));
+        assert_eq!(refused.status, Some(2), "{refused:?}");
+        let all = refused.err;
+        assert!(all.contains("apps/dock.toml: there is no such file"), "{all}");
+        assert!(all.contains("did you mean `dock`"), "{all}");
+    }
+}
+
+#[test]
 fn every_verb_has_help_with_an_example() {
     for verb in VERBS {
         let help = output_of(&mut jde(&[verb, "--help"]));
