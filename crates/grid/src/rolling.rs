@@ -66,9 +66,17 @@ impl RollingGrid {
     /// # Errors
     /// If there are no or too many cells, or the resolution in metres is out of range.
     pub fn new(side: u32, resolution: f64) -> Result<Self, GeometryError> {
-        let corner = (-i64::from(side / 2), -i64::from(side / 2));
+        Self::around((0.0, 0.0), side, resolution)
+    }
+
+    /// Returns an unknown grid of `side` × `side` cells around a place.
+    ///
+    /// # Errors
+    /// As [`RollingGrid::new`], or if the place is not finite or too far from zero.
+    pub fn around(middle: (f64, f64), side: u32, resolution: f64) -> Result<Self, GeometryError> {
+        let (geometry, corner) = placed(middle, side, resolution)?;
         Ok(Self {
-            geometry: geometry_at(corner, side, resolution)?,
+            geometry,
             corner,
             evidence: Evidence::none(side as usize * side as usize),
             scans: 0,
@@ -94,12 +102,8 @@ impl RollingGrid {
         if is_near(column) && is_near(row) {
             return Ok(());
         }
-        // A place that is not finite, or too far, has no corner that a geometry accepts.
-        let corner = |at: f64| libm::floor(at / resolution) - f64::from(side / 2);
-        let place = (corner(robot.0), corner(robot.1));
-        let origin = (place.0 * resolution, place.1 * resolution, 0.0);
-        self.geometry = Geometry::new(side, side, resolution, origin)?;
-        let moved_to = (place.0 as i64, place.1 as i64);
+        let (geometry, moved_to) = placed(robot, side, resolution)?;
+        self.geometry = geometry;
         let shift = (moved_to.0 - self.corner.0, moved_to.1 - self.corner.1);
         let before = core::mem::replace(&mut self.evidence, Evidence::none(self.geometry.cells()));
         for (index, &odds) in before.odds.iter().enumerate().filter(|(_, odds)| **odds != 0.0) {
@@ -179,10 +183,8 @@ impl RollingGrid {
                 return None;
             }
             let is_inner = |at: u32| at > 0 && (at as usize) < side - 1;
-            let has_free_neighbour = || {
-                let neighbours = [index - 1, index + 1, index - side, index + side];
-                neighbours.iter().any(|&neighbour| odds[neighbour] < 0.0)
-            };
+            let neighbours = || [index - 1, index + 1, index - side, index + side];
+            let has_free_neighbour = || neighbours().iter().any(|&neighbour| odds[neighbour] < 0.0);
             let is_boundary = is_inner(x) && is_inner(y) && has_free_neighbour();
             is_boundary.then(|| self.geometry.center(cell))
         })
@@ -268,14 +270,10 @@ impl RollingGrid {
 
     fn add(&mut self, cell: Cell, odds: f32, now: Duration) {
         let index = self.geometry.index(cell);
-        let Evidence {
-            odds: known,
-            scan,
-            seen,
-        } = &mut self.evidence;
-        if scan[index] != self.scans {
-            known[index] = (known[index] + odds).clamp(LIMITS.0, LIMITS.1);
-            (scan[index], seen[index]) = (self.scans, nanoseconds(now));
+        let of = &mut self.evidence;
+        if of.scan[index] != self.scans {
+            of.odds[index] = (of.odds[index] + odds).clamp(LIMITS.0, LIMITS.1);
+            (of.scan[index], of.seen[index]) = (self.scans, nanoseconds(now));
         }
     }
 }
@@ -285,9 +283,18 @@ fn nanoseconds(time: Duration) -> u64 {
     time.as_nanos() as u64
 }
 
-fn geometry_at(corner: (i64, i64), side: u32, resolution: f64) -> Result<Geometry, GeometryError> {
-    let at = |place: i64| place as f64 * resolution;
-    Geometry::new(side, side, resolution, (at(corner.0), at(corner.1), 0.0))
+/// The geometry, and the column and row of its first cell, counted from the zero of the frame.
+fn placed((x, y): (f64, f64), side: u32, resolution: f64) -> Result<(Geometry, (i64, i64)), GeometryError> {
+    // A place that is not finite, or too far, has no corner that a geometry accepts.
+    let corner = |at: f64| libm::floor(at / resolution) - f64::from(side / 2);
+    let (column, row) = (corner(x), corner(y));
+    let geometry = Geometry::new(
+        side,
+        side,
+        resolution,
+        (column * resolution, row * resolution, 0.0),
+    );
+    geometry.map(|geometry| (geometry, (column as i64, row as i64)))
 }
 
 #[cfg(test)]
