@@ -1,0 +1,147 @@
+//! The map that the keyframes show, drawn so many at a time.
+
+use core::time::Duration;
+
+use jde_grid::{Geometry, GeometryError, Ray, RollingGrid};
+use jde_types::Pose2D;
+
+use crate::slam::{Slam, turn_between};
+
+/// Room around what is seen, m.
+const MARGIN: f64 = 5.0;
+/// Moves of a keyframe after which the map is drawn again, m and rad.
+const MOVED: (f64, f64) = (0.05, 0.01);
+
+/// A map of the keyframes where they are.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    grid: RollingGrid,
+    /// Where the keyframes were when they were drawn.
+    drawn: Vec<Pose2D>,
+    /// Whether they showed something outside the grid.
+    is_cut: bool,
+}
+
+impl Drawing {
+    /// Returns an empty map with room for what the keyframes show.
+    ///
+    /// # Errors
+    /// If the resolution in metres is out of range, or there would be too many cells.
+    pub fn new(slam: &Slam, resolution: f64) -> Result<Self, GeometryError> {
+        let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
+        for (x, y) in (0..slam.scans().len()).flat_map(|at| hits(slam, at)) {
+            low = (low.0.min(x), low.1.min(y));
+            high = (high.0.max(x), high.1.max(y));
+        }
+        let middle = (f64::midpoint(low.0, high.0), f64::midpoint(low.1, high.1));
+        let side = (high.0 - low.0).max(high.1 - low.1) + 2.0 * MARGIN;
+        Ok(Self {
+            grid: RollingGrid::around(middle, (side / resolution) as u32, resolution)?,
+            drawn: Vec::new(),
+            is_cut: false,
+        })
+    }
+
+    /// Draws at most so many keyframes. Returns whether there are no others.
+    pub fn advance(&mut self, slam: &Slam, most: usize) -> bool {
+        let poses = slam.graph().poses();
+        for (at, pose) in poses.iter().enumerate().skip(self.drawn.len()).take(most) {
+            let scan = &slam.scans()[at];
+            let is_outside = |point| self.grid.geometry().cell_at(point).is_none();
+            self.is_cut |= hits(slam, at).any(is_outside);
+            let free = scan.free().iter().map(|&end| (placed(pose, end), false));
+            let rays = hits(slam, at).map(|end| (end, true)).chain(free);
+            let rays = rays.map(|(end, hit)| Ray { end, hit });
+            self.grid
+                .observe(placed(pose, scan.mount()), rays, Duration::ZERO);
+            self.drawn.push(*pose);
+        }
+        self.drawn.len() >= poses.len()
+    }
+
+    /// Returns whether the keyframes are still where they were drawn, and all that they show is on the map.
+    #[must_use]
+    pub fn is_right(&self, slam: &Slam) -> bool {
+        let is_there = |(drawn, pose): (&Pose2D, &Pose2D)| {
+            drawn.distance_to(pose) < MOVED.0 && turn_between(drawn, pose) < MOVED.1
+        };
+        !self.is_cut && self.drawn.iter().zip(slam.graph().poses()).all(is_there)
+    }
+
+    /// Returns how many keyframes are drawn.
+    #[must_use]
+    pub const fn drawn(&self) -> usize {
+        self.drawn.len()
+    }
+
+    /// Returns size, resolution and origin.
+    #[must_use]
+    pub const fn geometry(&self) -> &Geometry {
+        self.grid.geometry()
+    }
+
+    /// Writes the numbers of `nav_msgs/OccupancyGrid`, row by row from the origin.
+    ///
+    /// # Panics
+    /// If `data` has not as many numbers as the map cells.
+    pub fn write_ros(&self, data: &mut [i8]) {
+        self.grid.write_ros(Duration::ZERO, Duration::MAX, data);
+    }
+}
+
+/// The points that a keyframe shows, in the frame of the map, m.
+fn hits(slam: &Slam, at: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+    let pose = slam.graph().poses()[at];
+    let points = slam.scans()[at].points().iter();
+    points.map(move |point| placed(&pose, point.at))
+}
+
+fn placed(pose: &Pose2D, (x, y): (f32, f32)) -> (f64, f64) {
+    let place = pose.transform(&Pose2D::new(x.into(), y.into(), 0.0));
+    (place.x, place.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_grid::{Occupancy, OccupancyGrid};
+
+    use super::*;
+    use crate::slam::Settings;
+    use crate::world::World;
+
+    #[test]
+    fn it_shows_the_walls_of_a_room_in_parts() {
+        let world = World::room(3);
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut slam = Slam::new();
+        for at in 0..16 {
+            let pose = Pose2D::new(0.1 * f64::from(at), 0.0, 0.1 * f64::from(at));
+            slam.step(&Settings::default(), &pose, &world.scan(&pose, &mut random));
+        }
+        assert!(slam.scans().len() > 2);
+        let mut drawing = Drawing::new(&slam, 0.05).expect("a small room");
+        assert!(!drawing.advance(&slam, 2) && drawing.advance(&slam, 9) && drawing.is_right(&slam));
+        let mut cells = vec![0; drawing.geometry().cells()];
+        drawing.write_ros(&mut cells);
+        let map = OccupancyGrid::from_ros(*drawing.geometry(), &cells).expect("as many numbers as cells");
+        let at = |x, y| map.get(map.geometry().cell_at((x, y)).expect("on the map"));
+        assert_eq!(at(0.5, 0.5), Occupancy::Free);
+        assert_eq!(at(7.0, 0.0), Occupancy::Unknown);
+        let walls = (-60..60).filter(|&step| {
+            let y = 0.05 * f64::from(step);
+            [-4.05, -3.95].iter().any(|&x| at(x, y) == Occupancy::Occupied)
+        });
+        assert!(walls.count() > 40);
+        // A keyframe that moves, or sees what is outside, makes it wrong.
+        let mut moved = drawing.clone();
+        moved.drawn[1].x += 0.1;
+        assert!(!moved.is_right(&slam));
+        let far = Pose2D::new(30.0, 0.0, 0.0);
+        slam.step(
+            &Settings::default(),
+            &far,
+            &world.scan(&Pose2D::ORIGIN, &mut random),
+        );
+        assert!(drawing.advance(&slam, 9) && !drawing.is_right(&slam));
+    }
+}

@@ -1,0 +1,95 @@
+//! Matrices of 3 × 3 numbers, for poses in the plane: x, y, heading.
+
+/// Rows of a matrix.
+pub type Matrix = [[f64; 3]; 3];
+pub(crate) type Vector = [f64; 3];
+
+pub(crate) const ZERO: Matrix = [[0.0; 3]; 3];
+
+pub(crate) const fn diagonal(of: Vector) -> Matrix {
+    [[of[0], 0.0, 0.0], [0.0, of[1], 0.0], [0.0, 0.0, of[2]]]
+}
+
+pub(crate) fn transpose(a: &Matrix) -> Matrix {
+    core::array::from_fn(|row| core::array::from_fn(|column| a[column][row]))
+}
+
+pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    core::array::from_fn(|row| {
+        core::array::from_fn(|column| (0..3).map(|inner| a[row][inner] * b[inner][column]).sum())
+    })
+}
+
+/// aᵀ b
+pub(crate) fn product_transposed(a: &Matrix, b: &Matrix) -> Matrix {
+    core::array::from_fn(|row| {
+        core::array::from_fn(|column| (0..3).map(|inner| a[inner][row] * b[inner][column]).sum())
+    })
+}
+
+pub(crate) fn times(a: &Matrix, x: &Vector) -> Vector {
+    core::array::from_fn(|row| dot(&a[row], x))
+}
+
+/// aᵀ x
+pub(crate) fn times_transposed(a: &Matrix, x: &Vector) -> Vector {
+    core::array::from_fn(|row| (0..3).map(|inner| a[inner][row] * x[inner]).sum())
+}
+
+pub(crate) fn dot(a: &Vector, b: &Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn add(to: &mut Matrix, factor: f64, other: &Matrix) {
+    for (to, other) in to.iter_mut().flatten().zip(other.iter().flatten()) {
+        *to += factor * other;
+    }
+}
+
+/// xᵀ a x
+pub(crate) fn square(a: &Matrix, x: &Vector) -> f64 {
+    dot(x, &times(a, x))
+}
+
+/// The inverse of a symmetric, positive definite matrix; `None` if it is not.
+pub(crate) fn invert(a: &Matrix) -> Option<Matrix> {
+    let [[xx, xy, xt], [_, yy, yt], [_, _, tt]] = *a;
+    let (first, second, third) = (yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy);
+    let minor = xx * yy - xy * xy;
+    let determinant = xx * first + xy * second + xt * third;
+    if !(xx > 0.0 && minor > 0.0 && determinant > 0.0 && determinant.is_finite()) {
+        return None;
+    }
+    let (fourth, fifth) = (xx * tt - xt * xt, xy * xt - xx * yt);
+    let inverse = [
+        [first, second, third],
+        [second, fourth, fifth],
+        [third, fifth, minor],
+    ];
+    Some(inverse.map(|row| row.map(|number| number / determinant)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inverse_undoes_a_matrix_and_singular_ones_have_none() {
+        let a = [[4.0, 1.0, -0.5], [1.0, 3.0, 0.25], [-0.5, 0.25, 2.0]];
+        let one = product(&a, &invert(&a).expect("positive definite"));
+        for (row, numbers) in one.iter().enumerate() {
+            for (column, number) in numbers.iter().enumerate() {
+                assert!((number - f64::from(u8::from(row == column))).abs() < 1e-12);
+            }
+        }
+        for bad in [
+            ZERO,
+            diagonal([1.0, 1.0, -1.0]),
+            diagonal([1.0, 0.0, 1.0]),
+            diagonal([f64::NAN, 1.0, 1.0]),
+            [[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        ] {
+            assert_eq!(invert(&bad), None, "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! What a scan shows: points of surfaces and which way they face, and how far nothing is.
+
+use jde_types::{LaserScan, Pose2D};
+
+/// The fewest points of a surface that say where a robot is.
+pub(crate) const LEAST: usize = 8;
+/// Beams to each side that make the line through a point.
+const SIDE: usize = 2;
+/// Neighbours of a line are no farther apart than this, m, or so many times the distance of beams there.
+const GAP: (f32, f32) = (0.15, 5.0);
+/// The deviation of points across a line, as a share of that along it.
+const FLAT: f32 = 0.3;
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfacePoint {
+    /// Where it is, m.
+    pub at: (f32, f32),
+    /// The unit normal of the surface, toward the laser; zero at corners and at what is narrow.
+    pub normal: (f32, f32),
+}
+
+impl SurfacePoint {
+    /// Whether there is a normal.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.normal != (0.0, 0.0)
+    }
+
+    /// The point, moved and turned from the frame of `pose` to that which `pose` is in.
+    pub(crate) fn moved(&self, (x, y): (f32, f32), (sin, cos): (f32, f32)) -> Self {
+        let turn = |(ahead, left): (f32, f32)| (cos * ahead - sin * left, sin * ahead + cos * left);
+        let at = turn(self.at);
+        Self {
+            at: (x + at.0, y + at.1),
+            normal: turn(self.normal),
+        }
+    }
+}
+
+/// A scan in the frame of the base.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scan {
+    points: Vec<SurfacePoint>,
+    /// Ends of beams that met nothing, m.
+    free: Vec<(f32, f32)>,
+    /// Where the beams begin, m.
+    mount: (f32, f32),
+}
+
+impl Scan {
+    /// Reads a scan of a laser mounted at `mount` on the base: at most `most` beams, evenly chosen, and as far as `reach` m.
+    /// By REP-117, a beam of +∞ met nothing as far as `range_max`; NaN, −∞ and what is outside the limits say nothing.
+    #[must_use]
+    pub fn new(scan: &LaserScan, mount: &Pose2D, most: usize, reach: f64) -> Self {
+        let numbers = [
+            scan.angle_min.into(),
+            scan.angle_increment.into(),
+            mount.x,
+            mount.y,
+            mount.theta,
+            reach,
+        ];
+        if !numbers.iter().all(|number: &f64| number.is_finite()) {
+            return Self::default();
+        }
+        let start = (mount.x as f32, mount.y as f32);
+        let ends: Vec<(usize, f32, (f32, f32))> = (scan.ranges.iter().enumerate())
+            .filter_map(|(beam, &range)| {
+                let is_free = range == f32::INFINITY && scan.range_max.is_finite();
+                let length = if is_free { scan.range_max } else { range };
+                let is_measured = length.is_finite() && (scan.range_min..=scan.range_max).contains(&length);
+                let is_cut = length > reach as f32;
+                let (length, range) = if is_cut {
+                    (reach as f32, f32::INFINITY)
+                } else {
+                    (length, range)
+                };
+                let (sin, cos) = libm::sincos(mount.theta + scan.angle(beam));
+                let end = (start.0 + length * cos as f32, start.1 + length * sin as f32);
+                is_measured.then_some((beam, range, end))
+            })
+            .collect();
+        let step = ends.len().div_ceil(most.max(1)).max(1);
+        let mut read = Self {
+            mount: start,
+            ..Self::default()
+        };
+        for number in (0..ends.len()).step_by(step) {
+            let (_, range, at) = ends[number];
+            if range.is_finite() {
+                let normal = normal(&ends, number, scan.angle_increment.abs(), start);
+                read.points.push(SurfacePoint { at, normal });
+            } else {
+                read.free.push(at);
+            }
+        }
+        read
+    }
+
+    /// Returns the points of surfaces.
+    #[must_use]
+    pub fn points(&self) -> &[SurfacePoint] {
+        &self.points
+    }
+
+    /// Returns the ends of beams that met nothing, m.
+    #[must_use]
+    pub fn free(&self) -> &[(f32, f32)] {
+        &self.free
+    }
+
+    /// Returns where the beams begin, m.
+    #[must_use]
+    pub const fn mount(&self) -> (f32, f32) {
+        self.mount
+    }
+
+    /// Returns whether it has enough points to say where a robot is.
+    #[must_use]
+    pub fn is_enough(&self) -> bool {
+        self.points.len() >= LEAST
+    }
+}
+
+/// The normal of the line through the neighbours of an end, toward the laser; zero if they are in no line.
+fn normal(ends: &[(usize, f32, (f32, f32))], number: usize, increment: f32, laser: (f32, f32)) -> (f32, f32) {
+    let (_, range, at) = ends[number];
+    let gap = GAP.0.max(GAP.1 * range * increment);
+    let is_next = |a: usize, b: usize| {
+        let ((beam, _, from), (other, range, to)) = (ends[a], ends[b]);
+        beam.abs_diff(other) <= 2 && range.is_finite() && libm::hypotf(to.0 - from.0, to.1 - from.1) < gap
+    };
+    let (mut first, mut last) = (number, number);
+    while first > 0 && number - first < SIDE && is_next(first, first - 1) {
+        first -= 1;
+    }
+    while last + 1 < ends.len() && last - number < SIDE && is_next(last, last + 1) {
+        last += 1;
+    }
+    let line = &ends[first..=last];
+    if line.len() < 3 {
+        return (0.0, 0.0);
+    }
+    let count = line.len() as f32;
+    let sum = |of: fn((f32, f32)) -> f32| line.iter().map(|&(_, _, end)| of(end)).sum::<f32>() / count;
+    let (x, y) = (sum(|end| end.0), sum(|end| end.1));
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for &(_, _, end) in line {
+        let (dx, dy) = (end.0 - x, end.1 - y);
+        (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
+    }
+    let (middle, radius) = (f32::midpoint(xx, yy), libm::hypotf((xx - yy) / 2.0, xy));
+    let (along, across) = (middle + radius, (middle - radius).max(0.0));
+    if across > FLAT * FLAT * along || along <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let direction = 0.5 * libm::atan2f(2.0 * xy, xx - yy);
+    let (sin, cos) = libm::sincosf(direction);
+    let toward = (laser.0 - at.0) * -sin + (laser.1 - at.1) * cos;
+    if toward >= 0.0 { (-sin, cos) } else { (sin, -cos) }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    fn laser(ranges: &[f32]) -> LaserScan {
+        let mut scan = LaserScan {
+            angle_min: -0.5,
+            angle_increment: 0.02,
+            range_min: 0.1,
+            range_max: 30.0,
+            ..LaserScan::default()
+        };
+        scan.ranges.extend_from_slice(ranges).expect("few beams");
+        scan
+    }
+
+    fn read(ranges: &[f32]) -> Scan {
+        Scan::new(&laser(ranges), &Pose2D::ORIGIN, 360, 20.0)
+    }
+
+    /// A wall 3 m ahead.
+    fn wall() -> Vec<f32> {
+        (0..50)
+            .map(|beam| 3.0 / libm::cosf(-0.5 + 0.02 * beam as f32))
+            .collect()
+    }
+
+    #[test]
+    fn a_wall_faces_the_laser() {
+        let scan = read(&wall());
+        assert_eq!(scan.points().len(), 50);
+        for point in scan.points() {
+            assert!((point.at.0 - 3.0).abs() < 1e-3, "{point:?}");
+            assert!(
+                point.normal.0 < -0.999 && point.normal.1.abs() < 0.02,
+                "{point:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn corners_and_single_points_have_no_normal() {
+        // A post before the wall.
+        let mut ranges = wall();
+        ranges[20] = 1.0;
+        let scan = read(&ranges);
+        let flat = scan.points().iter().filter(|point| point.is_flat()).count();
+        assert_eq!((scan.points()[20].is_flat(), flat), (false, 49));
+        // The wall in a corner, 3 m to each side.
+        let corner = (0..50).map(|beam| {
+            let (sin, cos) = libm::sincosf(-0.5 + 0.02 * beam as f32 + core::f32::consts::FRAC_PI_4);
+            3.0 / sin.max(cos)
+        });
+        let scan = read(&corner.collect::<Vec<_>>());
+        assert!(!scan.points()[25].is_flat() && scan.points()[10].is_flat());
+    }
+
+    #[test]
+    fn what_says_nothing_is_left_out_and_what_is_far_is_free() {
+        for range in [f32::NAN, f32::NEG_INFINITY, 0.05, -1.0] {
+            let scan = read(&[range; 50]);
+            assert_eq!((scan.points().len(), scan.free().len()), (0, 0), "{range}");
+            assert!(!scan.is_enough());
+        }
+        for range in [f32::INFINITY, 25.0] {
+            let scan = read(&[range; 50]);
+            assert_eq!((scan.points().len(), scan.free().len()), (0, 50), "{range}");
+            assert!(
+                scan.free()
+                    .iter()
+                    .all(|end| (end.0.hypot(end.1) - 20.0).abs() < 1e-4)
+            );
+        }
+        let nowhere = Pose2D::new(f64::NAN, 0.0, 0.0);
+        assert_eq!(Scan::new(&laser(&wall()), &nowhere, 360, 20.0), Scan::default());
+        assert_eq!(read(&[]), Scan::default());
+    }
+
+    #[test]
+    fn it_is_in_the_frame_of_the_base_and_thinned() {
+        let mount = Pose2D::new(0.2, 0.1, FRAC_PI_2);
+        let scan = Scan::new(&laser(&wall()), &mount, 10, 20.0);
+        assert_eq!((scan.points().len(), scan.mount()), (10, (0.2, 0.1)));
+        assert!(scan.points().iter().all(|point| (point.at.1 - 3.1).abs() < 1e-3));
+    }
+}

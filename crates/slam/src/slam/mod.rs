@@ -1,0 +1,377 @@
+//! From scans and odometry to keyframes, and where the robot is among them.
+
+use core::fmt;
+
+use jde_types::{Pose2D, normalize_angle};
+
+use crate::correlation::Window;
+use crate::graph::{Edge, Graph, Relation};
+use crate::icp::{Fit, Guess};
+use crate::loops::Loops;
+use crate::matrix::{Matrix, ZERO, add, diagonal};
+use crate::scan::Scan;
+use crate::surface::Surface;
+
+/// How far keyframes may be that a scan is matched with, m.
+pub(crate) const NEAR: f64 = 6.0;
+/// The most keyframes that a scan is matched with.
+const JOINED: usize = 16;
+/// What a turn counts among the distances of keyframes, m/rad.
+pub(crate) const LEVER: f64 = 0.5;
+/// The most points that a correlation looks at.
+const FEW: usize = 120;
+/// The most squares that the correlation of successive scans looks at.
+const LOOKS: usize = 20_000;
+
+/// How it maps. All may change from call to call.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Motion after which a scan is matched, m and rad.
+    pub update: (f64, f64),
+    /// How far from every keyframe a scan becomes one, m and rad.
+    pub keyframe: (f64, f64),
+    /// The most keyframes.
+    pub most: usize,
+    /// The standard deviation of the way of the odometry for each metre, m/m.
+    pub way_by_way: f64,
+    /// That of the heading for each radian, rad/rad.
+    pub turn_by_turn: f64,
+    /// That of the heading for each metre, rad/m.
+    pub turn_by_way: f64,
+    /// The least share of the points of a scan that are on known surfaces.
+    pub share: f64,
+    /// How far the pose of a keyframe may drift for each metre along the graph, m/m: how far loops are searched.
+    pub drift: f64,
+    /// The least share of the points around the robot that are on the surfaces of a place that is reached again.
+    pub loop_share: f64,
+    /// How many matches in a row close a loop.
+    pub loop_agreeing: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            update: (0.1, 10_f64.to_radians()),
+            keyframe: (0.5, 30_f64.to_radians()),
+            most: 4000,
+            way_by_way: 0.1,
+            turn_by_turn: 0.1,
+            turn_by_way: 0.05,
+            share: 0.4,
+            drift: 0.05,
+            loop_share: 0.55,
+            loop_agreeing: 3,
+        }
+    }
+}
+
+/// Where the robot is: a pose in the frame of a keyframe. It stays right when the graph moves the keyframe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anchor {
+    /// The number of the keyframe.
+    pub keyframe: usize,
+    /// The pose in its frame.
+    pub pose: Pose2D,
+}
+
+/// What came of a scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum State {
+    /// There is no scan yet from which a map could begin.
+    Empty,
+    /// The scan fits what is known; the number is the share of its points that do.
+    Fits(f64),
+    /// It does not; the pose is that of the odometry.
+    Differs(f64),
+    /// It has too few points; the pose is that of the odometry.
+    Blind,
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("no scan yet"),
+            Self::Fits(share) => write!(f, "{:.0} % of the points are on known surfaces", 100.0 * share),
+            Self::Differs(share) => write!(
+                f,
+                "only {:.0} % of the points are on known surfaces: the odometry says where the robot is",
+                100.0 * share
+            ),
+            Self::Blind => f.write_str("the scan has too few points: the odometry says where the robot is"),
+        }
+    }
+}
+
+/// Keyframes, the graph of their poses, and the robot among them.
+#[derive(Clone, Debug, Default)]
+pub struct Slam {
+    pub(crate) graph: Graph,
+    pub(crate) scans: Vec<Scan>,
+    /// For each keyframe those that edges lead to.
+    pub(crate) near: Vec<Vec<usize>>,
+    anchor: Option<Anchor>,
+    /// The pose of the odometry at the anchor.
+    odometry: Pose2D,
+    state: Option<State>,
+    /// The surfaces around the anchor's keyframe, in its frame.
+    surface: Option<Surface>,
+    loops: Loops,
+}
+
+impl Slam {
+    /// Returns an empty map.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Returns the graph: a pose for each keyframe, in the frame of the map.
+    #[must_use]
+    pub const fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// Returns the scan of each keyframe.
+    #[must_use]
+    pub fn scans(&self) -> &[Scan] {
+        &self.scans
+    }
+
+    /// Returns what came of the last scan.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state.unwrap_or(State::Empty)
+    }
+
+    /// Returns where the robot is at this pose of the odometry.
+    #[must_use]
+    pub fn anchor(&self, odometry: &Pose2D) -> Option<Anchor> {
+        self.anchor.map(|anchor| Anchor {
+            pose: anchor.pose.transform(&self.odometry.localize(odometry)),
+            ..anchor
+        })
+    }
+
+    /// Returns an anchor's pose in the frame of the map.
+    #[must_use]
+    pub fn place(&self, anchor: &Anchor) -> Pose2D {
+        self.graph.poses()[anchor.keyframe].transform(&anchor.pose)
+    }
+
+    /// The odometry jumped to another pose without a motion of the robot.
+    pub fn jump(&mut self, from: &Pose2D, to: &Pose2D) {
+        self.odometry = to.transform(&from.localize(&self.odometry));
+    }
+
+    /// Takes a scan, and the pose of the odometry at its time.
+    ///
+    /// Takes time by the number of points of one scan and of the sixteen keyframes that it is matched with, if the robot
+    /// moved; otherwise none.
+    pub fn step(&mut self, settings: &Settings, odometry: &Pose2D, scan: &Scan) -> State {
+        let state = self.take(settings, odometry, scan);
+        self.state = Some(state);
+        state
+    }
+
+    fn take(&mut self, settings: &Settings, odometry: &Pose2D, scan: &Scan) -> State {
+        let Some(anchor) = self.anchor(odometry) else {
+            if !scan.is_enough() {
+                return State::Empty;
+            }
+            self.add_keyframe(Pose2D::ORIGIN, scan);
+            self.anchor = Some(Anchor {
+                keyframe: 0,
+                pose: Pose2D::ORIGIN,
+            });
+            self.odometry = *odometry;
+            return State::Fits(1.0);
+        };
+        let motion = self.odometry.localize(odometry);
+        let way = libm::hypot(motion.x, motion.y);
+        if way < settings.update.0
+            && motion.theta.abs() < settings.update.1
+            && self.state != Some(State::Blind)
+        {
+            return self.state();
+        }
+        if !scan.is_enough() {
+            return State::Blind;
+        }
+        let guess = Guess {
+            pose: anchor.pose,
+            information: settings.information(&motion),
+        };
+        let fit = self.fit(settings, &guess, scan);
+        self.odometry = *odometry;
+        let is_fit = fit.is_some_and(|fit| fit.share >= settings.share);
+        let share = fit.map_or(0.0, |fit| fit.share);
+        let (pose, information) = match fit {
+            Some(fit) if is_fit => (fit.pose, fit.information),
+            _ => (anchor.pose, ZERO),
+        };
+        self.anchor = Some(Anchor { pose, ..anchor });
+        self.settle_anchor(settings, information, scan);
+        if is_fit {
+            State::Fits(share)
+        } else {
+            State::Differs(share)
+        }
+    }
+
+    /// Matches a scan with the surfaces around the anchor's keyframe.
+    fn fit(&mut self, settings: &Settings, guess: &Guess, scan: &Scan) -> Option<Fit> {
+        let window = settings.window(guess);
+        let keyframe = self.anchor?.keyframe;
+        if self.surface.is_none() {
+            let place = self.graph.poses()[keyframe].transform(&guess.pose);
+            let joined = self.around(keyframe, &place, JOINED);
+            self.surface = Some(self.surface_of(keyframe, &joined, Surface::levels(0.6)));
+        }
+        let surface = self.surface.as_ref()?;
+        let few: Vec<_> = thin(scan.points(), FEW).collect();
+        let found = surface.search(&few, &guess.pose, &window);
+        let start = found.map_or(guess.pose, |found| found.pose);
+        surface.refine(scan.points(), &start, guess)
+    }
+
+    /// Goes over to the nearest keyframe, or makes one here if there is none near.
+    fn settle_anchor(&mut self, settings: &Settings, information: Matrix, scan: &Scan) {
+        let Some(anchor) = self.anchor else { return };
+        let place = self.place(&anchor);
+        let poses = self.graph.poses();
+        let distance = |pose: &Pose2D| pose.distance_to(&place) + LEVER * turn_between(pose, &place);
+        let nearest = (self.around(anchor.keyframe, &place, usize::MAX).into_iter())
+            .min_by(|&a, &b| distance(&poses[a]).total_cmp(&distance(&poses[b])))
+            .unwrap_or(anchor.keyframe);
+        let pose = poses[nearest].localize(&place);
+        let is_near =
+            libm::hypot(pose.x, pose.y) < settings.keyframe.0 && pose.theta.abs() < settings.keyframe.1;
+        if is_near || self.scans.len() >= settings.most {
+            if nearest != anchor.keyframe {
+                self.surface = None;
+            }
+            self.anchor = Some(Anchor {
+                keyframe: nearest,
+                pose,
+            });
+            return;
+        }
+        let keyframe = self.add_keyframe(place, scan);
+        // Of what the odometry says since the other keyframe, and what the scans say.
+        let mut sum = settings.information(&anchor.pose);
+        add(&mut sum, 1.0, &information);
+        self.add_edge(Edge {
+            from: anchor.keyframe,
+            to: keyframe,
+            pose: anchor.pose,
+            information: sum,
+            relation: Relation::Successive,
+        });
+        self.anchor = Some(Anchor {
+            keyframe,
+            pose: Pose2D::ORIGIN,
+        });
+        self.surface = None;
+    }
+
+    fn add_keyframe(&mut self, pose: Pose2D, scan: &Scan) -> usize {
+        self.scans.push(scan.clone());
+        self.near.push(Vec::new());
+        self.graph.add_pose(pose)
+    }
+
+    pub(crate) fn add_edge(&mut self, edge: Edge) {
+        self.near[edge.from].push(edge.to);
+        self.near[edge.to].push(edge.from);
+        self.graph.add_edge(edge);
+    }
+
+    /// The keyframes near a place that edges lead to from one of them, over others that are near; the nearest first.
+    pub(crate) fn around(&self, keyframe: usize, place: &Pose2D, most: usize) -> Vec<usize> {
+        let poses = self.graph.poses();
+        let mut found = vec![keyframe];
+        let mut is_seen = vec![false; poses.len()];
+        is_seen[keyframe] = true;
+        let mut next = 0;
+        while let Some(&from) = found.get(next) {
+            next += 1;
+            for &to in &self.near[from] {
+                if !is_seen[to] && poses[to].distance_to(place) < NEAR {
+                    is_seen[to] = true;
+                    found.push(to);
+                }
+            }
+        }
+        if found.len() > most {
+            let distance =
+                |at: &usize| poses[*at].distance_to(place) + LEVER * turn_between(&poses[*at], place);
+            found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+            found.truncate(most);
+        }
+        found
+    }
+
+    /// The surfaces that keyframes show, in the frame of one.
+    pub(crate) fn surface_of(&self, frame: usize, keyframes: &[usize], levels: usize) -> Surface {
+        let poses = self.graph.poses();
+        let scans = keyframes
+            .iter()
+            .map(|&at| (poses[frame].localize(&poses[at]), &self.scans[at]));
+        Surface::new(scans, levels)
+    }
+
+    /// Does a part of what is due behind the scans: an iteration of the graph, or a search for a loop.
+    /// Returns whether keyframes moved.
+    pub fn advance(&mut self, settings: &Settings) -> bool {
+        if !self.graph.is_settled() {
+            let moved = self.graph.iterate();
+            if moved {
+                self.surface = None;
+            }
+            return moved;
+        }
+        if let Some(anchor) = self.anchor {
+            let mut loops = core::mem::take(&mut self.loops);
+            let edges = loops.search(self, settings, anchor.keyframe);
+            self.loops = loops;
+            for edge in edges {
+                self.add_edge(edge);
+            }
+        }
+        false
+    }
+}
+
+impl Settings {
+    /// The inverse of the covariance of a motion by the odometry.
+    fn information(&self, motion: &Pose2D) -> Matrix {
+        let (way, turn) = (libm::hypot(motion.x, motion.y), motion.theta.abs());
+        let position = 0.01 + self.way_by_way * way;
+        let heading = 0.005 + self.turn_by_turn * turn + self.turn_by_way * way;
+        diagonal([position, position, heading].map(|deviation| 1.0 / (deviation * deviation)))
+    }
+
+    /// Three standard deviations around what the odometry says.
+    fn window(&self, guess: &Guess) -> Window {
+        let deviation = |axis: usize| 1.0 / libm::sqrt(guess.information[axis][axis]);
+        Window {
+            way: (3.0 * deviation(0)).clamp(0.1, 0.6),
+            turn: (3.0 * deviation(2)).clamp(0.05, 0.8),
+            least: 0.2,
+            loss: 0.1,
+            most: LOOKS,
+        }
+    }
+}
+
+/// Every so many that there are at most `most`.
+pub(crate) fn thin<T: Copy>(all: &[T], most: usize) -> impl Iterator<Item = T> + '_ {
+    all.iter().step_by(all.len().div_ceil(most).max(1)).copied()
+}
+
+pub(crate) fn turn_between(a: &Pose2D, b: &Pose2D) -> f64 {
+    normalize_angle(a.theta - b.theta).abs()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+//! Robots whose odometry drifts, in worlds that they do not know.
+
+use super::*;
+use crate::world::World;
+
+/// A robot whose odometry turns too far and goes too far.
+struct Robot {
+    slam: Slam,
+    settings: Settings,
+    world: World,
+    start: Pose2D,
+    truth: Pose2D,
+    odometry: Pose2D,
+    random: fastrand::Rng,
+}
+
+impl Robot {
+    fn new(world: World, start: Pose2D) -> Self {
+        let mut robot = Self {
+            slam: Slam::new(),
+            settings: Settings::default(),
+            world,
+            start,
+            truth: start,
+            odometry: Pose2D::ORIGIN,
+            random: fastrand::Rng::with_seed(7),
+        };
+        robot.step(0.0, 0.0);
+        robot
+    }
+
+    fn step(&mut self, way: f64, turn: f64) {
+        self.truth = self.truth.transform(&Pose2D::new(way, 0.0, turn));
+        let drift = Pose2D::new(1.03 * way, 0.01 * way, 1.03 * turn + 0.02 * way);
+        self.odometry = self.odometry.transform(&drift);
+        let scan = self.world.scan(&self.truth, &mut self.random);
+        self.slam.step(&self.settings, &self.odometry, &scan);
+        self.slam.advance(&self.settings);
+    }
+
+    /// Drives ahead, then turns left.
+    fn drive(&mut self, way: f64, turn: f64) {
+        (0..(way / 0.1).round() as usize).for_each(|_| self.step(0.1, 0.0));
+        (0..10).for_each(|_| self.step(0.0, turn / 10.0));
+    }
+
+    fn round(&mut self) {
+        for way in [12.0, 10.0, 12.0, 10.0] {
+            self.drive(way, core::f64::consts::FRAC_PI_2);
+        }
+    }
+
+    fn error(&self) -> f64 {
+        let anchor = self.slam.anchor(&self.odometry).expect("there is a scan");
+        self.start
+            .transform(&self.slam.place(&anchor))
+            .distance_to(&self.truth)
+    }
+
+    fn settle(&mut self) {
+        for _ in 0..100 {
+            self.slam.advance(&self.settings);
+        }
+        assert!(self.slam.graph().is_settled());
+    }
+
+    fn loops(&self) -> usize {
+        let is_loop = |edge: &&Edge| edge.relation == Relation::Loop;
+        self.slam.graph().edges().iter().filter(is_loop).count()
+    }
+}
+
+fn around() -> Robot {
+    Robot::new(World::ring(4), Pose2D::new(-6.0, -5.0, 0.0))
+}
+
+#[test]
+fn a_ring_closes_and_known_places_add_no_keyframes() {
+    let mut robot = around();
+    robot.round();
+    robot.drive(6.0, 0.0);
+    robot.settle();
+    assert!(robot.loops() >= 3, "{} loops", robot.loops());
+    assert!(robot.error() < 0.15, "{} m", robot.error());
+    robot.drive(6.0, core::f64::consts::FRAC_PI_2);
+    for way in [10.0, 12.0, 10.0] {
+        robot.drive(way, core::f64::consts::FRAC_PI_2);
+    }
+    let (keyframes, edges) = (robot.slam.scans().len(), robot.slam.graph().edges().len());
+    (0..3).for_each(|_| robot.round());
+    robot.settle();
+    assert!(robot.error() < 0.15, "{} m", robot.error());
+    let (more, linked) = (robot.slam.scans().len(), robot.slam.graph().edges().len());
+    assert!(more <= keyframes + 3, "{keyframes} became {more} keyframes");
+    assert!(linked <= edges + 30, "{edges} became {linked} edges");
+}
+
+#[test]
+fn the_same_scans_give_the_same_map_to_the_bit() {
+    let drive = || {
+        let mut robot = around();
+        robot.round();
+        robot.drive(3.0, 0.0);
+        robot.settle();
+        robot.slam.graph().poses().to_vec()
+    };
+    assert_eq!(drive(), drive());
+}
+
+/// Two rooms that are the same, at the ends of a corridor.
+#[test]
+fn rooms_that_look_alike_are_not_joined() {
+    let mut world = World::default();
+    for x in [0.0, 14.0] {
+        world = world.with_box((x + 1.0, 2.4), (x + 1.6, 3.0));
+        world.0.extend([((x, 0.0), (x, 3.0)), ((x, 3.0), (x + 4.0, 3.0))]);
+        world
+            .0
+            .extend([((x + 4.0, 3.0), (x + 4.0, 1.5)), ((x, 0.0), (x + 4.0, 0.0))]);
+    }
+    world
+        .0
+        .extend([((4.0, 0.0), (14.0, 0.0)), ((4.0, 1.5), (14.0, 1.5))]);
+    world.0.push(((18.0, 1.5), (18.0, 0.0)));
+    let mut robot = Robot::new(world, Pose2D::new(1.0, 0.75, 0.0));
+    robot.drive(15.5, 0.0);
+    (0..20).for_each(|_| robot.step(0.0, 0.3));
+    robot.settle();
+    let edges = robot.slam.graph().edges().iter();
+    let longest = edges
+        .map(|edge| edge.pose.x.hypot(edge.pose.y))
+        .fold(0.0, f64::max);
+    assert!(
+        longest < 3.0 && robot.error() < 0.3,
+        "{longest} and {} m",
+        robot.error()
+    );
+    let poses = robot.slam.graph().poses();
+    assert!(poses.iter().any(|pose| pose.x > 12.0), "the rooms are apart");
+}
+
+#[test]
+fn a_full_map_takes_no_more_keyframes() {
+    let mut robot = around();
+    robot.settings.most = 5;
+    robot.drive(6.0, 0.0);
+    assert_eq!(robot.slam.scans().len(), 5);
+    assert!(robot.error() < 0.1, "{} m", robot.error());
+}
+
+#[test]
+fn without_a_scan_that_fits_the_odometry_says_where_the_robot_is() {
+    let mut robot = around();
+    robot.drive(2.0, 0.0);
+    let keyframes = robot.slam.scans().len();
+    let settings = robot.settings;
+    let blind = robot.slam.step(&settings, &robot.odometry, &Scan::default());
+    assert!(matches!(blind, State::Fits(_)), "it did not move: {blind}");
+    let moved = robot.odometry.transform(&Pose2D::new(0.3, 0.0, 0.0));
+    let before = robot.slam.anchor(&robot.odometry).expect("a pose");
+    assert_eq!(robot.slam.step(&settings, &moved, &Scan::default()), State::Blind);
+    let after = robot.slam.anchor(&moved).expect("a pose");
+    assert!((before.pose.distance_to(&after.pose) - 0.3).abs() < 1e-9);
+    assert_eq!(robot.slam.scans().len(), keyframes);
+    // A scan of another world.
+    let other = World::default().with_box((-0.3, -0.3), (0.4, 0.5));
+    let scan = other.scan(&Pose2D::ORIGIN, &mut robot.random);
+    let state = robot.slam.step(&settings, &moved, &scan);
+    assert!(matches!(state, State::Differs(_)), "{state}");
+    let last = robot.slam.anchor(&moved).expect("a pose");
+    assert!(robot.slam.place(&last).distance_to(&robot.slam.place(&after)) < 1e-9);
+}
+
+#[test]
+fn an_odometry_that_jumps_moves_nothing() {
+    let mut robot = around();
+    robot.drive(3.0, 0.0);
+    let jumped = Pose2D::new(40.0, -7.0, 2.0);
+    robot.slam.jump(&robot.odometry, &jumped);
+    robot.odometry = jumped;
+    assert!(robot.error() < 0.1, "{} m", robot.error());
+    robot.drive(2.0, 0.0);
+    assert!(robot.error() < 0.1, "{} m", robot.error());
+}
+
+#[test]
+fn an_empty_map_waits_for_a_scan() {
+    let mut slam = Slam::new();
+    let settings = Settings::default();
+    assert_eq!(
+        slam.step(&settings, &Pose2D::ORIGIN, &Scan::default()),
+        State::Empty
+    );
+    assert!(!slam.advance(&settings) && slam.anchor(&Pose2D::ORIGIN).is_none());
+}
