@@ -1,0 +1,449 @@
+//! Persons from scan to scan: which legs belong to whom, who appears and who is gone.
+
+use jde_motion::Blind;
+use jde_types::{LaserScan, Pose2D};
+
+use crate::assignment::Assignment;
+use crate::detector::{Detector, DetectorSettings, Leg};
+use crate::kalman::Filter;
+
+/// The most persons.
+pub const MOST_PERSONS: usize = 32;
+/// The most tracks: of persons, and of what has not been confirmed to be one.
+const MOST_TRACKS: usize = 64;
+/// The most tracks that begin with a leg that is not confident enough for a person.
+const MOST_DOUBTFUL: usize = 40;
+
+/// The square of the Mahalanobis distance that 99 of 100 legs of a person stay below.
+const GATE: f64 = 9.2;
+/// What it costs if a track has no leg and no second leg: as much as twice the logarithm of the odds.
+const MISSING: [f64; 2] = [14.0, 10.0];
+/// How far a leg may be from where a person is expected, m; how much farther for each second without one, m/s; and at
+/// most, m.
+const REACH: [f64; 3] = [0.7, 1.0, 2.0];
+/// The greatest distance between both legs of a person, m.
+const STRIDE: f64 = 0.8;
+/// The standard deviation of a person's middle from one leg, from both, and from two that look like one, m.
+const DEVIATIONS: [f64; 3] = [0.15, 0.06, 0.08];
+/// The width from which on a leg is two, m.
+const TWO: f64 = 0.25;
+/// The standard deviation of the speed of a person who appears, m/s.
+const SPEED: f64 = 0.8;
+/// The least distance of a person who appears from those who are known, m.
+const APART: f64 = 0.5;
+/// The time by which an average confidence follows, s.
+const MEMORY: f64 = 1.0;
+/// How long a person who is not confirmed is kept without a leg, s.
+const TENTATIVE: f64 = 0.5;
+/// How much of the acceleration of people what is not confirmed has: most of it is furniture.
+const CALM: f64 = 0.1;
+/// Two tracks with one leg each that are nearer than this, m, for so long, s, are one.
+const DOUBLE: (f64, f64) = (0.45, 1.0);
+/// The distance from a wall within which nobody passes, m, and how near both ends of a way it does not count, m.
+const WALL: [f64; 2] = [0.08, 0.2];
+/// How much farther the laser must see for a place to be empty, and half of the place's width, m.
+const EMPTY: [f64; 2] = [0.4, 0.15];
+
+/// How persons are tracked. All may change from scan to scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackerSettings {
+    /// What is a leg.
+    pub detector: DetectorSettings,
+    /// The power of the acceleration of people, m²/s³.
+    pub acceleration: f64,
+    /// The least confidence of the leg of a person who appears.
+    pub appears: f64,
+    /// How long a person must be seen to be confirmed, s.
+    pub confirm: f64,
+    /// How far a person must go to be confirmed, m. With 0, furniture that looks like legs is a person.
+    pub moved: f64,
+    /// The least average confidence of a person's legs.
+    pub confidence: f64,
+    /// How long a person is kept who is hidden, s.
+    pub patience: f64,
+    /// How long a person is kept who is not where the laser sees an empty place, s.
+    pub absence: f64,
+}
+
+impl Default for TrackerSettings {
+    fn default() -> Self {
+        Self {
+            detector: DetectorSettings::default(),
+            acceleration: 0.05,
+            appears: 0.5,
+            confirm: 0.5,
+            moved: 0.3,
+            confidence: 0.25,
+            patience: 3.0,
+            absence: 1.0,
+        }
+    }
+}
+
+/// A person who is confirmed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Person {
+    /// The number of the person, from 1; never used again.
+    pub id: u32,
+    /// The position, m.
+    pub position: [f64; 2],
+    /// The velocity, m/s.
+    pub velocity: [f64; 2],
+    /// The standard deviation of the position along each axis, m.
+    pub deviation: f64,
+    /// The average probability that what was seen were legs, from 0 to 1.
+    pub confidence: f64,
+    /// How long no leg of the person has been seen, s.
+    pub unseen: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Track {
+    /// 0 until it is confirmed.
+    id: u32,
+    filter: Filter,
+    confidence: f64,
+    /// Where it appeared, m.
+    origin: [f64; 2],
+    /// How long it has been seen, in all, s.
+    seen: f64,
+    /// How long it has not, s.
+    unseen: f64,
+    /// For how much of that the laser saw that it is not there, s.
+    absent: f64,
+    /// For how long another track has had what may be its second leg, s.
+    doubled: f64,
+    /// Its legs in the present scan.
+    legs: [Option<usize>; 2],
+}
+
+/// Tracks persons in a frame that stands still, as that of the odometry.
+#[derive(Clone, Debug, Default)]
+pub struct Tracker {
+    detector: Detector,
+    tracks: Vec<Track>,
+    /// The legs and all other hits of the present scan.
+    legs: Vec<([f64; 2], Leg)>,
+    obstacles: Vec<[f64; 2]>,
+    /// The cost of each leg for each track.
+    costs: Vec<f64>,
+    assignment: Assignment,
+    is_taken: Vec<bool>,
+    /// The time of the last scan, s.
+    last: Option<f64>,
+    confirmed: u32,
+}
+
+impl Tracker {
+    /// Takes a scan of a laser that was at `sensor` at the time `now`, s. A time before the last one forgets everybody.
+    ///
+    /// # Errors
+    /// If no beam measures, or an angle, the time or the pose is not finite. Then nothing changes.
+    pub fn step(
+        &mut self,
+        settings: &TrackerSettings,
+        now: f64,
+        sensor: &Pose2D,
+        scan: &LaserScan,
+    ) -> Result<(), Blind> {
+        if ![now, sensor.x, sensor.y, sensor.theta]
+            .iter()
+            .all(|number| number.is_finite())
+        {
+            return Err(Blind);
+        }
+        self.detector.detect(&settings.detector, scan)?;
+        let time = now - self.last.replace(now).unwrap_or(now);
+        if time < 0.0 {
+            self.tracks.clear();
+        }
+        let time = time.max(0.0);
+        self.place(sensor);
+        self.predict(settings, time);
+        self.associate(settings);
+        for track in &mut self.tracks {
+            track.update(&self.legs, time);
+            if track.unseen > 0.0 && is_empty(scan, sensor, track.filter.position) {
+                track.absent += time;
+            }
+        }
+        self.compare(time);
+        self.tracks.retain(|track| track.is_kept(settings));
+        self.confirm(settings);
+        self.appear(settings);
+        Ok(())
+    }
+
+    /// Returns the confirmed persons.
+    pub fn persons(&self) -> impl Iterator<Item = Person> + '_ {
+        let confirmed = self.tracks.iter().filter(|track| track.id > 0);
+        confirmed.map(|track| Person {
+            id: track.id,
+            position: track.filter.position,
+            velocity: track.filter.velocity,
+            deviation: track.filter.variance.sqrt(),
+            confidence: track.confidence,
+            unseen: track.unseen,
+        })
+    }
+
+    /// Returns where the legs of the last scan are, and how probable each is.
+    pub fn legs(&self) -> impl Iterator<Item = ([f64; 2], f64)> + '_ {
+        self.legs
+            .iter()
+            .map(|(position, leg)| (*position, leg.confidence))
+    }
+
+    /// Forgets everybody. Numbers are not used again.
+    pub fn forget(&mut self) {
+        self.tracks.clear();
+        self.legs.clear();
+        self.last = None;
+    }
+
+    /// Transforms what the laser sees.
+    fn place(&mut self, sensor: &Pose2D) {
+        let (sin, cos) = libm::sincos(sensor.theta);
+        let place = |x: f64, y: f64| [sensor.x + cos * x - sin * y, sensor.y + sin * x + cos * y];
+        self.legs.clear();
+        let legs = self.detector.legs().iter();
+        self.legs.extend(legs.map(|leg| (place(leg.x, leg.y), *leg)));
+        self.obstacles.clear();
+        let obstacles = self.detector.obstacles().iter();
+        self.obstacles.extend(obstacles.map(|&(x, y)| place(x, y)));
+    }
+
+    /// Moves the persons on; nobody whom the laser does not see goes through a wall that it sees.
+    fn predict(&mut self, settings: &TrackerSettings, time: f64) {
+        for track in &mut self.tracks {
+            let before = track.filter.position;
+            let share = if track.id > 0 { 1.0 } else { CALM };
+            track.filter.predict(time, share * settings.acceleration);
+            if track.unseen > 0.0
+                && is_blocked(&self.obstacles, before, track.filter.position, [WALL[0], 0.0])
+            {
+                track.filter.stop(before);
+            }
+        }
+    }
+
+    /// Gives each person the legs with the least sum of costs: a row for each of two legs of each person, and columns for
+    /// the legs and for the lack of one in each row.
+    fn associate(&mut self, settings: &TrackerSettings) {
+        let count = self.legs.len();
+        self.costs.clear();
+        for track in &self.tracks {
+            let reach = (REACH[0] + REACH[1] * track.unseen).min(REACH[2]);
+            let costs = self.legs.iter().map(|(position, leg)| {
+                let (distance, square) = track.filter.distance(*position, DEVIATIONS[0]);
+                // Who was hidden appears again as clearly as somebody new.
+                let is_doubtful = track.unseen > TENTATIVE && leg.confidence < settings.appears;
+                let is_far = square > GATE || distance > reach || is_doubtful;
+                if is_far || is_blocked(&self.obstacles, track.filter.position, *position, WALL) {
+                    f64::INFINITY
+                } else {
+                    square + track.filter.spread(DEVIATIONS[0]) - 2.0 * libm::log(leg.confidence)
+                }
+            });
+            self.costs.extend(costs);
+        }
+        for track in &mut self.tracks {
+            track.legs = [None; 2];
+        }
+        let (tracks, costs) = (&mut self.tracks, &self.costs);
+        let rows = 2 * tracks.len();
+        let cost = |row: usize, column: usize| {
+            if column < count {
+                // A leg out of reach costs more than any lack.
+                costs[row / 2 * count + column].min(1e3)
+            } else {
+                MISSING[row % 2]
+            }
+        };
+        self.assignment.solve((rows, count + rows), cost, |row, column| {
+            if column < count && costs[row / 2 * count + column].is_finite() {
+                tracks[row / 2].legs[row % 2] = Some(column);
+            }
+        });
+        self.is_taken.clear();
+        self.is_taken.resize(count, false);
+        for track in &mut self.tracks {
+            track.check_stride(&self.legs);
+            for leg in track.legs.into_iter().flatten() {
+                self.is_taken[leg] = true;
+            }
+        }
+    }
+
+    /// Makes persons of tracks, unless they may be the legs of one who is known.
+    fn confirm(&mut self, settings: &TrackerSettings) {
+        let mut persons = self.persons().count();
+        for index in 0..self.tracks.len() {
+            let track = &self.tracks[index];
+            let is_near = |other: &Track| {
+                other.id > 0 && distance(other.filter.position, track.filter.position) < APART
+            };
+            if track.id == 0
+                && persons < MOST_PERSONS
+                && track.is_confirmed(settings)
+                && !self.tracks.iter().any(is_near)
+            {
+                persons += 1;
+                self.confirmed += 1;
+                self.tracks[index].id = self.confirmed;
+            }
+        }
+    }
+
+    /// Notices tracks that have one leg each of one person. The younger one ends.
+    fn compare(&mut self, time: f64) {
+        for index in 0..self.tracks.len() {
+            let (older, rest) = self.tracks.split_at_mut(index);
+            let Some(track) = rest.first_mut() else { return };
+            let is_double = older.iter().any(|other| {
+                let is_near = distance(other.filter.position, track.filter.position) < DOUBLE.0;
+                is_near && track.legs[1].is_none() && other.legs[1].is_none()
+            });
+            track.doubled = if is_double { track.doubled + time } else { 0.0 };
+        }
+    }
+
+    /// Begins a track for each leg that belongs to nobody, with the nearest other one. What looks little like a leg has
+    /// a track, too, so that no person who is hidden takes it.
+    fn appear(&mut self, settings: &TrackerSettings) {
+        for first in 0..self.legs.len() {
+            let (position, leg) = self.legs[first];
+            let is_doubtful = leg.confidence < settings.appears;
+            let most = if is_doubtful { MOST_DOUBTFUL } else { MOST_TRACKS };
+            if self.is_taken[first] || self.tracks.len() >= most {
+                continue;
+            }
+            let others = (0..self.legs.len()).filter(|&other| other != first && !self.is_taken[other]);
+            let near = others
+                .map(|other| (other, distance(position, self.legs[other].0)))
+                .filter(|&(other, apart)| {
+                    apart < APART && !is_blocked(&self.obstacles, position, self.legs[other].0, WALL)
+                })
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            let middle = near.map_or(position, |(other, _)| between(position, self.legs[other].0));
+            let is_known = |track: &Track| distance(track.filter.position, middle) < APART;
+            if self.tracks.iter().any(is_known) {
+                continue;
+            }
+            self.is_taken[first] = true;
+            if let Some((other, _)) = near {
+                self.is_taken[other] = true;
+            }
+            self.tracks.push(Track {
+                id: 0,
+                filter: Filter::new(middle, DEVIATIONS[0], SPEED),
+                confidence: leg.confidence,
+                origin: middle,
+                seen: 0.0,
+                unseen: 0.0,
+                absent: 0.0,
+                doubled: 0.0,
+                legs: [Some(first), near.map(|(other, _)| other)],
+            });
+        }
+    }
+}
+
+impl Track {
+    /// Drops the second leg if it is too far from the first.
+    fn check_stride(&mut self, legs: &[([f64; 2], Leg)]) {
+        if self.legs[0].is_none() {
+            self.legs.swap(0, 1);
+        }
+        if let [Some(first), Some(second)] = self.legs
+            && distance(legs[first].0, legs[second].0) > STRIDE
+        {
+            let far = |leg: usize| distance(legs[leg].0, self.filter.position);
+            self.legs = [Some(if far(first) < far(second) { first } else { second }), None];
+        }
+    }
+
+    /// Takes its legs.
+    fn update(&mut self, legs: &[([f64; 2], Leg)], time: f64) {
+        let [Some(first), second] = self.legs else {
+            self.unseen += time;
+            return;
+        };
+        let (position, leg) = legs[first];
+        let (measured, deviation, confidence) = match second.map(|second| legs[second]) {
+            Some((other, second)) => (
+                between(position, other),
+                DEVIATIONS[1],
+                leg.confidence.max(second.confidence),
+            ),
+            None if leg.width > TWO => (position, DEVIATIONS[2], leg.confidence),
+            None => (position, DEVIATIONS[0], leg.confidence),
+        };
+        self.filter.update(measured, deviation);
+        self.confidence += (1.0 - libm::exp(-time / MEMORY)) * (confidence - self.confidence);
+        self.seen += time;
+        (self.unseen, self.absent) = (0.0, 0.0);
+    }
+
+    fn is_kept(&self, settings: &TrackerSettings) -> bool {
+        if self.doubled > DOUBLE.1 {
+            false
+        } else if self.id > 0 {
+            self.unseen <= settings.patience
+                && self.absent <= settings.absence
+                && self.confidence >= settings.confidence
+        } else {
+            // What has stood there for long is only hidden.
+            let patience = self.seen.clamp(TENTATIVE, settings.patience.max(TENTATIVE));
+            self.unseen <= patience && self.absent <= TENTATIVE
+        }
+    }
+
+    fn is_confirmed(&self, settings: &TrackerSettings) -> bool {
+        self.seen >= settings.confirm
+            && self.confidence >= settings.appears
+            && distance(self.origin, self.filter.position) >= settings.moved
+    }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    libm::hypot(b[0] - a[0], b[1] - a[1])
+}
+
+fn between(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [f64::midpoint(a[0], b[0]), f64::midpoint(a[1], b[1])]
+}
+
+/// Returns whether an obstacle is within `near` m of the way between two places; what is within `ends` m of either does
+/// not count.
+fn is_blocked(obstacles: &[[f64; 2]], from: [f64; 2], to: [f64; 2], [near, ends]: [f64; 2]) -> bool {
+    let length = distance(from, to);
+    if length <= 2.0 * ends {
+        return false;
+    }
+    let (ahead, left) = ((to[0] - from[0]) / length, (to[1] - from[1]) / length);
+    obstacles.iter().any(|[x, y]| {
+        let (x, y) = (x - from[0], y - from[1]);
+        let (along, aside) = (x * ahead + y * left, y * ahead - x * left);
+        (ends..=length - ends).contains(&along) && aside.abs() < near
+    })
+}
+
+/// Returns whether the laser sees beyond a place.
+fn is_empty(scan: &LaserScan, sensor: &Pose2D, place: [f64; 2]) -> bool {
+    let local = sensor.localize(&Pose2D::new(place[0], place[1], 0.0));
+    let range = libm::hypot(local.x, local.y);
+    let half = libm::atan2(EMPTY[1], range);
+    let bearing = libm::atan2(local.y, local.x);
+    let mut beams = 0;
+    for (beam, &measured) in scan.ranges.iter().enumerate() {
+        let angle = jde_types::normalize_angle(scan.angle(beam) - bearing);
+        if angle.abs() <= half && !measured.is_nan() {
+            beams += 1;
+            if f64::from(measured.min(scan.range_max)) < range + EMPTY[0] {
+                return false;
+            }
+        }
+    }
+    beams > 0
+}
