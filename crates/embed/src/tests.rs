@@ -1,3 +1,5 @@
+//! Tests of what a program may do while time passes, and of what it waits for.
+
 use jde_board::value::Value;
 use jde_conditions::{Expression, Names};
 use jde_core::State as SchemaState;

@@ -313,9 +313,8 @@ impl IsolatedInstance {
                     return Ok(request);
                 }
                 FrameKind::Hold if self.debugged => {
-                    let held = request.number != 0;
-                    if held != terminal.is_some() {
-                        terminal = self.hold(call, held);
+                    if terminal.is_some() != (request.number != 0) {
+                        terminal = self.hold(call, terminal.is_none());
                     }
                     self.wire
                         .send(&Frame::new(FrameKind::Reply))
