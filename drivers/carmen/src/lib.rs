@@ -26,7 +26,7 @@ pub struct Log {
     #[modulation(default = 80.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
     /// Time between scans in a log whose clock does not advance.
-    #[modulation(default = 0.2, unit = "s", min = 0.001, fixed)]
+    #[modulation(default = 0.2, unit = "s", min = 0.001, max = 3600.0, fixed)]
     interval: Modulation<f64>,
     /// Speeds of the base, which have no effect.
     #[command(neutral = Twist::ZERO, validity = "1s")]

@@ -75,7 +75,7 @@ pub struct Robot {
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     start: Modulation<Pose2D>,
     /// Time after which an export without new data is retracted; ten times as long for the battery.
-    #[modulation(default = 1.0, unit = "s", min = 0.01)]
+    #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
     stale: Modulation<f64>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side.
     #[command(neutral = Twist::ZERO, validity = "500ms")]

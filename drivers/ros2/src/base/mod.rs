@@ -71,7 +71,7 @@ pub struct Base {
     #[modulation(default = 0.0, unit = "rad", fixed)]
     laser_yaw: Modulation<f64>,
     /// Time after which an export without a new message is retracted; ten times as long for the battery.
-    #[modulation(default = 1.0, unit = "s", min = 0.01)]
+    #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
     stale: Modulation<f64>,
     /// Speeds of the base.
     #[command(neutral = Twist::ZERO, validity = "500ms")]

@@ -74,7 +74,7 @@ pub struct Topics {
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     laser_mount: Modulation<Pose2D>,
     /// Time after which a velocity without a successor is retracted.
-    #[modulation(default = 0.5, unit = "s", min = 0.01)]
+    #[modulation(default = 0.5, unit = "s", min = 0.01, max = 3600.0)]
     stale: Modulation<f64>,
     /// The scan of a laser.
     #[import(optional)]
