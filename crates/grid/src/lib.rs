@@ -18,6 +18,7 @@
 pub mod costmap;
 mod distance;
 mod field;
+mod frontier;
 mod geometry;
 mod layers;
 mod line;
@@ -35,6 +36,7 @@ mod way_out;
 pub use costmap::{Costmap, Inflation, InflationError};
 pub use distance::{Distances, NO_SOURCE, squared_distances};
 pub use field::Field;
+pub use frontier::frontiers;
 pub use geometry::{Cell, Geometry, GeometryError, MAX_CELLS};
 pub use layers::{Drawing, Lanes, Layers};
 pub use line::walk;

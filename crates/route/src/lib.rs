@@ -27,6 +27,8 @@ pub struct Terms<'call> {
     pub patience: f64,
     /// How many targets may be out of reach before the mission fails.
     pub skips: u32,
+    /// The target that another schema chooses, in the place of the route; `None` if none chooses.
+    pub chosen: Option<Target>,
     /// Whether the robot is where its way to the current target ends. The target then counts as reached.
     pub is_at_end: bool,
 }
@@ -39,6 +41,15 @@ pub struct Targets {
     skipped: u32,
     progress: Progress,
     request: Option<TargetRequest>,
+    ended: Option<Ended>,
+}
+
+/// The last chosen target that was reached or given up. Until another one is chosen, the mission has its state.
+#[derive(Debug)]
+struct Ended {
+    target: Pose2D,
+    state: u8,
+    note: Text<64>,
 }
 
 /// A target set on the panel, and the operator that set it.
@@ -76,7 +87,7 @@ impl Targets {
         if let Some(target) = self.current(terms) {
             let distance = pose.distance_to(&target);
             if distance < terms.tolerance || terms.is_at_end {
-                self.arrive(cx, target);
+                self.arrive(cx, terms, target);
             } else {
                 let patience = Duration::try_from_secs_f64(terms.patience).unwrap_or_default();
                 if let Some(stuck) = self.progress.stuck(cx.now(), &target, distance, patience) {
@@ -89,21 +100,18 @@ impl Targets {
             }
         }
         let target = self.current(terms);
-        let state = if self.has_failed(terms) {
-            Mission::FAILED
-        } else if target.is_none() && !terms.route.poses.is_empty() {
-            Mission::DONE
-        } else {
-            Mission::RUNNING
-        };
         let child_target = target.map_or(Target::NONE, Target::at);
+        let ended = self
+            .ended
+            .as_ref()
+            .filter(|_| target.is_none() && terms.chosen.is_some());
         let mission = Mission {
-            state,
+            state: ended.map_or_else(|| self.state(terms, target), |ended| ended.state),
             reached: self.reached,
             total: Self::total(terms),
-            target: child_target.pose,
+            target: ended.map_or(child_target.pose, |ended| ended.target),
             distance: target.map_or(0.0, |target| pose.distance_to(&target)),
-            note: self.note(),
+            note: ended.map_or_else(|| self.note(), |ended| ended.note),
             ..Mission::default()
         };
         (child_target, mission)
@@ -111,7 +119,7 @@ impl Targets {
 
     /// Gives up the current target, for a reason in words, and continues without it.
     pub fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str) {
-        let Some(Pose2D { x, y, .. }) = self.current(terms) else {
+        let Some(Pose2D { x, y, theta }) = self.current(terms) else {
             return;
         };
         if let Some(TargetRequest { operator, .. }) = self.request.take() {
@@ -119,6 +127,11 @@ impl Targets {
                 cx,
                 "gives up the target of {operator} at {x:.2}, {y:.2}: {reason}"
             );
+            return;
+        }
+        if terms.chosen.is_some() {
+            warn!(cx, "gives up the chosen target at {x:.2}, {y:.2}: {reason}");
+            self.end(Pose2D { x, y, theta }, Mission::FAILED, reason);
             return;
         }
         self.skipped += 1;
@@ -133,13 +146,30 @@ impl Targets {
         );
     }
 
-    /// The next target of the route; `None` after the last one, or after the mission failed.
+    /// The chosen target unless it has ended, or else the next one of the route; `None` after the last one, or after
+    /// the mission failed.
     fn next(&self, terms: &Terms<'_>) -> Option<Pose2D> {
+        if let Some(chosen) = terms.chosen {
+            let has_ended =
+                |target: &Pose2D| self.ended.as_ref().is_some_and(|ended| ended.target == *target);
+            return chosen.get().filter(|target| !has_ended(target));
+        }
         let passed = self.reached.saturating_add(self.skipped);
         let continues = terms.rounds == 0 || passed < Self::total(terms);
         let index = passed as usize % terms.route.poses.len().max(1);
         let next = terms.route.poses.get(index).copied();
         next.filter(|_| continues && !self.has_failed(terms))
+    }
+
+    /// The state of a mission along a route.
+    fn state(&self, terms: &Terms<'_>, target: Option<Pose2D>) -> u8 {
+        if self.has_failed(terms) {
+            Mission::FAILED
+        } else if target.is_none() && terms.chosen.is_none() && !terms.route.poses.is_empty() {
+            Mission::DONE
+        } else {
+            Mission::RUNNING
+        }
     }
 
     /// Whether more targets were out of reach than permitted.
@@ -162,13 +192,21 @@ impl Targets {
         targets.saturating_mul(terms.rounds)
     }
 
-    fn arrive(&mut self, cx: &Context, target: Pose2D) {
+    fn end(&mut self, target: Pose2D, state: u8, words: &str) {
+        let note = Text::truncated(words);
+        self.ended = Some(Ended { target, state, note });
+    }
+
+    fn arrive(&mut self, cx: &Context, terms: &Terms<'_>, target: Pose2D) {
         let Pose2D { x, y, .. } = target;
         if let Some(TargetRequest { operator, .. }) = self.request.take() {
             info!(cx, "reached the target of {operator} at {x:.2}, {y:.2}");
         } else {
             self.reached += 1;
             info!(cx, "reached target {} at {x:.2}, {y:.2}", self.reached);
+            if terms.chosen.is_some() {
+                self.end(target, Mission::DONE, "");
+            }
         }
     }
 }

@@ -101,6 +101,7 @@ impl Example {
             tolerance: self.tolerance.get(cx),
             patience: self.patience.get(cx),
             skips: self.skips.get(cx),
+            chosen: None,
             is_at_end: false,
         }
     }

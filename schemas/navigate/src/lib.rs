@@ -21,6 +21,10 @@ pub struct Navigate {
     /// The estimated pose of the robot, in the frame of the map. One that is not finite counts as none.
     #[import]
     pose: Import<Odometry>,
+    /// The target that another schema chooses, in the frame of the map. While it has a value, it takes the place of the
+    /// route: the mission is DONE or FAILED for this target, until another one is chosen.
+    #[import(optional)]
+    chosen: Import<Target>,
     /// What the planner says.
     #[import(optional)]
     state: Import<Text<160>>,
@@ -153,6 +157,7 @@ impl Navigate {
             tolerance: self.tolerance.get(cx),
             patience: self.patience.get(cx),
             skips: self.skips.get(cx),
+            chosen: self.chosen.get(cx).map(|target| *target),
             is_at_end: false,
         }
     }

@@ -121,6 +121,36 @@ fn poses_that_are_no_numbers_or_jump_and_a_gap_in_time_neither_reach_nor_give_up
 }
 
 #[test]
+fn a_chosen_target_takes_the_place_of_the_route_and_ends_once() {
+    let (first, second) = (Pose2D::new(2.0, 0.0, 0.0), Pose2D::new(9.0, 0.0, 0.0));
+    let mut bench = father(&[Pose2D::new(0.0, 5.0, 0.0)]);
+    bench.set("patience", 3.0);
+    bench.import("chosen", &Target::NONE);
+    assert_eq!(iterate_at(&mut bench, 0.0, 0.0).state, Mission::RUNNING);
+    assert_eq!(planned(&bench), None, "the route does not count");
+    bench.import("chosen", &Target::at(first));
+    assert_eq!(iterate_at(&mut bench, 0.0, 0.0).target, first);
+    let at_first = iterate_at(&mut bench, 1.9, 0.0);
+    assert_eq!((at_first.state, at_first.target), (Mission::DONE, first));
+    assert_eq!(iterate_at(&mut bench, 0.0, 0.0), at_first, "once");
+    bench.import("chosen", &Target::at(second));
+    for second in 1..6 {
+        bench.set_now(Duration::from_secs(second));
+        iterate_at(&mut bench, 2.0, 0.0);
+    }
+    let at_second = iterate_at(&mut bench, 2.0, 0.0);
+    assert_eq!((at_second.state, at_second.target), (Mission::FAILED, second));
+    assert!(at_second.note.as_str().contains("no nearer than 7.00 m"));
+    assert_eq!(planned(&bench), None);
+    bench.import("chosen", &Target::at(first));
+    assert_eq!(
+        iterate_at(&mut bench, 0.0, 0.0).state,
+        Mission::RUNNING,
+        "chosen again"
+    );
+}
+
+#[test]
 fn a_click_on_the_field_sends_the_robot_there_first() {
     let target = Pose2D::new(2.0, 0.0, 0.0);
     let mut bench = father(&[target]);

@@ -145,7 +145,13 @@ impl Field {
 
     /// Propagates all changes everywhere.
     pub fn settle(&mut self) {
-        self.settle_to(bucket(UNREACHED));
+        self.settle_to(bucket(UNREACHED), u64::MAX);
+    }
+
+    /// Propagates at most so many cells of the changes. Returns whether none is left.
+    pub fn settle_some(&mut self, most: u64) -> bool {
+        self.settle_to(bucket(UNREACHED), self.propagated.saturating_add(most));
+        self.open.first().is_none()
     }
 
     /// Returns the way down from a cell, smooth between the centres of cells. Propagates changes as far as
@@ -171,7 +177,7 @@ impl Field {
             if first > reach {
                 break;
             }
-            self.settle_to(reach.min(first + bucket(BEYOND_START)));
+            self.settle_to(reach.min(first + bucket(BEYOND_START)), u64::MAX);
         }
         if self.read(index).known == UNREACHED {
             return Err(PlanError::Unreachable);
@@ -179,9 +185,10 @@ impl Field {
         Ok(self.descend(start))
     }
 
-    /// Propagates until no open cell is in a bucket up to this one.
-    fn settle_to(&mut self, last: u32) {
-        while let Some(first) = self.open.first().filter(|&first| first <= last)
+    /// Propagates until no open cell is in a bucket up to this one, or so many cells have been propagated.
+    fn settle_to(&mut self, last: u32, most: u64) {
+        while self.propagated < most
+            && let Some(first) = self.open.first().filter(|&first| first <= last)
             && let Some(index) = self.open.take()
         {
             let index = index as usize;

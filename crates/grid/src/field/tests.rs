@@ -49,6 +49,23 @@ fn in_the_open_the_price_is_the_distance() {
 }
 
 #[test]
+fn what_is_settled_in_parts_equals_what_is_settled_at_once() {
+    let costs = costmap(40, &[0; 40 * 40]);
+    let goal = Cell::new(3, 30);
+    let mut parts = Field::new(&costs, &prices(), goal).expect("the goal is open");
+    let mut before = 0;
+    while !parts.settle_some(100) {
+        assert_eq!(parts.propagated(), before + 100);
+        before = parts.propagated();
+    }
+    let whole = settled(&costs, goal);
+    for index in 0..costs.geometry().cells() {
+        let cell = costs.geometry().cell(index);
+        assert_eq!(parts.price(cell), whole.price(cell), "{cell:?}");
+    }
+}
+
+#[test]
 fn in_the_open_the_way_is_almost_straight() {
     let costs = costmap(200, &[0; 200 * 100]);
     let (start, goal) = (Cell::new(5, 5), Cell::new(190, 70));

@@ -102,6 +102,14 @@ fn localize_finds_out_where_it_is_and_does_so_again_after_it_was_carried() {
 }
 
 #[test]
+fn explore_closes_the_map_of_two_rooms() {
+    let world = root().join("worlds/rooms.toml");
+    let world = format!("robot.world={}", world.display());
+    let result = run("explore", &["--set", &world, "--set", "robot.start=[[1, 1, 0]]"]);
+    assert_eq!(result["outcome"], "done", "{result}");
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];

@@ -1,0 +1,260 @@
+//! Which frontier is chosen, what makes it seen or given up, and the words at the end.
+
+use jde_schema::bench::Bench;
+use jde_schema::panel::Touch;
+
+use super::*;
+
+/// A map with sides of 0.1 m from rows of text, the first at the top: `#` occupied, `?` unknown.
+fn map(rows: &[&str], second: u64) -> Box<OccupancyGrid> {
+    let mut map = OccupancyGrid::boxed();
+    map.header.stamp = Duration::from_secs(second).into();
+    map.info.resolution = 0.1;
+    (map.info.width, map.info.height) = (rows[0].len() as u32, rows.len() as u32);
+    map.info.origin.orientation = Quaternion::IDENTITY;
+    for symbol in rows.iter().rev().flat_map(|row| row.bytes()) {
+        let number = match symbol {
+            b'#' => 100,
+            b'?' => -1,
+            _ => 0,
+        };
+        map.data.push(number).expect("it fits");
+    }
+    map
+}
+
+/// A room with an opening of 0.3 m on the left and one of 0.5 m on the right.
+const ROOM: [&str; 7] = [
+    "#####################",
+    "#...................?",
+    "?...................?",
+    "?...................?",
+    "?...................?",
+    "#...................?",
+    "#####################",
+];
+const LEFT: Pose2D = Pose2D::new(0.15, 0.35, 0.0);
+const RIGHT: Pose2D = Pose2D::new(1.95, 0.35, 0.0);
+
+/// A robot of 0.1 m radius that sees frontiers of 0.2 m.
+fn bench(x: f64) -> Bench<Explore> {
+    let mut bench = Bench::new();
+    bench.set("inscribed", 0.05);
+    bench.set("least", 0.2);
+    bench.set("apart", 0.5);
+    stand(&mut bench, x, 0.35);
+    bench
+}
+
+fn stand(bench: &mut Bench<Explore>, x: f64, y: f64) {
+    bench.import(
+        "pose",
+        &Odometry::planar(Time::default(), Pose2D::new(x, y, 0.0), Twist::ZERO),
+    );
+}
+
+/// The target after an iteration at this second, with a map of then.
+fn target(bench: &mut Bench<Explore>, rows: &[&str], second: u64) -> Option<Pose2D> {
+    bench.set_now(Duration::from_secs(second));
+    bench.import("map", &*map(rows, second));
+    bench.iterate().expect("the iteration succeeds");
+    let target = bench.exported::<Target>("target").expect("a target");
+    target.get().map(|pose| {
+        Pose2D::new(
+            (pose.x * 100.0).round() / 100.0,
+            (pose.y * 100.0).round() / 100.0,
+            0.0,
+        )
+    })
+}
+
+fn drive(bench: &mut Bench<Explore>, state: u8, words: &str) {
+    let target = bench.exported::<Target>("target").expect("a target").pose;
+    let note = Text::new(words);
+    bench.import(
+        "drive",
+        &Mission {
+            state,
+            target,
+            note,
+            ..Mission::default()
+        },
+    );
+}
+
+fn mission(bench: &Bench<Explore>) -> Mission {
+    bench.exported("mission").expect("a mission")
+}
+
+/// The room with its right side closed.
+fn half_closed() -> Vec<String> {
+    ROOM.iter().map(|row| format!("{}#", &row[..20])).collect()
+}
+
+fn rows(rows: &[String]) -> Vec<&str> {
+    rows.iter().map(String::as_str).collect()
+}
+
+#[test]
+fn the_nearest_frontier_is_chosen_unless_a_longer_one_is_worth_the_way() {
+    assert_eq!(target(&mut bench(0.95), &ROOM, 0), Some(LEFT));
+    for (gain, chosen) in [(0.0, LEFT), (5.0, RIGHT)] {
+        let mut bench = bench(0.95);
+        bench.set("gain", gain);
+        assert_eq!(target(&mut bench, &ROOM, 0), Some(chosen), "{gain}");
+    }
+}
+
+#[test]
+fn a_target_stays_until_its_frontier_is_seen() {
+    let mut bench = bench(1.25);
+    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT));
+    stand(&mut bench, 0.35, 0.35);
+    assert_eq!(
+        target(&mut bench, &ROOM, 1),
+        Some(RIGHT),
+        "the other one is nearer now"
+    );
+    assert_eq!(mission(&bench).reached, 0);
+    assert_eq!(target(&mut bench, &rows(&half_closed()), 2), Some(LEFT));
+    assert_eq!(mission(&bench).reached, 1);
+}
+
+#[test]
+fn a_frontier_that_stays_open_after_the_robot_came_is_given_up() {
+    let mut bench = bench(1.25);
+    target(&mut bench, &ROOM, 0);
+    drive(&mut bench, Mission::RUNNING, "");
+    assert_eq!(target(&mut bench, &ROOM, 9), Some(RIGHT));
+    drive(&mut bench, Mission::DONE, "");
+    for second in [10, 11] {
+        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT), "it looks");
+    }
+    assert_eq!(target(&mut bench, &ROOM, 12), None);
+    assert_eq!(target(&mut bench, &ROOM, 13), Some(LEFT));
+    assert!(mission(&bench).note.as_str().ends_with("1 place is left out"));
+    assert!(
+        bench
+            .log()
+            .iter()
+            .any(|(_, line)| line.contains("1.95, 0.35: it stays open"))
+    );
+}
+
+#[test]
+fn a_target_that_the_father_gives_up_is_not_chosen_again_until_an_operator_asks() {
+    let mut bench = bench(1.25);
+    target(&mut bench, &ROOM, 0);
+    drive(&mut bench, Mission::FAILED, "in vain: turned");
+    assert_eq!(target(&mut bench, &ROOM, 1), Some(LEFT));
+    let saved = bench.save().expect("it saves");
+    let mut reloaded = self::bench(1.25);
+    reloaded.restore(&saved).expect("it restores");
+    assert_eq!(
+        target(&mut reloaded, &ROOM, 1),
+        Some(LEFT),
+        "kept across a reload"
+    );
+    assert!(
+        bench
+            .draw()
+            .expect("a panel")
+            .texts()
+            .iter()
+            .any(|text| text.contains("in vain: turned"))
+    );
+    bench
+        .touch("again", Touch::Pressed)
+        .expect("the gesture is handled");
+    drive(&mut bench, Mission::FAILED, "in vain");
+    assert_eq!(target(&mut bench, &ROOM, 2), Some(RIGHT));
+}
+
+#[test]
+fn a_closed_map_ends_the_mission_and_says_what_was_left_out() {
+    let mut bench = bench(0.95);
+    // The robot fits neither on the left, where its way is closed, nor is there anything else.
+    let mut closed = half_closed();
+    for row in &mut closed {
+        row.replace_range(3..4, "#");
+    }
+    assert_eq!(target(&mut bench, &rows(&closed), 0), None);
+    assert_eq!(mission(&bench).state, Mission::RUNNING, "not at once");
+    target(&mut bench, &rows(&closed), 2);
+    assert_eq!(mission(&bench).state, Mission::DONE);
+    assert_eq!(
+        mission(&bench).note.as_str(),
+        "the map is closed, 1 place is left out"
+    );
+    assert!(
+        bench
+            .log()
+            .iter()
+            .any(|(_, line)| line.contains("no way leads there"))
+    );
+    assert_eq!(
+        target(&mut bench, &rows(&half_closed()), 3),
+        Some(LEFT),
+        "the way has opened"
+    );
+    assert_eq!(mission(&bench).state, Mission::RUNNING);
+}
+
+#[test]
+fn a_large_map_takes_several_iterations() {
+    let large: Vec<String> = (0..60).map(|_| ".".repeat(60)).collect();
+    let mut bench = bench(0.95);
+    bench.set("cells", 1000_u32);
+    let chosen = (1..20).find(|_| target(&mut bench, &rows(&large), 0).is_some());
+    assert!(chosen.is_some_and(|iterations| iterations > 3), "{chosen:?}");
+}
+
+#[test]
+fn what_is_missing_or_wrong_is_said_and_nothing_is_chosen() {
+    type Spoil = fn(&mut Bench<Explore>);
+    let cases: [(Spoil, &str); 6] = [
+        (|bench| bench.retract("map"), "there is no map"),
+        (
+            |bench| bench.retract("pose"),
+            "the place of the robot is not known",
+        ),
+        (
+            |bench| stand(bench, f64::NAN, 0.35),
+            "the place of the robot is not known",
+        ),
+        (
+            |bench| stand(bench, 0.05, 0.05),
+            "the robot is in an obstacle of the map",
+        ),
+        (
+            |bench| {
+                let mut map = map(&ROOM, 0);
+                map.info.height = 9;
+                bench.import("map", &*map);
+            },
+            "the map has 147 of 189 cells",
+        ),
+        (
+            |bench| {
+                let mut map = map(&ROOM, 0);
+                map.info.resolution = f32::NAN;
+                bench.import("map", &*map);
+            },
+            "resolution",
+        ),
+    ];
+    for (spoil, words) in cases {
+        let mut bench = bench(0.95);
+        bench.import("map", &*map(&ROOM, 0));
+        spoil(&mut bench);
+        bench.iterate().expect("the iteration succeeds");
+        let state = bench.exported::<Text<160>>("state").expect("a state");
+        assert!(state.as_str().contains(words), "{}", state.as_str());
+        assert_eq!(
+            bench.exported::<Target>("target").and_then(|target| target.get()),
+            None
+        );
+        assert_eq!(mission(&bench).state, Mission::RUNNING);
+        bench.draw().expect("the panel is drawn");
+    }
+}
