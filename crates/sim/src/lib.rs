@@ -71,7 +71,8 @@
 //! wait      = 3
 //!
 //! # A mover on two legs, which alternate while it walks. A laser measures the legs, a sonar the body. It
-//! # rests `pause` seconds at every way-point. The `color` is that of the clothing.
+//! # rests `pause` seconds at every way-point. With a `speed` of 0 it stands, and with `sits = true` it sits at
+//! # the first one, and faces the second. The `color` is that of the clothing.
 //! [[people]]
 //! name  = "anna"
 //! way   = [[5.5, 0.6], [5.5, 3.4]]

@@ -26,6 +26,7 @@ pub(crate) enum MoverShape {
     /// Round, on two legs.
     Person {
         radius: f64,
+        sits: bool,
     },
 }
 
@@ -157,7 +158,7 @@ impl Mover {
 
     /// Returns the person; `None` for another body.
     pub(crate) fn person(&self) -> Option<Person> {
-        let MoverShape::Person { radius } = self.config.body else {
+        let MoverShape::Person { radius, sits } = self.config.body else {
             return None;
         };
         let along = place(&self.config, &self.distances, self.position);
@@ -165,6 +166,7 @@ impl Mover {
         Some(Person {
             pose: Pose2::new(along.x, along.y, along.heading + turned),
             stride: person::stride(self.walked),
+            sits,
             radius,
             height: self.config.height,
             color: self.config.color,
@@ -262,7 +264,9 @@ fn outline(plan: &MoverConfig, marks: &[f64], position: f64) -> Outline {
     let pose = place(plan, marks, position);
     let center = [pose.x, pose.y];
     match plan.body {
-        MoverShape::Circle { radius } | MoverShape::Person { radius } => Outline::Circle { center, radius },
+        MoverShape::Circle { radius } | MoverShape::Person { radius, .. } => {
+            Outline::Circle { center, radius }
+        }
         MoverShape::Box { size } => Outline::Box {
             center,
             size,

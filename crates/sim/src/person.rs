@@ -1,4 +1,4 @@
-//! The figure of a person who stands or walks: where the legs are.
+//! The figure of a person who stands, walks or sits: where the legs are.
 //!
 //! `mover` decides where a person walks.
 
@@ -20,6 +20,8 @@ pub(crate) struct Person {
     /// How far the left leg is ahead of the body, as a part of the longest stride, from -1 to 1. The right
     /// leg is as far behind.
     pub(crate) stride: f64,
+    /// Whether it sits: both legs are ahead of the body.
+    pub(crate) sits: bool,
     pub(crate) radius: f64,
     pub(crate) height: f64,
     pub(crate) color: Color,
@@ -37,7 +39,8 @@ impl Person {
     /// body.
     pub(crate) fn feet(&self) -> ([[f64; 2]; 2], f64) {
         let foot = |side: f64| {
-            let ahead = side * self.stride * Self::SWING * self.radius;
+            let stride = if self.sits { 1.0 } else { side * self.stride };
+            let ahead = stride * Self::SWING * self.radius;
             let foot = self
                 .pose
                 .compose(Pose2::new(ahead, side * Self::ASIDE * self.radius, 0.0));

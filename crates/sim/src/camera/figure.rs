@@ -28,6 +28,7 @@ impl Renderer<'_> {
             radius,
             height,
             color,
+            ..
         } = *person;
         let (feet, leg) = person.feet();
         let (hip, shoulder) = (0.48 * height, 0.83 * height);

@@ -25,6 +25,8 @@ const PERSON: Appearance = Appearance {
     color: Color::new(46, 86, 140),
     height: 1.72,
 };
+/// The default height of a person who sits, in metres.
+const SEATED: f64 = 1.3;
 /// The default radius of a person, in metres.
 const SHOULDERS: f64 = 0.25;
 
@@ -55,6 +57,7 @@ pub(crate) fn read(
         "way",
         "speed",
         "pause",
+        "sits",
         "loop",
         "clearance",
         "wait",
@@ -82,15 +85,34 @@ fn mover(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
         }
     };
     let appearance = fixtures::read_appearance(table, MOVER);
-    walk(table, name, body, appearance, 0.0)
+    let speed = table.required("speed", values::speed);
+    walk(table, name, body, appearance, (speed, 0.0))
 }
 
 fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     let radius = table.optional("radius", SHOULDERS, values::positive);
-    let appearance = fixtures::read_appearance(table, PERSON);
+    let sits = table.optional("sits", false, values::flag)?;
+    let speed = if sits {
+        table.optional("speed", 0.0, values::speed_or_rest)
+    } else {
+        table.required("speed", values::speed_or_rest)
+    };
+    if sits && speed.is_some_and(|speed| speed > 0.0) {
+        table.fault(table.span(), "sits and walks: drop `sits` or `speed`");
+        return None;
+    }
+    let default = if sits {
+        Appearance {
+            height: SEATED,
+            ..PERSON
+        }
+    } else {
+        PERSON
+    };
+    let appearance = fixtures::read_appearance(table, default);
     let pause = table.optional("pause", 0.0, values::not_negative);
-    let body = radius.map(|radius| MoverShape::Person { radius });
-    walk(table, name, body, appearance, pause?)
+    let body = radius.map(|radius| MoverShape::Person { radius, sits });
+    walk(table, name, body, appearance, (speed, pause?))
 }
 
 /// Reads the keys that movers and people share.
@@ -99,10 +121,9 @@ fn walk(
     name: String,
     body: Option<MoverShape>,
     appearance: Option<Appearance>,
-    pause: f64,
+    (speed, pause): (Option<f64>, f64),
 ) -> Option<mover::MoverConfig> {
     let way = table.required("way", values::points);
-    let speed = table.required("speed", values::speed);
     let closed = table.optional("loop", false, values::flag);
     let clearance = table.optional("clearance", CLEARANCE, values::positive);
     let patience = table.optional("wait", WAIT, values::not_negative);

@@ -84,13 +84,22 @@ pub(crate) fn place(item: &Item<'_>) -> Read<[f64; 3]> {
 /// Reads a speed in m/s. At the greatest speed a thing moves 0.2 m in one step, and so cannot get past a
 /// robot that it must halt for.
 pub(crate) fn speed(item: &Item<'_>) -> Read<f64> {
-    match positive(item)? {
-        speed if speed <= MAX_SPEED => Ok(speed),
-        speed => Err((
-            item.span(),
-            format!("is {speed}: expected at most {MAX_SPEED} m/s"),
-        )),
+    positive(item).and_then(|speed| limited(item, speed))
+}
+
+/// Reads a speed in m/s, which may be 0.
+pub(crate) fn speed_or_rest(item: &Item<'_>) -> Read<f64> {
+    not_negative(item).and_then(|speed| limited(item, speed))
+}
+
+fn limited(item: &Item<'_>, speed: f64) -> Read<f64> {
+    if speed <= MAX_SPEED {
+        return Ok(speed);
     }
+    Err((
+        item.span(),
+        format!("is {speed}: expected at most {MAX_SPEED} m/s"),
+    ))
 }
 
 /// Returns whether two points are far enough apart for a leg of a way.

@@ -372,4 +372,12 @@ fn only_movable_things_have_a_mass() {
         "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 1\npause = -1 # fault",
         &["person 1", "`pause` is -1"],
     );
+    check(
+        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = -1 # fault",
+        &["person 1", "`speed` is -1"],
+    );
+    check(
+        "[[people]] # fault\nway = [[0, 0], [1, 0]]\nspeed = 1\nsits = true",
+        &["person 1", "sits and walks"],
+    );
 }

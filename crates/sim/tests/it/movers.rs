@@ -228,6 +228,35 @@ fn a_person_pauses_at_each_of_several_close_way_points_in_both_directions() {
 }
 
 #[test]
+fn a_person_without_a_speed_stays_and_both_legs_of_one_who_sits_are_ahead() {
+    for (keys, farther) in [("speed = 0", 0.0), ("sits = true", 0.15)] {
+        let mut world = world(&format!(
+            "people = [{{ name = 'm', way = [[2, 0], [0, 0]], clearance = 3, {keys} }}]
+             robots = {{ r = {{ start = {{ x = 0, y = 0 }} }} }}"
+        ));
+        let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+        let laser = LaserConfig {
+            sigma: 0.0,
+            mount: Pose2::default(),
+            ..LaserConfig::default()
+        };
+        let mut ranges = vec![0.0; laser.beams];
+        world.advance_to(20 * SECOND);
+        assert_at(&world, [2.0, 0.0]);
+        world.laser(robot, &laser, &mut ranges).unwrap();
+        // The person faces the robot. Of a leg of 0.065 m radius, 0.1 m beside the middle, the nearest point:
+        let expected = (2.0_f64 - farther).hypot(0.1) - 0.065;
+        for side in [&ranges[..90], &ranges[90..]] {
+            let nearest = side.iter().copied().fold(f32::INFINITY, f32::min);
+            assert!(
+                (f64::from(nearest) - expected).abs() < 0.002,
+                "{keys}: {nearest} m"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_laser_measures_the_legs_of_a_person_and_a_ray_the_body() {
     let mut world = world(
         "people = [{ name = 'm', way = [[2, 3], [2, -3]], speed = 0.5 }]
