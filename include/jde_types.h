@@ -1136,6 +1136,64 @@ static const jde_type jde_tag_detections_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_tag_detections_fields), "jde_msgs/msg/TagDetections", "The tags in a picture, by family and number.",
     sizeof(jde_tag_detections), 8u, jde_tag_detections_fields};
 
+/** jde_msgs/msg/Person: A person. */
+typedef struct jde_person {
+    /** The number of the person, from 1, as long as the schema is awake. */
+    uint32_t id;
+    uint8_t padding_4[4];
+    /** The position. */
+    jde_point2d position;
+    /** The velocity along x and y. [m/s] */
+    double velocity[2];
+    /** Standard deviation of the position along each axis. [m] */
+    double deviation;
+    /** How probable it is that this is a person, 0 to 1. */
+    double confidence;
+    /** How long the person has not been seen. [s] */
+    double unseen;
+} jde_person;
+
+typedef char jde_person_has_its_size[sizeof(jde_person) == 64 ? 1 : -1];
+
+static const jde_field jde_person_fields[] = {
+    JDE_FIELD("id", offsetof(jde_person, id), 0u, JDE_U32, JDE_ONE, 1u,
+              "The number of the person, from 1, as long as the schema is awake.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_person, padding_4), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("position", offsetof(jde_person, position), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The position.", "", &jde_point2d_type),
+    JDE_FIELD("velocity", offsetof(jde_person, velocity), 0u, JDE_F64, JDE_ARRAY, 2u,
+              "The velocity along x and y.", "m/s", NULL),
+    JDE_FIELD("deviation", offsetof(jde_person, deviation), 0u, JDE_F64, JDE_ONE, 1u,
+              "Standard deviation of the position along each axis.", "m", NULL),
+    JDE_FIELD("confidence", offsetof(jde_person, confidence), 0u, JDE_F64, JDE_ONE, 1u,
+              "How probable it is that this is a person, 0 to 1.", "", NULL),
+    JDE_FIELD("unseen", offsetof(jde_person, unseen), 0u, JDE_F64, JDE_ONE, 1u,
+              "How long the person has not been seen.", "s", NULL),
+};
+static const jde_type jde_person_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_person_fields), "jde_msgs/msg/Person", "A person.",
+    sizeof(jde_person), 8u, jde_person_fields};
+
+/** jde_msgs/msg/Persons: The persons around a robot. */
+typedef struct jde_persons {
+    /** Time of the scan, and the frame of the positions. */
+    jde_header header;
+    /** The persons. */
+    struct { uint32_t length; uint32_t spare; jde_person items[32]; } persons;
+} jde_persons;
+
+typedef char jde_persons_has_its_size[sizeof(jde_persons) == 2120 ? 1 : -1];
+
+static const jde_field jde_persons_fields[] = {
+    JDE_FIELD("header", offsetof(jde_persons, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time of the scan, and the frame of the positions.", "", &jde_header_type),
+    JDE_FIELD("persons", offsetof(jde_persons, persons.items), offsetof(jde_persons, persons.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "The persons.", "", &jde_person_type),
+};
+static const jde_type jde_persons_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_persons_fields), "jde_msgs/msg/Persons", "The persons around a robot.",
+    sizeof(jde_persons), 8u, jde_persons_fields};
+
 /** sensor_msgs/msg/BatteryState: State of the battery. NaN marks what is not measured. */
 typedef struct jde_battery_state {
     /** Time. */

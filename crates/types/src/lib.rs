@@ -15,6 +15,7 @@ mod modulated;
 mod nav;
 mod padding;
 mod part;
+mod people;
 mod range;
 mod scalar;
 mod scenery;
@@ -38,6 +39,7 @@ pub use modulated::{Modulated, wire};
 pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Start, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
+pub use people::{Person, Persons};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
 pub use scenery::{Movers, Scenery, Thing};
 pub use sensor::{
@@ -101,6 +103,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         ColorBlobs::describe(),
         TagDetection::describe(),
         TagDetections::describe(),
+        Person::describe(),
+        Persons::describe(),
         BatteryState::describe(),
         Bumpers::describe(),
         LineSensor::describe(),

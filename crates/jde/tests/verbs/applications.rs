@@ -110,6 +110,13 @@ fn explore_closes_the_map_of_two_rooms() {
 }
 
 #[test]
+fn follow_person_goes_through_doors_and_around_corners_after_somebody() {
+    let mut command = jde_with_plugins(&["experiment", "follow-person", "--drive", "0"]);
+    let output = output_of(command.current_dir(root()));
+    assert_eq!(output.status, Some(0), "{output:?}");
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];

@@ -33,6 +33,8 @@ __all__ = [
     "Odometry",
     "PanTilt",
     "Path",
+    "Person",
+    "Persons",
     "Point",
     "Point2D",
     "Pose",
@@ -609,6 +611,40 @@ class TagDetections:
 
     tags: Sequence[TagDetection] = field(default_factory=list)
     """The tags."""
+
+
+@standard("jde_msgs/msg/Person")
+class Person:
+    """A person."""
+
+    id: int = 0
+    """The number of the person, from 1, as long as the schema is awake."""
+
+    position: Point2D = field(default_factory=Point2D)
+    """The position."""
+
+    velocity: Sequence[float] = field(default_factory=lambda: [0.0] * 2)
+    """The velocity along x and y. [m/s]"""
+
+    deviation: float = 0.0
+    """Standard deviation of the position along each axis. [m]"""
+
+    confidence: float = 0.0
+    """How probable it is that this is a person, 0 to 1."""
+
+    unseen: float = 0.0
+    """How long the person has not been seen. [s]"""
+
+
+@standard("jde_msgs/msg/Persons")
+class Persons:
+    """The persons around a robot."""
+
+    header: Header = field(default_factory=Header)
+    """Time of the scan, and the frame of the positions."""
+
+    persons: Sequence[Person] = field(default_factory=list)
+    """The persons."""
 
 
 @standard("sensor_msgs/msg/BatteryState")

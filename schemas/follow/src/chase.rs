@@ -1,0 +1,291 @@
+//! Whom the robot follows, the way that the person went, and when the person counts as lost. No port, no clock.
+
+use std::collections::VecDeque;
+
+use jde_schema::types::{Person, Point2D, Pose2D};
+
+/// Distance from one point of a trail to the next, m.
+const STEP: f64 = 0.1;
+/// The most points of a trail: 25 m.
+const MOST: usize = 250;
+/// How long a person may be hidden and is not lost, s.
+const HIDDEN: f64 = 0.5;
+/// The speed up to which a person stands, m/s.
+const STANDS: f64 = 0.2;
+/// How much farther away than the distance to keep a person is near, who was not and who was, m: one who stands, and one
+/// who walks.
+const STANDING: [f64; 2] = [0.35, 0.5];
+const WALKING: [f64; 2] = [-0.2, 0.0];
+/// The growth of the robot's speed with each metre that the person is too far away, 1/s, and its least speed, m/s.
+const PACE: f64 = 0.8;
+const SLOWEST: f64 = 0.3;
+/// How far beyond the place where a lost person was last the robot goes on in the same direction, m.
+const BEYOND: f64 = 1.5;
+/// Where somebody new is taken for a lost person: so far from the last place, m, so much farther for each second, m/s,
+/// and at most so far, m.
+const SAME: [f64; 3] = [1.0, 1.0, 4.0];
+/// How long persons who may be the lost one are compared, s.
+const COMPARED: f64 = 0.5;
+/// The angle to either side of straight ahead in which the robot chooses somebody, rad.
+const AHEAD: f64 = core::f64::consts::FRAC_PI_3;
+
+/// What the robot keeps to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Terms {
+    /// The number of the person; 0 for the nearest one ahead.
+    pub(crate) id: u32,
+    /// How near that one must be, m.
+    pub(crate) choose: f64,
+    /// The distance to keep, m.
+    pub(crate) distance: f64,
+    /// How long it searches a lost person, s.
+    pub(crate) patience: f64,
+    /// How long it stands near a person until it has arrived, s; 0 for never.
+    pub(crate) arrival: f64,
+}
+
+/// What the robot does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum State {
+    /// There is nobody to follow.
+    #[default]
+    Nobody,
+    /// The person is this far away, m.
+    Follows(f64),
+    /// It stands near the person, for so long, s.
+    Near(f64),
+    /// The person has been lost for so long, s.
+    Searches(f64),
+    /// It stood near the person for long enough.
+    Arrived,
+    /// It has given the person up.
+    GaveUp,
+}
+
+/// A person who is followed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Chase {
+    /// Whom it follows; 0 for nobody.
+    id: u32,
+    /// The number that was asked for when it chose.
+    asked: u32,
+    /// Where the person was last.
+    place: Option<Point2D>,
+    /// Where the person was, from long ago to now; and where a lost one may be.
+    trail: VecDeque<Point2D>,
+    /// The velocity when the person was last seen, m/s.
+    velocity: [f64; 2],
+    /// The greatest number of all persons so far.
+    newest: u32,
+    /// The same when the person was lost.
+    known: u32,
+    /// How long the person has not been seen, s.
+    unseen: f64,
+    /// For how long there has been somebody who may be the lost person, s.
+    compared: f64,
+    state: State,
+}
+
+impl Chase {
+    /// Whom the robot follows; 0 for nobody.
+    pub(crate) fn id(&self) -> u32 {
+        self.id
+    }
+
+    /// Where the person was last.
+    pub(crate) fn place(&self) -> Option<Point2D> {
+        self.place
+    }
+
+    /// The way that the person went and may have gone, as far as the robot has not gone it.
+    pub(crate) fn trail(&self) -> impl Iterator<Item = Point2D> + '_ {
+        self.trail.iter().copied()
+    }
+
+    /// Follows this person from now on.
+    pub(crate) fn choose(&mut self, person: &Person) {
+        *self = Self {
+            id: person.id,
+            asked: self.asked,
+            newest: self.newest,
+            known: self.newest,
+            place: Some(person.position),
+            trail: VecDeque::from([person.position]),
+            state: State::Follows(0.0),
+            ..Self::default()
+        };
+    }
+
+    /// Takes the persons after `time` s with the robot at `pose`.
+    pub(crate) fn step(&mut self, terms: &Terms, time: f64, pose: &Pose2D, persons: &[Person]) -> State {
+        self.newest = persons.iter().map(|person| person.id).fold(self.newest, u32::max);
+        if self.state == State::GaveUp || self.state == State::Arrived {
+            return self.state;
+        }
+        if self.id == 0 || terms.id != self.asked {
+            let Some(person) = chosen(terms, pose, persons) else {
+                (self.id, self.place) = (0, None);
+                self.trail.clear();
+                self.state = State::Nobody;
+                return self.state;
+            };
+            self.asked = terms.id;
+            self.choose(&person);
+        }
+        self.watch(time, persons);
+        self.pass(pose);
+        let away = self.place().map_or(0.0, |place| distance(pose, &place));
+        let is_near = |state: State| {
+            let [start, stay] = if self.speed() < STANDS { STANDING } else { WALKING };
+            away < terms.distance
+                + if matches!(state, State::Near(_)) {
+                    stay
+                } else {
+                    start
+                }
+        };
+        self.state = match self.state {
+            _ if self.unseen > terms.patience => State::GaveUp,
+            _ if self.unseen > HIDDEN => State::Searches(self.unseen),
+            State::Near(stood) if terms.arrival > 0.0 && stood + time >= terms.arrival => State::Arrived,
+            state if !is_near(state) => State::Follows(away),
+            State::Near(stood) => State::Near(stood + time),
+            _ => State::Near(0.0),
+        };
+        self.state
+    }
+
+    /// Takes the person's place, or that of somebody new who must be the same.
+    fn watch(&mut self, time: f64, persons: &[Person]) {
+        let own = persons
+            .iter()
+            .find(|person| person.id == self.id && person.unseen == 0.0);
+        let found = own.or_else(|| self.same(time, persons));
+        let was_lost = self.unseen > HIDDEN;
+        let Some(person) = found else {
+            self.unseen += time;
+            if self.unseen > HIDDEN && !was_lost {
+                self.trail.extend(self.beyond());
+            }
+            return;
+        };
+        if was_lost {
+            self.trail.pop_back();
+        }
+        (self.id, self.velocity) = (person.id, person.velocity);
+        (self.unseen, self.compared) = (0.0, 0.0);
+        self.known = self.newest;
+        self.place = Some(person.position);
+        let moved = self.trail.back().map_or(f64::INFINITY, |last| {
+            (person.position.x - last.x).hypot(person.position.y - last.y)
+        });
+        if moved >= STEP {
+            self.trail.push_back(person.position);
+        }
+        if self.trail.len() > MOST {
+            self.trail.pop_front();
+        }
+    }
+
+    /// Returns somebody new who must be the lost person: the one that fits best after some time, since others may come
+    /// into view before.
+    fn same<'a>(&mut self, time: f64, persons: &'a [Person]) -> Option<&'a Person> {
+        let place = self.place.filter(|_| self.unseen > HIDDEN)?;
+        let [near, growth, most] = SAME;
+        let reach = (near + growth * self.unseen).min(most);
+        let time_on = self.unseen.min(most / growth);
+        let expected = [
+            place.x + time_on * self.velocity[0],
+            place.y + time_on * self.velocity[1],
+        ];
+        let misfit = |person: &&Person| {
+            let [x, y] = [person.position.x - expected[0], person.position.y - expected[1]];
+            let [ahead, left] = [0, 1].map(|axis| person.velocity[axis] - self.velocity[axis]);
+            x.hypot(y) + ahead.hypot(left)
+        };
+        let fits = persons.iter().filter(|person| {
+            let away = (person.position.x - place.x).hypot(person.position.y - place.y);
+            person.id > self.known && person.unseen == 0.0 && away < reach
+        });
+        let best = fits.min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
+        self.compared += time;
+        (self.compared >= COMPARED).then_some(best)
+    }
+
+    /// Where a person may be who is lost: on in the same direction.
+    fn beyond(&self) -> Option<Point2D> {
+        let (place, speed) = (self.place?, self.speed());
+        let scale = if speed > STANDS { BEYOND / speed } else { 0.0 };
+        Some(Point2D {
+            x: place.x + scale * self.velocity[0],
+            y: place.y + scale * self.velocity[1],
+        })
+    }
+
+    /// Forgets what the robot has passed: all before the nearest point, and that one if the way leads on.
+    fn pass(&mut self, pose: &Pose2D) {
+        let nearest = (0..self.trail.len())
+            .min_by(|&a, &b| distance(pose, &self.trail[a]).total_cmp(&distance(pose, &self.trail[b])));
+        let mut passed = nearest.unwrap_or(0);
+        if let (Some(from), Some(to)) = (self.trail.get(passed), self.trail.get(passed + 1))
+            && (pose.x - from.x) * (to.x - from.x) + (pose.y - from.y) * (to.y - from.y) > 0.0
+        {
+            passed += 1;
+        }
+        self.trail.drain(..passed);
+    }
+
+    /// The speed of the person when last seen, m/s.
+    fn speed(&self) -> f64 {
+        self.velocity[0].hypot(self.velocity[1])
+    }
+
+    /// How fast the robot shall go, m/s: as the person, and faster if the person is farther away.
+    pub(crate) fn pace(&self, terms: &Terms) -> f64 {
+        match self.state {
+            State::Follows(away) => (self.speed() + PACE * (away - terms.distance)).max(SLOWEST),
+            State::Searches(_) => self.speed().max(SLOWEST) + PACE,
+            State::Nobody | State::Near(_) | State::Arrived | State::GaveUp => SLOWEST,
+        }
+    }
+
+    /// The points of the way that the robot shall go now; none while it stands.
+    pub(crate) fn way(&self, keep: f64) -> Vec<Point2D> {
+        let Some(place) = self.place() else {
+            return Vec::new();
+        };
+        match self.state {
+            State::Follows(_) => {
+                let is_before = |point: &Point2D| (point.x - place.x).hypot(point.y - place.y) >= keep;
+                let mut way: Vec<Point2D> = self.trail().take_while(is_before).collect();
+                if way.is_empty() {
+                    // There is no trail yet: straight to the person, and `step` ends it in time.
+                    way.push(place);
+                }
+                way
+            }
+            State::Searches(_) => self.trail().collect(),
+            State::Nobody | State::Near(_) | State::Arrived | State::GaveUp => Vec::new(),
+        }
+    }
+}
+
+/// Returns whom to follow: the person with the number, or the nearest one ahead.
+fn chosen(terms: &Terms, pose: &Pose2D, persons: &[Person]) -> Option<Person> {
+    let seen = persons.iter().filter(|person| person.unseen == 0.0);
+    let fits = seen.filter(|person| {
+        let target = Pose2D::new(person.position.x, person.position.y, 0.0);
+        let is_ahead = pose.bearing_to(&target).abs() < AHEAD && pose.distance_to(&target) < terms.choose;
+        if terms.id == 0 {
+            is_ahead
+        } else {
+            person.id == terms.id
+        }
+    });
+    let away = |person: &&Person| distance(pose, &person.position);
+    fits.min_by(|a, b| away(a).total_cmp(&away(b))).copied()
+}
+
+fn distance(pose: &Pose2D, point: &Point2D) -> f64 {
+    (point.x - pose.x).hypot(point.y - pose.y)
+}

@@ -1,0 +1,175 @@
+//! Following: the father that leads a robot after a person. It commands no actuator; a child drives along the way that it
+//! exports.
+
+mod chase;
+mod panel;
+
+use jde_schema::prelude::*;
+use jde_schema::types::{Persons, PoseStamped};
+
+use chase::{Chase, State, Terms};
+
+/// Leads the robot after a person, along the way that the person went.
+///
+/// It exports that way up to `distance` before the person, and wakes the schemas that drive along it. While the person is
+/// near, or the way is not free, the robot stands. A person who is lost is searched where the trail ends and beyond, and
+/// somebody new there is taken for the same. It is READY until it gives up.
+#[derive(Describe)]
+#[schema(motor, period = "100ms", budget = "20ms")]
+pub struct Person {
+    /// The persons, from `people`.
+    #[import]
+    persons: Import<Persons>,
+    /// The pose of the robot, in the frame of the persons. One that is not finite counts as none.
+    #[import]
+    pose: Import<Odometry>,
+    /// The number of the person to follow; 0 for the nearest one ahead.
+    #[modulation(default = 0)]
+    id: Modulation<u32>,
+    /// How near somebody must be to be chosen without a number.
+    #[modulation(default = 4.0, unit = "m", min = 0.1)]
+    choose: Modulation<f64>,
+    /// Distance to keep from the middle of the person to that of the robot.
+    #[modulation(default = 1.2, unit = "m", min = 0.3, max = 10.0)]
+    distance: Modulation<f64>,
+    /// Greatest speed of the robot.
+    #[modulation(default = 1.0, unit = "m/s", min = 0.05)]
+    speed: Modulation<f64>,
+    /// How long a lost person is searched.
+    #[modulation(default = 20.0, unit = "s", min = 0.0, max = 3600.0)]
+    patience: Modulation<f64>,
+    /// How long the robot stands near the person until the mission is done; 0 for never.
+    #[modulation(default = 0.0, unit = "s", min = 0.0, max = 3600.0)]
+    arrival: Modulation<f64>,
+    /// What it does, in words, where the person was last and how far away that is. FAILED once it has given up.
+    #[export]
+    mission: Export<Mission>,
+    /// The way to go, in the frame of the pose. Retracted while the robot stands.
+    #[export]
+    path: Export<Path>,
+    /// Drives along the way.
+    #[child(group = "base")]
+    drive: Child,
+    /// The greatest speed of that child: that of the person, and more while the person is farther away.
+    #[modulates(child = "drive", name = "fast", optional)]
+    fast: Modulates<f64>,
+    chase: Chase,
+    state: State,
+    /// When the last step was.
+    last: Option<Duration>,
+}
+
+impl Schema for Person {
+    fn awake(&mut self, _: &Context) -> Result {
+        self.chase = Chase::default();
+        (self.state, self.last) = (State::Nobody, None);
+        Ok(())
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        self.step(cx);
+        Ok((!matches!(self.state, State::Nobody | State::GaveUp)).into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.drive.wake(cx);
+        self.step(cx);
+        self.fast
+            .set(cx, self.chase.pace(&self.terms(cx)).min(self.speed.get(cx)));
+        Ok(())
+    }
+}
+
+impl Person {
+    fn step(&mut self, cx: &Context) {
+        let pose = self.measured(cx);
+        let time = self
+            .last
+            .map_or(Duration::ZERO, |last| cx.now().saturating_sub(last));
+        self.last = Some(cx.now());
+        let terms = self.terms(cx);
+        let persons = self.persons.get(cx);
+        let seen = persons
+            .as_ref()
+            .map_or(&[][..], |persons| persons.persons.as_slice());
+        let Some(pose) = pose else {
+            self.path.retract(cx);
+            return;
+        };
+        self.state = self.chase.step(&terms, time.as_secs_f64(), &pose, seen);
+        let place = self.chase.place().unwrap_or_default();
+        let target = Pose2D::new(place.x, place.y, 0.0);
+        let mission = Mission {
+            state: match self.state {
+                State::Arrived => Mission::DONE,
+                State::GaveUp => Mission::FAILED,
+                State::Nobody | State::Follows(_) | State::Near(_) | State::Searches(_) => Mission::RUNNING,
+            },
+            reached: (self.state == State::Arrived).into(),
+            total: 1,
+            note: Text::truncated(&self.words()),
+            target,
+            distance: pose.distance_to(&target),
+            ..Mission::default()
+        };
+        self.mission.write(cx, mission);
+        let way = self.chase.way(terms.distance);
+        if way.is_empty() {
+            self.path.retract(cx);
+            return;
+        }
+        let header = persons.map_or_else(Header::default, |persons| persons.header);
+        let mut path = self.path.loan(cx);
+        path.header = header;
+        path.poses.clear();
+        let mut before = pose;
+        for point in [(pose.x, pose.y)]
+            .into_iter()
+            .chain(way.iter().map(|point| (point.x, point.y)))
+        {
+            let heading = (point.1 - before.y).atan2(point.0 - before.x);
+            before = Pose2D::new(point.0, point.1, heading);
+            let stamped = PoseStamped {
+                header,
+                pose: before.into(),
+            };
+            if path.poses.push(stamped).is_err() {
+                break;
+            }
+        }
+        path.publish();
+    }
+
+    fn measured(&self, cx: &Context) -> Option<Pose2D> {
+        let pose = self.pose.get(cx)?.pose2d();
+        let is_finite = [pose.x, pose.y, pose.theta].iter().all(|part| part.is_finite());
+        is_finite.then_some(pose)
+    }
+
+    fn terms(&self, cx: &Context) -> Terms {
+        Terms {
+            id: self.id.get(cx),
+            choose: self.choose.get(cx),
+            distance: self.distance.get(cx),
+            patience: self.patience.get(cx),
+            arrival: self.arrival.get(cx),
+        }
+    }
+
+    fn words(&self) -> String {
+        let id = self.chase.id();
+        match self.state {
+            State::Nobody => "nobody to follow".into(),
+            State::Follows(away) => format!("follows person {id}, {away:.1} m away"),
+            State::Near(_) => format!("stands near person {id}"),
+            State::Searches(time) => format!("searches person {id}, last seen {time:.0} s ago"),
+            State::Arrived => format!("arrived with person {id}"),
+            State::GaveUp => format!("gave up: person {id} was not found again"),
+        }
+    }
+}
+
+jde_schema::export!("follow", "Leads a robot after a person.", [Person]);
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,185 @@
+//! People around a robot by the scans of its laser. The tracker is `jde-people`; this plugin has its frame and times,
+//! and what happens when a scan or the odometry is missing or wrong.
+
+mod panel;
+
+use jde_motion::arc;
+use jde_people::{DetectorSettings, Tracker, TrackerSettings};
+use jde_schema::prelude::*;
+use jde_schema::types::{Person, Persons, Point2D};
+
+/// The most time between a scan and the odometry that the velocity bridges, s.
+const BRIDGED: f64 = 0.5;
+
+/// Exports the persons whose legs a laser sees: where they are, how they move, and a number for each.
+///
+/// The laser must be between the ankles and the knees, and the frame is that of the odometry. Somebody is a person once
+/// the legs have moved, stays one who stands, and keeps the number while hidden for `patience`. The persons are
+/// retracted while there is no usable scan or odometry. A scan takes less than a millisecond.
+#[derive(Describe)]
+#[schema(perceptive, period = "50ms", budget = "20ms")]
+pub struct People {
+    /// The scan of the laser.
+    #[import]
+    laser: Import<LaserScan>,
+    /// The pose and velocity by the odometry.
+    #[import]
+    odometry: Import<Odometry>,
+    /// Where the laser is on the base, and which way its x points.
+    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    mount: Modulation<Pose2D>,
+    /// How far away persons are searched.
+    #[modulation(default = 10.0, unit = "m", min = 0.5, max = 30.0)]
+    range: Modulation<f64>,
+    /// The fewest beams that end at a leg.
+    #[modulation(default = 2, min = 2, max = 100)]
+    hits: Modulation<u32>,
+    /// Least probability that a segment of the scan is the leg of somebody who appears.
+    #[modulation(default = 0.5, min = 0.0, max = 1.0)]
+    appears: Modulation<f64>,
+    /// Least average probability that what is seen of a person is a leg.
+    #[modulation(default = 0.25, min = 0.0, max = 1.0)]
+    confidence: Modulation<f64>,
+    /// How long somebody must be seen to be a person.
+    #[modulation(default = 0.5, unit = "s", min = 0.0, max = 60.0)]
+    confirm: Modulation<f64>,
+    /// How far somebody must go to be a person. With 0, who has never moved is one, and so is furniture that looks
+    /// like legs.
+    #[modulation(default = 0.3, unit = "m", min = 0.0, max = 10.0)]
+    moved: Modulation<f64>,
+    /// How long a person is kept who is hidden, and all persons without a usable scan.
+    #[modulation(default = 3.0, unit = "s", min = 0.0, max = 60.0)]
+    patience: Modulation<f64>,
+    /// How long a person is kept where the laser sees nobody.
+    #[modulation(default = 1.0, unit = "s", min = 0.0, max = 60.0)]
+    absence: Modulation<f64>,
+    /// How readily people change their velocity, as the growth of its variance.
+    #[modulation(default = 0.05, unit = "m2/s3", min = 0.0001, max = 10.0)]
+    acceleration: Modulation<f64>,
+    /// A step of the odometry from which on it is a jump, and no motion.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    jump: Modulation<f64>,
+    /// The persons, in the frame of the odometry.
+    #[export]
+    persons: Export<Persons>,
+    tracker: Tracker,
+    /// Sequence number of the last scan.
+    scan_number: u64,
+    /// When the last usable scan was.
+    seen: Option<Duration>,
+    /// The last pose of the odometry.
+    last: Option<Pose2D>,
+    /// Why there are no persons.
+    trouble: Option<&'static str>,
+}
+
+impl Schema for People {
+    fn awake(&mut self, _: &Context) -> Result {
+        // What was seen before a sleep is out of date.
+        self.tracker = Tracker::default();
+        (self.seen, self.last) = (None, None);
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.trouble = self.track(cx).err();
+        if self.trouble.is_some() {
+            self.persons.retract(cx);
+        }
+        Ok(())
+    }
+}
+
+impl People {
+    /// Exports the persons in a scan that is new.
+    ///
+    /// # Errors
+    /// Why there are none.
+    fn track(&mut self, cx: &Context) -> Result<(), &'static str> {
+        let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
+        let measured = odometry.pose2d();
+        let is_finite = |pose: &Pose2D| [pose.x, pose.y, pose.theta].iter().all(|part| part.is_finite());
+        if !is_finite(&measured) {
+            return Err("the odometry is not finite");
+        }
+        if let Some(last) = self.last.replace(measured)
+            && last.distance_to(&measured) > self.jump.get(cx)
+        {
+            warn!(
+                cx,
+                "the odometry jumped by {:.2} m: all persons are new",
+                last.distance_to(&measured)
+            );
+            self.tracker.forget();
+        }
+        if let Some(laser) = self.laser.get(cx)
+            && core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence()
+        {
+            // Where the base was at the time of the scan.
+            let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
+            let then = measured.transform(&arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED)));
+            let base = if is_finite(&then) { then } else { measured };
+            let sensor = base.transform(&self.mount.get(cx));
+            let (settings, time) = (self.settings(cx), laser.time().as_secs_f64());
+            if self.tracker.step(&settings, time, &sensor, &laser).is_ok() {
+                self.seen = Some(cx.now());
+                let persons = Persons {
+                    header: Header {
+                        stamp: laser.header.stamp,
+                        frame_id: odometry.header.frame_id,
+                    },
+                    persons: self.tracker.persons().map(person).collect(),
+                };
+                self.persons.write_at(cx, persons, laser.time());
+            }
+        }
+        let patience = Duration::from_secs_f64(self.patience.get(cx));
+        if self
+            .seen
+            .is_none_or(|seen| cx.now().saturating_sub(seen) > patience)
+        {
+            self.tracker.forget();
+            return Err("no scan that can be used");
+        }
+        Ok(())
+    }
+
+    fn settings(&self, cx: &Context) -> TrackerSettings {
+        TrackerSettings {
+            detector: DetectorSettings {
+                range: self.range.get(cx),
+                hits: self.hits.get(cx) as usize,
+                ..DetectorSettings::default()
+            },
+            acceleration: self.acceleration.get(cx),
+            appears: self.appears.get(cx),
+            confirm: self.confirm.get(cx),
+            moved: self.moved.get(cx),
+            confidence: self.confidence.get(cx),
+            patience: self.patience.get(cx),
+            absence: self.absence.get(cx),
+        }
+    }
+}
+
+fn person(person: jde_people::Person) -> Person {
+    let [x, y] = person.position;
+    Person {
+        id: person.id,
+        position: Point2D { x, y },
+        velocity: person.velocity,
+        deviation: person.deviation,
+        confidence: person.confidence,
+        unseen: person.unseen,
+        ..Person::default()
+    }
+}
+
+jde_schema::export!(
+    "people",
+    "Tracks the people around a robot by its laser.",
+    [People]
+);
+
+#[cfg(test)]
+mod tests;
