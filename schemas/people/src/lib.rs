@@ -8,6 +8,8 @@ use jde_people::{DetectorSettings, Tracker, TrackerSettings};
 use jde_schema::prelude::*;
 use jde_schema::types::{Person, Persons, Point2D};
 
+/// A motion after which a scan that is the same to the bit is not a new one, m and rad.
+const UNCHANGED: f64 = 0.1;
 /// The most time between a scan and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
 
@@ -65,6 +67,9 @@ pub struct People {
     tracker: Tracker,
     /// Sequence number of the last scan.
     scan_number: u64,
+    /// The ranges of the last scan, and the pose of the base when they became these.
+    ranges: Vec<f32>,
+    changed_at: Pose2D,
     /// When the last usable scan was.
     seen: Option<Duration>,
     /// The last pose of the odometry.
@@ -121,7 +126,8 @@ impl People {
             let base = if is_finite(&then) { then } else { measured };
             let sensor = base.transform(&self.mount.get(cx));
             let (settings, time) = (self.settings(cx), laser.time().as_secs_f64());
-            if self.tracker.step(&settings, time, &sensor, &laser).is_ok() {
+            let is_new = !self.is_frozen(&laser, &base);
+            if is_new && self.tracker.step(&settings, time, &sensor, &laser).is_ok() {
                 self.seen = Some(cx.now());
                 let persons = Persons {
                     header: Header {
@@ -142,6 +148,18 @@ impl People {
             return Err("no scan that can be used");
         }
         Ok(())
+    }
+
+    /// Whether the laser repeats its last scan although the robot moves.
+    fn is_frozen(&mut self, laser: &LaserScan, base: &Pose2D) -> bool {
+        let is_same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits();
+        if self.ranges.len() != laser.ranges.len() || !self.ranges.iter().zip(&laser.ranges).all(is_same) {
+            self.ranges.clear();
+            self.ranges.extend_from_slice(&laser.ranges);
+            self.changed_at = *base;
+        }
+        let moved = self.changed_at.localize(base);
+        moved.x.hypot(moved.y) > UNCHANGED || moved.theta.abs() > UNCHANGED
     }
 
     fn settings(&self, cx: &Context) -> TrackerSettings {

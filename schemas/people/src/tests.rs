@@ -224,6 +224,26 @@ fn a_scan_that_fails_for_a_moment_keeps_everybody() {
 }
 
 #[test]
+fn a_laser_that_repeats_its_last_scan_while_the_robot_moves_makes_nobody_a_person() {
+    let mut robot = Robot::new();
+    robot.velocity = Twist::planar(0.3, 0.2);
+    let frozen = robot.scan();
+    for _ in 0..60 {
+        robot.now += Duration::from_millis(100);
+        robot.truth = robot.truth.transform(&arc(&robot.velocity, 0.1));
+        robot.bench.set_now(robot.now);
+        robot.bench.import("laser", &frozen);
+        robot.bench.import("odometry", &robot.odometry());
+        robot.iterate();
+        let persons = robot.persons().map_or(0, |persons| persons.persons.len());
+        assert_eq!(persons, 0);
+    }
+    robot.says_nothing("no scan that can be used");
+    (0..20).for_each(|_| robot.step());
+    robot.is_right(1);
+}
+
+#[test]
 fn an_odometry_that_jumps_makes_everybody_new() {
     let mut robot = tracked();
     robot.origin = Pose2D::new(30.0, -20.0, 2.0);
