@@ -48,13 +48,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         let begin = processor_time();
         tracker.step(&settings, (step * PERIOD) as f64 * 1e-9, &pose(sensor), &scan)?;
         times.push(processor_time() - begin);
-        let sensor = pose(world.truth(robot).pose.compose(laser.mount));
-        score.add(
-            &world,
-            (&sensor, &scan),
-            settings.detector.range,
-            tracker.persons().collect(),
-        );
+        let truth = pose(world.truth(robot).pose.compose(laser.mount));
+        // Where the persons are in the world, since the drift of the odometry is no error of theirs.
+        let place = |person: Person| {
+            let [x, y] = person.position;
+            let place = truth.transform(&pose(sensor).localize(&Pose2D::new(x, y, 0.0)));
+            Person {
+                position: [place.x, place.y],
+                ..person
+            }
+        };
+        let tracked = tracker.persons().map(place).collect();
+        score.add(&world, (&truth, &scan), settings.detector.range, tracked);
     }
     score.print();
     times.sort();
