@@ -270,6 +270,20 @@ fn who_vanishes_before_the_laser_is_forgotten() {
 }
 
 #[test]
+fn nobody_who_is_out_of_sight_goes_through_a_wall_that_the_laser_sees() {
+    let mut room = Room::new("people = [{ name = 'anna', way = [[2, -3], [2, 3]], speed = 0.8 }]");
+    room.watch(6.0, |_, _| ());
+    let gone = Edits::parse("{ remove = 'anna' }").expect("an edit");
+    room.world.edit(room.robot, &gone.edits[0]).expect("she is there");
+    (room.settings.patience, room.settings.absence) = (10.0, 10.0);
+    // With 0.8 m/s she would be at the wall after 3 s.
+    room.watch(8.0, |persons, _| {
+        assert!(persons[0].position[1] < 4.0, "{persons:?}")
+    });
+    assert_eq!(room.ids(), [1]);
+}
+
+#[test]
 fn a_time_before_the_last_one_forgets_everybody() {
     let mut room = Room::new("people = [{ name = 'anna', way = [[2, -3], [2, 3]], speed = 0.8 }]");
     room.watch(3.0, |_, _| ());
