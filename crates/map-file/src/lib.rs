@@ -1,4 +1,4 @@
-//! The files of ROS maps: the YAML of a map server and its image, as cells.
+//! The files of ROS maps: the YAML of a map server and its image, read and written as cells.
 //!
 //! Trinary maps only. All faults of both files are reported at once, each with its line; nothing is repaired.
 
@@ -7,6 +7,7 @@ mod fault;
 mod pgm;
 mod picture;
 mod similar;
+mod write;
 mod yaml;
 
 use std::path::Path;

@@ -84,7 +84,7 @@ fn run(log: &Log, records: &[Record], x: f64, map: Option<&str>) -> Result<(), F
         turn_by_way: 0.1,
         ..Settings::default()
     };
-    let mut slam = Slam::new();
+    let mut slam = Slam::new(Pose2D::ORIGIN);
     let mut anchors = HashMap::new();
     let (mut differ, mut steps, mut times) = (0, Vec::new(), Vec::new());
     for record in records {
@@ -106,9 +106,7 @@ fn run(log: &Log, records: &[Record], x: f64, map: Option<&str>) -> Result<(), F
     steps.sort_unstable();
     times.sort_unstable();
     let sum = |times: &[Duration]| times.iter().sum::<Duration>();
-    let loops: Vec<_> = (slam.graph().edges().iter())
-        .filter(|edge| edge.relation == jde_slam::Relation::Loop)
-        .collect();
+    let loops: Vec<_> = slam.graph().loops().collect();
     println!(
         "{} scans, {} keyframes, {} edges that close loops, {} of them doubted; {differ} scans did not fit",
         records.len(),
@@ -164,7 +162,7 @@ fn run(log: &Log, records: &[Record], x: f64, map: Option<&str>) -> Result<(), F
 }
 
 fn write_map(slam: &Slam, file: &str) -> Result<(), Failure> {
-    let mut drawing = Drawing::new(slam, 0.05)?;
+    let mut drawing = Drawing::new(slam, 0.05, 1.0)?;
     while !drawing.advance(slam, 100) {}
     let side = drawing.geometry().width();
     let mut cells = vec![0; drawing.geometry().cells()];

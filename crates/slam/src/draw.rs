@@ -5,10 +5,8 @@ use core::time::Duration;
 use jde_grid::{Geometry, GeometryError, Ray, RollingGrid};
 use jde_types::Pose2D;
 
-use crate::slam::{Slam, turn_between};
+use crate::slam::{Slam, placed, turn_between};
 
-/// Room around what is seen, m.
-const MARGIN: f64 = 5.0;
 /// Moves of a keyframe after which the map is drawn again, m and rad.
 const MOVED: (f64, f64) = (0.05, 0.01);
 
@@ -23,18 +21,18 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// Returns an empty map with room for what the keyframes show.
+    /// Returns an empty map with room for what the keyframes show, and `margin` m around that.
     ///
     /// # Errors
     /// If the resolution in metres is out of range, or there would be too many cells.
-    pub fn new(slam: &Slam, resolution: f64) -> Result<Self, GeometryError> {
+    pub fn new(slam: &Slam, resolution: f64, margin: f64) -> Result<Self, GeometryError> {
         let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
-        for (x, y) in (0..slam.scans().len()).flat_map(|at| hits(slam, at)) {
+        for (x, y) in (0..slam.scans().len()).flat_map(|at| slam.hits(at)) {
             low = (low.0.min(x), low.1.min(y));
             high = (high.0.max(x), high.1.max(y));
         }
         let middle = (f64::midpoint(low.0, high.0), f64::midpoint(low.1, high.1));
-        let side = (high.0 - low.0).max(high.1 - low.1) + 2.0 * MARGIN;
+        let side = (high.0 - low.0).max(high.1 - low.1) + 2.0 * margin;
         Ok(Self {
             grid: RollingGrid::around(middle, (side / resolution) as u32, resolution)?,
             drawn: Vec::new(),
@@ -48,9 +46,9 @@ impl Drawing {
         for (at, pose) in poses.iter().enumerate().skip(self.drawn.len()).take(most) {
             let scan = &slam.scans()[at];
             let is_outside = |point| self.grid.geometry().cell_at(point).is_none();
-            self.is_cut |= hits(slam, at).any(is_outside);
+            self.is_cut |= slam.hits(at).any(is_outside);
             let free = scan.free().iter().map(|&end| (placed(pose, end), false));
-            let rays = hits(slam, at).map(|end| (end, true)).chain(free);
+            let rays = slam.hits(at).map(|end| (end, true)).chain(free);
             let rays = rays.map(|(end, hit)| Ray { end, hit });
             self.grid
                 .observe(placed(pose, scan.mount()), rays, Duration::ZERO);
@@ -89,59 +87,59 @@ impl Drawing {
     }
 }
 
-/// The points that a keyframe shows, in the frame of the map, m.
-fn hits(slam: &Slam, at: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
-    let pose = slam.graph().poses()[at];
-    let points = slam.scans()[at].points().iter();
-    points.map(move |point| placed(&pose, point.at))
-}
-
-fn placed(pose: &Pose2D, (x, y): (f32, f32)) -> (f64, f64) {
-    let place = pose.transform(&Pose2D::new(x.into(), y.into(), 0.0));
-    (place.x, place.y)
-}
-
 #[cfg(test)]
 mod tests {
     use jde_grid::{Occupancy, OccupancyGrid};
 
     use super::*;
+    use crate::scan::Scan;
     use crate::slam::Settings;
     use crate::world::World;
 
-    #[test]
-    fn it_shows_the_walls_of_a_room_in_parts() {
-        let world = World::room(3);
+    /// What a robot shows that drives through a world for so many steps, by beams of 3 m.
+    fn driven(world: &World, steps: u32) -> Slam {
         let mut random = fastrand::Rng::with_seed(3);
-        let mut slam = Slam::new();
-        for at in 0..16 {
-            let pose = Pose2D::new(0.1 * f64::from(at), 0.0, 0.1 * f64::from(at));
-            slam.step(&Settings::default(), &pose, &world.scan(&pose, &mut random));
+        let mut slam = Slam::new(Pose2D::new(-6.0, -5.0, 0.0));
+        for step in 0..steps {
+            let odometry = Pose2D::new(0.1 * f64::from(step), 0.0, 0.0);
+            let laser = world.laser(&Pose2D::new(odometry.x - 6.0, -5.0, 0.0), &mut random);
+            let scan = Scan::new(&laser, &Pose2D::ORIGIN, 360, 3.0);
+            slam.step(&Settings::default(), &odometry, &scan);
         }
-        assert!(slam.scans().len() > 2);
-        let mut drawing = Drawing::new(&slam, 0.05).expect("a small room");
-        assert!(!drawing.advance(&slam, 2) && drawing.advance(&slam, 9) && drawing.is_right(&slam));
+        slam
+    }
+
+    #[test]
+    fn it_shows_the_walls_in_parts() {
+        let world = World::ring(4);
+        let slam = driven(&world, 30);
+        assert!(slam.scans().len() > 4);
+        let mut drawing = Drawing::new(&slam, 0.05, 2.0).expect("a small building");
+        assert!(!drawing.advance(&slam, 2) && drawing.advance(&slam, 99) && drawing.is_right(&slam));
         let mut cells = vec![0; drawing.geometry().cells()];
         drawing.write_ros(&mut cells);
         let map = OccupancyGrid::from_ros(*drawing.geometry(), &cells).expect("as many numbers as cells");
         let at = |x, y| map.get(map.geometry().cell_at((x, y)).expect("on the map"));
-        assert_eq!(at(0.5, 0.5), Occupancy::Free);
-        assert_eq!(at(7.0, 0.0), Occupancy::Unknown);
-        let walls = (-60..60).filter(|&step| {
-            let y = 0.05 * f64::from(step);
-            [-4.05, -3.95].iter().any(|&x| at(x, y) == Occupancy::Occupied)
+        assert_eq!(at(-5.0, -5.0), Occupancy::Free);
+        assert_eq!(at(-5.0, -7.0), Occupancy::Unknown);
+        let walls = (0..60).filter(|&step| {
+            let x = 0.05 * f64::from(step) - 5.0;
+            [-4.02, -3.97].iter().any(|&y| at(x, y) == Occupancy::Occupied)
         });
-        assert!(walls.count() > 40);
-        // A keyframe that moves, or sees what is outside, makes it wrong.
+        assert!(walls.count() > 50);
+    }
+
+    #[test]
+    fn what_has_moved_or_is_outside_makes_it_wrong() {
+        let world = World::ring(4);
+        let mut drawing = Drawing::new(&driven(&world, 30), 0.05, 0.5).expect("a small building");
+        let slam = driven(&world, 30);
+        assert!(drawing.advance(&slam, 99) && drawing.is_right(&slam));
         let mut moved = drawing.clone();
         moved.drawn[1].x += 0.1;
         assert!(!moved.is_right(&slam));
-        let far = Pose2D::new(30.0, 0.0, 0.0);
-        slam.step(
-            &Settings::default(),
-            &far,
-            &world.scan(&Pose2D::ORIGIN, &mut random),
-        );
-        assert!(drawing.advance(&slam, 9) && !drawing.is_right(&slam));
+        let slam = driven(&world, 50);
+        assert!(drawing.advance(&slam, 99) && !drawing.is_right(&slam));
+        assert!(Drawing::new(&slam, 0.0, 1.0).is_err() && Drawing::new(&slam, 0.001, 1.0).is_err());
     }
 }

@@ -81,6 +81,11 @@ impl Graph {
         &self.edges
     }
 
+    /// Returns the edges between visits of the same place.
+    pub fn loops(&self) -> impl Iterator<Item = &Edge> {
+        self.edges.iter().filter(|edge| edge.relation == Relation::Loop)
+    }
+
     /// Adds a pose, and returns its number.
     pub fn add_pose(&mut self, pose: Pose2D) -> usize {
         self.poses.push(pose);

@@ -8,7 +8,7 @@ use crate::correlation::Window;
 use crate::graph::{Edge, Graph, Relation};
 use crate::icp::{Fit, Guess};
 use crate::loops::Loops;
-use crate::matrix::{Matrix, ZERO, add, diagonal};
+use crate::matrix::{Matrix, ZERO, add, diagonal, invert, product, transpose};
 use crate::scan::Scan;
 use crate::surface::Surface;
 
@@ -109,20 +109,26 @@ pub struct Slam {
     pub(crate) scans: Vec<Scan>,
     /// For each keyframe those that edges lead to.
     pub(crate) near: Vec<Vec<usize>>,
+    start: Pose2D,
     anchor: Option<Anchor>,
     /// The pose of the odometry at the anchor.
     odometry: Pose2D,
     state: Option<State>,
+    /// The inverse of the covariance of the last match, in the frame of the map.
+    information: Matrix,
     /// The surfaces around the anchor's keyframe, in its frame.
     surface: Option<Surface>,
     loops: Loops,
 }
 
 impl Slam {
-    /// Returns an empty map.
+    /// Returns an empty map, on which the robot is here when it takes its first scan.
     #[must_use]
-    pub fn new() -> Self {
-        Self::default()
+    pub fn new(start: Pose2D) -> Self {
+        Self {
+            start,
+            ..Self::default()
+        }
     }
 
     /// Returns the graph: a pose for each keyframe, in the frame of the map.
@@ -158,6 +164,26 @@ impl Slam {
         self.graph.poses()[anchor.keyframe].transform(&anchor.pose)
     }
 
+    /// Returns the points that keyframes show, in the frame of the map, m: every so many that they are at most `most`.
+    pub fn points(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let count: usize = self.scans.iter().map(|scan| scan.points().len()).sum();
+        let all = (0..self.scans.len()).flat_map(|keyframe| self.hits(keyframe));
+        all.step_by(count.div_ceil(most.max(1)).max(1))
+    }
+
+    /// The points that a keyframe shows, in the frame of the map, m.
+    pub(crate) fn hits(&self, keyframe: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let pose = self.graph.poses()[keyframe];
+        let points = self.scans[keyframe].points().iter();
+        points.map(move |point| placed(&pose, point.at))
+    }
+
+    /// Returns the covariance of the last match by the points of its scan alone, in the frame of the map: x, y, heading.
+    #[must_use]
+    pub fn covariance(&self) -> Option<Matrix> {
+        invert(&self.information)
+    }
+
     /// The odometry jumped to another pose without a motion of the robot.
     pub fn jump(&mut self, from: &Pose2D, to: &Pose2D) {
         self.odometry = to.transform(&from.localize(&self.odometry));
@@ -178,8 +204,8 @@ impl Slam {
             if !scan.is_enough() {
                 return State::Empty;
             }
-            self.add_keyframe(Pose2D::ORIGIN, scan);
-            self.anchor = Some(Anchor {
+            self.add_keyframe(self.start, scan);
+            self.set_anchor(Anchor {
                 keyframe: 0,
                 pose: Pose2D::ORIGIN,
             });
@@ -188,10 +214,8 @@ impl Slam {
         };
         let motion = self.odometry.localize(odometry);
         let way = libm::hypot(motion.x, motion.y);
-        if way < settings.update.0
-            && motion.theta.abs() < settings.update.1
-            && self.state != Some(State::Blind)
-        {
+        let is_moved = way >= settings.update.0 || motion.theta.abs() >= settings.update.1;
+        if !is_moved && matches!(self.state, Some(State::Fits(_))) {
             return self.state();
         }
         if !scan.is_enough() {
@@ -203,19 +227,22 @@ impl Slam {
         };
         let fit = self.fit(settings, &guess, scan);
         self.odometry = *odometry;
-        let is_fit = fit.is_some_and(|fit| fit.share >= settings.share);
         let share = fit.map_or(0.0, |fit| fit.share);
-        let (pose, information) = match fit {
-            Some(fit) if is_fit => (fit.pose, fit.information),
-            _ => (anchor.pose, ZERO),
-        };
-        self.anchor = Some(Anchor { pose, ..anchor });
-        self.settle_anchor(settings, information, scan);
-        if is_fit {
-            State::Fits(share)
-        } else {
-            State::Differs(share)
+        let fit = fit.filter(|fit| fit.share >= settings.share);
+        let heading = self.graph.poses()[anchor.keyframe].theta;
+        self.information = turned(&fit.map_or(ZERO, |fit| fit.information), heading);
+        let pose = fit.map_or(anchor.pose, |fit| fit.pose);
+        let anchor = self.nearest(&Anchor { pose, ..anchor });
+        self.set_anchor(anchor);
+        if fit.is_none() {
+            return State::Differs(share);
         }
+        let (way, turn) = (libm::hypot(anchor.pose.x, anchor.pose.y), anchor.pose.theta.abs());
+        let is_new = way >= settings.keyframe.0 || turn >= settings.keyframe.1;
+        if is_new && self.scans.len() < settings.most {
+            self.keep(settings, &anchor, scan);
+        }
+        State::Fits(share)
     }
 
     /// Matches a scan with the surfaces around the anchor's keyframe.
@@ -234,44 +261,43 @@ impl Slam {
         surface.refine(scan.points(), &start, guess)
     }
 
-    /// Goes over to the nearest keyframe, or makes one here if there is none near.
-    fn settle_anchor(&mut self, settings: &Settings, information: Matrix, scan: &Scan) {
-        let Some(anchor) = self.anchor else { return };
-        let place = self.place(&anchor);
-        let poses = self.graph.poses();
-        let distance = |pose: &Pose2D| pose.distance_to(&place) + LEVER * turn_between(pose, &place);
-        let nearest = (self.around(anchor.keyframe, &place, usize::MAX).into_iter())
-            .min_by(|&a, &b| distance(&poses[a]).total_cmp(&distance(&poses[b])))
+    /// The same place in the frame of the nearest keyframe.
+    fn nearest(&self, anchor: &Anchor) -> Anchor {
+        let (place, poses) = (self.place(anchor), self.graph.poses());
+        let distance = |at: usize| poses[at].distance_to(&place) + LEVER * turn_between(&poses[at], &place);
+        let keyframe = (self.around(anchor.keyframe, &place, usize::MAX).into_iter())
+            .min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
             .unwrap_or(anchor.keyframe);
-        let pose = poses[nearest].localize(&place);
-        let is_near =
-            libm::hypot(pose.x, pose.y) < settings.keyframe.0 && pose.theta.abs() < settings.keyframe.1;
-        if is_near || self.scans.len() >= settings.most {
-            if nearest != anchor.keyframe {
-                self.surface = None;
-            }
-            self.anchor = Some(Anchor {
-                keyframe: nearest,
-                pose,
-            });
-            return;
+        Anchor {
+            keyframe,
+            pose: poses[keyframe].localize(&place),
         }
-        let keyframe = self.add_keyframe(place, scan);
-        // Of what the odometry says since the other keyframe, and what the scans say.
-        let mut sum = settings.information(&anchor.pose);
-        add(&mut sum, 1.0, &information);
+    }
+
+    fn set_anchor(&mut self, anchor: Anchor) {
+        if self.anchor.replace(anchor).map(|last| last.keyframe) != Some(anchor.keyframe) {
+            self.surface = None;
+        }
+    }
+
+    /// Makes a scan at an anchor a keyframe.
+    fn keep(&mut self, settings: &Settings, anchor: &Anchor, scan: &Scan) {
+        let keyframe = self.add_keyframe(self.place(anchor), scan);
+        // Of what the odometry says since the other keyframe, and what the scan says.
+        let mut information = settings.information(&anchor.pose);
+        let heading = self.graph.poses()[anchor.keyframe].theta;
+        add(&mut information, 1.0, &turned(&self.information, -heading));
         self.add_edge(Edge {
             from: anchor.keyframe,
             to: keyframe,
             pose: anchor.pose,
-            information: sum,
+            information,
             relation: Relation::Successive,
         });
-        self.anchor = Some(Anchor {
+        self.set_anchor(Anchor {
             keyframe,
             pose: Pose2D::ORIGIN,
         });
-        self.surface = None;
     }
 
     fn add_keyframe(&mut self, pose: Pose2D, scan: &Scan) -> usize {
@@ -367,6 +393,19 @@ impl Settings {
 /// Every so many that there are at most `most`.
 pub(crate) fn thin<T: Copy>(all: &[T], most: usize) -> impl Iterator<Item = T> + '_ {
     all.iter().step_by(all.len().div_ceil(most).max(1)).copied()
+}
+
+/// A matrix of x, y and heading in a frame that is turned back by an angle.
+fn turned(matrix: &Matrix, angle: f64) -> Matrix {
+    let (sin, cos) = libm::sincos(angle);
+    let turn = [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]];
+    product(&product(&turn, matrix), &transpose(&turn))
+}
+
+/// A point of a keyframe in the frame that its pose is in, m.
+pub(crate) fn placed(pose: &Pose2D, (x, y): (f32, f32)) -> (f64, f64) {
+    let place = pose.transform(&Pose2D::new(x.into(), y.into(), 0.0));
+    (place.x, place.y)
 }
 
 pub(crate) fn turn_between(a: &Pose2D, b: &Pose2D) -> f64 {

@@ -8,7 +8,6 @@ struct Robot {
     slam: Slam,
     settings: Settings,
     world: World,
-    start: Pose2D,
     truth: Pose2D,
     odometry: Pose2D,
     random: fastrand::Rng,
@@ -17,10 +16,9 @@ struct Robot {
 impl Robot {
     fn new(world: World, start: Pose2D) -> Self {
         let mut robot = Self {
-            slam: Slam::new(),
+            slam: Slam::new(start),
             settings: Settings::default(),
             world,
-            start,
             truth: start,
             odometry: Pose2D::ORIGIN,
             random: fastrand::Rng::with_seed(7),
@@ -52,9 +50,7 @@ impl Robot {
 
     fn error(&self) -> f64 {
         let anchor = self.slam.anchor(&self.odometry).expect("there is a scan");
-        self.start
-            .transform(&self.slam.place(&anchor))
-            .distance_to(&self.truth)
+        self.slam.place(&anchor).distance_to(&self.truth)
     }
 
     fn settle(&mut self) {
@@ -65,8 +61,7 @@ impl Robot {
     }
 
     fn loops(&self) -> usize {
-        let is_loop = |edge: &&Edge| edge.relation == Relation::Loop;
-        self.slam.graph().edges().iter().filter(is_loop).count()
+        self.slam.graph().loops().count()
     }
 }
 
@@ -185,7 +180,7 @@ fn an_odometry_that_jumps_moves_nothing() {
 
 #[test]
 fn an_empty_map_waits_for_a_scan() {
-    let mut slam = Slam::new();
+    let mut slam = Slam::new(Pose2D::ORIGIN);
     let settings = Settings::default();
     assert_eq!(
         slam.step(&settings, &Pose2D::ORIGIN, &Scan::default()),

@@ -1,0 +1,93 @@
+//! Writes a map as the files of a map server. It replaces older ones only when the new ones are whole.
+
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::{Cell, MapFile};
+
+/// The shades of an image for free, unknown and occupied cells.
+const SHADES: [u8; 3] = [254, 205, 0];
+
+impl MapFile {
+    /// Writes the map to this YAML file, and its image beside it as PGM of the same name.
+    ///
+    /// # Errors
+    /// If a file cannot be written; older files stay then.
+    pub fn save(&self, path: &Path) -> io::Result<()> {
+        let image = path.with_extension("pgm");
+        let name = image.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
+            let message = "expected the path of a file whose name is Unicode";
+            io::Error::new(io::ErrorKind::InvalidInput, message)
+        })?;
+        let [x, y, heading] = self.origin;
+        let text = format!(
+            "image: {name:?}\nmode: trinary\nresolution: {:?}\norigin: [{x:?}, {y:?}, {heading:?}]\nnegate: 0\n\
+             occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+            self.resolution
+        );
+        let mut pixels = format!("P5\n{} {}\n255\n", self.width, self.height).into_bytes();
+        for row in self.cells.chunks_exact(self.width.max(1)).rev() {
+            pixels.extend(row.iter().map(|cell| match cell {
+                Cell::Free => SHADES[0],
+                Cell::Unknown => SHADES[1],
+                Cell::Occupied => SHADES[2],
+            }));
+        }
+        replace(&image, &pixels)?;
+        replace(path, text.as_bytes())
+    }
+}
+
+/// Writes a file beside an older one, and gives it that one's name when it is on the disk.
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut name = path.file_name().map(OsString::from).unwrap_or_default();
+    name.push(".new");
+    let new: PathBuf = path.with_file_name(name);
+    let mut file = File::create(&new)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    std::fs::rename(&new, path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map() -> MapFile {
+        MapFile {
+            width: 3,
+            height: 2,
+            resolution: 0.05,
+            origin: [-1.25, 0.1 + 0.2, 0.0],
+            cells: vec![
+                Cell::Free,
+                Cell::Occupied,
+                Cell::Unknown,
+                Cell::Unknown,
+                Cell::Free,
+                Cell::Free,
+            ],
+        }
+    }
+
+    #[test]
+    fn what_is_saved_is_read_as_it_was() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("my house.yaml");
+        for _ in 0..2 {
+            map().save(&path).expect("it is written");
+            assert_eq!(MapFile::load(&path), Ok(map()));
+        }
+        let names = std::fs::read_dir(folder.path()).expect("a folder").count();
+        assert_eq!(names, 2, "nothing else is left");
+    }
+
+    #[test]
+    fn where_nothing_can_be_written_an_error_says_so() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let missing = folder.path().join("missing/map.yaml");
+        assert!(map().save(&missing).is_err() && map().save(Path::new("/")).is_err());
+    }
+}

@@ -1,0 +1,314 @@
+//! Makes a map while the robot drives, and says where the robot is on it. It drives nowhere.
+
+mod file;
+mod map;
+mod panel;
+
+use jde_motion::arc;
+use jde_schema::prelude::*;
+use jde_slam::{Anchor, Scan, Settings, Slam as Graph, State};
+
+use file::Saving;
+use map::Map;
+
+/// A motion after which a scan that is the same to the bit is not a new one, m and rad.
+const UNCHANGED: f64 = 0.1;
+/// The most time between a scan and the odometry that the velocity bridges, s.
+const BRIDGED: f64 = 0.5;
+
+/// Exports a map of what the laser has seen, and where the robot is on it: simultaneous localization and mapping.
+///
+/// The frame of the map is "map"; the robot is at `initial` in it when it takes its first scan. The pose continues with the odometry between two
+/// scans, and is retracted while no scan fits; `state` says why.
+#[derive(Describe)]
+#[schema(perceptive, period = "50ms", budget = "40ms")]
+pub struct Slam {
+    /// The scan of the laser.
+    #[import]
+    pub(crate) laser: Import<LaserScan>,
+    /// The pose and velocity by the odometry.
+    #[import]
+    odometry: Import<Odometry>,
+    /// Where the robot is in the frame of the map when it takes its first scan.
+    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    initial: Modulation<Pose2D>,
+    /// Where the laser is on the base, and which way its x points.
+    #[modulation(default = Pose2D::ORIGIN, fixed)]
+    pub(crate) mount: Modulation<Pose2D>,
+    /// How many beams of a scan count.
+    #[modulation(default = 360, min = 8, max = 1088, fixed)]
+    beams: Modulation<u32>,
+    /// How far beams count.
+    #[modulation(default = 20.0, unit = "m", min = 1.0, max = 100.0, fixed)]
+    reach: Modulation<f64>,
+    /// Side of a cell of the map. It has at most 4096 × 4096 of them.
+    #[modulation(default = 0.05, unit = "m", min = 0.02, max = 1.0, fixed)]
+    resolution: Modulation<f64>,
+    /// How far the map reaches beyond what is seen when it is drawn anew: targets must be on it.
+    #[modulation(default = 5.0, unit = "m", min = 0.0, max = 100.0)]
+    margin: Modulation<f64>,
+    /// The YAML file to which the map is saved, with an image beside it, in the form of a ROS map server. None without it.
+    #[modulation(default = "", unit = "path", fixed)]
+    file: Modulation<Text<1024>>,
+    /// How often the map is saved, if it has changed.
+    #[modulation(default = 30.0, unit = "s", min = 1.0, max = 86400.0)]
+    save_every: Modulation<f64>,
+    /// How often the map is exported, if it has changed.
+    #[modulation(default = 1.0, unit = "s", min = 0.05, max = 3600.0)]
+    export_every: Modulation<f64>,
+    /// The most scans that are kept, as keyframes.
+    #[modulation(default = 4000, min = 2, max = 20_000)]
+    keyframes: Modulation<u32>,
+    /// Way after which a scan is matched.
+    #[modulation(default = 0.1, unit = "m", min = 0.0, max = 1.0)]
+    update_way: Modulation<f64>,
+    /// Turn after which a scan is matched.
+    #[modulation(default = 10_f64.to_radians(), unit = "rad", min = 0.0, max = 0.5)]
+    update_turn: Modulation<f64>,
+    /// How far from every keyframe a scan becomes one.
+    #[modulation(default = 0.5, unit = "m", min = 0.1, max = 3.0)]
+    keyframe_way: Modulation<f64>,
+    /// How far turned from every keyframe near it a scan becomes one.
+    #[modulation(default = 30_f64.to_radians(), unit = "rad", min = 0.1, max = 3.15)]
+    keyframe_turn: Modulation<f64>,
+    /// Standard deviation of the way of the odometry for each metre.
+    #[modulation(default = 0.1, unit = "m/m", min = 0.0, max = 10.0)]
+    way_by_way: Modulation<f64>,
+    /// Standard deviation of the heading of the odometry for each radian of a turn.
+    #[modulation(default = 0.1, unit = "rad/rad", min = 0.0, max = 10.0)]
+    turn_by_turn: Modulation<f64>,
+    /// Standard deviation of the heading of the odometry for each metre of way.
+    #[modulation(default = 0.05, unit = "rad/m", min = 0.0, max = 10.0)]
+    turn_by_way: Modulation<f64>,
+    /// The least share of the points of a scan that are on known surfaces, so that it fits.
+    #[modulation(default = 0.4, min = 0.0, max = 1.0)]
+    share: Modulation<f64>,
+    /// How far a keyframe may drift for each metre that the robot goes: how far around it a loop is searched.
+    #[modulation(default = 0.05, unit = "m/m", min = 0.0, max = 1.0)]
+    drift: Modulation<f64>,
+    /// The least share of the points around the robot that are on the surfaces of a place that it reaches again.
+    #[modulation(default = 0.55, min = 0.0, max = 1.0)]
+    loop_share: Modulation<f64>,
+    /// How many matches that say the same close a loop.
+    #[modulation(default = 3, min = 1, max = 8)]
+    loop_matches: Modulation<u32>,
+    /// How long the pose is exported without a scan that fits.
+    #[modulation(default = 2.0, unit = "s", min = 0.0, max = 3600.0)]
+    patience: Modulation<f64>,
+    /// A step of the odometry from which on it is a jump, and no motion.
+    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    jump: Modulation<f64>,
+    /// The map.
+    #[export]
+    map: Export<OccupancyGrid>,
+    /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
+    #[export]
+    pose: Export<Odometry>,
+    /// The pose of the odometry's frame in that of the map (REP-105), while there is a pose.
+    #[export]
+    correction: Export<PoseStamped>,
+    /// What it does, or why there is no pose, in words.
+    #[export]
+    state: Export<Text<160>>,
+    pub(crate) slam: Graph,
+    pub(crate) drawn: Map,
+    saving: Saving,
+    scan_number: u64,
+    /// The last scan, and the pose of the odometry when it became this.
+    scan: Scan,
+    changed_at: Pose2D,
+    /// The last pose of the odometry.
+    pub(crate) last: Option<Pose2D>,
+    /// When the last scan that fits was.
+    seen: Option<Duration>,
+    /// The words of the last iteration.
+    pub(crate) words: String,
+}
+
+impl Schema for Slam {
+    fn awake(&mut self, cx: &Context) -> Result {
+        if self.slam.scans().is_empty() {
+            self.slam = Graph::new(self.initial.get(cx));
+        }
+        // What happened while it slept is not known.
+        self.seen = None;
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let words = match self.localize(cx) {
+            Ok(words) => words,
+            Err(words) => {
+                self.pose.retract(cx);
+                self.correction.retract(cx);
+                words
+            }
+        };
+        self.slam.advance(&self.settings(cx));
+        self.draw_map(cx);
+        self.state.write(cx, Text::truncated(&words));
+        self.words = words;
+        Ok(())
+    }
+}
+
+impl Slam {
+    /// Exports the pose.
+    ///
+    /// # Errors
+    /// Why there is none.
+    fn localize(&mut self, cx: &Context) -> Result<String, String> {
+        let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
+        let measured = odometry.pose2d();
+        if !is_finite(&measured) {
+            return Err("the odometry is not finite".into());
+        }
+        if let Some(last) = self.last.replace(measured)
+            && last.distance_to(&measured) > self.jump.get(cx)
+        {
+            warn!(cx, "the odometry jumped by {:.2} m", last.distance_to(&measured));
+            self.slam.jump(&last, &measured);
+        }
+        self.look(cx, &odometry);
+        let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
+        let is_lost = |seen| cx.now().saturating_sub(seen) > patience;
+        if self.seen.is_none_or(is_lost) {
+            return Err(match self.slam.state() {
+                state @ (State::Differs(_) | State::Blind) => format!("no pose: {state}"),
+                State::Empty | State::Fits(_) => "no scan that can be used".into(),
+            });
+        }
+        let anchor = self.slam.anchor(&measured).ok_or("no scan yet")?;
+        self.export_pose(cx, &odometry, &anchor);
+        let full = if self.slam.scans().len() >= self.keyframes.get(cx) as usize {
+            "; it has as many keyframes as it may"
+        } else {
+            ""
+        };
+        let graph = self.slam.graph();
+        Ok(format!(
+            "{} keyframes, {} loops: {}{full}",
+            graph.poses().len(),
+            graph.loops().count(),
+            self.slam.state()
+        ))
+    }
+
+    fn export_pose(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>, anchor: &Anchor) {
+        let (pose, measured) = (self.slam.place(anchor), odometry.pose2d());
+        let header = Header::new(odometry.time(), "map");
+        let mut exported = Odometry {
+            header,
+            pose: PoseWithCovariance {
+                pose: pose.into(),
+                covariance: [0.0; 36],
+            },
+            ..**odometry
+        };
+        let covariance = self.slam.covariance().unwrap_or_default();
+        // Of x, y, z and the rotations about them, the plane has the first two and the last.
+        for (row, values) in [0, 1, 5].into_iter().zip(&covariance) {
+            for (column, &value) in [0, 1, 5].into_iter().zip(values) {
+                exported.pose.covariance[6 * row + column] = value;
+            }
+        }
+        self.pose.write_at(cx, exported, odometry.time());
+        let correction = PoseStamped {
+            header,
+            pose: pose.transform(&measured.localize(&Pose2D::ORIGIN)).into(),
+        };
+        self.correction.write_at(cx, correction, odometry.time());
+    }
+
+    /// Takes a scan that is new.
+    fn look(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>) {
+        let Some(laser) = self.laser.get(cx) else { return };
+        if core::mem::replace(&mut self.scan_number, laser.sequence()) == laser.sequence() {
+            return;
+        }
+        let (beams, reach) = (self.beams.get(cx) as usize, self.reach.get(cx));
+        let scan = Scan::new(&laser, &self.mount.get(cx), beams, reach);
+        // Where the base was at the time of the scan.
+        let measured = odometry.pose2d();
+        let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
+        let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
+        let then = Some(measured.transform(&motion)).filter(is_finite);
+        let then = then.unwrap_or(measured);
+        if scan != self.scan {
+            (self.scan, self.changed_at) = (scan, then);
+        }
+        // A laser that repeats its last scan although the robot moves says nothing.
+        let moved = self.changed_at.localize(&then);
+        if moved.x.hypot(moved.y) > UNCHANGED || moved.theta.abs() > UNCHANGED {
+            return;
+        }
+        let state = self.slam.step(&self.settings(cx), &then, &self.scan);
+        if matches!(state, State::Fits(_)) {
+            self.seen = Some(cx.now());
+        }
+    }
+
+    /// Draws a part of the map, exports it when it is time, and has it saved.
+    fn draw_map(&mut self, cx: &Context) {
+        if let Err(error) = self
+            .drawn
+            .advance(&self.slam, self.resolution.get(cx), self.margin.get(cx))
+        {
+            warn!(cx, "the map is not drawn anew: {error}");
+        }
+        let is_due = |last: Option<Duration>, every: f64| {
+            let every = Duration::try_from_secs_f64(every).unwrap_or(Duration::MAX);
+            last.is_none_or(|last| cx.now().saturating_sub(last) >= every)
+        };
+        if self.drawn.is_new() && is_due(self.drawn.exported, self.export_every.get(cx)) {
+            let mut map = self.map.loan(cx);
+            map.header = Header::new(cx.now(), "map");
+            self.drawn.write(&mut map);
+            map.publish();
+            self.drawn.exported = Some(cx.now());
+        }
+        let file = self.file.get(cx);
+        if !file.is_empty() && self.drawn.is_unsaved() && is_due(self.saving.last, self.save_every.get(cx)) {
+            self.save(cx, file.as_str());
+        }
+        if let Some(error) = self.saving.failure() {
+            warn!(cx, "cannot save the map: {error}");
+        }
+    }
+
+    /// Has the map saved as it is now, unless the last one is not saved yet.
+    pub(crate) fn save(&mut self, cx: &Context, file: &str) {
+        if self.saving.begin(file, &self.drawn) {
+            self.drawn.set_saved();
+            self.saving.last = Some(cx.now());
+        }
+    }
+
+    fn settings(&self, cx: &Context) -> Settings {
+        Settings {
+            update: (self.update_way.get(cx), self.update_turn.get(cx)),
+            keyframe: (self.keyframe_way.get(cx), self.keyframe_turn.get(cx)),
+            most: self.keyframes.get(cx) as usize,
+            way_by_way: self.way_by_way.get(cx),
+            turn_by_turn: self.turn_by_turn.get(cx),
+            turn_by_way: self.turn_by_way.get(cx),
+            share: self.share.get(cx),
+            drift: self.drift.get(cx),
+            loop_share: self.loop_share.get(cx),
+            loop_agreeing: self.loop_matches.get(cx) as usize,
+        }
+    }
+}
+
+fn is_finite(pose: &Pose2D) -> bool {
+    pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite()
+}
+
+jde_schema::export!(
+    "slam",
+    "Makes a map while the robot drives, and says where the robot is on it.",
+    [Slam]
+);
+
+#[cfg(test)]
+mod tests;
