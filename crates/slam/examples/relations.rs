@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::error::Error;
 use std::time::Duration;
 
-use jde_slam::{Drawing, Scan, Settings, Slam, State};
+use jde_slam::{Drawing, Guess, Scan, Settings, Slam, State, Surface};
 use jde_types::{LaserScan, Pose2D, normalize_angle};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -62,6 +62,7 @@ fn main() -> Result<(), Failure> {
         _ => return Err("usage: relations GRAPH [ODOMETRY] [--map FILE] [--laser X]".into()),
     };
     let log = read_graph(&std::fs::read_to_string(graph)?)?;
+    pairs(&log);
     let runs = match odometry {
         Some(odometry) => vec![read_odometry(&std::fs::read_to_string(odometry)?, &log)?],
         None => (0..SEEDS).map(|seed| disturbed(&log, seed)).collect(),
@@ -178,6 +179,41 @@ fn write_map(slam: &Slam, file: &str) -> Result<(), Failure> {
     }
     std::fs::write(file, image)?;
     Ok(())
+}
+
+/// How far the relations are from matches of their two scans alone that begin there, and these from matches the other way
+/// round: the error of the relations, and that of matches. Of scans that overlap by 60 % and say where they are to 1 cm.
+fn pairs(log: &Log) {
+    let scan = |vertex: usize| Scan::new(&log.vertices[vertex].1, &Pose2D::ORIGIN, BEAMS, REACH);
+    let fit = |from: &Scan, to: &Scan, pose: &Pose2D| {
+        let guess = Guess {
+            pose: *pose,
+            information: [[0.0; 3]; 3],
+        };
+        Surface::new([(Pose2D::ORIGIN, from)], 0).refine(to.points(), pose, &guess)
+    };
+    for is_loop in [false, true] {
+        let errors: Vec<(f64, f64)> = (log.relations.iter())
+            .filter(|relation| relation.is_loop == is_loop)
+            .filter_map(|relation| {
+                let (from, to) = (scan(relation.from), scan(relation.to));
+                let there = fit(&from, &to, &relation.pose)?;
+                let back = fit(&to, &from, &there.pose.localize(&Pose2D::ORIGIN))?;
+                let least = there.information[0][0].min(there.information[1][1]);
+                let error = there.pose.distance_to(&relation.pose);
+                let around = there.pose.transform(&back.pose).distance_to(&Pose2D::ORIGIN);
+                (there.share > 0.6 && least > 1e4).then_some((error, around))
+            })
+            .collect();
+        let mean = |pick: fn(&(f64, f64)) -> f64| errors.iter().map(pick).sum::<f64>() / errors.len() as f64;
+        println!(
+            "{} pairs of {}: {:.4} m from the relation, {:.4} m there and back",
+            errors.len(),
+            if is_loop { "loops" } else { "successive scans" },
+            mean(|error| error.0),
+            mean(|error| error.1)
+        );
+    }
 }
 
 /// The records of a graph with an odometry that errs.

@@ -10,6 +10,7 @@
 //! Everything is a function of its arguments: the crate has no clock, no thread and no I/O. A call does a bounded part
 //! of the work. Units are metres and radians; axes follow ROS REP-103, frames REP-105.
 
+mod continued;
 mod correlation;
 mod draw;
 mod graph;

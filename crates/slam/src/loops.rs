@@ -55,7 +55,8 @@ pub(crate) struct Loops {
 impl Loops {
     /// Returns the edges between a keyframe and earlier ones. Searches once after the robot goes to another keyframe.
     pub(crate) fn search(&mut self, slam: &Slam, settings: &Settings, keyframe: usize) -> Vec<Edge> {
-        if self.last == Some(keyframe) || slam.near[keyframe].len() >= EDGES {
+        let is_known = keyframe < slam.given || slam.near[keyframe].len() >= EDGES;
+        if is_known || self.last == Some(keyframe) {
             return Vec::new();
         }
         self.last = Some(keyframe);
@@ -82,18 +83,13 @@ impl Loops {
     }
 }
 
-/// How far one pose is from another, a turn being a way too, m.
-fn distance(a: &Pose2D, b: &Pose2D) -> f64 {
-    a.distance_to(b) + LEVER * turn_between(a, b)
-}
-
 /// Matches of a keyframe with earlier ones near it, one for each time that the robot was here.
 fn links(slam: &Slam, settings: &Settings, keyframe: usize) -> Vec<Edge> {
     let poses = slam.graph.poses();
     let here = &poses[keyframe];
     let mut near = slam.around(keyframe, here, usize::MAX);
     near.retain(|&at| at.abs_diff(keyframe) > APART && poses[at].distance_to(here) < LINKED.0);
-    near.sort_by(|&a, &b| distance(&poses[a], here).total_cmp(&distance(&poses[b], here)));
+    near.sort_by(|&a, &b| slam.distance(a, here).total_cmp(&slam.distance(b, here)));
     let mut times: Vec<usize> = Vec::new();
     for at in near {
         if times.len() < LINKED.1 && times.iter().all(|other| other.abs_diff(at) > APART) {
@@ -145,7 +141,7 @@ fn candidate(slam: &Slam, settings: &Settings, keyframe: usize) -> Option<(usize
     (0..poses.len())
         .filter(|&at| !is_linked[at] && ways[at] > 2.0 * NEAR)
         .filter(|&at| poses[at].distance_to(here) < drift(at) + SEEN)
-        .min_by(|&a, &b| distance(&poses[a], here).total_cmp(&distance(&poses[b], here)))
+        .min_by(|&a, &b| slam.distance(a, here).total_cmp(&slam.distance(b, here)))
         .map(|at| (at, drift(at)))
 }
 
@@ -161,7 +157,8 @@ fn ways(slam: &Slam, from: usize) -> Vec<f64> {
             continue;
         }
         for &to in &slam.near[at] {
-            let longer = way + (1000.0 * distance(&poses[at], &poses[to])) as u64;
+            let turned = LEVER * turn_between(&poses[at], &poses[to]);
+            let longer = way + (1000.0 * (poses[at].distance_to(&poses[to]) + turned)) as u64;
             if longer < ways[to] {
                 ways[to] = longer;
                 due.push(Reverse((longer, to)));

@@ -11,6 +11,12 @@ const GAP: (f32, f32) = (0.15, 5.0);
 /// The deviation of points across a line, as a share of that along it.
 const FLAT: f32 = 0.3;
 
+/// The angle from which on beams are on all sides, rad.
+const ALL_AROUND: f64 = 0.97 * core::f64::consts::TAU;
+
+/// The number of a beam, its length, +∞ if it met nothing, and where it ends, m.
+pub(crate) type End = (usize, f32, (f32, f32));
+
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfacePoint {
@@ -45,6 +51,7 @@ pub struct Scan {
     free: Vec<(f32, f32)>,
     /// Where the beams begin, m.
     mount: (f32, f32),
+    is_all_around: bool,
 }
 
 impl Scan {
@@ -64,7 +71,7 @@ impl Scan {
             return Self::default();
         }
         let start = (mount.x as f32, mount.y as f32);
-        let ends: Vec<(usize, f32, (f32, f32))> = (scan.ranges.iter().enumerate())
+        let ends: Vec<End> = (scan.ranges.iter().enumerate())
             .filter_map(|(beam, &range)| {
                 let is_free = range == f32::INFINITY && scan.range_max.is_finite();
                 let length = if is_free { scan.range_max } else { range };
@@ -80,15 +87,23 @@ impl Scan {
                 is_measured.then_some((beam, range, end))
             })
             .collect();
+        let increment = scan.angle_increment.abs();
+        let mut read = Self::of_ends(&ends, increment, start, most);
+        read.is_all_around = f64::from(increment) * scan.ranges.len() as f64 > ALL_AROUND;
+        read
+    }
+
+    /// The scan with these ends of beams from a laser at `mount`: at most `most`, evenly chosen.
+    pub(crate) fn of_ends(ends: &[End], increment: f32, mount: (f32, f32), most: usize) -> Self {
         let step = ends.len().div_ceil(most.max(1)).max(1);
         let mut read = Self {
-            mount: start,
+            mount,
             ..Self::default()
         };
         for number in (0..ends.len()).step_by(step) {
             let (_, range, at) = ends[number];
             if range.is_finite() {
-                let normal = normal(&ends, number, scan.angle_increment.abs(), start);
+                let normal = normal(ends, number, increment, mount);
                 read.points.push(SurfacePoint { at, normal });
             } else {
                 read.free.push(at);
@@ -115,6 +130,20 @@ impl Scan {
         self.mount
     }
 
+    /// The same, said to show what is on all sides.
+    pub(crate) fn all_around(self) -> Self {
+        Self {
+            is_all_around: true,
+            ..self
+        }
+    }
+
+    /// Returns whether it shows what is on all sides, so that it shows the same with every heading.
+    #[must_use]
+    pub const fn is_all_around(&self) -> bool {
+        self.is_all_around
+    }
+
     /// Returns whether it has enough points to say where a robot is.
     #[must_use]
     pub fn is_enough(&self) -> bool {
@@ -123,7 +152,7 @@ impl Scan {
 }
 
 /// The normal of the line through the neighbours of an end, toward the laser; zero if they are in no line.
-fn normal(ends: &[(usize, f32, (f32, f32))], number: usize, increment: f32, laser: (f32, f32)) -> (f32, f32) {
+fn normal(ends: &[End], number: usize, increment: f32, laser: (f32, f32)) -> (f32, f32) {
     let (_, range, at) = ends[number];
     let gap = GAP.0.max(GAP.1 * range * increment);
     let is_next = |a: usize, b: usize| {

@@ -1,11 +1,43 @@
-//! Saves the map. A thread of its own writes, so that no iteration waits for a disk.
+//! Saves the map, and reads it to continue it. A thread of its own writes, so that no iteration waits for a disk.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread;
 use std::time::Duration;
 
+use jde_grid::{Geometry, Occupancy, OccupancyGrid};
+use jde_map_file::{Cell, MapFile};
+
 use crate::map::Map;
+
+/// Reads the map of this YAML file, if there is one.
+///
+/// # Errors
+/// All faults of the file and of its image.
+pub(crate) fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
+    let path = Path::new(file);
+    if file.is_empty() || !path.exists() {
+        return Ok(None);
+    }
+    let map = MapFile::load(path).map_err(|faults| {
+        let lines: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        lines.join("\n")
+    })?;
+    let [x, y, heading] = map.origin;
+    let size = (map.width as u32, map.height as u32);
+    let geometry = Geometry::new(size.0, size.1, map.resolution, (x, y, heading));
+    let geometry = geometry.map_err(|error| format!("{file}: {error}"))?;
+    let mut grid = OccupancyGrid::filled(geometry, Occupancy::Unknown);
+    for (index, cell) in map.cells.iter().enumerate() {
+        let state = match cell {
+            Cell::Free => Occupancy::Free,
+            Cell::Occupied => Occupancy::Occupied,
+            Cell::Unknown => Occupancy::Unknown,
+        };
+        grid.set(geometry.cell(index), state);
+    }
+    Ok(Some(grid))
+}
 
 /// What is being saved.
 #[derive(Debug, Default)]

@@ -8,7 +8,7 @@ use jde_motion::arc;
 use jde_schema::prelude::*;
 use jde_slam::{Anchor, Scan, Settings, Slam as Graph, State};
 
-use file::Saving;
+use file::{Saving, continued};
 use map::Map;
 
 /// A motion after which a scan that is the same to the bit is not a new one, m and rad.
@@ -29,7 +29,7 @@ pub struct Slam {
     /// The pose and velocity by the odometry.
     #[import]
     odometry: Import<Odometry>,
-    /// Where the robot is in the frame of the map when it takes its first scan.
+    /// Where the robot is in the frame of the map when it takes its first scan; on a map that is continued, to 0.3 m.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     initial: Modulation<Pose2D>,
     /// Where the laser is on the base, and which way its x points.
@@ -47,7 +47,8 @@ pub struct Slam {
     /// How far the map reaches beyond what is seen when it is drawn anew: targets must be on it.
     #[modulation(default = 5.0, unit = "m", min = 0.0, max = 100.0)]
     margin: Modulation<f64>,
-    /// The YAML file to which the map is saved, with an image beside it, in the form of a ROS map server. None without it.
+    /// The YAML file to which the map is saved, with an image beside it, in the form of a ROS map server. If it is there when
+    /// the schema awakes first, its map is continued.
     #[modulation(default = "", unit = "path", fixed)]
     file: Modulation<Text<1024>>,
     /// How often the map is saved, if it has changed.
@@ -128,7 +129,18 @@ pub struct Slam {
 impl Schema for Slam {
     fn awake(&mut self, cx: &Context) -> Result {
         if self.slam.scans().is_empty() {
-            self.slam = Graph::new(self.initial.get(cx));
+            let (file, initial) = (self.file.get(cx), self.initial.get(cx));
+            self.slam = match continued(file.as_str())? {
+                Some(map) => Graph::on_map(&map, initial).ok_or_else(|| {
+                    format!(
+                        "the map {} has no free cells around the robot at {:.2}, {:.2}: state `initial`, or remove the files",
+                        file.as_str(),
+                        initial.x,
+                        initial.y
+                    )
+                })?,
+                None => Graph::new(initial),
+            };
         }
         // What happened while it slept is not known.
         self.seen = None;
@@ -149,6 +161,12 @@ impl Schema for Slam {
         self.state.write(cx, Text::truncated(&words));
         self.words = words;
         Ok(())
+    }
+}
+
+impl Inspect for Slam {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.file, continued(self.file.get(cx).as_str()));
     }
 }
 

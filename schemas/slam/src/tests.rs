@@ -328,7 +328,7 @@ fn the_map_is_saved_in_the_form_of_a_map_server() {
             return false;
         };
         let count = |state| map.cells.iter().filter(|&&cell| cell == state).count();
-        count(Cell::Occupied) > 300 && count(Cell::Free) > 7000
+        count(Cell::Occupied) > 150 && count(Cell::Free) > 5000
     };
     while !is_saved() {
         robot.iterate();
@@ -350,6 +350,66 @@ fn the_map_is_saved_in_the_form_of_a_map_server() {
     }
     robot.drive(1);
     robot.is_right();
+}
+
+#[test]
+fn a_saved_map_is_continued() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("room.yaml");
+    let text = path.to_str().expect("a path in Unicode").to_owned();
+    driven()
+        .bench
+        .schema()
+        .drawn
+        .file()
+        .expect("a map")
+        .save(&path)
+        .expect("it is saved");
+    // The robot starts elsewhere, 0.1 m from where it is said to be, with another odometry.
+    let elsewhere = Pose2D::new(2.5, 2.6, 1.0);
+    let mut robot = Robot::with(|bench| {
+        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("initial", elsewhere);
+    });
+    robot.truth = Pose2D::new(2.55, 2.5, 1.05);
+    robot.odometry = Pose2D::new(3.0, 4.0, -2.0);
+    let keyframes = robot.bench.schema().slam.scans().len();
+    robot.drive(70);
+    robot.is_right();
+    let more = robot.bench.schema().slam.scans().len();
+    assert!(more < keyframes + 4, "{keyframes} became {more} keyframes");
+}
+
+#[test]
+fn a_file_that_is_no_map_or_has_none_there_is_refused_in_words() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("room.yaml");
+    let text = path.to_str().expect("a path in Unicode").to_owned();
+    let awake = |initial: Pose2D| {
+        let mut bench = Bench::<Slam>::new();
+        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("initial", initial);
+        let problems = bench.inspect().expect("it inspects");
+        (
+            problems.len(),
+            bench.awake().map_err(|failure| failure.to_string()),
+        )
+    };
+    assert!(matches!(awake(START), (0, Ok(()))), "there is no file yet");
+    driven()
+        .bench
+        .schema()
+        .drawn
+        .file()
+        .expect("a map")
+        .save(&path)
+        .expect("it is saved");
+    let (_, refused) = awake(Pose2D::new(-3.0, 0.0, 0.0));
+    assert!(refused.is_err_and(|words| words.contains("no free cells around the robot at -3.00, 0.00")));
+    std::fs::write(&path, "image: room.pgm\nresolution: -1\n").expect("it is written");
+    let (problems, refused) = awake(START);
+    assert_eq!(problems, 1);
+    assert!(refused.is_err_and(|words| words.contains("resolution")));
 }
 
 #[test]

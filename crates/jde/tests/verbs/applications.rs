@@ -117,6 +117,17 @@ fn follow_person_goes_through_doors_and_around_corners_after_somebody() {
 }
 
 #[test]
+fn slam_goes_where_it_shall_in_a_building_that_it_does_not_know() {
+    let route = "navigate.route={poses=[[9.55, 7.1, 0], [3.55, 2.6, 0]]}";
+    let result = run("slam", &["--for", "300s", "--set", route]);
+    assert_eq!(
+        (&result["outcome"], &result["reached"]),
+        (&"done".into(), &2.into()),
+        "{result}"
+    );
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];

@@ -23,6 +23,9 @@ const FEW: usize = 120;
 /// The most squares that the correlation of successive scans looks at.
 const LOOKS: usize = 20_000;
 
+/// The inverse of the covariance of a place at which no scan has fitted yet: 0.3 m and 0.2 rad.
+const UNSURE: Matrix = diagonal([11.0, 11.0, 25.0]);
+
 /// How it maps. All may change from call to call.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -110,6 +113,8 @@ pub struct Slam {
     /// For each keyframe those that edges lead to.
     pub(crate) near: Vec<Vec<usize>>,
     start: Pose2D,
+    /// How many keyframes are of a map that is continued.
+    pub(crate) given: usize,
     anchor: Option<Anchor>,
     /// The pose of the odometry at the anchor.
     odometry: Pose2D,
@@ -200,6 +205,10 @@ impl Slam {
     }
 
     fn take(&mut self, settings: &Settings, odometry: &Pose2D, scan: &Scan) -> State {
+        if self.state.is_none() {
+            // Until now no odometry belongs to the start on a map.
+            self.odometry = *odometry;
+        }
         let Some(anchor) = self.anchor(odometry) else {
             if !scan.is_enough() {
                 return State::Empty;
@@ -223,7 +232,11 @@ impl Slam {
         }
         let guess = Guess {
             pose: anchor.pose,
-            information: settings.information(&motion),
+            information: if matches!(self.state, Some(State::Fits(_))) {
+                settings.information(&motion)
+            } else {
+                UNSURE
+            },
         };
         let fit = self.fit(settings, &guess, scan);
         self.odometry = *odometry;
@@ -238,7 +251,8 @@ impl Slam {
             return State::Differs(share);
         }
         let (way, turn) = (libm::hypot(anchor.pose.x, anchor.pose.y), anchor.pose.theta.abs());
-        let is_new = way >= settings.keyframe.0 || turn >= settings.keyframe.1;
+        let is_turned = turn >= settings.keyframe.1 && !self.scans[anchor.keyframe].is_all_around();
+        let is_new = way >= settings.keyframe.0 || is_turned;
         if is_new && self.scans.len() < settings.most {
             self.keep(settings, &anchor, scan);
         }
@@ -264,9 +278,8 @@ impl Slam {
     /// The same place in the frame of the nearest keyframe.
     fn nearest(&self, anchor: &Anchor) -> Anchor {
         let (place, poses) = (self.place(anchor), self.graph.poses());
-        let distance = |at: usize| poses[at].distance_to(&place) + LEVER * turn_between(&poses[at], &place);
         let keyframe = (self.around(anchor.keyframe, &place, usize::MAX).into_iter())
-            .min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+            .min_by(|&a, &b| self.distance(a, &place).total_cmp(&self.distance(b, &place)))
             .unwrap_or(anchor.keyframe);
         Anchor {
             keyframe,
@@ -274,7 +287,7 @@ impl Slam {
         }
     }
 
-    fn set_anchor(&mut self, anchor: Anchor) {
+    pub(crate) fn set_anchor(&mut self, anchor: Anchor) {
         if self.anchor.replace(anchor).map(|last| last.keyframe) != Some(anchor.keyframe) {
             self.surface = None;
         }
@@ -300,7 +313,7 @@ impl Slam {
         });
     }
 
-    fn add_keyframe(&mut self, pose: Pose2D, scan: &Scan) -> usize {
+    pub(crate) fn add_keyframe(&mut self, pose: Pose2D, scan: &Scan) -> usize {
         self.scans.push(scan.clone());
         self.near.push(Vec::new());
         self.graph.add_pose(pose)
@@ -329,12 +342,21 @@ impl Slam {
             }
         }
         if found.len() > most {
-            let distance =
-                |at: &usize| poses[*at].distance_to(place) + LEVER * turn_between(&poses[*at], place);
-            found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+            found.sort_by(|&a, &b| self.distance(a, place).total_cmp(&self.distance(b, place)));
             found.truncate(most);
         }
         found
+    }
+
+    /// How far a keyframe is from a place, m; a turn is a way too, unless the keyframe shows what is on all sides.
+    pub(crate) fn distance(&self, keyframe: usize, place: &Pose2D) -> f64 {
+        let pose = &self.graph.poses()[keyframe];
+        let lever = if self.scans[keyframe].is_all_around() {
+            0.0
+        } else {
+            LEVER
+        };
+        pose.distance_to(place) + lever * turn_between(pose, place)
     }
 
     /// The surfaces that keyframes show, in the frame of one.

@@ -1,0 +1,244 @@
+//! A map that is continued: what its cells show from many places becomes keyframes.
+
+use core::f64::consts::TAU;
+
+use jde_grid::{Cell, Occupancy, OccupancyGrid, walk};
+use jde_types::Pose2D;
+
+use crate::graph::{Edge, Relation};
+use crate::matrix::diagonal;
+use crate::scan::{End, Scan};
+use crate::slam::{Anchor, Slam};
+
+/// The side of the squares in each of which one free cell becomes a keyframe, m.
+const APART: f64 = 0.7;
+/// The rays from a keyframe, and how far they go, m.
+const RAYS: usize = 360;
+const REACH: f64 = 10.0;
+/// How far the start may be from a keyframe, m.
+const NEAR: f64 = 1.5;
+/// How certain the places of keyframes are, 1/m².
+const CERTAIN: f64 = 1e6;
+
+impl Slam {
+    /// Returns a map that goes on from another one, on which the robot is at `start`, to 0.3 m and 0.2 rad. Its next scan is
+    /// matched with the map. `None` if no free cell near there is in sight.
+    ///
+    /// Takes time by the number of cells, and by the free area times that of rays.
+    #[must_use]
+    pub fn on_map(map: &OccupancyGrid, start: Pose2D) -> Option<Self> {
+        let (geometry, mut slam) = (map.geometry(), Self::new(start));
+        let side = (libm::round(APART / geometry.resolution()) as u32).max(1);
+        let columns = geometry.width().div_ceil(side);
+        let squares = columns * geometry.height().div_ceil(side);
+        // The cell and the number of the keyframe of each square.
+        let mut views: Vec<Option<(Cell, usize)>> = vec![None; squares as usize];
+        for square in 0..squares {
+            let (column, row) = (square % columns, square / columns);
+            let Some(cell) = middle(map, Cell::new(column * side, row * side), side) else {
+                continue;
+            };
+            let (x, y) = geometry.center(cell);
+            let keyframe = slam.add_keyframe(Pose2D::new(x, y, 0.0), &view(map, cell));
+            views[square as usize] = Some((cell, keyframe));
+            let beside =
+                [(-1, 0), (-1, -1), (0, -1), (1, -1)].map(|(dx, dy)| Cell::new(column, row).offset(dx, dy));
+            for other in beside.into_iter().flatten().filter(|other| other.x < columns) {
+                if let Some((at, from)) = views[(other.y * columns + other.x) as usize]
+                    && is_in_sight(map, at, cell)
+                {
+                    slam.add_edge(Edge {
+                        from,
+                        to: keyframe,
+                        pose: slam.graph.poses()[from].localize(&slam.graph.poses()[keyframe]),
+                        information: diagonal([CERTAIN; 3]),
+                        relation: Relation::Successive,
+                    });
+                }
+            }
+        }
+        slam.given = slam.scans.len();
+        let place = geometry.cell_at((start.x, start.y))?;
+        let poses = slam.graph.poses();
+        let keyframe = (views.iter().flatten())
+            .filter(|(cell, keyframe)| {
+                poses[*keyframe].distance_to(&start) < NEAR && is_in_sight(map, *cell, place)
+            })
+            .map(|&(_, keyframe)| keyframe)
+            .min_by(|&a, &b| {
+                let distance = |at: usize| poses[at].distance_to(&start);
+                distance(a).total_cmp(&distance(b))
+            })?;
+        slam.set_anchor(Anchor {
+            keyframe,
+            pose: slam.graph.poses()[keyframe].localize(&start),
+        });
+        Some(slam)
+    }
+}
+
+/// The free cell nearest to the middle of a square.
+fn middle(map: &OccupancyGrid, corner: Cell, side: u32) -> Option<Cell> {
+    let middle = Cell::new(corner.x + side / 2, corner.y + side / 2);
+    let cells = (0..side * side).map(|at| Cell::new(corner.x + at % side, corner.y + at / side));
+    cells
+        .filter(|&cell| map.get(cell) == Occupancy::Free)
+        .min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle)))
+}
+
+fn is_in_sight(map: &OccupancyGrid, from: Cell, to: Cell) -> bool {
+    walk(from, to, |cell, _| map.get(cell) == Occupancy::Free)
+}
+
+/// What the map shows from a cell all around, with the axes of the map's frame.
+fn view(map: &OccupancyGrid, from: Cell) -> Scan {
+    let geometry = map.geometry();
+    let (x, y) = geometry.center(from);
+    let (column, row) = geometry.to_grid((x, y));
+    let mut ends: Vec<End> = Vec::new();
+    let mut last = None;
+    let mut number = 0;
+    for ray in 0..RAYS {
+        let (sin, cos) = libm::sincos(TAU * ray as f64 / RAYS as f64);
+        let end = geometry.to_grid((x + REACH * cos, y + REACH * sin));
+        let to = inside(map, (column, row), end);
+        let (mut free, mut hit) = (from, None);
+        walk(from, to, |cell, _| {
+            match map.get(cell) {
+                Occupancy::Free => free = cell,
+                Occupancy::Occupied => hit = Some(cell),
+                Occupancy::Unknown => {}
+            }
+            map.get(cell) == Occupancy::Free
+        });
+        // Rays that meet the same cell are one, and are next to those that meet the next.
+        if hit.is_some() && hit == last {
+            continue;
+        }
+        number += if hit.is_some() && last.is_some() { 1 } else { 3 };
+        last = hit;
+        let (at_x, at_y) = geometry.center(hit.unwrap_or(free));
+        let at = ((at_x - x) as f32, (at_y - y) as f32);
+        let range = if hit.is_some() {
+            libm::hypotf(at.0, at.1)
+        } else {
+            f32::INFINITY
+        };
+        ends.push((number, range, at));
+    }
+    let increment = (TAU / RAYS as f64) as f32;
+    Scan::of_ends(&ends, increment, (0.0, 0.0), RAYS).all_around()
+}
+
+/// The cell where the line from a place to another leaves the grid, or that of the other place.
+fn inside(map: &OccupancyGrid, from: (f64, f64), to: (f64, f64)) -> Cell {
+    let share = |from: f64, to: f64, size: u32| {
+        let edge = if to > from { f64::from(size) - 0.5 } else { 0.5 };
+        let is_outside = to < 0.5 || to > f64::from(size) - 0.5;
+        if is_outside {
+            (edge - from) / (to - from)
+        } else {
+            1.0
+        }
+    };
+    let (width, height) = (map.geometry().width(), map.geometry().height());
+    let share = share(from.0, to.0, width)
+        .min(share(from.1, to.1, height))
+        .clamp(0.0, 1.0);
+    let at = |from: f64, to: f64, size: u32| ((from + share * (to - from)) as u32).min(size - 1);
+    Cell::new(at(from.0, to.0, width), at(from.1, to.1, height))
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_grid::Geometry;
+
+    use super::*;
+    use crate::Drawing;
+    use crate::slam::{Settings, State};
+    use crate::world::World;
+
+    /// A map of the keyframes of a robot that drives along one side of a ring.
+    fn map(world: &World) -> OccupancyGrid {
+        let mut random = fastrand::Rng::with_seed(1);
+        let mut slam = Slam::new(Pose2D::new(-6.0, -5.0, 0.0));
+        for step in 0..40 {
+            let odometry = Pose2D::new(0.1 * f64::from(step), 0.0, 0.0);
+            let pose = Pose2D::new(odometry.x - 6.0, -5.0, 0.0);
+            slam.step(&Settings::default(), &odometry, &world.scan(&pose, &mut random));
+        }
+        cells(&slam)
+    }
+
+    fn cells(slam: &Slam) -> OccupancyGrid {
+        let mut drawing = Drawing::new(slam, 0.05, 1.0).expect("a small building");
+        while !drawing.advance(slam, 100) {}
+        let mut cells = vec![0; drawing.geometry().cells()];
+        drawing.write_ros(&mut cells);
+        OccupancyGrid::from_ros(*drawing.geometry(), &cells).expect("as many numbers as cells")
+    }
+
+    #[test]
+    fn a_robot_goes_on_where_its_map_ends() {
+        let world = World::ring(4);
+        let map = map(&world);
+        let mut random = fastrand::Rng::with_seed(2);
+        // It stands where the map is known, 0.2 m from where it is said to be, and drives on into what is not.
+        let mut truth = Pose2D::new(-3.2, -4.9, 0.05);
+        let mut slam = Slam::on_map(&map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
+        let given = slam.scans().len();
+        let mut odometry = Pose2D::new(7.0, 3.0, 1.0);
+        // Along the corridor, around its corner, and on.
+        for step in 0..140 {
+            let motion = match step {
+                0..91 => Pose2D::new(0.1, 0.0, -0.0005),
+                91..101 => Pose2D::new(0.0, 0.0, 0.157),
+                _ => Pose2D::new(0.1, 0.0, 0.0),
+            };
+            (truth, odometry) = (truth.transform(&motion), odometry.transform(&motion));
+            let state = slam.step(&Settings::default(), &odometry, &world.scan(&truth, &mut random));
+            slam.advance(&Settings::default());
+            assert!(matches!(state, State::Fits(_)), "{state} at {truth:?}");
+        }
+        let anchor = slam.anchor(&odometry).expect("it fits");
+        let away = slam.place(&anchor).distance_to(&truth);
+        assert!(away < 0.1, "{away} m at {truth:?}");
+        assert!(slam.scans().len() > given, "it has seen more");
+    }
+
+    #[test]
+    fn nothing_changes_where_nothing_is_new() {
+        let map = map(&World::ring(4));
+        let slam = Slam::on_map(&map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
+        let again = cells(&slam);
+        let mut counts = [[0; 3]; 3];
+        for (index, &state) in map.cells().iter().enumerate() {
+            let place = map.geometry().center(map.geometry().cell(index));
+            // Around where the robot drove. What it saw from afar has gaps.
+            if place.0 > 0.0 || place.1 > -3.8 {
+                continue;
+            }
+            let found = again.geometry().cell_at(place).map(|cell| again.get(cell));
+            counts[state as usize][found.unwrap_or(Occupancy::Unknown) as usize] += 1;
+        }
+        let [known, walls, unknown] = counts;
+        assert!(
+            known[0] > 100 * known[2] && known[0] > 100 * unknown[0],
+            "{counts:?}"
+        );
+        // Of walls that are two cells thick, the side that is seen.
+        assert!(walls[1] > 2 * walls[2], "{counts:?}");
+        assert_eq!((known[1], walls[0], unknown[1]), (0, 0, 0));
+    }
+
+    #[test]
+    fn a_start_that_is_not_free_is_refused() {
+        let map = map(&World::ring(4));
+        for (x, y) in [(0.0, 0.0), (-7.5, -5.0), (1e3, 0.0), (f64::NAN, 0.0)] {
+            assert!(Slam::on_map(&map, Pose2D::new(x, y, 0.0)).is_none(), "{x}, {y}");
+        }
+        let geometry = Geometry::new(1, 1, 0.05, (0.0, 0.0, 0.0)).expect("valid");
+        let unknown = OccupancyGrid::filled(geometry, Occupancy::Unknown);
+        assert!(Slam::on_map(&unknown, Pose2D::ORIGIN).is_none());
+    }
+}
