@@ -22,7 +22,7 @@ const CERTAIN: f64 = 1e6;
 
 impl Slam {
     /// Returns a map that goes on from another one, on which the robot is at `start`, to 0.3 m and 0.2 rad. Its next scan is
-    /// matched with the map. `None` if no free cell near there is in sight.
+    /// matched with the map. `None` if no free cell near there is visible.
     ///
     /// Takes time by the number of cells, and by the free area times that of rays.
     #[must_use]
@@ -45,7 +45,7 @@ impl Slam {
                 [(-1, 0), (-1, -1), (0, -1), (1, -1)].map(|(dx, dy)| Cell::new(column, row).offset(dx, dy));
             for other in beside.into_iter().flatten().filter(|other| other.x < columns) {
                 if let Some((at, from)) = views[(other.y * columns + other.x) as usize]
-                    && is_in_sight(map, at, cell)
+                    && is_visible(map, at, cell)
                 {
                     slam.add_edge(Edge {
                         from,
@@ -62,7 +62,7 @@ impl Slam {
         let poses = slam.graph.poses();
         let keyframe = (views.iter().flatten())
             .filter(|(cell, keyframe)| {
-                poses[*keyframe].distance_to(&start) < NEAR && is_in_sight(map, *cell, place)
+                poses[*keyframe].distance_to(&start) < NEAR && is_visible(map, *cell, place)
             })
             .map(|&(_, keyframe)| keyframe)
             .min_by(|&a, &b| {
@@ -86,7 +86,7 @@ fn middle(map: &OccupancyGrid, corner: Cell, side: u32) -> Option<Cell> {
         .min_by(|a, b| a.distance(middle).total_cmp(&b.distance(middle)))
 }
 
-fn is_in_sight(map: &OccupancyGrid, from: Cell, to: Cell) -> bool {
+fn is_visible(map: &OccupancyGrid, from: Cell, to: Cell) -> bool {
     walk(from, to, |cell, _| map.get(cell) == Occupancy::Free)
 }
 

@@ -1,12 +1,12 @@
 //! A graph of poses and of what is measured between them, and the poses that fit best: Levenberg and Marquardt's method,
-//! an iteration a call.
+//! at most an iteration a call.
 
 use jde_types::{Pose2D, normalize_angle};
 
 use crate::matrix::{
     Matrix, ZERO, add, diagonal, product, product_transposed, square, times, times_transposed,
 };
-use crate::sparse::System;
+use crate::sparse::{NotPositive, System};
 
 /// How certain the first pose is, which holds all others.
 const HELD: f64 = 1e9;
@@ -14,6 +14,8 @@ const HELD: f64 = 1e9;
 const DAMPING: f64 = 1e-4;
 const LEAST: f64 = 1e-9;
 const MOST: f64 = 1e6;
+/// The steps of a part of an iteration: products of blocks, or links that are merged.
+const PART: usize = 500_000;
 /// A step that ends it, m and rad.
 const SMALL: f64 = 1e-4;
 /// From what square of the error on, in standard deviations, a loop has less weight.
@@ -43,12 +45,21 @@ pub struct Edge {
     pub relation: Relation,
 }
 
+/// The iteration under way.
+#[derive(Clone, Debug)]
+struct Work {
+    system: System,
+    /// How many edges it has: those that there were when it began.
+    edges: usize,
+    is_filled: bool,
+}
+
 /// Poses, and edges between them. The first pose stays.
 #[derive(Clone, Debug)]
 pub struct Graph {
     poses: Vec<Pose2D>,
     edges: Vec<Edge>,
-    system: Option<System>,
+    work: Option<Work>,
     damping: f64,
     /// The square from which on loops have less weight: falls to [`DOUBTED`].
     doubted: f64,
@@ -60,7 +71,7 @@ impl Default for Graph {
         Self {
             poses: Vec::new(),
             edges: Vec::new(),
-            system: None,
+            work: None,
             damping: DAMPING,
             doubted: DOUBTED,
             is_settled: true,
@@ -89,7 +100,6 @@ impl Graph {
     /// Adds a pose, and returns its number.
     pub fn add_pose(&mut self, pose: Pose2D) -> usize {
         self.poses.push(pose);
-        self.system = None;
         self.poses.len() - 1
     }
 
@@ -101,7 +111,6 @@ impl Graph {
         if !is_known || !numbers.all(|number| number.is_finite()) {
             return;
         }
-        self.system = None;
         if edge.relation == Relation::Loop {
             self.damping = DAMPING;
             self.is_settled = false;
@@ -117,62 +126,89 @@ impl Graph {
         self.is_settled
     }
 
-    /// Does an iteration. Returns whether poses moved.
+    /// Does a part of an iteration. Returns whether poses moved.
     ///
-    /// Takes time by the number of poses times the square of how many each is linked with, as they are eliminated: at most
-    /// some tens.
+    /// Takes time by the number of edges, and some milliseconds; an iteration over hundreds of poses is one part.
     pub fn iterate(&mut self) -> bool {
         if self.is_settled {
             return false;
         }
-        let mut system = self.system.take().unwrap_or_else(|| {
-            System::new(
+        let mut work = self.work.take().unwrap_or_else(|| Work {
+            system: System::new(
                 self.poses.len(),
                 self.edges.iter().map(|edge| (edge.from, edge.to)),
-            )
+            ),
+            edges: self.edges.len(),
+            is_filled: false,
         });
-        let before = self.cost();
-        self.fill(&mut system);
-        let step = system.solve();
-        self.system = Some(system);
-        let Some(step) = step else {
-            self.hold_back();
-            return false;
+        if !work.is_filled {
+            if !work.system.order(PART) {
+                self.work = Some(work);
+                return false;
+            }
+            self.fill(&mut work);
+        }
+        let (moved, is_done) = match work.system.solve(PART) {
+            Ok(None) => (false, false),
+            Ok(Some(step)) => (self.move_by(&step, work.edges), true),
+            Err(NotPositive) => (self.hold_back(), true),
         };
-        let poses = self.poses.clone();
+        // Without other edges the order stays.
+        if !is_done || work.edges == self.edges.len() {
+            if is_done {
+                work.is_filled = false;
+                work.system.clear();
+            }
+            self.work = Some(work).filter(|_| !self.is_settled);
+        }
+        moved
+    }
+
+    /// Moves the poses, if they fit better then. Those that were added meanwhile go along. The step is by the first `edges`.
+    fn move_by(&mut self, step: &[[f64; 3]], edges: usize) -> bool {
+        let before = self.cost();
+        let old = self.poses.clone();
         let mut farthest = 0.0_f64;
-        for (pose, [x, y, turn]) in self.poses.iter_mut().zip(step) {
+        for (pose, &[x, y, turn]) in self.poses.iter_mut().zip(step) {
             *pose = Pose2D::new(pose.x + x, pose.y + y, normalize_angle(pose.theta + turn));
             farthest = farthest.max(x.abs()).max(y.abs()).max(turn.abs());
         }
+        for edge in &self.edges {
+            if edge.to >= step.len() && edge.relation == Relation::Successive {
+                self.poses[edge.to] =
+                    self.poses[edge.from].transform(&old[edge.from].localize(&old[edge.to]));
+            }
+        }
         let after = self.cost();
         if !after.is_finite() || after > before * (1.0 + 1e-9) {
-            self.poses = poses;
-            self.hold_back();
-            return false;
+            self.poses = old;
+            return self.hold_back();
         }
         self.damping = (self.damping / 10.0).max(LEAST);
-        if farthest < SMALL && self.doubted <= DOUBTED {
+        if farthest < SMALL && self.doubted <= DOUBTED && edges == self.edges.len() {
             self.is_settled = true;
         }
         self.doubted = (self.doubted / 2.0).max(DOUBTED);
         true
     }
 
-    fn hold_back(&mut self) {
+    /// Lets the next step be smaller. Nothing moves.
+    fn hold_back(&mut self) -> bool {
         self.damping *= 10.0;
         if self.damping > MOST {
             self.damping = DAMPING;
             self.is_settled = self.doubted <= DOUBTED;
             self.doubted = (self.doubted / 2.0).max(DOUBTED);
         }
+        false
     }
 
-    fn fill(&self, system: &mut System) {
-        system.clear();
+    fn fill(&self, work: &mut Work) {
+        work.is_filled = true;
+        let system = &mut work.system;
         system.damp(self.damping);
         system.add_diagonal(0, &diagonal([HELD; 3]));
-        for edge in &self.edges {
+        for edge in &self.edges[..work.edges] {
             let (error, square) = self.error(edge);
             let weight = self.weight(edge, square);
             let mut information = ZERO;

@@ -20,6 +20,17 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     })
 }
 
+/// to − aᵀ b
+pub(crate) fn subtract_product(to: &mut Matrix, a: &Matrix, b: &Matrix) {
+    for inner in 0..3 {
+        for row in 0..3 {
+            for column in 0..3 {
+                to[row][column] -= a[inner][row] * b[inner][column];
+            }
+        }
+    }
+}
+
 /// aᵀ b
 pub(crate) fn product_transposed(a: &Matrix, b: &Matrix) -> Matrix {
     core::array::from_fn(|row| {

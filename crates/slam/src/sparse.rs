@@ -4,12 +4,18 @@ use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::matrix::{
-    Matrix, Vector, ZERO, add, invert, product, product_transposed, times, times_transposed, transpose,
+    Matrix, Vector, ZERO, add, invert, product, subtract_product, times, times_transposed, transpose,
 };
 
+/// The place of a node that is not ordered yet.
+const NONE: u32 = u32::MAX;
+
 /// A system of equations over nodes; each pair of linked nodes has a block.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct System {
+    /// What each node that is not ordered yet is linked with, and these nodes, of least degree first.
+    near: Vec<Vec<u32>>,
+    due: BinaryHeap<Reverse<(usize, usize)>>,
     /// The place of each node in the order in which they are eliminated.
     places: Vec<u32>,
     /// By place: the places of those that are linked when it is eliminated, all of them later.
@@ -18,10 +24,16 @@ pub(crate) struct System {
     /// By place and link: the block with its row in `place` and its column in the link.
     blocks: Vec<Vec<Matrix>>,
     right: Vec<Vector>,
+    /// The place that is eliminated next.
+    next: usize,
 }
 
+/// A matrix is not positive definite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NotPositive;
+
 impl System {
-    /// Finds the order for so many nodes with links.
+    /// The system of so many nodes with links, all of its numbers zero.
     pub(crate) fn new(nodes: usize, links: impl IntoIterator<Item = (usize, usize)>) -> Self {
         let mut near: Vec<Vec<u32>> = vec![Vec::new(); nodes];
         for (a, b) in links {
@@ -33,41 +45,54 @@ impl System {
             near.dedup();
             near.retain(|&other| other as usize != node);
         }
-        let mut due: BinaryHeap<_> = (0..nodes).map(|node| Reverse((near[node].len(), node))).collect();
-        let mut places = vec![u32::MAX; nodes];
-        let mut order = Vec::with_capacity(nodes);
-        while let Some(Reverse((degree, node))) = due.pop() {
-            // Its degree may have changed since.
-            if places[node] != u32::MAX || degree != near[node].len() {
-                continue;
-            }
-            places[node] = order.len() as u32;
-            let linked = core::mem::take(&mut near[node]);
-            for &other in &linked {
-                let merged = merge(&near[other as usize], &linked, [node as u32, other]);
-                near[other as usize] = merged;
-                due.push(Reverse((near[other as usize].len(), other as usize)));
-            }
-            order.push(linked);
-        }
-        let links: Vec<Vec<u32>> = (order.into_iter())
-            .map(|linked| {
-                let mut links: Vec<u32> = linked.iter().map(|&node| places[node as usize]).collect();
-                links.sort_unstable();
-                links
-            })
-            .collect();
         Self {
-            blocks: links.iter().map(|links| vec![ZERO; links.len()]).collect(),
+            due: (0..nodes).map(|node| Reverse((near[node].len(), node))).collect(),
+            near,
+            places: vec![NONE; nodes],
+            links: Vec::with_capacity(nodes),
             diagonal: vec![ZERO; nodes],
+            blocks: Vec::new(),
             right: vec![[0.0; 3]; nodes],
-            places,
-            links,
+            next: 0,
         }
     }
 
-    /// Sets all numbers to zero.
+    /// Orders nodes, by about `most` steps. Returns whether all are ordered; only then it takes numbers.
+    pub(crate) fn order(&mut self, most: usize) -> bool {
+        let mut done = 0;
+        while let Some(Reverse((degree, node))) = self.due.pop() {
+            // Its degree may have changed since.
+            if self.places[node] != NONE || degree != self.near[node].len() {
+                continue;
+            }
+            self.places[node] = self.links.len() as u32;
+            let linked = core::mem::take(&mut self.near[node]);
+            for &other in &linked {
+                let near = &mut self.near[other as usize];
+                *near = merge(near, &linked, [node as u32, other]);
+                done += near.len();
+                self.due.push(Reverse((near.len(), other as usize)));
+            }
+            self.links.push(linked);
+            if done > most {
+                return false;
+            }
+        }
+        if self.blocks.is_empty() {
+            for links in &mut self.links {
+                links
+                    .iter_mut()
+                    .for_each(|node| *node = self.places[*node as usize]);
+                links.sort_unstable();
+            }
+            self.blocks = self.links.iter().map(|links| vec![ZERO; links.len()]).collect();
+        }
+        true
+    }
+
+    /// Sets all numbers to zero again; the order stays.
     pub(crate) fn clear(&mut self) {
+        self.next = 0;
         self.diagonal.fill(ZERO);
         self.right.fill([0.0; 3]);
         self.blocks.iter_mut().for_each(|blocks| blocks.fill(ZERO));
@@ -105,10 +130,21 @@ impl System {
         }
     }
 
-    /// Solves it, and replaces its numbers. Returns a vector for each node; `None` if the matrix is not positive definite.
-    pub(crate) fn solve(&mut self) -> Option<Vec<Vector>> {
-        for place in 0..self.links.len() {
-            self.eliminate(place)?;
+    /// Eliminates nodes, about `most` products of blocks; the numbers of the system are replaced. Returns the vector of each
+    /// node when all are eliminated.
+    ///
+    /// # Errors
+    /// If the matrix is not positive definite.
+    pub(crate) fn solve(&mut self, most: usize) -> Result<Option<Vec<Vector>>, NotPositive> {
+        let mut done = 0;
+        while self.next < self.links.len() {
+            if done > most {
+                return Ok(None);
+            }
+            let links = self.links[self.next].len();
+            done += 1 + links * (links + 3) / 2;
+            self.eliminate(self.next)?;
+            self.next += 1;
         }
         for place in (0..self.links.len()).rev() {
             let mut vector = times(&self.diagonal[place], &self.right[place]);
@@ -119,13 +155,13 @@ impl System {
             self.right[place] = vector;
         }
         let of = |place: &u32| self.right[*place as usize];
-        Some(self.places.iter().map(of).collect())
+        Ok(Some(self.places.iter().map(of).collect()))
     }
 
     /// Takes a node out of the equations of those that it is linked to. Then its diagonal is its inverse, and its blocks
     /// are multiplied by that.
-    fn eliminate(&mut self, place: usize) -> Option<()> {
-        let inverse = invert(&self.diagonal[place])?;
+    fn eliminate(&mut self, place: usize) -> Result<(), NotPositive> {
+        let inverse = invert(&self.diagonal[place]).ok_or(NotPositive)?;
         let (done, rest) = self.blocks.split_at_mut(place + 1);
         let blocks = &mut done[place];
         let links = &self.links[place];
@@ -133,28 +169,28 @@ impl System {
         for (number, &link) in links.iter().enumerate() {
             let (first, others) = (blocks[number], &blocks[number + 1..]);
             let scaled = product(&inverse, &first);
-            add(
-                &mut self.diagonal[link as usize],
-                -1.0,
-                &product_transposed(&first, &scaled),
-            );
+            subtract_product(&mut self.diagonal[link as usize], &first, &scaled);
             let part = times_transposed(&scaled, &right);
             (0..3).for_each(|axis| self.right[link as usize][axis] -= part[axis]);
             // The links of a link include all later ones of this place.
-            let to = &mut rest[link as usize - place - 1];
-            let mut at = 0;
-            for (&other, block) in links[number + 1..].iter().zip(others) {
-                while self.links[link as usize][at] != other {
-                    at += 1;
+            let to = self.links[link as usize]
+                .iter()
+                .zip(&mut rest[link as usize - place - 1]);
+            let mut others = links[number + 1..].iter().zip(others);
+            let mut next = others.next();
+            for (other, to) in to {
+                let Some((due, block)) = next else { break };
+                if due == other {
+                    subtract_product(to, &scaled, block);
+                    next = others.next();
                 }
-                add(&mut to[at], -1.0, &product_transposed(&scaled, block));
             }
         }
         for block in blocks.iter_mut() {
             *block = product(&inverse, block);
         }
         self.diagonal[place] = inverse;
-        Some(())
+        Ok(())
     }
 }
 
@@ -182,14 +218,14 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::matrix::diagonal;
+    use crate::matrix::{diagonal, product_transposed};
 
     /// JᵀJ of random blocks, and what it gives for a known vector.
-    fn check(nodes: usize, links: &[(usize, usize)], numbers: &[f64]) {
+    fn check(nodes: usize, links: &[(usize, usize)], numbers: &[f64], most: usize) {
         let mut numbers = numbers.iter().copied().cycle();
         let mut next = || numbers.next().expect("they never end");
         let mut system = System::new(nodes, links.iter().copied());
-        system.clear();
+        while !system.order(most) {}
         let truth: Vec<Vector> = (0..nodes).map(|_| [next(), next(), next()]).collect();
         let apply = |system: &mut System, row: usize, block: &Matrix, column: usize| {
             system.add_right(row, &times(block, &truth[column]));
@@ -211,7 +247,11 @@ mod tests {
             apply(&mut system, a, &cross, b);
             apply(&mut system, b, &transpose(&cross), a);
         }
-        let found = system.solve().expect("positive definite");
+        let found = loop {
+            if let Some(found) = system.solve(most).expect("positive definite") {
+                break found;
+            }
+        };
         for (found, truth) in found.iter().flatten().zip(truth.iter().flatten()) {
             assert!((found - truth).abs() < 1e-6, "{found} for {truth}");
         }
@@ -219,20 +259,22 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_vector_of_a_system_is_found(
+        fn the_vector_of_a_system_is_found_in_parts(
             nodes in 1usize..40,
             links in proptest::collection::vec((0usize..40, 0usize..40), 0..80),
             numbers in proptest::collection::vec(-1.0..1.0f64, 97),
+            most in 0usize..100,
         ) {
             let links: Vec<_> = links.iter().map(|&(a, b)| (a % nodes, b % nodes)).collect();
-            check(nodes, &links, &numbers);
+            check(nodes, &links, &numbers, most);
         }
     }
 
     #[test]
     fn a_system_without_an_answer_has_none() {
         let mut system = System::new(2, [(0, 1)]);
+        assert!(system.order(usize::MAX));
         system.add_diagonal(0, &diagonal([1.0; 3]));
-        assert_eq!(system.solve(), None);
+        assert_eq!(system.solve(usize::MAX), Err(NotPositive));
     }
 }
