@@ -128,6 +128,21 @@ fn slam_goes_where_it_shall_in_a_building_that_it_does_not_know() {
 }
 
 #[test]
+fn vacuum_covers_two_rooms_around_a_table_that_its_map_does_not_know() {
+    let world = format!("robot.world={}", root().join("worlds/rooms.toml").display());
+    let map = format!("map.file={}", root().join("worlds/map/rooms.yaml").display());
+    let starts = ["robot.start=[[1, 1, 0]]", "localize.initial=[[1, 1, 0]]"];
+    let result = run(
+        "vacuum",
+        &[
+            "--set", &world, "--set", &map, "--set", starts[0], "--set", starts[1],
+        ],
+    );
+    assert_eq!(result["outcome"], "done", "{result}");
+    assert!(result["reached"].as_u64() > Some(60), "{result}");
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];

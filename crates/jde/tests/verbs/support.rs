@@ -11,9 +11,9 @@ use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
 
 /// The plugins that the tests use.
-pub(crate) const PLUGINS: [&str; 21] = [
+pub(crate) const PLUGINS: [&str; 23] = [
     "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop", "fault", "see",
-    "map", "plan", "drive", "navigate", "guard", "recover", "localize", "explore", "slam",
+    "map", "plan", "drive", "navigate", "guard", "recover", "localize", "explore", "slam", "cover", "father",
 ];
 
 /// The output of a process that has ended.

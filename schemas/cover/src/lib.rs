@@ -1,0 +1,292 @@
+//! Coverage of a floor by a tool: contours and lanes side by side, nearest first, until all that can be reached is covered. It
+//! exports a path, and leaves driving to others.
+
+mod panel;
+mod stroke;
+
+use jde_grid::{
+    Cell, Costmap, Covered, Floor, Geometry, Inflation, Occupancy, OccupancyGrid as Grid, PlanError, Prices,
+    Unknown, nearest_open, walk,
+};
+use jde_schema::prelude::*;
+use jde_schema::types::OccupancyGrid;
+
+use stroke::Driven;
+
+/// A step of the pose that is no motion, m: nothing is covered between both places.
+const JUMP: f64 = 0.5;
+/// How long there may be nothing left to drive before the floor counts as covered: the map may be growing.
+const SETTLED: Duration = Duration::from_secs(2);
+
+/// Exports one path after another, along which a robot covers the floor of a map with a round tool.
+///
+/// The floor is where the tool comes from all places that the robot can reach. It drives along the contour of these places and along
+/// lanes, each where the tool covers something new, the nearest first. Where a map grows, so does the floor. Where the robot comes no
+/// nearer for `patience`, it takes the place ahead for an obstacle, and the mission says so. The mission is done when nothing is left.
+#[derive(Describe)]
+#[schema(perceptive, period = "200ms", budget = "400ms")]
+pub struct Cover {
+    /// The map. It may move and grow.
+    #[import]
+    map: Import<OccupancyGrid>,
+    /// The estimated pose of the robot, in the frame of the map. One that is not finite counts as none.
+    #[import]
+    pose: Import<Odometry>,
+    /// Radius of a circle that the robot needs. Nearer to an obstacle it does not go.
+    #[modulation(default = 0.2, unit = "m", min = 0.0, max = 5.0)]
+    inscribed: Modulation<f64>,
+    /// Width of the tool, whose middle is that of the base.
+    #[modulation(default = 0.3, unit = "m", min = 0.05, max = 5.0)]
+    width: Modulation<f64>,
+    /// The share of the width by which neighbouring lanes overlap.
+    #[modulation(default = 0.2, min = 0.0, max = 0.9)]
+    overlap: Modulation<f64>,
+    /// The share of the tool that must be over something new for a place to be driven to.
+    #[modulation(default = 0.1, min = 0.01, max = 1.0)]
+    least: Modulation<f64>,
+    /// Distance to a point of the path below which it is reached.
+    #[modulation(default = 0.15, unit = "m", min = 0.01, max = 1.0)]
+    tolerance: Modulation<f64>,
+    /// Time without getting nearer to the next point of the path, after which the place ahead is left out.
+    #[modulation(default = 20.0, unit = "s", min = 1.0, max = 3600.0)]
+    patience: Modulation<f64>,
+    /// The path: the way to the next stroke, and the stroke.
+    #[export]
+    path: Export<Path>,
+    /// DONE when nothing is left, with a note that says what is covered and what was left out. `reached` counts the strokes.
+    #[export]
+    mission: Export<Mission>,
+    /// What it does, or why it does nothing.
+    #[export]
+    state: Export<Text<160>>,
+    /// The share of the floor that is covered.
+    #[export]
+    covered: Export<f64>,
+    /// The area that is covered.
+    #[export(unit = "m2")]
+    area: Export<f64>,
+    tracks: Option<Tracks>,
+    stroke: Option<Driven>,
+    /// The floor as it was at the last plan.
+    floor: Option<Floor>,
+    /// How much of it is covered, and all of it, m².
+    areas: (f64, f64),
+    left_out: Vec<(f64, f64)>,
+    strokes: u32,
+    last: Option<Pose2D>,
+    /// Since when there has been nothing left to drive.
+    settled_since: Option<Duration>,
+    is_done: bool,
+    words: String,
+}
+
+/// What was covered, and which lines were driven along.
+struct Tracks {
+    covered: Covered,
+    done: Covered,
+}
+
+impl Schema for Cover {
+    fn awake(&mut self, _: &Context) -> Result {
+        self.stroke = None;
+        self.last = None;
+        self.settled_since = None;
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let result = self.go_on(cx);
+        self.measure(cx);
+        self.words = match result {
+            Ok(()) => self.situation(),
+            Err(error) => {
+                self.stroke = None;
+                error.to_string()
+            }
+        };
+        let stroke = self.stroke.as_ref();
+        match stroke.zip(self.pose.get(cx)) {
+            Some((stroke, pose)) => self.path.write(cx, stroke.path(&pose.header.frame_id, cx.now())),
+            None => self.path.retract(cx),
+        }
+        let end = stroke.map(Driven::end).zip(self.last);
+        self.mission.write(
+            cx,
+            Mission {
+                state: if self.is_done {
+                    Mission::DONE
+                } else {
+                    Mission::RUNNING
+                },
+                reached: self.strokes,
+                note: Text::truncated(&self.words),
+                target: end.map_or(Pose2D::ORIGIN, |(end, _)| end),
+                distance: end.map_or(0.0, |(end, robot)| robot.distance_to(&end)),
+                ..Mission::default()
+            },
+        );
+        self.state.write(cx, Text::truncated(&self.words));
+        Ok(())
+    }
+}
+
+impl Cover {
+    /// Follows the map and the robot, and plans when a stroke has ended.
+    fn go_on(&mut self, cx: &Context) -> Result {
+        let map = self.map.get(cx).ok_or("there is no map")?;
+        let robot = self.robot(cx).ok_or("the place of the robot is not known")?;
+        let geometry = geometry(&map)?;
+        let tracks = self.tracks.get_or_insert_with(|| Tracks {
+            covered: Covered::none(geometry),
+            done: Covered::none(geometry),
+        });
+        tracks.covered.follow(geometry);
+        tracks.done.follow(geometry);
+        let from = self
+            .last
+            .filter(|last| last.distance_to(&robot) < JUMP)
+            .unwrap_or(robot);
+        let radius = self.width.get(cx) / 2.0;
+        tracks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
+        self.last = Some(robot);
+        let patience = Duration::from_secs_f64(self.patience.get(cx));
+        if let Some(stroke) = &mut self.stroke {
+            stroke.advance(&robot, self.tolerance.get(cx), cx.now());
+            let ahead = self.inscribed.get(cx) + geometry.resolution();
+            if let Some((x, y)) = stroke.stuck(cx.now(), patience, ahead) {
+                warn!(
+                    cx,
+                    "leaves out the floor around {x:.2}, {y:.2}: the robot comes no nearer"
+                );
+                self.left_out.push((x, y));
+                self.stroke = None;
+            } else if stroke.is_at_end() {
+                for &cell in stroke.cells() {
+                    tracks.done.sweep(cell, cell, geometry.resolution() / 2.0);
+                }
+                self.strokes += 1;
+                self.stroke = None;
+            } else if !is_blocked(&map, &geometry, stroke.ahead(), self.inscribed.get(cx)) {
+                return Ok(());
+            }
+        }
+        self.plan(cx, &map, geometry, &robot)
+    }
+
+    /// Computes the floor, and plans the next stroke.
+    fn plan(&mut self, cx: &Context, map: &OccupancyGrid, geometry: Geometry, robot: &Pose2D) -> Result {
+        let (count, radius) = (map.data.len(), self.inscribed.get(cx));
+        let mut grid = Grid::from_ros(geometry, &map.data)
+            .ok_or_else(|| format!("the map has {count} of {} cells", geometry.cells()))?;
+        for &place in &self.left_out {
+            if let Some(cell) = geometry.cell_at(place) {
+                grid.set(cell, Occupancy::Occupied);
+            }
+        }
+        let inflation = Inflation {
+            inscribed: radius,
+            circumscribed: radius,
+            reach: radius,
+            decay: 0.0,
+        };
+        let costs = Costmap::new(&grid, &inflation)?;
+        let prices = Prices::new(0.0, Unknown::Closed);
+        let cell = geometry
+            .cell_at((robot.x, robot.y))
+            .ok_or(PlanError::StartOutside)?;
+        let reach = radius / geometry.resolution() + 2.0;
+        let start = nearest_open(&costs, &prices, cell, reach).ok_or(PlanError::StartClosed)?;
+        let width = self.width.get(cx) / geometry.resolution();
+        let distance = (width * (1.0 - self.overlap.get(cx))).round().max(1.0) as u32;
+        let mut floor = Floor::new(&costs, &prices, start, width / 2.0, distance)?;
+        let Some(tracks) = &self.tracks else { return Ok(()) };
+        let tool = core::f64::consts::PI * (width / 2.0).powi(2);
+        let least = (self.least.get(cx) * tool).ceil() as usize;
+        let next = floor.next(&tracks.covered, &tracks.done, least);
+        self.stroke = next.map(|stroke| Driven::new(stroke, &geometry, cx.now()));
+        self.floor = Some(floor);
+        if self.stroke.is_some() {
+            (self.settled_since, self.is_done) = (None, false);
+        } else if cx.now() >= *self.settled_since.get_or_insert(cx.now()) + SETTLED && !self.is_done {
+            self.is_done = true;
+            info!(cx, "{}", self.situation());
+        }
+        Ok(())
+    }
+
+    /// Exports how much of the floor is covered.
+    fn measure(&mut self, cx: &Context) {
+        let (Some(tracks), Some(floor)) = (&self.tracks, &self.floor) else {
+            return;
+        };
+        if let Some((covered, all)) = floor.share(&tracks.covered) {
+            let area = |cells: usize| cells as f64 * floor.geometry().resolution().powi(2);
+            self.areas = (area(covered), area(all));
+            self.covered.write(cx, covered as f64 / all.max(1) as f64);
+            self.area.write(cx, self.areas.0);
+        }
+    }
+
+    /// What it does, in words.
+    fn situation(&self) -> String {
+        let (covered, all) = self.areas;
+        let share = 100.0 * covered / all.max(f64::EPSILON);
+        let out = match self.left_out.len() {
+            0 => String::new(),
+            1 => ", 1 place is left out".to_owned(),
+            several => format!(", {several} places are left out"),
+        };
+        let of = if self.is_done { "covered" } else { "so far" };
+        format!("{share:.1} % of {all:.1} m2 {of}{out}")
+    }
+
+    /// Where the robot is; `None` also for numbers that are not finite.
+    fn robot(&self, cx: &Context) -> Option<Pose2D> {
+        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        pose.filter(|pose| pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite())
+    }
+}
+
+/// Whether the map has an obstacle on a path that was not there when the path was planned: nearer by more than a cell than the
+/// robot may be.
+fn is_blocked(map: &OccupancyGrid, geometry: &Geometry, path: &[(f64, f64)], inscribed: f64) -> bool {
+    let reach = inscribed / geometry.resolution() - 1.0;
+    let side = reach.max(0.0) as i32;
+    let is_occupied = |cell: Cell| {
+        let number = map
+            .data
+            .get(geometry.index(cell))
+            .filter(|_| geometry.contains(cell));
+        number.is_some_and(|&number| Occupancy::from_ros(number) == Occupancy::Occupied)
+    };
+    let is_clear = |cell: Cell, _: f64| {
+        let around = (-side..=side).flat_map(|y| (-side..=side).map(move |x| (x, y)));
+        let within = around.filter(|&(x, y)| f64::from(x * x + y * y) <= reach * reach);
+        !within.filter_map(|(x, y)| cell.offset(x, y)).any(is_occupied)
+    };
+    path.windows(2).any(|pair| {
+        let ends = geometry.cell_at(pair[0]).zip(geometry.cell_at(pair[1]));
+        ends.is_some_and(|(from, to)| !walk(from, to, is_clear))
+    })
+}
+
+/// The geometry that a map states.
+fn geometry(map: &OccupancyGrid) -> Result<Geometry> {
+    let (info, origin) = (&map.info, &map.info.origin);
+    let place = (origin.position.x, origin.position.y, origin.orientation.yaw());
+    Ok(Geometry::new(
+        info.width,
+        info.height,
+        f64::from(info.resolution),
+        place,
+    )?)
+}
+
+jde_schema::export!(
+    "cover",
+    "Leads a robot over all of a floor that it can reach.",
+    [Cover]
+);
+
+#[cfg(test)]
+mod tests;

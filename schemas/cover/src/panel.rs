@@ -1,0 +1,74 @@
+//! The panel: the floor that is covered, the obstacles of the map, the path, and what was left out.
+
+use jde_grid::Occupancy;
+use jde_schema::prelude::*;
+
+use super::{Cover, geometry};
+
+/// Most points for the covered and for the occupied cells. Of more, only every so many are drawn.
+const MOST_CELLS: usize = 20_000;
+
+impl Panel for Cover {
+    fn draw(&self, cx: &Context, pen: &mut Pen) {
+        pen.heading("Coverage");
+        pen.text(&self.words);
+        pen.row(|pen| {
+            pen.value("covered", self.areas.0, "m2");
+            pen.value("strokes", f64::from(self.strokes), "");
+        });
+        pen.canvas("map").show(|area| {
+            if let Some(tracks) = &self.tracks {
+                area.points(tracks.covered.places(MOST_CELLS))
+                    .ink(Ink::Seen)
+                    .width(3.0);
+            }
+            if let Some(map) = self.map.get(cx)
+                && let Ok(geometry) = geometry(&map)
+            {
+                let cells = map.data.iter().take(geometry.cells()).enumerate();
+                let cells = cells.filter(|(_, number)| Occupancy::from_ros(**number) == Occupancy::Occupied);
+                let step = cells.clone().count().div_ceil(MOST_CELLS).max(1);
+                let places = cells
+                    .step_by(step)
+                    .map(|(index, _)| geometry.center(geometry.cell(index)));
+                area.points(places).ink(Ink::Plain).width(2.0);
+            }
+            if let Some(stroke) = &self.stroke {
+                area.line(stroke.points().iter().copied())
+                    .ink(Ink::Good)
+                    .width(2.0);
+            }
+            for &place in &self.left_out {
+                area.circle(place, self.width.get(cx)).ink(Ink::Bad);
+            }
+            if let Some(pose) = self.robot(cx) {
+                area.robot(&pose);
+            }
+        });
+        for (x, y) in &self.left_out {
+            pen.text(format!("{x:.2}, {y:.2}: the robot came no nearer"));
+        }
+        pen.row(|pen| {
+            pen.button("again", "Try again what was left out")
+                .enabled(!self.left_out.is_empty());
+            pen.button("anew", "Cover all anew")
+                .enabled(self.tracks.is_some());
+        });
+    }
+
+    fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
+        let by = gesture.by();
+        if gesture.pressed("again") {
+            self.left_out.clear();
+            if let Some(tracks) = &mut self.tracks {
+                tracks.done.clear();
+            }
+            info!(cx, "{by} has what was left out tried again");
+        } else if gesture.pressed("anew") {
+            self.left_out.clear();
+            (self.tracks, self.stroke) = (None, None);
+            info!(cx, "{by} has all covered anew");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,216 @@
+//! A robot that follows the paths over small maps, what it leaves out, and the words.
+
+use jde_schema::bench::Bench;
+use jde_schema::panel::Touch;
+
+use super::*;
+
+/// A map with sides of 0.1 m from rows of text, the first at the top: `#` occupied, `?` unknown.
+fn map(rows: &[&str]) -> Box<OccupancyGrid> {
+    let mut map = OccupancyGrid::boxed();
+    map.info.resolution = 0.1;
+    (map.info.width, map.info.height) = (rows[0].len() as u32, rows.len() as u32);
+    map.info.origin.orientation = Quaternion::IDENTITY;
+    for symbol in rows.iter().rev().flat_map(|row| row.bytes()) {
+        let number = match symbol {
+            b'#' => 100,
+            b'?' => -1,
+            _ => 0,
+        };
+        map.data.push(number).expect("it fits");
+    }
+    map
+}
+
+/// A room of 1.8 × 1 m with a box.
+const ROOM: [&str; 12] = [
+    "####################",
+    "#..................#",
+    "#..................#",
+    "#..................#",
+    "#..................#",
+    "#........###.......#",
+    "#........###.......#",
+    "#..................#",
+    "#..................#",
+    "#..................#",
+    "#..................#",
+    "####################",
+];
+
+/// A robot of 0.1 m radius with a tool of 0.3 m.
+fn bench(rows: &[&str]) -> Bench<Cover> {
+    let mut bench = Bench::new();
+    bench.set("inscribed", 0.1);
+    bench.set("tolerance", 0.05);
+    bench.import("map", &*map(rows));
+    stand(&mut bench, (0.45, 0.45));
+    bench
+}
+
+fn stand(bench: &mut Bench<Cover>, (x, y): (f64, f64)) {
+    let pose = Pose2D::new(x, y, 0.0);
+    bench.import("pose", &Odometry::planar(Time::default(), pose, Twist::ZERO));
+}
+
+fn mission(bench: &Bench<Cover>) -> Mission {
+    bench.exported("mission").expect("a mission")
+}
+
+/// Lets the robot follow the paths until the mission is done. Returns the way, m.
+fn follow(bench: &mut Bench<Cover>) -> f64 {
+    let (mut robot, mut way) = ((0.45, 0.45), 0.0);
+    for iteration in 0..3000 {
+        bench.set_now(Duration::from_millis(200 * iteration));
+        bench.iterate().expect("the iteration succeeds");
+        if mission(bench).state == Mission::DONE {
+            return way;
+        }
+        let Some(path) = bench.exported::<Path>("path") else {
+            continue;
+        };
+        for pose in &path.poses {
+            let to = (pose.pose.position.x, pose.pose.position.y);
+            while (to.0 - robot.0).hypot(to.1 - robot.1) > 1e-9 {
+                let left: f64 = (to.0 - robot.0).hypot(to.1 - robot.1);
+                let share = (0.05 / left).min(1.0);
+                robot = (
+                    robot.0 + share * (to.0 - robot.0),
+                    robot.1 + share * (to.1 - robot.1),
+                );
+                way += share * left;
+                stand(bench, robot);
+                bench.iterate().expect("the iteration succeeds");
+            }
+        }
+    }
+    panic!("it comes to no end: {}", mission(bench).note.as_str());
+}
+
+#[test]
+fn a_robot_that_follows_the_paths_covers_the_floor_once() {
+    let mut bench = bench(&ROOM);
+    let way = follow(&mut bench);
+    let covered: f64 = bench.exported("covered").expect("a share");
+    let area: f64 = bench.exported("area").expect("an area");
+    assert!(covered > 0.98, "{covered}");
+    assert!((1.5..1.8).contains(&area), "{area} m2 of 1.71");
+    assert!(way * 0.3 < 2.5 * area, "{way} m for {area} m2");
+    assert!(
+        mission(&bench).note.as_str().ends_with("m2 covered"),
+        "{}",
+        mission(&bench).note.as_str()
+    );
+    assert!(bench.exported::<Path>("path").is_none());
+}
+
+#[test]
+fn a_map_that_grows_is_covered_as_far_as_it_is_known() {
+    let unknown: Vec<String> = ROOM
+        .iter()
+        .map(|row| format!("{}??????????", &row[..10]))
+        .collect();
+    let mut bench = bench(&unknown.iter().map(String::as_str).collect::<Vec<_>>());
+    follow(&mut bench);
+    let half: f64 = bench.exported("area").expect("an area");
+    bench.import("map", &*map(&ROOM));
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(mission(&bench).state, Mission::RUNNING, "there is more");
+    let covered: f64 = bench.exported("covered").expect("a share");
+    assert!(half > 0.6 && covered < 0.8, "{half} m2, {covered}");
+}
+
+#[test]
+fn an_obstacle_that_appears_on_the_path_changes_it_at_once() {
+    let mut bench = bench(&ROOM);
+    let path = |bench: &mut Bench<Cover>| {
+        bench.iterate().expect("the iteration succeeds");
+        bench.exported::<Path>("path").expect("a path")
+    };
+    let before = path(&mut bench);
+    assert_eq!(path(&mut bench).poses, before.poses, "it stays");
+    let end = before.poses.last().expect("poses").pose.position;
+    let mut changed = map(&ROOM);
+    changed.data[(end.y / 0.1) as usize * 20 + (end.x / 0.1) as usize] = 100;
+    bench.import("map", &*changed);
+    assert_ne!(path(&mut bench).poses, before.poses);
+    assert_eq!(mission(&bench).reached, 0, "it is not driven along");
+}
+
+#[test]
+fn a_robot_that_comes_no_nearer_leaves_the_place_out_and_says_so() {
+    let mut bench = bench(&ROOM);
+    for second in 0..22 {
+        bench.set_now(Duration::from_secs(second));
+        bench.iterate().expect("the iteration succeeds");
+    }
+    assert!(mission(&bench).note.as_str().ends_with("1 place is left out"));
+    assert!(
+        bench
+            .log()
+            .iter()
+            .any(|(_, line)| line.contains("the robot comes no nearer"))
+    );
+    bench
+        .touch("again", Touch::Pressed)
+        .expect("the gesture is handled");
+    bench.iterate().expect("the iteration succeeds");
+    assert!(mission(&bench).note.as_str().ends_with("so far"));
+    stand(&mut bench, (1.45, 0.45));
+    bench.iterate().expect("the iteration succeeds");
+    assert!(
+        bench.exported::<f64>("area") < Some(0.3),
+        "a jump covers nothing between"
+    );
+    bench
+        .touch("anew", Touch::Pressed)
+        .expect("the gesture is handled");
+    bench.iterate().expect("the iteration succeeds");
+    assert_eq!(mission(&bench).reached, 0);
+}
+
+#[test]
+fn what_is_missing_or_wrong_is_said_and_there_is_no_path() {
+    type Spoil = fn(&mut Bench<Cover>);
+    let cases: [(Spoil, &str); 6] = [
+        (|bench| bench.retract("map"), "there is no map"),
+        (
+            |bench| bench.retract("pose"),
+            "the place of the robot is not known",
+        ),
+        (
+            |bench| stand(bench, (f64::NAN, 0.3)),
+            "the place of the robot is not known",
+        ),
+        (|bench| stand(bench, (9.0, 0.3)), "the robot is outside the map"),
+        (
+            |bench| stand(bench, (0.05, 0.05)),
+            "the robot is in an obstacle of the map",
+        ),
+        (
+            |bench| {
+                let mut map = map(&ROOM);
+                map.info.height = 9;
+                bench.import("map", &*map);
+            },
+            "the map has 240 of 180 cells",
+        ),
+    ];
+    for (spoil, words) in cases {
+        let mut bench = bench(&ROOM);
+        spoil(&mut bench);
+        bench.iterate().expect("the iteration succeeds");
+        let state = bench.exported::<Text<160>>("state").expect("a state");
+        assert_eq!(state.as_str(), words);
+        assert!(bench.exported::<Path>("path").is_none(), "{words}");
+        assert_eq!(mission(&bench).state, Mission::RUNNING);
+        bench.draw().expect("the panel is drawn");
+    }
+}
+
+#[test]
+fn the_panel_shows_the_covered_floor_and_the_path() {
+    let mut bench = bench(&ROOM);
+    bench.iterate().expect("the iteration succeeds");
+    assert!(bench.draw().expect("the panel is drawn").shapes("map").len() >= 4);
+}
