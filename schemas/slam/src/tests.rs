@@ -321,7 +321,7 @@ fn the_map_is_saved_in_the_form_of_a_map_server() {
         bench.set("save_every", 1.0);
     });
     robot.drive(70);
-    let _watchdog = Watchdog::new(Duration::from_secs(60), || "the map is not saved".into());
+    let _watchdog = Watchdog::new(Duration::from_secs(600), || "the map is not saved".into());
     // A thread writes it.
     let is_saved = || {
         let Ok(map) = MapFile::load(&path) else {
