@@ -11,9 +11,10 @@ use signal_hook::consts::{SIGINT, SIGQUIT};
 use signal_hook::flag;
 
 /// The plugins that the tests use.
-pub(crate) const PLUGINS: [&str; 23] = [
+pub(crate) const PLUGINS: [&str; 25] = [
     "sim", "carmen", "p2os", "example", "goon", "vff", "stop", "pair", "family", "teleop", "fault", "see",
-    "map", "plan", "drive", "navigate", "guard", "recover", "localize", "explore", "slam", "cover", "father",
+    "map", "plan", "drive", "navigate", "guard", "recover", "localize", "explore", "slam", "cover", "people",
+    "follow", "father",
 ];
 
 /// The output of a process that has ended.
