@@ -1,7 +1,6 @@
 //! The battery of a robot: its voltage, current and charge.
 //!
-//! The model is a constant resistance and a linear voltage. The battery never charges, and a robot keeps
-//! driving when it is empty.
+//! The model is a constant resistance and a linear voltage. A robot keeps driving when its battery is empty.
 
 use crate::geometry::Twist2;
 
@@ -27,31 +26,34 @@ const STALLED: f64 = 4.0;
 pub struct Battery {
     /// Volts at the terminals, under the present load.
     pub voltage: f64,
-    /// The remaining part of [`BATTERY_CAPACITY`], from 0 to 1.
+    /// The remaining part of the capacity, from 0 to 1.
     pub charge: f64,
     /// Amperes; negative while it discharges.
     pub current: f64,
+    /// Ampere hours of a full battery.
+    pub capacity: f64,
 }
 
 impl Battery {
     /// Creates a full battery under a robot at rest.
-    pub(crate) fn full() -> Self {
+    pub(crate) fn full(capacity: f64) -> Self {
         let mut battery = Self {
             voltage: FULL_VOLTS,
             charge: 1.0,
             current: 0.0,
+            capacity,
         };
-        battery.step(Twist2::default(), false, 0.0);
+        battery.step(Twist2::default(), false, 0.0, 0.0);
         battery
     }
 
-    /// Discharges the battery by `dt` seconds of a motion.
-    pub(crate) fn step(&mut self, twist: Twist2, stalled: bool, dt: f64) {
+    /// Discharges the battery by `dt` seconds of a motion, and charges it by the amperes of a charger.
+    pub(crate) fn step(&mut self, twist: Twist2, stalled: bool, supply: f64, dt: f64) {
         let motion = PER_METRE_A_SECOND * (twist.linear.abs() + twist.lateral.abs())
             + PER_RADIAN_A_SECOND * twist.angular.abs();
         let draw = IDLE + motion + if stalled { STALLED } else { 0.0 };
-        self.charge = (self.charge - draw * dt / 3600.0 / BATTERY_CAPACITY).max(0.0);
-        self.current = -draw;
-        self.voltage = EMPTY_VOLTS + (FULL_VOLTS - EMPTY_VOLTS) * self.charge - RESISTANCE * draw;
+        self.current = supply - draw;
+        self.charge = (self.charge + self.current * dt / 3600.0 / self.capacity).clamp(0.0, 1.0);
+        self.voltage = EMPTY_VOLTS + (FULL_VOLTS - EMPTY_VOLTS) * self.charge + RESISTANCE * self.current;
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! The defaults are those of a Pioneer P3-DX; each has its source beside it.
 
+use crate::battery::BATTERY_CAPACITY;
 use crate::drive::Kinematics;
 use crate::error::{WorldError, check};
 use crate::footprint::Footprint;
@@ -54,6 +55,8 @@ pub struct RobotConfig {
     pub max_push: f64,
     /// The pan-tilt head.
     pub head: HeadConfig,
+    /// Ampere hours of a full battery.
+    pub battery_capacity: f64,
 }
 
 impl Default for RobotConfig {
@@ -82,6 +85,7 @@ impl Default for RobotConfig {
             // The payload of the data sheet: the robot can push what it can carry.
             max_push: 23.0,
             head: HeadConfig::default(),
+            battery_capacity: BATTERY_CAPACITY,
         }
     }
 }
@@ -147,6 +151,12 @@ impl RobotConfig {
         })?;
         check("slip_sigma", self.slip_sigma, "0 m or more", not_negative)?;
         check("max_push", self.max_push, "more than 0 kg", positive)?;
+        check(
+            "battery_capacity",
+            self.battery_capacity,
+            "more than 0 Ah",
+            positive,
+        )?;
         self.head.check()
     }
 }

@@ -6,6 +6,8 @@
 //! { remove = "door" }                                                    # all things of that name
 //! { halt = "anna" }                                                      # a mover or a person
 //! { resume = "anna" }
+//! { raise = "anna" }                                                     # a person, who raises the colour `signal`
+//! { lower = "anna" }
 //! ```
 //!
 //! Several are a list, `[{ remove = "door" }, { halt = "anna" }]`, or a numbered one, see [`EditQueue`].
@@ -33,6 +35,8 @@ pub(crate) enum Action {
     Remove(String),
     Halt(String),
     Resume(String),
+    Raise(String),
+    Lower(String),
 }
 
 /// The changes of one text.

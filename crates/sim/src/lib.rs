@@ -88,6 +88,12 @@
 //! size       = 0.16
 //! family     = "tag36h11"
 //!
+//! # A place where a robot charges while its middle is within `radius`, by `current` amperes.
+//! [[chargers]]
+//! place   = [5.5, 2]
+//! radius  = 0.1
+//! current = 3
+//!
 //! [robots.pioneer]
 //! start = { x = 1, y = 1, heading_deg = 90 }
 //! ```
@@ -99,6 +105,7 @@
 
 mod battery;
 mod camera;
+mod charger;
 mod color;
 mod cone;
 mod config;

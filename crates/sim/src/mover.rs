@@ -27,6 +27,8 @@ pub(crate) enum MoverShape {
     Person {
         radius: f64,
         sits: bool,
+        /// The colour that it raises.
+        signal: Color,
     },
 }
 
@@ -75,6 +77,8 @@ pub(crate) struct Mover {
     /// Metres that it has walked.
     walked: f64,
     halted: bool,
+    /// Whether it raises its colour.
+    raised: bool,
     solid: Solid,
     /// `Some` for a person only.
     legs: Option<[Solid; 2]>,
@@ -98,6 +102,7 @@ impl Mover {
             resting: 0.0,
             walked: 0.0,
             halted: false,
+            raised: false,
             solid,
             legs: None,
         };
@@ -144,6 +149,11 @@ impl Mover {
         self.halted = halted;
     }
 
+    /// Lets a person raise its colour or lower it.
+    pub(crate) fn signal(&mut self, raised: bool) {
+        self.raised = raised;
+    }
+
     pub(crate) fn solid(&self) -> &Solid {
         &self.solid
     }
@@ -158,7 +168,7 @@ impl Mover {
 
     /// Returns the person; `None` for another body.
     pub(crate) fn person(&self) -> Option<Person> {
-        let MoverShape::Person { radius, sits } = self.config.body else {
+        let MoverShape::Person { radius, sits, signal } = self.config.body else {
             return None;
         };
         let along = place(&self.config, &self.distances, self.position);
@@ -170,6 +180,7 @@ impl Mover {
             radius,
             height: self.config.height,
             color: self.config.color,
+            raises: self.raised.then_some(signal),
         })
     }
 

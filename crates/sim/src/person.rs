@@ -25,6 +25,8 @@ pub(crate) struct Person {
     pub(crate) radius: f64,
     pub(crate) height: f64,
     pub(crate) color: Color,
+    /// The colour of the balls that it holds up, if it does.
+    pub(crate) raises: Option<Color>,
 }
 
 impl Person {

@@ -60,6 +60,8 @@ pub(crate) struct SimulatedRobot {
     motors: Motors,
     /// Kilograms that it pushed over the last step.
     load: f64,
+    /// Amperes from the charger that it stands on.
+    supply: f64,
     head_command: HeadCommand,
 }
 
@@ -80,15 +82,17 @@ impl SimulatedRobot {
             collisions: 0,
             stalled: false,
         };
+        let battery = Battery::full(config.battery_capacity);
         let mut robot = Self {
             config,
             truth,
             odometer,
             head: Head::default(),
-            battery: Battery::full(),
+            battery,
             change: Twist2::default(),
             motors: Motors::default(),
             load: 0.0,
+            supply: 0.0,
             head_command: HeadCommand::default(),
         };
         robot.update_contact(clearance);
@@ -97,6 +101,11 @@ impl SimulatedRobot {
 
     pub(crate) fn command(&mut self, twist: Twist2) {
         self.motors.command(&self.config, twist);
+    }
+
+    /// Sets the amperes from a charger for the next step.
+    pub(crate) fn supply(&mut self, amperes: f64) {
+        self.supply = amperes;
     }
 
     pub(crate) fn command_head(&mut self, command: HeadCommand) {
@@ -174,7 +183,8 @@ impl SimulatedRobot {
         self.odometer
             .roll(&self.config, [moved.ahead, moved.left], turn, dt, slip);
         self.head.step(&self.config.head, self.head_command, dt);
-        self.battery.step(self.truth.twist, self.truth.stalled, dt);
+        self.battery
+            .step(self.truth.twist, self.truth.stalled, self.supply, dt);
     }
 
     /// Returns its body where it is.

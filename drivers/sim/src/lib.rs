@@ -76,6 +76,9 @@ pub struct Robot {
     /// Greatest change of speed per second; negative for that of the file.
     #[modulation(default = -1.0, unit = "m/s2", fixed)]
     acceleration: Modulation<f64>,
+    /// Charge of a full battery; negative for that of the file. A robot without a battery has this one.
+    #[modulation(default = -1.0, unit = "Ah", fixed)]
+    battery_capacity: Modulation<f64>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car
     /// drives the curvature of the command.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
@@ -110,7 +113,7 @@ pub struct Robot {
     /// Position and speed of the head.
     #[export]
     pan_tilt: Export<PanTilt>,
-    /// Voltage, current and charge of three lead-acid blocks.
+    /// Voltage, current and charge of lead-acid blocks.
     #[export]
     battery: Export<BatteryState>,
     /// The counts of the wheels.
@@ -151,6 +154,7 @@ impl Robot {
             sonar_noise: self.sonar_noise.get(cx),
             wheel_error: self.wheel_error.get(cx),
             acceleration: self.acceleration.get(cx),
+            battery_capacity: self.battery_capacity.get(cx),
         };
         overrides.over(RobotModel::find(self.model.get(cx).as_str())?)
     }

@@ -21,6 +21,8 @@ pub(crate) struct Overrides {
     pub(crate) wheel_error: f64,
     /// m/s², for driving and for braking.
     pub(crate) acceleration: f64,
+    /// Ampere hours.
+    pub(crate) battery_capacity: f64,
 }
 
 impl Overrides {
@@ -61,6 +63,8 @@ impl Overrides {
         replace(&mut config.wheel_scale_sigma, self.wheel_error);
         replace(&mut config.linear_acceleration, self.acceleration);
         replace(&mut config.linear_deceleration, self.acceleration);
+        replace(&mut config.battery_capacity, self.battery_capacity);
+        model.battery |= self.battery_capacity > 0.0;
         config.odometry_origin = OdometryOrigin::StartPose;
         config.check()?;
         Ok(model)

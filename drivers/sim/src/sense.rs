@@ -5,14 +5,14 @@ use core::time::Duration;
 use jde_schema::prelude::*;
 use jde_schema::types::Point2D;
 use jde_sim::{
-    BATTERY_CAPACITY, ImuConfig, LineSensorConfig, Pose2, PositionConfig, RobotId, RobotModel, SonarConfig,
-    Twist2, World,
+    ImuConfig, LineSensorConfig, Pose2, PositionConfig, RobotId, RobotModel, SonarConfig, Twist2, World,
 };
 
 use crate::entry::Due;
 use crate::{Robot, laser, scenery};
 
-/// Values of `BatteryState` for a discharging battery in good health.
+/// Values of `BatteryState` for a battery in good health.
+const CHARGING: u8 = 1;
 const DISCHARGING: u8 = 2;
 const GOOD: u8 = 1;
 
@@ -148,11 +148,15 @@ impl Robot {
                 header: Header::new(now, "base_link"),
                 voltage: battery.voltage as f32,
                 current: battery.current as f32,
-                charge: (battery.charge * BATTERY_CAPACITY) as f32,
-                capacity: BATTERY_CAPACITY as f32,
-                design_capacity: BATTERY_CAPACITY as f32,
+                charge: (battery.charge * battery.capacity) as f32,
+                capacity: battery.capacity as f32,
+                design_capacity: battery.capacity as f32,
                 percentage: battery.charge as f32,
-                power_supply_status: DISCHARGING,
+                power_supply_status: if battery.current > 0.0 {
+                    CHARGING
+                } else {
+                    DISCHARGING
+                },
                 power_supply_health: GOOD,
                 present: true.into(),
                 ..BatteryState::default()

@@ -15,12 +15,13 @@ use super::values::{moment, source};
 use crate::drive::step::{EDIT, Step, StepAction, StepTime, StepWrite};
 
 /// The keys that say what a step does.
-const ACTIONS: [&str; 11] = [
-    "play", "stop", "force", "release", "set", "place", "add", "remove", "halt", "resume", "fail",
+const ACTIONS: [&str; 13] = [
+    "play", "stop", "force", "release", "set", "place", "add", "remove", "halt", "resume", "raise", "lower",
+    "fail",
 ];
 
 /// Those that change the world of a simulated robot.
-const EDITS: [&str; 5] = ["place", "add", "remove", "halt", "resume"];
+const EDITS: [&str; 7] = ["place", "add", "remove", "halt", "resume", "raise", "lower"];
 
 /// Reads `steps`, in the file's order.
 pub(super) fn read(

@@ -153,7 +153,7 @@ class Run:
         """Change the world of a simulated robot, through the driver of the robot, at its next iteration.
 
         `run.edit("pioneer", add={"name": "door", "center": [2, 1], "size": [0.9, 0.1]})`; likewise `remove`,
-        `place`, `halt` and `resume`. `run["pioneer.edits"]` counts the edits that were refused, and says why.
+        `place`, `halt`, `resume`, `raise` and `lower`. `run["pioneer.edits"]` counts the edits that were refused, and says why.
         """
         self._native.edit(driver, **edit)
 

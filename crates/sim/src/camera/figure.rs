@@ -28,6 +28,7 @@ impl Renderer<'_> {
             radius,
             height,
             color,
+            raises,
             ..
         } = *person;
         let (feet, leg) = person.feet();
@@ -44,6 +45,11 @@ impl Renderer<'_> {
                 [0.46 * height, 0.81 * height],
                 color,
             );
+        }
+        // A ball in either hand, so that one is seen from every side.
+        for (side, signal) in [1.0, -1.0].into_iter().zip(raises.into_iter().cycle()) {
+            let at = pose.compose(Pose2::new(0.0, side * 1.3 * radius, 0.0));
+            self.add_ball([at.x, at.y, 0.62 * height], 0.06 * height, signal);
         }
         self.add_outline(
             disc(pose, [0.0, 0.0], 0.22 * radius),

@@ -13,7 +13,7 @@ use crate::error::Fault;
 
 /// The name of the text in faults.
 const NAME: &str = "edit";
-const KINDS: [&str; 5] = ["place", "add", "remove", "halt", "resume"];
+const KINDS: [&str; 7] = ["place", "add", "remove", "halt", "resume", "raise", "lower"];
 
 /// Reads a text that is not empty.
 pub(crate) fn read(text: &str) -> Result<Edits, Vec<Fault>> {
@@ -63,7 +63,9 @@ fn edit<'a>(document: &'a Document<'a>, text: &str, item: &'a Item<'a>, number: 
         "add" => add(document, table.get(kind)?)?,
         "remove" => Action::Remove(name()?),
         "halt" => Action::Halt(name()?),
-        _ => Action::Resume(name()?),
+        "resume" => Action::Resume(name()?),
+        "raise" => Action::Raise(name()?),
+        _ => Action::Lower(name()?),
     };
     Some(Edit::new(action, &text[item.span()]))
 }

@@ -3,6 +3,7 @@
 //!
 //! The faults of a world and its map are reported together. The reader ignores nothing.
 
+mod chargers;
 mod document;
 mod edits;
 mod fixtures;
@@ -24,6 +25,7 @@ use toml::de::DeTable;
 
 use self::document::{Document, Table};
 use crate::camera::Light;
+use crate::charger::Charger;
 use crate::error::{Fault, WorldError};
 use crate::floor::{Floor, Paint};
 use crate::geometry::{Bounds, Pose2};
@@ -53,6 +55,7 @@ pub(crate) struct WorldFile {
     pub(crate) floor: Floor,
     pub(crate) light: Light,
     pub(crate) tags: Vec<Tag>,
+    pub(crate) chargers: Vec<Charger>,
     /// In the order of the robots' names.
     pub(crate) starts: Vec<Start>,
     pub(crate) bounds: Bounds,
@@ -81,6 +84,7 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
         "sky",
         "light",
         "tags",
+        "chargers",
         "walls",
         "boxes",
         "circles",
@@ -140,11 +144,13 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     let floor = floor::read(document, root);
     let light = scenery::light(document, root);
     let tags = tags::read(document, root);
+    let chargers = chargers::read(document, root);
     let things = fixtures::read(document, root);
     let balls = loose::balls(document, root);
     let movers = movers::read(document, root);
     let starts = starts::starts(document, root);
     let (name, stated, map, floor, light, tags) = (name?, stated?, map?, floor?, light?, tags?);
+    let chargers = chargers?;
     let ((mut fixtures, mut loose), movers, starts) = (things?, movers?, starts?);
     let reference_length = reference_length?;
     loose.extend(balls?);
@@ -216,6 +222,7 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         floor,
         light,
         tags,
+        chargers,
         starts,
         bounds,
         reference_length,

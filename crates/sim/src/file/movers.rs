@@ -27,6 +27,8 @@ const PERSON: Appearance = Appearance {
 };
 /// The default height of a person who sits, in metres.
 const SEATED: f64 = 1.3;
+/// The default colour that a person raises: orange.
+const SIGNAL: Color = Color::new(240, 130, 30);
 /// The default radius of a person, in metres.
 const SHOULDERS: f64 = 0.25;
 
@@ -52,6 +54,7 @@ pub(crate) fn read(
     let known = [
         "name",
         "color",
+        "signal",
         "height",
         "radius",
         "way",
@@ -111,8 +114,10 @@ fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     };
     let appearance = fixtures::read_appearance(table, default);
     let pause = table.optional("pause", 0.0, values::not_negative);
-    let body = radius.map(|radius| MoverShape::Person { radius, sits });
-    walk(table, name, body, appearance, (speed, pause?))
+    let signal = table.optional("signal", SIGNAL, values::color);
+    let (pause, signal) = (pause?, signal?);
+    let body = radius.map(|radius| MoverShape::Person { radius, sits, signal });
+    walk(table, name, body, appearance, (speed, pause))
 }
 
 /// Reads the keys that movers and people share.

@@ -1,4 +1,5 @@
-//! Changes of a world while it runs: robots are put elsewhere, boxes added, things removed, movers halted.
+//! Changes of a world while it runs: robots are put elsewhere, boxes added, things removed, movers halted,
+//! colours raised.
 //!
 //! A change takes no simulated time. A refused one changes nothing.
 
@@ -34,6 +35,8 @@ impl World {
             Action::Remove(name) => self.remove(name)?,
             Action::Halt(name) => self.halt(name, true)?,
             Action::Resume(name) => self.halt(name, false)?,
+            Action::Raise(name) => self.signal(name, true)?,
+            Action::Lower(name) => self.signal(name, false)?,
         }
         self.update_contacts();
         Ok(())
@@ -112,6 +115,16 @@ impl World {
             return Ok(());
         }
         Err(self.unknown("mover", name, self.movers.iter().map(Mover::name)))
+    }
+
+    fn signal(&mut self, name: &str, raised: bool) -> Result<(), WorldError> {
+        let mut people = self.movers.iter_mut().filter(|mover| mover.person().is_some());
+        if let Some(person) = people.find(|person| person.name() == name) {
+            person.signal(raised);
+            return Ok(());
+        }
+        let people = self.movers.iter().filter(|mover| mover.person().is_some());
+        Err(self.unknown("person", name, people.map(Mover::name)))
     }
 
     fn unknown<'a>(

@@ -17,6 +17,7 @@ use parry2d_f64::math::Vector;
 pub use self::robots::RobotId;
 
 use crate::camera::Light;
+use crate::charger::Charger;
 use crate::error::{Fault, WorldError};
 use crate::file::{self, Start, WorldFile};
 use crate::floor::Floor;
@@ -46,6 +47,7 @@ pub struct World {
     floor: Floor,
     light: Light,
     tags: Vec<Tag>,
+    chargers: Vec<Charger>,
     robot_slots: Vec<RobotSlot>,
     bounds: Bounds,
     reference_length: Option<f64>,
@@ -84,6 +86,7 @@ impl World {
             floor,
             light,
             tags,
+            chargers,
             starts,
             bounds,
             reference_length,
@@ -99,6 +102,7 @@ impl World {
             floor,
             light,
             tags,
+            chargers,
             robot_slots: starts
                 .into_iter()
                 .map(|start| RobotSlot { start, robot: None })
@@ -181,6 +185,9 @@ impl World {
             let footprint = robot.config.footprint.clone();
             let (radius, strength) = (footprint.radius(), robot.config.max_push);
             let (pusher, firm) = (Pusher { radius, strength }, self.obstacles());
+            let mut chargers = self.chargers.iter();
+            let charger = chargers.find(|charger| charger.holds(robot.truth.pose));
+            robot.supply(charger.map_or(0.0, |charger| charger.current));
             robot.step(
                 dt,
                 &slip,

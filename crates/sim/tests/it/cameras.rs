@@ -1,7 +1,7 @@
 //! Pictures: positions by the pinhole formula, hidden surfaces, and equal bytes for equal worlds.
 
 use jde_sim::{
-    CameraConfig, CameraMount, HeadCommand, Pose2, RobotConfig, RobotId, Twist2, World, WorldError,
+    CameraConfig, CameraMount, Edits, HeadCommand, Pose2, RobotConfig, RobotId, Twist2, World, WorldError,
 };
 use proptest::prelude::*;
 
@@ -292,6 +292,28 @@ fn a_camera_shows_people_and_other_robots_but_not_its_own() {
         shell > 300 && other[0] > 220.0 && other[1] > 130.0,
         "{other:?} {shell}"
     );
+}
+
+#[test]
+fn a_person_who_raises_a_colour_shows_it_on_every_side_until_it_is_lowered() {
+    for way in [
+        "[[3, 0], [3, -1]]",
+        "[[3, 0], [3, 1]]",
+        "[[3, 0], [4, 0]]",
+        "[[3, 0], [2, 0]]",
+    ] {
+        let people = format!("people = [{{ name = 'anna', way = {way}, speed = 0, signal = '#00ff00' }}]");
+        let (mut world, robot) = world_with(&people);
+        let mut count = |text: &str| {
+            for edit in Edits::parse(text).unwrap().edits {
+                world.edit(robot, &edit).unwrap();
+            }
+            take_picture(&world, robot, &camera()).blob(green).1
+        };
+        assert_eq!(count(""), 0);
+        assert!(count("{ raise = 'anna' }") > 100, "{way}");
+        assert_eq!(count("{ lower = 'anna' }"), 0);
+    }
 }
 
 #[test]

@@ -159,6 +159,7 @@ fn a_refused_edit_says_why_and_changes_nothing() {
             "no mover `carton` now; did you mean `cart`?",
         ),
         ("{ resume = 'anna' }", "no mover `anna`"),
+        ("{ raise = 'cart' }", "no person `cart`"),
         (
             "{ add = { name = 'wall', center = [2, 3], size = [0.1, 0.1] } }",
             "has a `wall`",

@@ -238,6 +238,34 @@ fn invalid_values_of_a_head_are_reported() {
 }
 
 #[test]
+fn a_robot_charges_on_a_charger_alone_until_its_battery_is_full() {
+    let chargers = "bounds = { min = [0, 0], max = [4, 4] }\nchargers = [{ place = [2, 1], current = 20 }]\n[robots.r]\nstart = { x = 1, y = 1 }";
+    let mut world = World::parse(chargers, "chargers.toml", 0).unwrap();
+    let config = RobotConfig {
+        battery_capacity: 0.1,
+        ..RobotConfig::default()
+    };
+    let robot = world.add_robot("r", config).unwrap();
+    world.advance_to(60 * SECOND);
+    let idle = world.battery(robot);
+    assert!(idle.current < 0.0 && idle.charge < 0.8, "{idle:?}");
+    world.place(robot, Pose2::new(2.05, 1.0, 0.0)).unwrap();
+    world.advance_to(61 * SECOND);
+    let charging = world.battery(robot);
+    assert!(
+        charging.current > 0.0 && charging.voltage > idle.voltage,
+        "{charging:?}"
+    );
+    let gained = (charging.charge - idle.charge) * charging.capacity * 3600.0;
+    assert!((gained - charging.current).abs() < 0.1, "{gained} As in a second");
+    world.advance_to(200 * SECOND);
+    assert_eq!(world.battery(robot).charge, 1.0);
+    world.place(robot, Pose2::new(2.11, 1.0, 0.0)).unwrap();
+    world.advance_to(201 * SECOND);
+    assert!(world.battery(robot).charge < 1.0);
+}
+
+#[test]
 fn a_battery_loses_the_charge_of_its_current() {
     let (mut world, robot) = room();
     let full = world.battery(robot);
