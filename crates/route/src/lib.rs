@@ -60,6 +60,11 @@ struct TargetRequest {
 }
 
 impl Targets {
+    /// Forgets what became of the last chosen target: it is driven to again.
+    pub fn forget_chosen(&mut self) {
+        self.ended = None;
+    }
+
     /// Sets a target of an operator, which takes precedence over the route.
     fn request(&mut self, position: Pose2D, operator: &str) {
         self.request = Some(TargetRequest {

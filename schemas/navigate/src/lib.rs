@@ -22,7 +22,7 @@ pub struct Navigate {
     #[import]
     pose: Import<Odometry>,
     /// The target that another schema chooses, in the frame of the map. While it has a value, it takes the place of the
-    /// route: the mission is DONE or FAILED for this target, until another one is chosen.
+    /// route: the mission is DONE or FAILED for this target, until another one is chosen or the father awakes again.
     #[import(optional)]
     chosen: Import<Target>,
     /// What the planner says.
@@ -93,6 +93,11 @@ pub struct Navigate {
 }
 
 impl Schema for Navigate {
+    fn awake(&mut self, _: &Context) -> Result {
+        self.targets.forget_chosen();
+        Ok(())
+    }
+
     fn iterate(&mut self, cx: &Context) -> Result {
         self.plan.wake(cx);
         self.drive.wake(cx);

@@ -148,6 +148,14 @@ fn a_chosen_target_takes_the_place_of_the_route_and_ends_once() {
         Mission::RUNNING,
         "chosen again"
     );
+    assert_eq!(iterate_at(&mut bench, 1.9, 0.0).state, Mission::DONE);
+    bench.sleep().expect("it sleeps");
+    bench.awake().expect("it awakes");
+    assert_eq!(
+        iterate_at(&mut bench, 0.0, 0.0).state,
+        Mission::RUNNING,
+        "a father that awakes drives there again"
+    );
 }
 
 #[test]

@@ -143,6 +143,30 @@ fn vacuum_covers_two_rooms_around_a_table_that_its_map_does_not_know() {
 }
 
 #[test]
+fn guide_leaves_its_map_for_the_dock_when_the_battery_is_low_and_goes_on_afterwards() {
+    let result = run(
+        "guide",
+        &["--for", "120s", "--set", "robot.battery_capacity=0.03"],
+    );
+    let groups = result["groups"].as_array().expect("a list");
+    let tasks = groups.iter().find(|group| group["group"] == "guide/base");
+    let takeovers = |task: &str| {
+        let mut winners = tasks.expect("it is a group")["winners"]
+            .as_array()
+            .expect("a list")
+            .iter();
+        let winner = winners.find(|winner| winner["schema"] == task);
+        winner.expect("it is a task")["takeovers"].as_u64()
+    };
+    assert!(takeovers("map") >= Some(2), "{result}");
+    assert!(
+        takeovers("approach") >= Some(1) && takeovers("dock") >= Some(1),
+        "{result}"
+    );
+    assert_eq!(takeovers("lead"), Some(0), "{result}");
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];
