@@ -23,7 +23,7 @@ impl Panel for Guide {
         pen.row(|pen| {
             for room in &rooms.rooms {
                 let name = room.name.as_str();
-                pen.button(&format!("{ROOM}{name}"), &format!("To the {name}"));
+                pen.button(&format!("{ROOM}{name}"), format!("To the {name}"));
             }
         });
         pen.row(|pen| {
