@@ -15,6 +15,9 @@ pub(crate) type Read<T> = Result<T, (Range<usize>, String)>;
 /// Greatest coordinate or length, in metres: a larger number is most likely a typing error.
 const MAX_COORDINATE: f64 = 1e5;
 
+/// A smaller number counts as 0: the reciprocal of a subnormal one is infinite, and trees of shapes divide by widths.
+const TINY: f64 = 1e-100;
+
 /// Least distance of consecutive points, in metres: rounding at the end of a long way would lose a shorter
 /// one.
 const MIN_LEG: f64 = 1e-6;
@@ -22,7 +25,7 @@ const MIN_LEG: f64 = 1e-6;
 /// Greatest speed of a mover, in m/s: the same as that of robots.
 const MAX_SPEED: f64 = 20.0;
 
-/// Reads a number within [`MAX_COORDINATE`].
+/// Reads a number within [`MAX_COORDINATE`]; one below [`TINY`] is 0.
 pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
     let parsed = match item.get_ref() {
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
@@ -32,6 +35,7 @@ pub(crate) fn number(item: &Item<'_>) -> Read<f64> {
         _ => return Err((item.span(), format!("is {}: expected a number", describe(item)))),
     };
     match parsed {
+        Some(number) if number.abs() < TINY => Ok(0.0),
         Some(number) if number.abs() <= MAX_COORDINATE => Ok(number),
         Some(number) if !number.is_finite() => {
             Err((item.span(), format!("is {number}: expected a finite number")))

@@ -105,11 +105,13 @@ impl SeekBar {
                 set(session, "loop", json!(again));
             }
             ui.label(format!("{position:.2} s"));
-            if let Some((damage, _)) = session.read::<Text<256>>(&variable_name("damage"), Rate::Hz(1))
-                && !damage.is_empty()
-            {
-                ui.colored_label(ui.visuals().warn_fg_color, "cut off")
-                    .on_hover_text(format!("{}; the part before is played", damage.as_str()));
+            // Always a widget: one that appears while the slider is dragged would take the drag from it, whose number it has.
+            let damage = session.read::<Text<256>>(&variable_name("damage"), Rate::Hz(1));
+            let damage = damage.map(|(text, _)| text).filter(|text| !text.is_empty());
+            let mark = if damage.is_some() { "cut off" } else { "" };
+            let mark = ui.colored_label(ui.visuals().warn_fg_color, mark);
+            if let Some(damage) = damage {
+                mark.on_hover_text(format!("{}; the part before is played", damage.as_str()));
             }
             let Some((begin, end)) = range else { return };
             ui.spacing_mut().slider_width = (ui.available_width() - 70.0).max(60.0);
