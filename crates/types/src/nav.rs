@@ -1,8 +1,8 @@
 //! The estimated position of the robot, maps, and its targets.
 
 use crate::{
-    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Seq, Time, Twist,
-    TwistWithCovariance, Value,
+    Flag, Frame, Header, Padding, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Seq, Time,
+    Twist, TwistWithCovariance, Value,
 };
 
 /// Pose and velocity, as measured by the wheels.
@@ -103,6 +103,31 @@ impl core::fmt::Debug for OccupancyGrid {
     }
 }
 
+impl OccupancyGrid {
+    /// Returns a map drawn in rows of text, the first at the top, whose lower left corner is the origin: `#` is occupied, `?`
+    /// unknown, all else free. For tests.
+    ///
+    /// # Panics
+    /// If there are more cells than a map has.
+    #[must_use]
+    pub fn drawn(resolution: f32, rows: &[&str]) -> Box<Self> {
+        let mut map = Self::boxed();
+        map.info.resolution = resolution;
+        (map.info.width, map.info.height) =
+            (rows.first().map_or(0, |row| row.len()) as u32, rows.len() as u32);
+        map.info.origin.orientation = Quaternion::IDENTITY;
+        for symbol in rows.iter().rev().flat_map(|row| row.bytes()) {
+            let percent = match symbol {
+                b'#' => 100,
+                b'?' => -1,
+                _ => 0,
+            };
+            map.data.push(percent).expect("a map has room for the cells");
+        }
+        map
+    }
+}
+
 impl Target {
     /// No target.
     pub const NONE: Self = Self {
@@ -169,6 +194,29 @@ impl Odometry {
     #[must_use]
     pub fn pose2d(&self) -> Pose2D {
         self.pose.pose.into()
+    }
+}
+
+impl Path {
+    /// Returns the path through points, m, as far as they fit. Each pose faces the next one, and the last faces as the one
+    /// before it; all have the time and frame of `header`.
+    #[must_use]
+    pub fn through(header: Header, points: &[(f64, f64)]) -> Self {
+        let mut path = Self {
+            header,
+            ..Self::default()
+        };
+        let mut heading = 0.0;
+        for (at, &(x, y)) in points.iter().enumerate() {
+            if let Some(&(next_x, next_y)) = points.get(at + 1) {
+                heading = (next_y - y).atan2(next_x - x);
+            }
+            let pose = Pose2D::new(x, y, heading).into();
+            if path.poses.push(PoseStamped { header, pose }).is_err() {
+                break;
+            }
+        }
+        path
     }
 }
 

@@ -106,7 +106,13 @@ impl Schema for Cover {
         };
         let stroke = self.stroke.as_ref();
         match stroke.zip(self.pose.get(cx)) {
-            Some((stroke, pose)) => self.path.write(cx, stroke.path(&pose.header.frame_id, cx.now())),
+            Some((stroke, pose)) => {
+                let header = Header {
+                    stamp: cx.now().into(),
+                    frame_id: pose.header.frame_id,
+                };
+                self.path.write(cx, Path::through(header, stroke.path()))
+            }
             None => self.path.retract(cx),
         }
         let end = stroke.map(Driven::end).zip(self.last);

@@ -102,32 +102,13 @@ impl Driven {
             .map_or(Pose2D::ORIGIN, |&(x, y)| Pose2D::new(x, y, 0.0))
     }
 
-    /// The path that is driven now: to the stroke, or along it. They are apart, since the one may lead back along the other. Each
-    /// pose faces the next one, and the last faces as the one before it.
-    pub(crate) fn path(&self, frame: &Frame, now: Duration) -> Path {
-        let header = Header {
-            stamp: now.into(),
-            frame_id: *frame,
-        };
-        let points = if self.next < self.to {
+    /// The points of the path that is driven now: to the stroke, or along it. They are apart, since the one may lead back along
+    /// the other.
+    pub(crate) fn path(&self) -> &[(f64, f64)] {
+        if self.next < self.to {
             &self.points[..self.to]
         } else {
             &self.points[self.to..]
-        };
-        let mut path = Path {
-            header,
-            ..Path::default()
-        };
-        let mut heading = 0.0;
-        for (at, &(x, y)) in points.iter().enumerate() {
-            if let Some(&(next_x, next_y)) = points.get(at + 1) {
-                heading = (next_y - y).atan2(next_x - x);
-            }
-            let pose = Pose::from(Pose2D::new(x, y, heading));
-            if path.poses.push(PoseStamped { header, pose }).is_err() {
-                break;
-            }
         }
-        path
     }
 }

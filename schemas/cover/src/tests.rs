@@ -5,21 +5,8 @@ use jde_schema::panel::Touch;
 
 use super::*;
 
-/// A map with sides of 0.1 m from rows of text, the first at the top: `#` occupied, `?` unknown.
 fn map(rows: &[&str]) -> Box<OccupancyGrid> {
-    let mut map = OccupancyGrid::boxed();
-    map.info.resolution = 0.1;
-    (map.info.width, map.info.height) = (rows[0].len() as u32, rows.len() as u32);
-    map.info.origin.orientation = Quaternion::IDENTITY;
-    for symbol in rows.iter().rev().flat_map(|row| row.bytes()) {
-        let number = match symbol {
-            b'#' => 100,
-            b'?' => -1,
-            _ => 0,
-        };
-        map.data.push(number).expect("it fits");
-    }
-    map
+    OccupancyGrid::drawn(0.1, rows)
 }
 
 /// A room of 1.8 × 1 m with a box.

@@ -5,21 +5,10 @@ use jde_schema::panel::Touch;
 
 use super::*;
 
-/// A map with sides of 0.1 m from rows of text, the first at the top: `#` occupied, `?` unknown.
+/// A map of a time, with sides of 0.1 m.
 fn map(rows: &[&str], second: u64) -> Box<OccupancyGrid> {
-    let mut map = OccupancyGrid::boxed();
+    let mut map = OccupancyGrid::drawn(0.1, rows);
     map.header.stamp = Duration::from_secs(second).into();
-    map.info.resolution = 0.1;
-    (map.info.width, map.info.height) = (rows[0].len() as u32, rows.len() as u32);
-    map.info.origin.orientation = Quaternion::IDENTITY;
-    for symbol in rows.iter().rev().flat_map(|row| row.bytes()) {
-        let number = match symbol {
-            b'#' => 100,
-            b'?' => -1,
-            _ => 0,
-        };
-        map.data.push(number).expect("it fits");
-    }
     map
 }
 

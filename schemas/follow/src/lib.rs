@@ -5,7 +5,7 @@ mod chase;
 mod panel;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Persons, PoseStamped};
+use jde_schema::types::Persons;
 
 use chase::{Chase, State, Terms};
 
@@ -119,25 +119,9 @@ impl Person {
             return;
         }
         let header = persons.map_or_else(Header::default, |persons| persons.header);
-        let mut path = self.path.loan(cx);
-        path.header = header;
-        path.poses.clear();
-        let mut before = pose;
-        for point in [(pose.x, pose.y)]
-            .into_iter()
-            .chain(way.iter().map(|point| (point.x, point.y)))
-        {
-            let heading = (point.1 - before.y).atan2(point.0 - before.x);
-            before = Pose2D::new(point.0, point.1, heading);
-            let stamped = PoseStamped {
-                header,
-                pose: before.into(),
-            };
-            if path.poses.push(stamped).is_err() {
-                break;
-            }
-        }
-        path.publish();
+        let way = way.iter().map(|point| (point.x, point.y));
+        let points: Vec<_> = core::iter::once((pose.x, pose.y)).chain(way).collect();
+        self.path.write(cx, Path::through(header, &points));
     }
 
     fn measured(&self, cx: &Context) -> Option<Pose2D> {

@@ -166,7 +166,11 @@ impl Plan {
         let robot = pose.pose2d();
         let way = self.way(cx, prices, (robot.x, robot.y), (target.x, target.y))?;
         let points = self.points(&way, (robot.x, robot.y), (target.x, target.y));
-        let path = path(&pose.header.frame_id, cx, &points);
+        let header = Header {
+            stamp: cx.now().into(),
+            frame_id: pose.header.frame_id,
+        };
+        let path = Path::through(header, &points);
         let situation = Situation::Path {
             length: length(&points),
             cut: path.poses.len() < points.len(),
@@ -307,29 +311,6 @@ fn search(
         }
     };
     jde_grid::plan(costs, prices, angles, start, goal)
-}
-
-/// The path through these points. Each pose faces the next one, and the last faces as the one before it.
-fn path(frame: &Frame, cx: &Context, points: &[(f64, f64)]) -> Path {
-    let header = Header {
-        stamp: cx.now().into(),
-        frame_id: *frame,
-    };
-    let mut path = Path {
-        header,
-        ..Path::default()
-    };
-    let mut heading = 0.0;
-    for (at, &(x, y)) in points.iter().enumerate() {
-        if let Some(&(next_x, next_y)) = points.get(at + 1) {
-            heading = (next_y - y).atan2(next_x - x);
-        }
-        let pose = Pose::from(Pose2D::new(x, y, heading));
-        if path.poses.push(PoseStamped { header, pose }).is_err() {
-            break;
-        }
-    }
-    path
 }
 
 fn length(points: &[(f64, f64)]) -> f64 {

@@ -164,3 +164,24 @@ fn a_route_is_converted_to_a_path() {
     assert_eq!(path.poses.len(), 1);
     assert_near(Pose2D::from(path.poses[0].pose).theta, 0.3);
 }
+
+#[test]
+fn each_pose_of_a_path_through_points_faces_the_next_one() {
+    let header = Header::new(Duration::from_secs(1), "odom");
+    let path = Path::through(header, &[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)]);
+    let headings: Vec<f64> = path
+        .poses
+        .iter()
+        .map(|pose| Pose2D::from(pose.pose).theta)
+        .collect();
+    for (heading, expected) in headings.iter().zip([0.0, FRAC_PI_2, FRAC_PI_2]) {
+        assert_near(*heading, expected);
+    }
+    assert_eq!((path.poses.len(), path.poses[2].header), (3, header));
+    assert_eq!(
+        Path::through(header, &[(0.0, 0.0); 300]).poses.len(),
+        256,
+        "as far as they fit"
+    );
+    assert_eq!(Path::through(header, &[]).poses.len(), 0);
+}
