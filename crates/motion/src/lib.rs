@@ -14,4 +14,4 @@ pub use outline::{FootprintError, Outline};
 pub use scan_points::{Blind, ScanPoints};
 pub use stopping::{Maneuver, Stopping};
 pub use surroundings::{MAX_POINTS, Surroundings};
-pub use travel::{Limits, Travel, arc, is_finite};
+pub use travel::{Limits, Travel, arc, is_finite, is_jump};

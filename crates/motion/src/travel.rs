@@ -2,6 +2,8 @@
 //!
 //! Only the velocity ahead, the velocity to the left and the turn rate of a twist count.
 
+use core::f64::consts::FRAC_PI_2;
+
 use jde_types::{Odometry, Pose2D, Twist};
 
 /// How fast a base can change its velocity. Each number must be above 0.
@@ -54,16 +56,20 @@ impl Travel {
     }
 }
 
-/// Returns whether the planar pose and the velocity of an odometry are finite numbers.
+/// Returns whether what counts of an odometry is finite: the pose and the velocity in the plane.
 #[must_use]
 pub fn is_finite(odometry: &Odometry) -> bool {
     let (pose, Twist { linear, angular }) = (odometry.pose2d(), odometry.twist.twist);
-    let numbers = [
-        [pose.x, pose.y, pose.theta],
-        [linear.x, linear.y, linear.z],
-        [angular.x, angular.y, angular.z],
-    ];
-    numbers.as_flattened().iter().all(|number| number.is_finite())
+    let numbers = [pose.x, pose.y, pose.theta, linear.x, linear.y, angular.z];
+    numbers.into_iter().all(f64::is_finite)
+}
+
+/// Returns whether a step of the odometry is a jump and no motion: it is longer than `way` m, or a turn by more than 90
+/// degrees.
+#[must_use]
+pub fn is_jump(from: &Pose2D, to: &Pose2D, way: f64) -> bool {
+    let step = from.localize(to);
+    step.x.hypot(step.y) > way || step.theta.abs() > FRAC_PI_2
 }
 
 /// Returns the pose after `time` s at the constant velocity `twist`, from the origin: the exponential map of
@@ -130,6 +136,34 @@ mod tests {
         let back = Twist::planar(-0.5, 0.0);
         assert_eq!(travel.after(0.5, &back, &LIMITS).velocity.linear.x, 0.0);
         assert!((travel.after(0.1, &back, &LIMITS).velocity.linear.x - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn only_what_counts_of_an_odometry_must_be_finite() {
+        let with = |change: fn(&mut Twist)| {
+            let mut odometry = Odometry::default();
+            change(&mut odometry.twist.twist);
+            is_finite(&odometry)
+        };
+        assert!(with(|twist| twist.linear.z = f64::NAN));
+        assert!(with(
+            |twist| (twist.angular.x, twist.angular.y) = (f64::NAN, f64::INFINITY)
+        ));
+        assert!(!with(|twist| twist.linear.x = f64::INFINITY));
+        assert!(!with(|twist| twist.linear.y = f64::NAN));
+        assert!(!with(|twist| twist.angular.z = f64::NAN));
+        let mut nowhere = Odometry::default();
+        nowhere.pose.pose.position.y = f64::NAN;
+        assert!(!is_finite(&nowhere));
+    }
+
+    #[test]
+    fn a_long_way_or_a_turn_by_more_than_90_degrees_is_a_jump() {
+        let from = Pose2D::new(1.0, 2.0, 3.0);
+        let is_jump = |x, theta| is_jump(&from, &from.transform(&Pose2D::new(x, 0.0, theta)), 0.5);
+        assert!(!is_jump(0.49, 1.57) && !is_jump(-0.49, -1.57));
+        assert!(is_jump(0.51, 0.0) && is_jump(-0.51, 0.0));
+        assert!(is_jump(0.0, 1.58) && is_jump(0.0, -1.58));
     }
 
     proptest! {

@@ -10,16 +10,13 @@ use jde_schema::prelude::*;
 pub use mcl::Mcl;
 pub use tags::{TagPlace, TagPlaces, Tags};
 
-/// A turn of the odometry in one step from which on it is a jump, rad.
-const JUMP_TURN: f64 = core::f64::consts::FRAC_PI_2;
-
-/// Returns what is said of a step of the odometry that is no motion: one longer than `most` m, or a turn that is too
-/// large.
-fn jump(step: &Pose2D, most: f64) -> Option<String> {
-    let way = step.x.hypot(step.y);
-    let degrees = step.theta.abs().to_degrees();
-    (way > most || step.theta.abs() > JUMP_TURN)
-        .then(|| format!("the odometry jumped by {way:.2} m and {degrees:.0} degrees"))
+/// Returns what is said of a jump of the odometry.
+fn jumped(from: &Pose2D, to: &Pose2D) -> String {
+    let (way, turn) = (from.distance_to(to), from.localize(to).theta.abs());
+    format!(
+        "the odometry jumped by {way:.2} m and {:.0} degrees",
+        turn.to_degrees()
+    )
 }
 
 jde_schema::export!("localize", "Says where a robot is on a map.", [Mcl, Tags]);

@@ -3,11 +3,11 @@
 
 use jde_grid::{Geometry, OccupancyGrid as Grid};
 use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
-use jde_motion::{arc, is_finite};
+use jde_motion::{arc, is_finite, is_jump};
 use jde_schema::prelude::*;
 use jde_schema::types::Start;
 
-use super::jump;
+use super::jumped;
 
 /// A motion after which a scan that is the same to the bit is not a new one, m and rad.
 const UNCHANGED: f64 = 0.1;
@@ -211,9 +211,9 @@ impl Mcl {
         }
         let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured)
-            && let Some(jump) = jump(&last.localize(&measured), self.jump.get(cx))
+            && is_jump(&last, &measured, self.jump.get(cx))
         {
-            warn!(cx, "{jump}");
+            warn!(cx, "{}", jumped(&last, &measured));
             if let Some(localizer) = &mut self.localizer {
                 localizer.jump(&last, &measured);
             }

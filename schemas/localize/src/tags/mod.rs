@@ -3,12 +3,12 @@
 mod filter;
 mod panel;
 
-use jde_motion::{arc, is_finite};
+use jde_motion::{arc, is_finite, is_jump};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetection, TagDetections};
 use jde_vision::CameraMount;
 
-use super::jump;
+use super::jumped;
 use filter::{Estimate, Seen};
 
 /// The most time between a picture and the odometry that the velocity bridges, s.
@@ -182,7 +182,7 @@ impl Tags {
         }
         let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured) {
-            self.advance(cx, &last.localize(&measured));
+            self.advance(cx, &last, &measured);
         }
         self.look(cx, &odometry);
         let estimate = self.estimate.ok_or("no tag was seen yet")?;
@@ -220,18 +220,19 @@ impl Tags {
     }
 
     /// Moves the pose by a step of the odometry; a jump says nothing about where the robot is.
-    fn advance(&mut self, cx: &Context, step: &Pose2D) {
-        if let Some(jump) = jump(step, self.jump.get(cx)) {
-            warn!(cx, "{jump}");
+    fn advance(&mut self, cx: &Context, from: &Pose2D, to: &Pose2D) {
+        if is_jump(from, to, self.jump.get(cx)) {
+            warn!(cx, "{}", jumped(from, to));
             self.estimate = None;
             return;
         }
+        let step = from.localize(to);
         let way = step.x.hypot(step.y);
         let turn = (self.turn_by_turn.get(cx).powi(2) * step.theta.abs()
             + self.turn_by_way.get(cx).powi(2) * way)
             .sqrt();
         if let Some(estimate) = &mut self.estimate {
-            estimate.advance(step, [self.way_by_way.get(cx) * way.sqrt(), turn]);
+            estimate.advance(&step, [self.way_by_way.get(cx) * way.sqrt(), turn]);
         }
     }
 
