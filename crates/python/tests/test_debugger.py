@@ -38,11 +38,12 @@ class Terminal:
     """A run at a terminal."""
 
     def __init__(self, robot: Robot, *arguments: str) -> None:
-        command = shlex.join([str(BIN / "jde"), "run", "app.toml", "--debug-python", "mine", *arguments])
+        run = shlex.join([str(BIN / "jde"), "run", "app.toml", "--debug-python", "mine", *arguments])
+        # Without `exec`, Ctrl-C would end some shells with a status of their own.
         self._program = subprocess.Popen(
-            ["script", "-qec", command, "/dev/null"],
+            ["script", "-qec", f"exec {run}", "/dev/null"],
             cwd=robot.folder,
-            env={**robot.environment, "TERM": "dumb"},
+            env={**robot.environment, "NO_COLOR": "1", "TERM": "dumb"},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=0,
