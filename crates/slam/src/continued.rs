@@ -159,7 +159,7 @@ mod tests {
     use crate::world::World;
 
     /// A map of the keyframes of a robot that drives along one side of a ring.
-    fn map(world: &World) -> OccupancyGrid {
+    fn map(world: &World, margin: f64) -> OccupancyGrid {
         let mut random = fastrand::Rng::with_seed(1);
         let mut slam = Slam::new(Pose2D::new(-6.0, -5.0, 0.0));
         for step in 0..40 {
@@ -167,11 +167,11 @@ mod tests {
             let pose = Pose2D::new(odometry.x - 6.0, -5.0, 0.0);
             slam.step(&Settings::default(), &odometry, &world.scan(&pose, &mut random));
         }
-        cells(&slam)
+        cells(&slam, margin)
     }
 
-    fn cells(slam: &Slam) -> OccupancyGrid {
-        let mut drawing = Drawing::new(slam, 0.05, 1.0).expect("a small building");
+    fn cells(slam: &Slam, margin: f64) -> OccupancyGrid {
+        let mut drawing = Drawing::new(slam, 0.05, margin).expect("a small building");
         while !drawing.advance(slam, 100) {}
         let mut cells = vec![0; drawing.geometry().cells()];
         drawing.write_ros(&mut cells);
@@ -181,11 +181,17 @@ mod tests {
     #[test]
     fn a_robot_goes_on_where_its_map_ends() {
         let world = World::ring(4);
-        let map = map(&world);
+        // The margin decides which cells become keyframes.
+        for margin in [0.5, 0.8, 1.0, 1.2, 1.35, 2.0] {
+            goes_on(&world, &map(&world, margin));
+        }
+    }
+
+    fn goes_on(world: &World, map: &OccupancyGrid) {
         let mut random = fastrand::Rng::with_seed(2);
         // It stands where the map is known, 0.2 m from where it is said to be, and drives on into what is not.
         let mut truth = Pose2D::new(-3.2, -4.9, 0.05);
-        let mut slam = Slam::on_map(&map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
+        let mut slam = Slam::on_map(map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
         let given = slam.scans().len();
         let mut odometry = Pose2D::new(7.0, 3.0, 1.0);
         // Along the corridor, around its corner, and on.
@@ -208,9 +214,9 @@ mod tests {
 
     #[test]
     fn nothing_changes_where_nothing_is_new() {
-        let map = map(&World::ring(4));
+        let map = map(&World::ring(4), 1.0);
         let slam = Slam::on_map(&map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
-        let again = cells(&slam);
+        let again = cells(&slam, 1.0);
         let mut counts = [[0; 3]; 3];
         for (index, &state) in map.cells().iter().enumerate() {
             let place = map.geometry().center(map.geometry().cell(index));
@@ -233,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_start_that_is_not_free_is_refused() {
-        let map = map(&World::ring(4));
+        let map = map(&World::ring(4), 1.0);
         for (x, y) in [(0.0, 0.0), (-7.5, -5.0), (1e3, 0.0), (f64::NAN, 0.0)] {
             assert!(Slam::on_map(&map, Pose2D::new(x, y, 0.0)).is_none(), "{x}, {y}");
         }

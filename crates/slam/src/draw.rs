@@ -26,15 +26,19 @@ impl Drawing {
     /// # Errors
     /// If the resolution in metres is out of range, or there would be too many cells.
     pub fn new(slam: &Slam, resolution: f64, margin: f64) -> Result<Self, GeometryError> {
-        let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
-        for (x, y) in (0..slam.scans().len()).flat_map(|at| slam.hits(at)) {
+        let mut low = (f64::INFINITY, f64::INFINITY);
+        let mut high = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        let poses = slam.graph().poses().iter().map(|pose| (pose.x, pose.y));
+        for (x, y) in poses.chain((0..slam.scans().len()).flat_map(|at| slam.hits(at))) {
             low = (low.0.min(x), low.1.min(y));
             high = (high.0.max(x), high.1.max(y));
         }
         let middle = (f64::midpoint(low.0, high.0), f64::midpoint(low.1, high.1));
         let side = (high.0 - low.0).max(high.1 - low.1) + 2.0 * margin;
+        // What is on the edge has a cell, wherever the cells begin.
+        let cells = ((side / resolution).ceil() as u32).saturating_add(2);
         Ok(Self {
-            grid: RollingGrid::around(middle, (side / resolution) as u32, resolution)?,
+            grid: RollingGrid::around(middle, cells, resolution)?,
             drawn: Vec::new(),
             is_cut: false,
         })
@@ -127,6 +131,22 @@ mod tests {
             [-4.02, -3.97].iter().any(|&y| at(x, y) == Occupancy::Occupied)
         });
         assert!(walls.count() > 50);
+    }
+
+    #[test]
+    fn it_has_room_for_all_without_a_margin_and_anywhere() {
+        let world = World::ring(4);
+        let slam = driven(&world, 30);
+        let mut drawing = Drawing::new(&slam, 0.05, 0.0).expect("a small building");
+        assert!(drawing.advance(&slam, 99) && drawing.is_right(&slam));
+        let (mut far, mut random) = (
+            Slam::new(Pose2D::new(300.0, 1.6, 1.5)),
+            fastrand::Rng::with_seed(3),
+        );
+        let scan = world.scan(&Pose2D::new(-6.0, -5.0, 0.0), &mut random);
+        far.step(&Settings::default(), &Pose2D::ORIGIN, &scan);
+        let mut drawing = Drawing::new(&far, 0.05, 5.0).expect("a small building");
+        assert!(drawing.advance(&far, 99) && drawing.is_right(&far));
     }
 
     #[test]

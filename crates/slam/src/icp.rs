@@ -69,6 +69,12 @@ impl Surface {
         })
     }
 
+    /// Returns the share of points at a pose that are on surfaces.
+    #[must_use]
+    pub fn share(&self, points: &[SurfacePoint], pose: &Pose2D) -> f64 {
+        self.slope(points, pose, GATES.1).2
+    }
+
     /// The second and first derivatives of half the squares, and the share of the points that are within the gate.
     fn slope(&self, points: &[SurfacePoint], pose: &Pose2D, gate: f64) -> (Matrix, [f64; 3], f64) {
         let (sin, cos) = libm::sincos(pose.theta);

@@ -66,7 +66,13 @@ impl Loops {
         }
         let found = candidate(slam, settings, keyframe)
             .and_then(|(earlier, window)| searched(slam, settings, (earlier, keyframe), window));
-        let Some(edge) = found else { return Vec::new() };
+        found.map_or_else(Vec::new, |edge| self.agreeing(slam, settings, edge))
+    }
+
+    /// Returns the matches that say the same as a new one, if they are enough.
+    fn agreeing(&mut self, slam: &Slam, settings: &Settings, edge: Edge) -> Vec<Edge> {
+        // Matches of one keyframe repeat its error.
+        self.waiting.retain(|other| other.to != edge.to);
         self.waiting.push(edge);
         if self.waiting.len() > WAITING {
             self.waiting.remove(0);
@@ -75,7 +81,7 @@ impl Loops {
             .filter(|other| agree(slam, &edge, other))
             .copied()
             .collect();
-        if agreeing.len() < settings.loop_agreeing {
+        if agreeing.len() < settings.loop_matches {
             return Vec::new();
         }
         self.waiting.retain(|other| !agreeing.contains(other));
@@ -199,4 +205,28 @@ fn agree(slam: &Slam, a: &Edge, b: &Edge) -> bool {
     let later = poses[a.to].localize(&poses[b.to]);
     let (one, other) = (a.pose.transform(&later), earlier.transform(&b.pose));
     one.distance_to(&other) < SAME.0 && turn_between(&one, &other) < SAME.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::Scan;
+
+    #[test]
+    fn a_keyframe_counts_once_however_often_it_is_matched() {
+        let mut slam = Slam::new(Pose2D::ORIGIN);
+        for at in 0..4 {
+            slam.add_keyframe(Pose2D::new(f64::from(at), 0.0, 0.0), &Scan::default());
+        }
+        let edge = |to: usize| Edge {
+            from: 0,
+            to,
+            pose: Pose2D::new(to as f64 + 0.05, 0.0, 0.0),
+            information: ZERO,
+            relation: Relation::Loop,
+        };
+        let (mut loops, settings) = (Loops::default(), Settings::default());
+        let agreeing = [1, 2, 1, 2, 3].map(|to| loops.agreeing(&slam, &settings, edge(to)).len());
+        assert_eq!(agreeing, [0, 0, 0, 0, 3]);
+    }
 }

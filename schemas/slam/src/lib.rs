@@ -223,7 +223,7 @@ impl Slam {
             },
             ..**odometry
         };
-        let covariance = self.slam.covariance().unwrap_or_default();
+        let covariance = self.slam.covariance(&self.settings(cx), &measured);
         // Of x, y, z and the rotations about them, the plane has the first two and the last.
         for (row, values) in [0, 1, 5].into_iter().zip(&covariance) {
             for (column, &value) in [0, 1, 5].into_iter().zip(values) {
@@ -313,7 +313,7 @@ impl Slam {
             share: self.share.get(cx),
             drift: self.drift.get(cx),
             loop_share: self.loop_share.get(cx),
-            loop_agreeing: self.loop_matches.get(cx) as usize,
+            loop_matches: self.loop_matches.get(cx) as usize,
         }
     }
 }

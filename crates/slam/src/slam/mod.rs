@@ -23,7 +23,11 @@ const FEW: usize = 120;
 /// The most squares that the correlation of successive scans looks at.
 const LOOKS: usize = 20_000;
 
-/// The inverse of the covariance of a place at which no scan has fitted yet: 0.3 m and 0.2 rad.
+/// Of so many scans of a robot that stands, one is compared with what is known.
+const STANDING: usize = 10;
+
+/// The covariance of a place at which no scan has fitted yet, and its inverse: 0.3 m and 0.2 rad.
+const UNCERTAIN: Matrix = diagonal([0.09, 0.09, 0.04]);
 const UNSURE: Matrix = diagonal([11.0, 11.0, 25.0]);
 
 /// How it maps. All may change from call to call.
@@ -48,7 +52,7 @@ pub struct Settings {
     /// The least share of the points around the robot that are on the surfaces of a place that is reached again.
     pub loop_share: f64,
     /// How many matches in a row close a loop.
-    pub loop_agreeing: usize,
+    pub loop_matches: usize,
 }
 
 impl Default for Settings {
@@ -63,7 +67,7 @@ impl Default for Settings {
             share: 0.4,
             drift: 0.05,
             loop_share: 0.55,
-            loop_agreeing: 3,
+            loop_matches: 3,
         }
     }
 }
@@ -119,8 +123,14 @@ pub struct Slam {
     /// The pose of the odometry at the anchor.
     odometry: Pose2D,
     state: Option<State>,
-    /// The inverse of the covariance of the last match, in the frame of the map.
+    /// Whether the robot may be elsewhere since the last scan.
+    is_doubted: bool,
+    /// How many scans were not matched since one was, as the robot stood.
+    unmatched: usize,
+    /// The inverse of the covariance of the last match by the points of its scan, in the frame of the map.
     information: Matrix,
+    /// That of the pose by the odometry before the match.
+    prior: Matrix,
     /// The surfaces around the anchor's keyframe, in its frame.
     surface: Option<Surface>,
     loops: Loops,
@@ -183,10 +193,33 @@ impl Slam {
         points.map(move |point| placed(&pose, point.at))
     }
 
-    /// Returns the covariance of the last match by the points of its scan alone, in the frame of the map: x, y, heading.
+    /// Returns the covariance of the pose at this pose of the odometry, in the frame of the map: x, y, heading. It is that of
+    /// the last match, by its points and the odometry before it, and of the odometry since; while no scan fits, that of
+    /// 0.3 m and 0.2 rad takes the place of the match.
     #[must_use]
-    pub fn covariance(&self) -> Option<Matrix> {
-        invert(&self.information)
+    pub fn covariance(&self, settings: &Settings, odometry: &Pose2D) -> Matrix {
+        let mut information = self.prior;
+        add(&mut information, 1.0, &self.information);
+        let matched = invert(&information).filter(|_| self.is_sure());
+        let mut covariance = matched.unwrap_or(UNCERTAIN);
+        for (axis, deviation) in settings
+            .deviations(&self.odometry.localize(odometry))
+            .into_iter()
+            .enumerate()
+        {
+            covariance[axis][axis] += deviation * deviation;
+        }
+        covariance
+    }
+
+    /// Whether the last scan fits, and the robot was not moved since without the odometry.
+    const fn is_sure(&self) -> bool {
+        matches!(self.state, Some(State::Fits(_))) && !self.is_doubted
+    }
+
+    /// The robot may have been moved since the last scan: the next one is matched, to 0.3 m and 0.2 rad.
+    pub const fn doubt(&mut self) {
+        self.is_doubted = true;
     }
 
     /// The odometry jumped to another pose without a motion of the robot.
@@ -196,8 +229,8 @@ impl Slam {
 
     /// Takes a scan, and the pose of the odometry at its time.
     ///
-    /// Takes time by the number of points of one scan and of the sixteen keyframes that it is matched with, if the robot
-    /// moved; otherwise none.
+    /// Takes time by the number of points of one scan and of the sixteen keyframes that it is matched with. While the robot
+    /// stands, only every tenth scan is looked at, and matched if it fits no longer.
     pub fn step(&mut self, settings: &Settings, odometry: &Pose2D, scan: &Scan) -> State {
         let state = self.take(settings, odometry, scan);
         self.state = Some(state);
@@ -219,27 +252,39 @@ impl Slam {
                 pose: Pose2D::ORIGIN,
             });
             self.odometry = *odometry;
+            self.prior = settings.information(&Pose2D::ORIGIN);
+            self.is_doubted = false;
             return State::Fits(1.0);
         };
-        let motion = self.odometry.localize(odometry);
-        let way = libm::hypot(motion.x, motion.y);
-        let is_moved = way >= settings.update.0 || motion.theta.abs() >= settings.update.1;
-        if !is_moved && matches!(self.state, Some(State::Fits(_))) {
-            return self.state();
-        }
         if !scan.is_enough() {
             return State::Blind;
         }
+        let motion = self.odometry.localize(odometry);
+        let way = libm::hypot(motion.x, motion.y);
+        let is_moved = way >= settings.update.0 || motion.theta.abs() >= settings.update.1;
+        if !is_moved && self.is_sure() {
+            self.unmatched += 1;
+            if self.unmatched % STANDING != 0 {
+                return self.state();
+            }
+            let share = self.surface(&anchor).share(scan.points(), &anchor.pose);
+            if share >= settings.share {
+                return State::Fits(share);
+            }
+        }
+        self.unmatched = 0;
         let guess = Guess {
             pose: anchor.pose,
-            information: if matches!(self.state, Some(State::Fits(_))) {
+            information: if self.is_sure() {
                 settings.information(&motion)
             } else {
                 UNSURE
             },
         };
-        let fit = self.fit(settings, &guess, scan);
+        self.is_doubted = false;
+        let fit = self.fit(settings, &guess, &anchor, scan);
         self.odometry = *odometry;
+        self.prior = guess.information;
         let share = fit.map_or(0.0, |fit| fit.share);
         let fit = fit.filter(|fit| fit.share >= settings.share);
         let heading = self.graph.poses()[anchor.keyframe].theta;
@@ -253,22 +298,33 @@ impl Slam {
         let (way, turn) = (libm::hypot(anchor.pose.x, anchor.pose.y), anchor.pose.theta.abs());
         let is_turned = turn >= settings.keyframe.1 && !self.scans[anchor.keyframe].is_all_around();
         let is_new = way >= settings.keyframe.0 || is_turned;
-        if is_new && self.scans.len() < settings.most {
+        if (is_new || self.is_beyond(settings, &anchor, share)) && self.scans.len() < settings.most {
             self.keep(settings, &anchor, scan);
         }
         State::Fits(share)
     }
 
+    /// Whether a scan shows much that the map does not have that is continued, and no keyframe of its own is near.
+    fn is_beyond(&self, settings: &Settings, anchor: &Anchor, share: f64) -> bool {
+        let place = self.place(anchor);
+        anchor.keyframe < self.given
+            && share < f64::midpoint(settings.share, 1.0)
+            && (self.given..self.scans.len()).all(|at| self.distance(at, &place) >= settings.keyframe.0)
+    }
+
+    /// The surfaces around the keyframe of the anchor.
+    fn surface(&mut self, anchor: &Anchor) -> &Surface {
+        let surface = self.surface.take().unwrap_or_else(|| {
+            let joined = self.around(anchor.keyframe, &self.place(anchor), JOINED);
+            self.surface_of(anchor.keyframe, &joined, Surface::levels(0.6))
+        });
+        self.surface.insert(surface)
+    }
+
     /// Matches a scan with the surfaces around the anchor's keyframe.
-    fn fit(&mut self, settings: &Settings, guess: &Guess, scan: &Scan) -> Option<Fit> {
+    fn fit(&mut self, settings: &Settings, guess: &Guess, anchor: &Anchor, scan: &Scan) -> Option<Fit> {
         let window = settings.window(guess);
-        let keyframe = self.anchor?.keyframe;
-        if self.surface.is_none() {
-            let place = self.graph.poses()[keyframe].transform(&guess.pose);
-            let joined = self.around(keyframe, &place, JOINED);
-            self.surface = Some(self.surface_of(keyframe, &joined, Surface::levels(0.6)));
-        }
-        let surface = self.surface.as_ref()?;
+        let surface = self.surface(anchor);
         let few: Vec<_> = thin(scan.points(), FEW).collect();
         let found = surface.search(&few, &guess.pose, &window);
         let start = found.map_or(guess.pose, |found| found.pose);
@@ -393,10 +449,18 @@ impl Slam {
 impl Settings {
     /// The inverse of the covariance of a motion by the odometry.
     fn information(&self, motion: &Pose2D) -> Matrix {
+        diagonal(
+            self.deviations(motion)
+                .map(|deviation| 1.0 / (deviation * deviation)),
+        )
+    }
+
+    /// The standard deviations of a motion by the odometry: x, y, heading.
+    fn deviations(&self, motion: &Pose2D) -> [f64; 3] {
         let (way, turn) = (libm::hypot(motion.x, motion.y), motion.theta.abs());
         let position = 0.01 + self.way_by_way * way;
         let heading = 0.005 + self.turn_by_turn * turn + self.turn_by_way * way;
-        diagonal([position, position, heading].map(|deviation| 1.0 / (deviation * deviation)))
+        [position, position, heading]
     }
 
     /// Three standard deviations around what the odometry says.

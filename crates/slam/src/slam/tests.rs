@@ -150,7 +150,8 @@ fn without_a_scan_that_fits_the_odometry_says_where_the_robot_is() {
     let keyframes = robot.slam.scans().len();
     let settings = robot.settings;
     let blind = robot.slam.step(&settings, &robot.odometry, &Scan::default());
-    assert!(matches!(blind, State::Fits(_)), "it did not move: {blind}");
+    assert_eq!(blind, State::Blind, "although it did not move");
+    assert!(robot.slam.covariance(&settings, &robot.odometry)[0][0] > 0.09);
     let moved = robot.odometry.transform(&Pose2D::new(0.3, 0.0, 0.0));
     let before = robot.slam.anchor(&robot.odometry).expect("a pose");
     assert_eq!(robot.slam.step(&settings, &moved, &Scan::default()), State::Blind);
@@ -164,6 +165,33 @@ fn without_a_scan_that_fits_the_odometry_says_where_the_robot_is() {
     assert!(matches!(state, State::Differs(_)), "{state}");
     let last = robot.slam.anchor(&moved).expect("a pose");
     assert!(robot.slam.place(&last).distance_to(&robot.slam.place(&after)) < 1e-9);
+}
+
+#[test]
+fn a_robot_that_is_carried_while_it_stands_is_noticed() {
+    let mut robot = around();
+    robot.drive(2.0, 0.0);
+    let settings = robot.settings;
+    let standing = robot.world.scan(&robot.truth, &mut robot.random);
+    let mut states = |scan: &Scan| [(); 20].map(|()| robot.slam.step(&settings, &robot.odometry, scan));
+    let fits = |state: &State| matches!(state, State::Fits(share) if *share > 0.8);
+    assert!(states(&standing).iter().all(fits));
+    let elsewhere = Pose2D::new(6.0, 4.0, 0.5);
+    let last = states(&robot.world.scan(&elsewhere, &mut robot.random))[19];
+    assert!(matches!(last, State::Differs(_)), "{last}");
+}
+
+#[test]
+fn a_robot_in_doubt_is_matched_where_it_stands() {
+    let mut robot = around();
+    robot.drive(2.0, 0.0);
+    // It is pushed by less than what is still searched, and most of what it sees is near where it was.
+    robot.truth = robot.truth.transform(&Pose2D::new(0.1, 0.08, 0.05));
+    robot.slam.doubt();
+    assert!(robot.slam.covariance(&robot.settings, &robot.odometry)[0][0] > 0.09);
+    robot.step(0.0, 0.0);
+    assert!(robot.error() < 0.05, "{} m", robot.error());
+    assert!(robot.slam.covariance(&robot.settings, &robot.odometry)[0][0] < 0.01);
 }
 
 #[test]
