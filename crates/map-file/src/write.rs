@@ -11,16 +11,29 @@ use crate::{Cell, MapFile};
 const SHADES: [u8; 3] = [254, 205, 0];
 
 impl MapFile {
-    /// Writes the map to this YAML file, and its image beside it as PGM of the same name.
+    /// Writes the map to this YAML file, and its image beside it as PGM of the same name. The image of an older map stays
+    /// until the YAML file names the new one, so two names take turns: `office.pgm` and `office.2.pgm`.
     ///
     /// # Errors
-    /// If a file cannot be written; older files stay then.
+    /// If a file cannot be written, or the path is that of an image; the older map stays then.
     pub fn save(&self, path: &Path) -> io::Result<()> {
-        let image = path.with_extension("pgm");
-        let name = image.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
-            let message = "expected the path of a file whose name is Unicode";
-            io::Error::new(io::ErrorKind::InvalidInput, message)
-        })?;
+        let images = ["pgm", "2.pgm"].map(|extension| path.with_extension(extension));
+        let name = |image: &PathBuf| Some(image.file_name()?.to_str()?.to_owned());
+        let names = name(&images[0]).zip(name(&images[1]));
+        let (first, second) = names
+            .filter(|_| !images.iter().any(|image| image == path))
+            .ok_or_else(|| {
+                let message = "expected the path of a YAML file whose name is Unicode";
+                io::Error::new(io::ErrorKind::InvalidInput, message)
+            })?;
+        let older = std::fs::read_to_string(path).unwrap_or_default();
+        let is_first = older.contains(&second) || !older.contains(&first);
+        let ([image, other], name) = if is_first {
+            (images, first)
+        } else {
+            let [first, other] = images;
+            ([other, first], second)
+        };
         let [x, y, heading] = self.origin;
         let text = format!(
             "image: {name:?}\nmode: trinary\nresolution: {:?}\norigin: [{x:?}, {y:?}, {heading:?}]\nnegate: 0\n\
@@ -36,7 +49,11 @@ impl MapFile {
             }));
         }
         replace(&image, &pixels)?;
-        replace(path, text.as_bytes())
+        replace(path, text.as_bytes())?;
+        match std::fs::remove_file(other) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -76,12 +93,35 @@ mod tests {
     fn what_is_saved_is_read_as_it_was() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("my house.yaml");
-        for _ in 0..2 {
+        for _ in 0..3 {
             map().save(&path).expect("it is written");
             assert_eq!(MapFile::load(&path), Ok(map()));
         }
         let names = std::fs::read_dir(folder.path()).expect("a folder").count();
         assert_eq!(names, 2, "nothing else is left");
+    }
+
+    #[test]
+    fn a_save_that_fails_half_way_leaves_the_older_map() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("office.yaml");
+        map().save(&path).expect("it is written");
+        // The image can be written, and the YAML file cannot.
+        std::fs::create_dir(folder.path().join("office.yaml.new")).expect("a folder");
+        let mut other = map();
+        (other.width, other.height) = (2, 3);
+        assert!(other.save(&path).is_err());
+        assert_eq!(MapFile::load(&path), Ok(map()));
+        std::fs::remove_dir(folder.path().join("office.yaml.new")).expect("it is empty");
+        other.save(&path).expect("it is written");
+        assert_eq!(MapFile::load(&path), Ok(other));
+    }
+
+    #[test]
+    fn an_image_is_no_path_for_a_map() {
+        let folder = tempfile::tempdir().expect("a folder");
+        assert!(map().save(&folder.path().join("m.pgm")).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
     }
 
     #[test]
