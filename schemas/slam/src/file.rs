@@ -7,14 +7,13 @@ use std::time::Duration;
 
 use jde_grid::{Geometry, Occupancy, OccupancyGrid};
 use jde_map_file::{Cell, MapFile};
+use jde_schema::prelude::Pose2D;
+use jde_slam::Slam;
 
 use crate::map::Map;
 
 /// Reads the map of this YAML file, if there is one.
-///
-/// # Errors
-/// All faults of the file and of its image.
-pub(crate) fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
+fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
     let path = Path::new(file);
     if file.is_empty() || !path.exists() {
         return Ok(None);
@@ -39,51 +38,74 @@ pub(crate) fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
     Ok(Some(grid))
 }
 
+/// Returns the map of this YAML file, if there is one, or a new one, on which the robot is at `start`.
+///
+/// # Errors
+/// All faults of the file and of its image, or that the start is not free.
+pub(crate) fn begun(file: &str, start: Pose2D) -> Result<Slam, String> {
+    if Path::new(file)
+        .extension()
+        .is_some_and(|extension| extension == "pgm")
+    {
+        return Err(format!(
+            "{file} is the name of an image: expected that of a YAML file"
+        ));
+    }
+    let Some(map) = continued(file)? else {
+        return Ok(Slam::new(start));
+    };
+    Slam::on_map(&map, start).ok_or_else(|| {
+        format!(
+            "the map {file} has no free cells around the robot at {:.2}, {:.2}: state `initial`, or remove the files",
+            start.x, start.y
+        )
+    })
+}
+
 /// What is being saved.
 #[derive(Debug, Default)]
 pub(crate) struct Saving {
-    result: Option<Receiver<Result<(), String>>>,
+    /// The changes that the map has which is written, and what becomes of it.
+    result: Option<(u64, Receiver<Result<(), String>>)>,
     /// When it last began.
     pub(crate) last: Option<Duration>,
-    failure: Option<String>,
 }
 
 impl Saving {
-    /// Begins to save the map to this YAML file. Returns whether it did: not while the last one is not saved yet.
-    pub(crate) fn begin(&mut self, file: &str, map: &Map) -> bool {
+    /// Begins to save the map to this YAML file.
+    ///
+    /// # Errors
+    /// Why it does not begin.
+    pub(crate) fn begin(&mut self, file: &str, map: &Map) -> Result<(), String> {
         if self.is_busy() {
-            return false;
+            return Err("the last one is not saved yet".into());
         }
-        let Some(map) = map.file() else { return false };
+        let (changes, map) = (map.changes(), map.file().ok_or("nothing is drawn yet")?);
         let (path, (sender, result)) = (PathBuf::from(file), mpsc::channel());
         let saving = thread::Builder::new().name("saving".to_owned()).spawn(move || {
             let saved = map.save(&path);
             // If nobody waits for it, the schema has ended.
             let _ = sender.send(saved.map_err(|error| format!("{}: {error}", path.display())));
         });
-        match saving {
-            Ok(_) => self.result = Some(result),
-            Err(error) => self.failure = Some(format!("there is no thread to write it: {error}")),
-        }
-        true
+        saving.map_err(|error| format!("there is no thread to write it: {error}"))?;
+        self.result = Some((changes, result));
+        Ok(())
     }
 
     /// Whether a map is being written.
-    pub(crate) fn is_busy(&mut self) -> bool {
-        let Some(result) = &self.result else { return false };
-        match result.try_recv() {
-            Err(TryRecvError::Empty) => return true,
-            Ok(Err(error)) => self.failure = Some(error),
-            Err(TryRecvError::Disconnected) => self.failure = Some("the thread that wrote it failed".into()),
-            Ok(Ok(())) => {}
-        }
-        self.result = None;
-        false
+    pub(crate) const fn is_busy(&self) -> bool {
+        self.result.is_some()
     }
 
-    /// Returns why the last map was not saved, once.
-    pub(crate) fn failure(&mut self) -> Option<String> {
-        self.is_busy();
-        self.failure.take()
+    /// Returns once what has become of a map that was written: the changes that it has.
+    pub(crate) fn end(&mut self) -> Option<Result<u64, String>> {
+        let (changes, result) = self.result.as_ref()?;
+        let ended = match result.try_recv() {
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => Err("the thread that wrote it failed".into()),
+            Ok(saved) => saved.map(|()| *changes),
+        };
+        self.result = None;
+        Some(ended)
     }
 }

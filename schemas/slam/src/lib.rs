@@ -2,19 +2,22 @@
 
 mod file;
 mod map;
+mod memory;
 mod panel;
 
-use jde_motion::arc;
+use jde_motion::{arc, is_finite, is_jump};
 use jde_schema::prelude::*;
 use jde_slam::{Anchor, Scan, Settings, Slam as Graph, State};
 
-use file::{Saving, continued};
+use file::{Saving, begun};
 use map::Map;
 
 /// A motion after which a scan that is the same to the bit is not a new one, m and rad.
 const UNCHANGED: f64 = 0.1;
 /// The most time between a scan and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
+/// How far from the base a laser may be mounted, m.
+const MOUNTED: f64 = 10.0;
 
 /// Exports a map of what the laser has seen, and where the robot is on it: simultaneous localization and mapping.
 ///
@@ -32,7 +35,7 @@ pub struct Slam {
     /// Where the robot is in the frame of the map when it takes its first scan; on a map that is continued, to 0.3 m.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     initial: Modulation<Pose2D>,
-    /// Where the laser is on the base, and which way its x points.
+    /// Where the laser is on the base, within 10 m, and which way its x points.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     pub(crate) mount: Modulation<Pose2D>,
     /// How many beams of a scan count.
@@ -96,8 +99,8 @@ pub struct Slam {
     /// How long the pose is exported without a scan that fits.
     #[modulation(default = 2.0, unit = "s", min = 0.0, max = 3600.0)]
     patience: Modulation<f64>,
-    /// A step of the odometry from which on it is a jump, and no motion.
-    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
+    #[modulation(default = 1.0, unit = "m", min = 0.3)]
     jump: Modulation<f64>,
     /// The map.
     #[export]
@@ -112,6 +115,8 @@ pub struct Slam {
     #[export]
     state: Export<Text<160>>,
     pub(crate) slam: Graph,
+    /// How many keyframes the map that is continued has.
+    given: usize,
     pub(crate) drawn: Map,
     saving: Saving,
     scan_number: u64,
@@ -124,27 +129,29 @@ pub struct Slam {
     seen: Option<Duration>,
     /// The words of the last iteration.
     pub(crate) words: String,
+    /// Where the robot was before a reload.
+    restored: Option<Pose2D>,
 }
 
 impl Schema for Slam {
     fn awake(&mut self, cx: &Context) -> Result {
         if self.slam.scans().is_empty() {
-            let (file, initial) = (self.file.get(cx), self.initial.get(cx));
-            self.slam = match continued(file.as_str())? {
-                Some(map) => Graph::on_map(&map, initial).ok_or_else(|| {
-                    format!(
-                        "the map {} has no free cells around the robot at {:.2}, {:.2}: state `initial`, or remove the files",
-                        file.as_str(),
-                        initial.x,
-                        initial.y
-                    )
-                })?,
-                None => Graph::new(initial),
-            };
+            self.begin(cx, self.restored.unwrap_or(self.initial.get(cx)))?;
         }
-        // What happened while it slept is not known.
-        self.seen = None;
+        // What happened while it slept is not known; how far the odometry went meanwhile is no jump.
+        (self.seen, self.last) = (None, None);
+        self.slam.doubt();
         Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        self.pose.retract(cx);
+        self.correction.retract(cx);
+        self.state.retract(cx);
+        self.follow_saving(cx);
+        if self.is_worth_saving(cx) {
+            self.save(cx);
+        }
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -166,25 +173,44 @@ impl Schema for Slam {
 
 impl Inspect for Slam {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        problems.expect(&self.file, continued(self.file.get(cx).as_str()));
+        let mount = self.mount.get(cx);
+        if mount.x.hypot(mount.y) > MOUNTED {
+            problems.wrong(
+                &self.mount,
+                format!("expected a place within {MOUNTED} m of the base"),
+            );
+        }
+        problems.expect(
+            &self.file,
+            begun(self.file.get(cx).as_str(), self.initial.get(cx)),
+        );
     }
 }
 
 impl Slam {
+    /// Begins with the map of the file, or a new one, on which the robot is at `start`.
+    fn begin(&mut self, cx: &Context, start: Pose2D) -> Result {
+        self.slam = begun(self.file.get(cx).as_str(), start)?;
+        self.given = self.slam.scans().len();
+        Ok(())
+    }
+
     /// Exports the pose.
     ///
     /// # Errors
     /// Why there is none.
     fn localize(&mut self, cx: &Context) -> Result<String, String> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        let measured = odometry.pose2d();
-        if !is_finite(&measured) {
+        if !is_finite(&odometry) {
             return Err("the odometry is not finite".into());
         }
+        let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured)
-            && last.distance_to(&measured) > self.jump.get(cx)
+            && is_jump(&last, &measured, self.jump.get(cx))
         {
-            warn!(cx, "the odometry jumped by {:.2} m", last.distance_to(&measured));
+            let (way, turn) = (last.distance_to(&measured), last.localize(&measured).theta);
+            let degrees = turn.abs().to_degrees();
+            warn!(cx, "the odometry jumped by {way:.2} m and {degrees:.0} degrees");
             self.slam.jump(&last, &measured);
         }
         self.look(cx, &odometry);
@@ -250,8 +276,7 @@ impl Slam {
         let measured = odometry.pose2d();
         let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
         let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
-        let then = Some(measured.transform(&motion)).filter(is_finite);
-        let then = then.unwrap_or(measured);
+        let then = measured.transform(&motion);
         if scan != self.scan {
             (self.scan, self.changed_at) = (scan, then);
         }
@@ -274,31 +299,39 @@ impl Slam {
         {
             warn!(cx, "the map is not drawn anew: {error}");
         }
-        let is_due = |last: Option<Duration>, every: f64| {
-            let every = Duration::try_from_secs_f64(every).unwrap_or(Duration::MAX);
-            last.is_none_or(|last| cx.now().saturating_sub(last) >= every)
-        };
-        if self.drawn.is_new() && is_due(self.drawn.exported, self.export_every.get(cx)) {
+        if self.drawn.is_new() && is_due(cx, self.drawn.exported, self.export_every.get(cx)) {
             let mut map = self.map.loan(cx);
             map.header = Header::new(cx.now(), "map");
             self.drawn.write(&mut map);
             map.publish();
             self.drawn.exported = Some(cx.now());
         }
-        let file = self.file.get(cx);
-        if !file.is_empty() && self.drawn.is_unsaved() && is_due(self.saving.last, self.save_every.get(cx)) {
-            self.save(cx, file.as_str());
+        self.follow_saving(cx);
+        if self.is_worth_saving(cx) && is_due(cx, self.saving.last, self.save_every.get(cx)) {
+            self.save(cx);
         }
-        if let Some(error) = self.saving.failure() {
+    }
+
+    /// Whether the map shows what its file does not.
+    fn is_worth_saving(&self, cx: &Context) -> bool {
+        let is_grown = self.slam.scans().len() > self.given;
+        !self.file.get(cx).is_empty() && is_grown && self.drawn.is_unsaved() && !self.saving.is_busy()
+    }
+
+    /// Has the map saved as it is now.
+    pub(crate) fn save(&mut self, cx: &Context) {
+        self.saving.last = Some(cx.now());
+        if let Err(error) = self.saving.begin(self.file.get(cx).as_str(), &self.drawn) {
             warn!(cx, "cannot save the map: {error}");
         }
     }
 
-    /// Has the map saved as it is now, unless the last one is not saved yet.
-    pub(crate) fn save(&mut self, cx: &Context, file: &str) {
-        if self.saving.begin(file, &self.drawn) {
-            self.drawn.set_saved();
-            self.saving.last = Some(cx.now());
+    /// Notes what has become of the map that was written.
+    fn follow_saving(&mut self, cx: &Context) {
+        match self.saving.end() {
+            Some(Ok(changes)) => self.drawn.set_saved(changes),
+            Some(Err(error)) => warn!(cx, "cannot save the map: {error}"),
+            None => {}
         }
     }
 
@@ -318,8 +351,9 @@ impl Slam {
     }
 }
 
-fn is_finite(pose: &Pose2D) -> bool {
-    pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite()
+fn is_due(cx: &Context, last: Option<Duration>, every: f64) -> bool {
+    let every = Duration::try_from_secs_f64(every).unwrap_or(Duration::MAX);
+    last.is_none_or(|last| cx.now().saturating_sub(last) >= every)
 }
 
 jde_schema::export!(

@@ -17,6 +17,8 @@ pub(crate) struct Map {
     changes: u64,
     written: u64,
     saved: u64,
+    /// Whether there was no room for the next one, and how many keyframes there were.
+    refused: Option<usize>,
     /// When the map was last exported.
     pub(crate) exported: Option<Duration>,
 }
@@ -25,7 +27,7 @@ impl Map {
     /// Draws a few keyframes.
     ///
     /// # Errors
-    /// If the map would have too many cells; it stays as it is.
+    /// If the map would have too many cells, once; it stays as it is, and is tried again with the next keyframe.
     pub(crate) fn advance(&mut self, slam: &Slam, resolution: f64, margin: f64) -> Result<(), GeometryError> {
         if slam.scans().is_empty() {
             return Ok(());
@@ -36,8 +38,15 @@ impl Map {
             self.changes += u64::from(shown.drawn() != drawn);
         }
         let is_right = self.shown.as_ref().is_some_and(|shown| shown.is_right(slam));
-        if self.next.is_none() && !is_right && slam.graph().is_settled() {
-            self.next = Some(Drawing::new(slam, resolution, margin)?);
+        let is_due = !is_right && self.refused != Some(slam.scans().len());
+        if self.next.is_none() && is_due && slam.graph().is_settled() {
+            match Drawing::new(slam, resolution, margin) {
+                Ok(next) => (self.next, self.refused) = (Some(next), None),
+                Err(error) => {
+                    let is_known = self.refused.replace(slam.scans().len()).is_some();
+                    return if is_known { Ok(()) } else { Err(error) };
+                }
+            }
         }
         if let Some(mut next) = self.next.take() {
             if next.advance(slam, MOST) {
@@ -58,8 +67,14 @@ impl Map {
         self.changes != self.saved
     }
 
-    pub(crate) const fn set_saved(&mut self) {
-        self.saved = self.changes;
+    /// Returns how many changes the map has.
+    pub(crate) const fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// Notes that the map was saved with so many changes.
+    pub(crate) const fn set_saved(&mut self, changes: u64) {
+        self.saved = changes;
     }
 
     /// Writes size, origin and cells.

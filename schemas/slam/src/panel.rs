@@ -43,8 +43,8 @@ impl Panel for Slam {
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         let file = self.file.get(cx);
         if gesture.pressed("save") && !file.is_empty() {
-            info!(cx, "{} has the map saved to {}", gesture.by(), file.as_str());
-            self.save(cx, file.as_str());
+            info!(cx, "{} asks to save the map to {}", gesture.by(), file.as_str());
+            self.save(cx);
         }
         Ok(())
     }

@@ -202,10 +202,12 @@ fn what_cannot_be_used_leaves_no_pose_and_says_why() {
             // Time jumps by an hour.
             robot.now += Duration::from_secs(3600);
         }),
-        ("no scan that can be used", |robot| {
+        ("the scan has too few points", |robot| {
             for _ in 0..21 {
                 robot.go(0.06, 0.1);
                 robot.look(&LaserScan::default());
+                let unsure = |pose: Odometry| pose.pose.covariance[0] > 0.05;
+                assert!(robot.pose().is_none_or(unsure));
             }
         }),
         ("of the points are on known surfaces", |robot| {
@@ -304,11 +306,42 @@ fn the_same_scans_give_the_same_poses_to_the_bit() {
 fn a_sleep_keeps_the_map() {
     let mut robot = driven();
     robot.bench.sleep().expect("it sleeps");
+    assert_eq!(robot.pose(), None, "while it sleeps");
+    assert_eq!(robot.bench.exported::<PoseStamped>("correction"), None);
+    // Another schema drives meanwhile.
+    let elsewhere = Pose2D::new(3.0, 3.2, -0.5);
+    robot.odometry = robot.odometry.transform(&robot.truth.localize(&elsewhere));
+    robot.truth = elsewhere;
+    robot.bench.import("odometry", &robot.measured());
     robot.bench.awake().expect("it awakes");
     robot.iterate();
     robot.says_nothing("no scan that can be used");
-    robot.drive(1);
+    robot.step(0.0, 0.0);
     robot.is_right();
+}
+
+#[test]
+fn a_reload_keeps_the_place() {
+    let mut robot = driven();
+    let saved = robot.bench.save().expect("it saves");
+    let mut reloaded = Robot::new();
+    reloaded.bench.restore(&saved).expect("it restores");
+    (reloaded.truth, reloaded.odometry) = (robot.truth, robot.odometry);
+    reloaded.drive(2);
+    reloaded.is_right();
+}
+
+#[test]
+fn a_robot_that_is_carried_away_has_no_pose() {
+    let mut robot = driven();
+    let elsewhere = scan(&Pose2D::new(5.0, 3.0, 2.0));
+    (0..40).for_each(|_| robot.look(&elsewhere));
+    robot.says_nothing("of the points are on known surfaces");
+    let mut blocked = scan(&robot.truth);
+    blocked.ranges.as_mut_slice().fill(f32::NAN);
+    let mut robot = driven();
+    (0..40).for_each(|_| robot.look(&blocked));
+    robot.says_nothing("the scan has too few points");
 }
 
 #[test]
@@ -404,12 +437,40 @@ fn a_file_that_is_no_map_or_has_none_there_is_refused_in_words() {
         .expect("a map")
         .save(&path)
         .expect("it is saved");
-    let (_, refused) = awake(Pose2D::new(-3.0, 0.0, 0.0));
+    assert!(super::begun("room.pgm", START).is_err());
+    let (problems, refused) = awake(Pose2D::new(-3.0, 0.0, 0.0));
+    assert_eq!(problems, 1);
     assert!(refused.is_err_and(|words| words.contains("no free cells around the robot at -3.00, 0.00")));
     std::fs::write(&path, "image: room.pgm\nresolution: -1\n").expect("it is written");
     let (problems, refused) = awake(START);
     assert_eq!(problems, 1);
     assert!(refused.is_err_and(|words| words.contains("resolution")));
+}
+
+#[test]
+fn a_map_that_is_continued_is_written_only_when_it_has_grown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("room.yaml");
+    let text = path.to_str().expect("a path in Unicode").to_owned();
+    let map = driven().bench.schema().drawn.file().expect("a map");
+    map.save(&path).expect("it is saved");
+    let mut robot = Robot::with(|bench| {
+        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("save_every", 1.0);
+    });
+    (0..40).for_each(|_| robot.step(0.0, 0.0));
+    robot.is_right();
+    robot.bench.sleep().expect("it sleeps");
+    assert!(!robot.bench.schema().saving.is_busy() && robot.bench.schema().saving.last.is_none());
+}
+
+#[test]
+fn a_mount_far_from_the_base_is_refused() {
+    for (x, count) in [(0.3, 0), (1e8, 1)] {
+        let mut bench = Bench::<Slam>::new();
+        bench.set("mount", Pose2D::new(x, 0.0, 0.0));
+        assert_eq!(bench.inspect().expect("it inspects").len(), count, "{x}");
+    }
 }
 
 #[test]
