@@ -1,16 +1,19 @@
 //! From scans and odometry to keyframes, and where the robot is among them.
 
+mod settings;
+
 use core::fmt;
 
 use jde_types::{Pose2D, normalize_angle};
 
-use crate::correlation::Window;
 use crate::graph::{Edge, Graph, Relation};
 use crate::icp::{Fit, Guess};
 use crate::loops::Loops;
 use crate::matrix::{Matrix, ZERO, add, diagonal, invert, product, transpose};
 use crate::scan::Scan;
 use crate::surface::Surface;
+
+pub use settings::Settings;
 
 /// How far keyframes may be that a scan is matched with, m.
 pub(crate) const NEAR: f64 = 6.0;
@@ -20,8 +23,6 @@ const JOINED: usize = 16;
 pub(crate) const LEVER: f64 = 0.5;
 /// The most points that a correlation looks at.
 const FEW: usize = 120;
-/// The most squares that the correlation of successive scans looks at.
-const LOOKS: usize = 20_000;
 
 /// Of so many scans of a robot that stands, one is compared with what is known.
 const STANDING: usize = 10;
@@ -29,48 +30,6 @@ const STANDING: usize = 10;
 /// The covariance of a place at which no scan has fitted yet, and its inverse: 0.3 m and 0.2 rad.
 const UNCERTAIN: Matrix = diagonal([0.09, 0.09, 0.04]);
 const UNSURE: Matrix = diagonal([11.0, 11.0, 25.0]);
-
-/// How it maps. All may change from call to call.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Motion after which a scan is matched, m and rad.
-    pub update: (f64, f64),
-    /// How far from every keyframe a scan becomes one, m and rad.
-    pub keyframe: (f64, f64),
-    /// The most keyframes.
-    pub most: usize,
-    /// The standard deviation of the way of the odometry for each metre, m/m.
-    pub way_by_way: f64,
-    /// That of the heading for each radian, rad/rad.
-    pub turn_by_turn: f64,
-    /// That of the heading for each metre, rad/m.
-    pub turn_by_way: f64,
-    /// The least share of the points of a scan that are on known surfaces.
-    pub share: f64,
-    /// How far the pose of a keyframe may drift for each metre along the graph, m/m: how far loops are searched.
-    pub drift: f64,
-    /// The least share of the points around the robot that are on the surfaces of a place that is reached again.
-    pub loop_share: f64,
-    /// How many matches in a row close a loop.
-    pub loop_matches: usize,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            update: (0.1, 10_f64.to_radians()),
-            keyframe: (0.5, 30_f64.to_radians()),
-            most: 4000,
-            way_by_way: 0.1,
-            turn_by_turn: 0.1,
-            turn_by_way: 0.05,
-            share: 0.4,
-            drift: 0.05,
-            loop_share: 0.55,
-            loop_matches: 3,
-        }
-    }
-}
 
 /// Where the robot is: a pose in the frame of a keyframe. It stays right when the graph moves the keyframe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -443,36 +402,6 @@ impl Slam {
             }
         }
         false
-    }
-}
-
-impl Settings {
-    /// The inverse of the covariance of a motion by the odometry.
-    fn information(&self, motion: &Pose2D) -> Matrix {
-        diagonal(
-            self.deviations(motion)
-                .map(|deviation| 1.0 / (deviation * deviation)),
-        )
-    }
-
-    /// The standard deviations of a motion by the odometry: x, y, heading.
-    fn deviations(&self, motion: &Pose2D) -> [f64; 3] {
-        let (way, turn) = (libm::hypot(motion.x, motion.y), motion.theta.abs());
-        let position = 0.01 + self.way_by_way * way;
-        let heading = 0.005 + self.turn_by_turn * turn + self.turn_by_way * way;
-        [position, position, heading]
-    }
-
-    /// Three standard deviations around what the odometry says.
-    fn window(&self, guess: &Guess) -> Window {
-        let deviation = |axis: usize| 1.0 / libm::sqrt(guess.information[axis][axis]);
-        Window {
-            way: (3.0 * deviation(0)).clamp(0.1, 0.6),
-            turn: (3.0 * deviation(2)).clamp(0.05, 0.8),
-            least: 0.2,
-            loss: 0.1,
-            most: LOOKS,
-        }
     }
 }
 
