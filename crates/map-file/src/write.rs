@@ -1,39 +1,38 @@
 //! Writes a map as the files of a map server. It replaces older ones only when the new ones are whole.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::{Cell, MapFile};
+use crate::{Cell, MapFile, yaml};
 
 /// The shades of an image for free, unknown and occupied cells.
 const SHADES: [u8; 3] = [254, 205, 0];
 
 impl MapFile {
     /// Writes the map to this YAML file, and its image beside it as PGM of the same name. The image of an older map stays
-    /// until the YAML file names the new one, so two names take turns: `office.pgm` and `office.2.pgm`.
+    /// until the YAML file names the new one, so two names take turns: `office.pgm` and `office.yaml.pgm`.
     ///
     /// # Errors
     /// If a file cannot be written, or the path is that of an image; the older map stays then.
     pub fn save(&self, path: &Path) -> io::Result<()> {
-        let images = ["pgm", "2.pgm"].map(|extension| path.with_extension(extension));
-        let name = |image: &PathBuf| Some(image.file_name()?.to_str()?.to_owned());
-        let names = name(&images[0]).zip(name(&images[1]));
-        let (first, second) = names
-            .filter(|_| !images.iter().any(|image| image == path))
-            .ok_or_else(|| {
-                let message = "expected the path of a YAML file whose name is Unicode";
-                io::Error::new(io::ErrorKind::InvalidInput, message)
-            })?;
-        let older = std::fs::read_to_string(path).unwrap_or_default();
-        let is_first = older.contains(&second) || !older.contains(&first);
-        let ([image, other], name) = if is_first {
-            (images, first)
-        } else {
-            let [first, other] = images;
-            ([other, first], second)
-        };
+        let is_image = path.extension().is_some_and(|extension| extension == "pgm");
+        let own = path.file_name().and_then(OsStr::to_str).filter(|_| !is_image);
+        let own = own.ok_or_else(|| {
+            let message = "expected the path of a YAML file whose name is Unicode";
+            io::Error::new(io::ErrorKind::InvalidInput, message)
+        })?;
+        let images = [
+            path.with_extension("pgm"),
+            path.with_file_name(format!("{own}.pgm")),
+        ];
+        // Which of them the older map has.
+        let older = std::fs::read_to_string(path).ok();
+        let used = older.and_then(|older| yaml::image(path, &older));
+        let used = images.iter().position(|image| used.as_ref() == Some(image));
+        let image = &images[usize::from(used == Some(0))];
+        let name = image.file_name().and_then(OsStr::to_str).unwrap_or_default();
         let [x, y, heading] = self.origin;
         let text = format!(
             "image: {name:?}\nmode: trinary\nresolution: {:?}\norigin: [{x:?}, {y:?}, {heading:?}]\nnegate: 0\n\
@@ -48,10 +47,10 @@ impl MapFile {
                 Cell::Occupied => SHADES[2],
             }));
         }
-        replace(&image, &pixels)?;
+        replace(image, &pixels)?;
         replace(path, text.as_bytes())?;
-        match std::fs::remove_file(other) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        match used.map(|used| std::fs::remove_file(&images[used])) {
+            Some(Err(error)) if error.kind() != io::ErrorKind::NotFound => Err(error),
             _ => Ok(()),
         }
     }
@@ -115,6 +114,29 @@ mod tests {
         std::fs::remove_dir(folder.path().join("office.yaml.new")).expect("it is empty");
         other.save(&path).expect("it is written");
         assert_eq!(MapFile::load(&path), Ok(other));
+    }
+
+    #[test]
+    fn maps_whose_names_are_alike_keep_their_images() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let names = ["office.yaml", "office.2.yaml", "my office.yaml"];
+        let maps = [1, 2, 3].map(|width| MapFile {
+            width,
+            height: 6 / width,
+            ..map()
+        });
+        for _ in 0..3 {
+            for (name, map) in names.iter().zip(&maps) {
+                map.save(&folder.path().join(name)).expect("it is written");
+            }
+            for (name, map) in names.iter().zip(&maps) {
+                assert_eq!(
+                    MapFile::load(&folder.path().join(name)).as_ref(),
+                    Ok(map),
+                    "{name}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -31,28 +31,14 @@ struct MapYaml<'a> {
     faults: Vec<Fault>,
 }
 
+/// Returns the image that this text of the YAML file names.
+pub(crate) fn image(path: &Path, text: &str) -> Option<PathBuf> {
+    MapYaml::new(path, text).ok()?.image()
+}
+
 /// Reads the file and its image. Returns all faults of both.
 pub(crate) fn read(path: &Path, text: &str) -> Result<MapInfo, Vec<Fault>> {
-    let single = |line, message| {
-        vec![Fault {
-            file: path.to_owned(),
-            line: Some(line),
-            message,
-        }]
-    };
-    let documents = MarkedYaml::load_from_str(text)
-        .map_err(|error| single(error.marker().line(), format!("invalid YAML: {}", error.info())))?;
-    let Some(root) = documents.into_iter().next().filter(|root| root.data.is_mapping()) else {
-        return Err(single(
-            1,
-            "expected the YAML of a map: image, resolution, origin, ...".to_owned(),
-        ));
-    };
-    let mut yaml = MapYaml {
-        path,
-        root,
-        faults: Vec::new(),
-    };
+    let mut yaml = MapYaml::new(path, text)?;
     let is_likelihood = |value: f64| (0.0..=1.0).contains(&value);
     let image = yaml.image();
     let resolution = yaml.number("resolution", None, "more than 0 m", |value| {
@@ -91,6 +77,31 @@ pub(crate) fn read(path: &Path, text: &str) -> Result<MapInfo, Vec<Fault>> {
             })
         }
         _ => Err(yaml.faults),
+    }
+}
+
+impl<'a> MapYaml<'a> {
+    fn new(path: &'a Path, text: &'a str) -> Result<Self, Vec<Fault>> {
+        let single = |line, message| {
+            vec![Fault {
+                file: path.to_owned(),
+                line: Some(line),
+                message,
+            }]
+        };
+        let documents = MarkedYaml::load_from_str(text)
+            .map_err(|error| single(error.marker().line(), format!("invalid YAML: {}", error.info())))?;
+        let Some(root) = documents.into_iter().next().filter(|root| root.data.is_mapping()) else {
+            return Err(single(
+                1,
+                "expected the YAML of a map: image, resolution, origin, ...".to_owned(),
+            ));
+        };
+        Ok(Self {
+            path,
+            root,
+            faults: Vec::new(),
+        })
     }
 }
 
