@@ -223,7 +223,7 @@ impl Slam {
         let is_moved = way >= settings.update.0 || motion.theta.abs() >= settings.update.1;
         if !is_moved && self.is_sure() {
             self.unmatched += 1;
-            if self.unmatched % STANDING != 0 {
+            if !self.unmatched.is_multiple_of(STANDING) {
                 return self.state();
             }
             let share = self.surface(&anchor).share(scan.points(), &anchor.pose);
