@@ -44,7 +44,7 @@ pub struct Targets {
     ended: Option<Ended>,
 }
 
-/// The last chosen target that was reached or given up. Until another one is chosen, the mission has its state.
+/// The last chosen target that was reached or given up. While it is the chosen one, the mission has its state.
 #[derive(Debug)]
 struct Ended {
     target: Pose2D,
@@ -89,6 +89,8 @@ impl Targets {
         pose: Pose2D,
         obstacle: Option<&str>,
     ) -> (Target, Mission) {
+        let chosen = terms.chosen.and_then(|chosen| chosen.get());
+        self.ended.take_if(|ended| Some(ended.target) != chosen);
         if let Some(target) = self.current(terms) {
             let distance = pose.distance_to(&target);
             if distance < terms.tolerance || terms.is_at_end {
@@ -97,36 +99,35 @@ impl Targets {
                 let patience = Duration::try_from_secs_f64(terms.patience).unwrap_or_default();
                 if let Some(stuck) = self.progress.stuck(cx.now(), &target, distance, patience) {
                     let Stuck { waited, nearest } = stuck;
-                    let obstacle = obstacle.map(|words| format!(" ({words})")).unwrap_or_default();
                     let waited = waited.as_secs_f64();
-                    let reason = format!("it came no nearer than {nearest:.2} m for {waited:.0} s{obstacle}");
-                    self.give_up(cx, terms, &reason);
+                    let reason = format!("it came no nearer than {nearest:.2} m for {waited:.0} s");
+                    self.give_up(cx, terms, &reason, obstacle);
                 }
             }
         }
         let target = self.current(terms);
         let child_target = target.map_or(Target::NONE, Target::at);
-        let ended = self
-            .ended
-            .as_ref()
-            .filter(|_| target.is_none() && terms.chosen.is_some());
+        let ended = self.ended.as_ref().filter(|_| target.is_none());
         let mission = Mission {
             state: ended.map_or_else(|| self.state(terms, target), |ended| ended.state),
             reached: self.reached,
             total: Self::total(terms),
             target: ended.map_or(child_target.pose, |ended| ended.target),
             distance: target.map_or(0.0, |target| pose.distance_to(&target)),
-            note: ended.map_or_else(|| self.note(), |ended| ended.note),
+            note: ended.map_or_else(|| self.note(terms), |ended| ended.note),
             ..Mission::default()
         };
         (child_target, mission)
     }
 
-    /// Gives up the current target, for a reason in words, and continues without it.
-    pub fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str) {
+    /// Gives up the current target, for a reason in words, and continues without it. `obstacle` is why the robot stands, if
+    /// that is known.
+    pub fn give_up(&mut self, cx: &Context, terms: &Terms<'_>, reason: &str, obstacle: Option<&str>) {
         let Some(Pose2D { x, y, theta }) = self.current(terms) else {
             return;
         };
+        let obstacle = obstacle.map(|words| format!(" ({words})")).unwrap_or_default();
+        let reason = format!("{reason}{obstacle}");
         if let Some(TargetRequest { operator, .. }) = self.request.take() {
             warn!(
                 cx,
@@ -136,7 +137,7 @@ impl Targets {
         }
         if terms.chosen.is_some() {
             warn!(cx, "gives up the chosen target at {x:.2}, {y:.2}: {reason}");
-            self.end(Pose2D { x, y, theta }, Mission::FAILED, reason);
+            self.end(Pose2D { x, y, theta }, Mission::FAILED, &reason);
             return;
         }
         self.skipped += 1;
@@ -166,11 +167,13 @@ impl Targets {
         next.filter(|_| continues && !self.has_failed(terms))
     }
 
-    /// The state of a mission along a route.
+    /// The state of a mission along a route, or to a chosen target that has not ended.
     fn state(&self, terms: &Terms<'_>, target: Option<Pose2D>) -> u8 {
-        if self.has_failed(terms) {
+        if terms.chosen.is_some() {
+            Mission::RUNNING
+        } else if self.has_failed(terms) {
             Mission::FAILED
-        } else if target.is_none() && terms.chosen.is_none() && !terms.route.poses.is_empty() {
+        } else if target.is_none() && !terms.route.poses.is_empty() {
             Mission::DONE
         } else {
             Mission::RUNNING
@@ -182,9 +185,10 @@ impl Targets {
         self.skipped > terms.skips
     }
 
-    /// The note of the mission: how many targets were out of reach.
-    fn note(&self) -> Text<64> {
+    /// The note of the mission: how many targets of a route were out of reach.
+    fn note(&self, terms: &Terms<'_>) -> Text<64> {
         match self.skipped {
+            _ if terms.chosen.is_some() => Text::EMPTY,
             0 => Text::EMPTY,
             1 => Text::new("1 target was out of reach"),
             several => Text::truncated(&format!("{several} targets were out of reach")),

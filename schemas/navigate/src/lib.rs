@@ -22,7 +22,7 @@ pub struct Navigate {
     #[import]
     pose: Import<Odometry>,
     /// The target that another schema chooses, in the frame of the map. While it has a value, it takes the place of the
-    /// route: the mission is DONE or FAILED for this target, until another one is chosen or the father awakes again.
+    /// route: the mission is DONE or FAILED for this target, until another one or none is chosen, or the father awakes again.
     #[import(optional)]
     chosen: Import<Target>,
     /// What the planner says.
@@ -106,14 +106,14 @@ impl Schema for Navigate {
             return Ok(());
         };
         let mut terms = self.terms(cx);
-        self.take_failure(cx, &terms);
+        let planner = self.state.get(cx);
+        let words = planner.as_ref().map(|state| state.as_str());
+        self.take_failure(cx, &terms, words);
         let nearby = self.nearby.get(cx);
         if core::mem::replace(&mut self.stated, nearby) != nearby {
             self.plan_tolerance.set(cx, nearby);
         }
         terms.is_at_end = self.is_at_end(cx, &terms, pose);
-        let planner = self.state.get(cx);
-        let words = planner.as_ref().map(|state| state.as_str());
         let (target, mission) = self.targets.advance(cx, &terms, pose, words);
         self.target.set(cx, target);
         self.mission.write(cx, mission);
@@ -122,8 +122,8 @@ impl Schema for Navigate {
 }
 
 impl Navigate {
-    /// Gives up the target for which a recovery has failed.
-    fn take_failure(&mut self, cx: &Context, terms: &Terms) {
+    /// Gives up the target for which a recovery has failed, with the words of the planner.
+    fn take_failure(&mut self, cx: &Context, terms: &Terms, words: Option<&str>) {
         let Some(recovery) = self.recovery.get(cx) else {
             return;
         };
@@ -133,7 +133,7 @@ impl Navigate {
             return;
         }
         if self.targets.current(terms) == Some(recovery.target) {
-            self.targets.give_up(cx, terms, recovery.note.as_str());
+            self.targets.give_up(cx, terms, recovery.note.as_str(), words);
         }
     }
 

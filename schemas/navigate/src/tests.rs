@@ -159,6 +159,41 @@ fn a_chosen_target_takes_the_place_of_the_route_and_ends_once() {
 }
 
 #[test]
+fn a_chosen_target_that_ended_may_be_chosen_again_after_another_one_or_none() {
+    let (first, second) = (Pose2D::new(2.0, 0.0, 0.0), Pose2D::new(9.0, 0.0, 0.0));
+    for between in [Target::at(second), Target::NONE] {
+        let mut bench = father(&[]);
+        bench.import("chosen", &Target::at(first));
+        assert_eq!(iterate_at(&mut bench, 1.9, 0.0).state, Mission::DONE);
+        bench.import("chosen", &between);
+        let mission = iterate_at(&mut bench, 3.0, 0.0);
+        assert_eq!(
+            (mission.state, planned(&bench)),
+            (Mission::RUNNING, between.get())
+        );
+        bench.import("chosen", &Target::at(first));
+        let mission = iterate_at(&mut bench, 3.0, 0.0);
+        assert_eq!((mission.state, planned(&bench)), (Mission::RUNNING, Some(first)));
+    }
+}
+
+#[test]
+fn a_route_that_failed_says_nothing_of_a_chosen_target() {
+    let chosen = Pose2D::new(2.0, 0.0, 0.0);
+    let mut bench = father(&[Pose2D::new(9.0, 0.0, 0.0)]);
+    bench.set("patience", 1.0);
+    for second in 0..3 {
+        bench.set_now(Duration::from_secs(second));
+        iterate_at(&mut bench, 0.0, 0.0);
+    }
+    assert_eq!(iterate_at(&mut bench, 0.0, 0.0).state, Mission::FAILED);
+    bench.import("chosen", &Target::at(chosen));
+    let mission = iterate_at(&mut bench, 0.0, 0.0);
+    assert_eq!((mission.state, mission.target), (Mission::RUNNING, chosen));
+    assert_eq!(mission.note.as_str(), "");
+}
+
+#[test]
 fn a_click_on_the_field_sends_the_robot_there_first() {
     let target = Pose2D::new(2.0, 0.0, 0.0);
     let mut bench = father(&[target]);
@@ -214,6 +249,7 @@ fn a_recovery_that_fails_gives_up_its_target_once_and_no_other() {
     iterate_at(&mut bench, 0.0, 0.0);
     assert_eq!(planned(&bench), Some(first), "another target");
     recover(&mut bench, Mission::FAILED, first);
+    bench.import("state", &Text::<160>::new("no way leads to the goal"));
     iterate_at(&mut bench, 0.0, 0.0);
     assert_eq!(iterate_at(&mut bench, 0.0, 0.0).state, Mission::RUNNING);
     assert_eq!(planned(&bench), Some(second), "once");
@@ -221,7 +257,7 @@ fn a_recovery_that_fails_gives_up_its_target_once_and_no_other() {
         bench
             .log()
             .iter()
-            .any(|(_, line)| line.contains("in vain: turned"))
+            .any(|(_, line)| line.contains("in vain: turned (no way leads to the goal)"))
     );
     recover(&mut bench, Mission::FAILED, second);
     assert_eq!(iterate_at(&mut bench, 0.0, 0.0).state, Mission::FAILED);
