@@ -5,6 +5,7 @@ mod memory;
 mod panel;
 mod survey;
 
+use jde_grid::PlanError;
 use jde_schema::prelude::*;
 use jde_schema::types::OccupancyGrid;
 
@@ -16,10 +17,10 @@ const NEAR: f64 = 0.5;
 /// Chooses one frontier of a map after another as the target of a father, until none is left: then the mission is done.
 ///
 /// A frontier is where free cells border on unknown ones. The next one is that with the least way less `gain` times its length.
-/// It stays the target until it is seen, even if another one becomes better. One that the father gives up, or that is still
-/// open `look` after the robot has reached it, is given up, with all of it within `apart` of the target. One to which no way leads
-/// remains until the end, and may be reached later. The words of the mission say what was left out. If a frontier opens
-/// afterwards, the exploration goes on.
+/// It stays the target until it is seen, even if another one becomes better. A frontier is given up if the father gives up
+/// its target, or if it is still open `look` after the robot has reached it; then all of it within `apart` of the target is left out
+/// until it is seen. One to which no way leads remains until the end, and may be reached later. The words of the mission say what
+/// was left out. If a frontier opens afterwards, the exploration goes on.
 #[derive(Describe)]
 #[schema(perceptive, period = "200ms", budget = "100ms")]
 pub struct Explore {
@@ -62,6 +63,9 @@ pub struct Explore {
     /// The area that is known to be free.
     #[export(unit = "m2")]
     area: Export<f64>,
+    /// How many places are left out: given up, or without a way to them.
+    #[export]
+    left_out: Export<u32>,
     survey: Option<Survey>,
     surveyed: Surveyed,
     aim: Option<Aim>,
@@ -78,9 +82,8 @@ pub struct Explore {
 /// The frontier that is driven to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Aim {
+    /// The centre of one of its cells.
     target: Pose2D,
-    /// The cell of the frontier that is nearest to the target.
-    at: (f64, f64),
     /// When the father reached the target.
     reached_at: Option<Duration>,
 }
@@ -94,8 +97,7 @@ struct GivenUp {
 
 impl Schema for Explore {
     fn awake(&mut self, _: &Context) -> Result {
-        self.survey = None;
-        self.closed_since = None;
+        (self.survey, self.aim, self.closed_since) = (None, None, None);
         Ok(())
     }
 
@@ -124,6 +126,7 @@ impl Schema for Explore {
                 ..Mission::default()
             },
         );
+        self.left_out.write(cx, self.places_left_out().len() as u32);
         self.state.write(cx, Text::truncated(&self.words));
         Ok(())
     }
@@ -142,37 +145,48 @@ impl Explore {
         }
     }
 
-    /// Goes on with the survey, and decides when it ends; the error is why there is none.
+    /// Goes on with the survey, and decides when it ends; the error is why there is none. Where the robot cannot be, it keeps its
+    /// target, so that a recovery drives it out; without a map or a place it has none.
     fn look_around(&mut self, cx: &Context) -> Result<(), String> {
-        let map = self.map.get(cx).ok_or("there is no map")?;
-        let robot = self.robot(cx).ok_or("the place of the robot is not known")?;
-        let survey = match &mut self.survey {
-            Some(survey) => survey,
-            None => {
-                let survey = Survey::new(map.value(), (robot.x, robot.y), self.inscribed.get(cx));
-                self.survey.insert(survey.map_err(|error| error.to_string())?)
+        let cells = self.cells.get(cx).into();
+        let survey = match self.survey(cx) {
+            Ok(survey) => survey,
+            Err(error) => {
+                self.survey = None;
+                self.aim.take_if(|_| !error.is::<PlanError>());
+                return Err(error.to_string());
             }
         };
-        if survey.advance(self.cells.get(cx).into())
+        if survey.advance(cells)
             && let Some(survey) = self.survey.take()
         {
             let apart = self.apart.get(cx);
-            let is_left_out = |cell: (f64, f64)| self.given_up.iter().any(|past| past.is_near(cell, apart));
-            self.surveyed = survey.end(self.least.get(cx), is_left_out);
+            self.surveyed = survey.end(self.least.get(cx), apart, &mut self.given_up);
             self.area.write(cx, self.surveyed.area);
             self.decide(cx);
         }
         Ok(())
     }
 
+    /// The survey under way, or a new one.
+    fn survey(&mut self, cx: &Context) -> Result<&mut Survey> {
+        let map = self.map.get(cx).ok_or("there is no map")?;
+        let robot = self.robot(cx).ok_or("the place of the robot is not known")?;
+        let survey = match self.survey.take() {
+            Some(survey) => survey,
+            None => Survey::new(&map, (robot.x, robot.y), self.inscribed.get(cx), cx.now())?,
+        };
+        Ok(self.survey.insert(survey))
+    }
+
     /// Keeps the target or chooses another one, by the newest survey.
     fn decide(&mut self, cx: &Context) {
         if let Some(aim) = self.aim {
             let mut frontiers = self.surveyed.frontiers.iter();
-            match frontiers.find(|frontier| frontier.is_near(aim.at, NEAR)) {
+            match frontiers.find(|frontier| frontier.is_near((aim.target.x, aim.target.y), NEAR)) {
                 Some(frontier) => {
-                    let seen_at = Duration::from(self.surveyed.stamp);
-                    if aim.reached_at.is_some_and(|at| seen_at >= at + self.look(cx)) {
+                    let begun = self.surveyed.begun;
+                    if aim.reached_at.is_some_and(|at| begun >= at + self.look(cx)) {
                         self.give_up(cx, "it stays open");
                         return;
                     }
@@ -186,12 +200,11 @@ impl Explore {
         let gain = self.gain.get(cx);
         let reached = self.surveyed.frontiers.iter().filter_map(|frontier| {
             let (target, way) = frontier.place?;
-            Some((way - gain * frontier.size, target, frontier))
+            Some((way - gain * frontier.size, target))
         });
         let best = reached.min_by(|a, b| a.0.total_cmp(&b.0));
-        self.aim = best.map(|(_, target, frontier)| Aim {
+        self.aim = best.map(|(_, target)| Aim {
             target,
-            at: frontier.nearest((target.x, target.y)),
             reached_at: None,
         });
         self.close(cx);
@@ -207,26 +220,26 @@ impl Explore {
         if !self.is_closed && cx.now() >= since + self.look(cx) {
             self.is_closed = true;
             info!(cx, "{}", self.situation());
-            for (x, y, reason) in self.left_out() {
+            for (x, y, reason) in self.places_left_out() {
                 warn!(cx, "left out the frontier at {x:.2}, {y:.2}: {reason}");
             }
         }
     }
 
     fn give_up(&mut self, cx: &Context, reason: &str) {
-        let Some(Aim { target, at, .. }) = self.aim.take() else {
+        let Some(Aim { target, .. }) = self.aim.take() else {
             return;
         };
         let Pose2D { x, y, .. } = target;
         warn!(cx, "gives up the frontier at {x:.2}, {y:.2}: {reason}");
         self.given_up.push(GivenUp {
-            place: at,
+            place: (x, y),
             reason: reason.to_owned(),
         });
     }
 
     /// The frontiers that were given up, and those to which no way leads.
-    fn left_out(&self) -> Vec<(f64, f64, &str)> {
+    fn places_left_out(&self) -> Vec<(f64, f64, &str)> {
         let closed = self
             .surveyed
             .frontiers
@@ -245,7 +258,7 @@ impl Explore {
 
     /// What it does, in words.
     fn situation(&self) -> String {
-        let out = match self.left_out().len() {
+        let out = match self.places_left_out().len() {
             0 => String::new(),
             1 => ", 1 place is left out".to_owned(),
             several => format!(", {several} places are left out"),

@@ -43,7 +43,7 @@ impl Panel for Explore {
                 area.robot(&pose);
             }
         });
-        for (x, y, reason) in self.left_out() {
+        for (x, y, reason) in self.places_left_out() {
             pen.text(format!("{x:.2}, {y:.2}: {reason}"));
         }
         pen.button("again", "Try again what was given up")

@@ -9,11 +9,13 @@ use jde_grid::{
 use jde_schema::prelude::*;
 use jde_schema::types::OccupancyGrid;
 
+use super::GivenUp;
+
 /// A survey under way.
 pub(crate) struct Survey {
     grid: Grid,
     field: Field,
-    stamp: Time,
+    begun: Duration,
 }
 
 /// A frontier.
@@ -31,8 +33,8 @@ pub(crate) struct Frontier {
 /// What a survey found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Surveyed {
-    /// The stamp of the map.
-    pub(crate) stamp: Time,
+    /// When it began.
+    pub(crate) begun: Duration,
     /// The frontiers that are long enough.
     pub(crate) frontiers: Vec<Frontier>,
     /// The area that is known to be free, m².
@@ -45,7 +47,7 @@ impl Survey {
     ///
     /// # Errors
     /// If the map or the radius is wrong, or the robot is outside the map, in an obstacle, or where nothing is known.
-    pub(crate) fn new(map: &OccupancyGrid, robot: (f64, f64), radius: f64) -> Result<Self> {
+    pub(crate) fn new(map: &OccupancyGrid, robot: (f64, f64), radius: f64, now: Duration) -> Result<Self> {
         let geometry = geometry(map)?;
         let cells = map.data.len();
         let grid = Grid::from_ros(geometry, &map.data)
@@ -66,7 +68,7 @@ impl Survey {
         Ok(Self {
             grid,
             field,
-            stamp: map.header.stamp,
+            begun: now,
         })
     }
 
@@ -75,8 +77,9 @@ impl Survey {
         self.field.settle_some(cells)
     }
 
-    /// Returns the frontiers of at least this length in metres, without the cells that are left out.
-    pub(crate) fn end(self, least: f64, is_left_out: impl Fn((f64, f64)) -> bool) -> Surveyed {
+    /// Returns the frontiers of at least this length in metres, without the cells within `apart` of what was given up. Forgets what
+    /// was given up and has been seen since: on the map, without a cell of a frontier within `apart`.
+    pub(crate) fn end(self, least: f64, apart: f64, given_up: &mut Vec<GivenUp>) -> Surveyed {
         let geometry = *self.grid.geometry();
         let resolution = geometry.resolution();
         let free = self
@@ -85,6 +88,19 @@ impl Survey {
             .iter()
             .filter(|state| **state == Occupancy::Free)
             .count();
+        let mut is_open: Vec<bool> = given_up
+            .iter()
+            .map(|past| geometry.cell_at(past.place).is_none())
+            .collect();
+        let mut is_left_out = |cell: (f64, f64)| {
+            let mut is_left_out = false;
+            for (past, is_open) in given_up.iter().zip(&mut is_open) {
+                let is_near = past.is_near(cell, apart);
+                *is_open |= is_near;
+                is_left_out |= is_near;
+            }
+            is_left_out
+        };
         let length = |cells: &[Cell]| cells.len() as f64 * resolution;
         let long = |mut cells: Vec<Cell>| {
             cells.retain(|&cell| !is_left_out(geometry.center(cell)));
@@ -96,9 +112,12 @@ impl Survey {
                 cells: cells.iter().map(|&cell| geometry.center(cell)).collect(),
             })
         };
+        let long: Vec<Frontier> = frontiers(&self.grid).into_iter().filter_map(long).collect();
+        let mut is_open = is_open.into_iter();
+        given_up.retain(|_| is_open.next() == Some(true));
         Surveyed {
-            stamp: self.stamp,
-            frontiers: frontiers(&self.grid).into_iter().filter_map(long).collect(),
+            begun: self.begun,
+            frontiers: long,
             area: free as f64 * resolution * resolution,
         }
     }
@@ -118,13 +137,6 @@ impl Survey {
 }
 
 impl Frontier {
-    /// Returns the centre of its cell nearest to a place, m.
-    pub(crate) fn nearest(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let away = |cell: &(f64, f64)| (cell.0 - x).hypot(cell.1 - y);
-        let nearest = self.cells.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-        nearest.copied().unwrap_or((x, y))
-    }
-
     /// Whether a cell of it is within `distance` of a place, m.
     pub(crate) fn is_near(&self, (x, y): (f64, f64), distance: f64) -> bool {
         self.cells
