@@ -17,34 +17,45 @@ pub(crate) enum Drive {
     /// None since the start or the last stop.
     #[default]
     Silent,
-    /// A command.
-    Driving { twist: Twist, sent_at: Duration },
-    /// Zero, to stop the robot.
-    Stopping { since: Duration, sent_at: Duration },
+    /// A command, to be repeated at `due`.
+    Driving { twist: Twist, due: Duration },
+    /// Zero, to stop the robot; to be repeated at `due`.
+    Stopping { since: Duration, due: Duration },
 }
 
 impl Drive {
     /// Returns the velocity to send now, if any; `command` is the command in force.
     pub(crate) fn step(&mut self, now: Duration, command: Option<Twist>) -> Option<Twist> {
-        let due = |sent_at: Duration| now >= sent_at + REPEAT_INTERVAL;
+        let first = now + REPEAT_INTERVAL;
+        // From when it was due, so that iterations which come later do not lower the rate.
+        let again = |due: Duration| {
+            Some(due + REPEAT_INTERVAL)
+                .filter(|next| *next > now)
+                .unwrap_or(first)
+        };
         let (next, output) = match (command, *self) {
-            (Some(twist), Self::Driving { twist: last, sent_at }) if twist == last && !due(sent_at) => {
-                (*self, None)
+            (Some(twist), Self::Driving { twist: last, due }) if twist == last => {
+                if now < due {
+                    return None;
+                }
+                let due = again(due);
+                (Self::Driving { twist, due }, Some(twist))
             }
-            (Some(twist), _) => (Self::Driving { twist, sent_at: now }, Some(twist)),
-            (None, Self::Silent) => (Self::Silent, None),
+            (Some(twist), _) => (Self::Driving { twist, due: first }, Some(twist)),
+            (None, Self::Silent) => return None,
             (None, Self::Driving { .. }) => (
                 Self::Stopping {
                     since: now,
-                    sent_at: now,
+                    due: first,
                 },
                 Some(Twist::ZERO),
             ),
             (None, Self::Stopping { since, .. }) if now >= since + STOPPING => (Self::Silent, None),
-            (None, Self::Stopping { since, sent_at }) if due(sent_at) => {
-                (Self::Stopping { since, sent_at: now }, Some(Twist::ZERO))
+            (None, Self::Stopping { due, .. }) if now < due => return None,
+            (None, Self::Stopping { since, due }) => {
+                let due = again(due);
+                (Self::Stopping { since, due }, Some(Twist::ZERO))
             }
-            (None, Self::Stopping { .. }) => (*self, None),
         };
         *self = next;
         output
@@ -78,6 +89,27 @@ mod tests {
     }
 
     #[test]
+    fn a_command_is_repeated_20_times_a_second_whatever_the_period() {
+        for period in [7, 20, 33] {
+            let mut drive = Drive::default();
+            let iterations = (0..10_000).step_by(period);
+            let sent = iterations.filter(|now| drive.step(at(*now), Some(AHEAD)).is_some());
+            assert!((199..=201).contains(&sent.count()), "every {period} ms");
+        }
+    }
+
+    #[test]
+    fn an_iteration_that_comes_late_leaves_no_burst_behind() {
+        let mut drive = Drive::default();
+        drive.step(at(0), Some(AHEAD));
+        let sent: Vec<u64> = [1000, 1001, 1049, 1050, 1051]
+            .into_iter()
+            .filter(|now| drive.step(at(*now), Some(AHEAD)).is_some())
+            .collect();
+        assert_eq!(sent, [1000, 1050]);
+    }
+
+    #[test]
     fn r7_without_a_command_zero_is_sent_for_a_while_and_then_nothing() {
         let mut drive = Drive::default();
         drive.step(at(0), Some(AHEAD));
@@ -89,7 +121,7 @@ mod tests {
                 output.is_some()
             })
             .collect();
-        assert_eq!(sent, [20, 80, 140, 200, 260, 320, 380, 440, 500]);
+        assert_eq!(sent, [20, 80, 120, 180, 220, 280, 320, 380, 420, 480]);
         assert_eq!(drive, Drive::Silent);
         assert_eq!(drive.end(), None);
     }

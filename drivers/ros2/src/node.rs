@@ -69,6 +69,11 @@ impl Node {
         self.0.has_subscribers(publication)
     }
 
+    /// Whether all messages submitted to this publication were taken by its thread.
+    pub(crate) fn has_sent(&self, publication: usize) -> bool {
+        self.0.has_sent(publication)
+    }
+
     /// Submits messages to send, and replaces those that were not sent yet.
     pub(crate) fn publish(&self, publication: usize, messages: Vec<Vec<u8>>) {
         self.0.submit(publication, messages);

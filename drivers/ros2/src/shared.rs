@@ -71,6 +71,10 @@ impl Shared {
         self.subscribed[publication].load(Ordering::Relaxed)
     }
 
+    pub(crate) fn has_sent(&self, publication: usize) -> bool {
+        lock(&self.queue).waiting[publication].is_empty()
+    }
+
     /// Submits messages to send, and replaces those that were not sent yet.
     pub(crate) fn submit(&self, publication: usize, messages: Vec<Vec<u8>>) {
         lock(&self.queue).waiting[publication] = messages;

@@ -96,6 +96,34 @@ fn sensors_are_published_to_subscribers_with_wall_clock_stamps() {
 }
 
 #[test]
+fn each_sonar_of_a_ring_is_sent_once() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Topics>::connecting_to(&address);
+    let mut ring = RangeRing::default();
+    ring.ranges.extend_from_slice(&[1.0; 16]).unwrap();
+    ring.poses.extend_from_slice(&[Pose2D::ORIGIN; 16]).unwrap();
+    fixture.bench.import("sonars", &ring);
+    for port in [
+        "laser", "odometry", "image", "depth", "battery", "imu", "position",
+    ] {
+        fixture.bench.unbind(port);
+    }
+    let mut fixture = fixture.awake();
+    let subscriber = listen::<Range>(&session, "/sonar");
+    let mut frames = Vec::new();
+    fixture.until(|_| {
+        frames.extend(
+            std::iter::from_fn(|| receive::<Range>(&subscriber))
+                .map(|range| range.header.frame_id.to_string()),
+        );
+        frames.len() >= 16
+    });
+    let expected: Vec<_> = (0..16).map(|number| format!("sonar_{number}")).collect();
+    assert_eq!(frames, expected);
+}
+
+#[test]
 fn a_value_is_published_once() {
     let address = unused_address();
     let session = open_router(&address);

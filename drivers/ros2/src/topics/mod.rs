@@ -11,7 +11,7 @@ use crate::messages::{Codec, PoseWithCovarianceStamped};
 use crate::node::NodeConfig;
 use crate::settings::{Modulations, Settings};
 use crate::tf::{Transforms, range_messages};
-use publisher::{Publications, TopicPublisher, publish_new, take_due};
+use publisher::{Publications, Spread, TopicPublisher, publish_new, take_due};
 
 /// Publishes a robot in ROS 2. Each bound import is published on its topic when it is new and has
 /// subscribers. Velocities from ROS 2 are exported for `ros2/follow`.
@@ -117,6 +117,8 @@ struct ActiveTopics {
     image: Option<TopicPublisher<Image>>,
     depth: Option<TopicPublisher<Image>>,
     sonars: Option<TopicPublisher<Range>>,
+    /// The messages of the newest ring that were not sent yet.
+    ranges: Spread,
     battery: Option<TopicPublisher<BatteryState>>,
     imu: Option<TopicPublisher<Imu>>,
     position: Option<TopicPublisher<PoseWithCovarianceStamped>>,
@@ -151,9 +153,17 @@ impl Schema for Topics {
             let message = publisher.codec.encode_stamped(&pose, fix.time(), clock);
             node.publish(publisher.number, vec![message]);
         }
-        if let Some((publisher, ring)) = take_due(node, &mut active.sonars, sonars) {
+        if active.ranges.is_empty()
+            && let Some((publisher, ring)) = take_due(node, &mut active.sonars, sonars)
+        {
             let message = |(range, _)| publisher.codec.encode_stamped(&range, ring.time(), clock);
-            node.publish(publisher.number, range_messages(&ring).map(message).collect());
+            active.ranges = Spread::new(range_messages(&ring).map(message).collect());
+        }
+        if let Some(publisher) = &active.sonars
+            && !active.ranges.is_empty()
+            && node.has_sent(publisher.number)
+        {
+            node.publish(publisher.number, active.ranges.part());
         }
         if let Some((publisher, odometry)) = take_due(node, &mut active.tf, odometry) {
             let mut tree = Transforms::of(&odometry, odometry.time(), clock);
@@ -280,6 +290,7 @@ impl Topics {
             image,
             depth,
             sonars,
+            ranges: Spread::default(),
             battery,
             imu,
             position,

@@ -7,6 +7,28 @@ use crate::keys::{Quality, Topic};
 use crate::messages::{Codec, Stamped};
 use crate::node::Node;
 
+/// Most messages of one topic at once. A subscription of ROS 2's profile for sensors keeps five.
+const MOST_AT_ONCE: usize = 4;
+
+/// Messages of one topic that are sent in several iterations.
+#[derive(Debug, Default)]
+pub(super) struct Spread(std::vec::IntoIter<Vec<u8>>);
+
+impl Spread {
+    pub(super) fn new(messages: Vec<Vec<u8>>) -> Self {
+        Self(messages.into_iter())
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.len() == 0
+    }
+
+    /// Takes the messages of one iteration.
+    pub(super) fn part(&mut self) -> Vec<Vec<u8>> {
+        self.0.by_ref().take(MOST_AT_ONCE).collect()
+    }
+}
+
 /// A publication.
 pub(super) struct TopicPublisher<T> {
     pub(super) number: usize,
@@ -80,5 +102,22 @@ pub(super) fn publish_new<T: Stamped>(
     if let Some((publisher, value)) = take_due(node, publisher, value) {
         let message = publisher.codec.encode_stamped(&value, value.time(), clock);
         node.publish(publisher.number, vec![message]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_spread_in_order_and_fit_a_queue_of_five() {
+        let mut spread = Spread::new((0..16).map(|number| vec![number]).collect());
+        let mut sent = Vec::new();
+        while !spread.is_empty() {
+            let part = spread.part();
+            assert!(part.len() < 5, "{}", part.len());
+            sent.extend(part.into_iter().flatten());
+        }
+        assert_eq!(sent, Vec::from_iter(0..16));
     }
 }
