@@ -67,8 +67,10 @@ pub struct Cover {
     area: Export<f64>,
     tracks: Option<Tracks>,
     stroke: Option<Driven>,
-    /// The floor as it was at the last plan.
+    /// The floor as it was at the last plan, with what is left out.
     floor: Option<Floor>,
+    /// What the last plan that found no stroke was made from.
+    exhausted: Option<Basis>,
     /// How much of it is covered, and all of it, m².
     areas: (f64, f64),
     left_out: Vec<(f64, f64)>,
@@ -80,6 +82,9 @@ pub struct Cover {
     words: String,
 }
 
+/// What a plan depends on, beside what is covered: the number of the map, how many places are left out, and the modulations.
+type Basis = (u64, usize, [f64; 4]);
+
 /// What was covered, and which lines were driven along.
 struct Tracks {
     covered: Covered,
@@ -88,7 +93,7 @@ struct Tracks {
 
 impl Schema for Cover {
     fn awake(&mut self, _: &Context) -> Result {
-        self.stroke = None;
+        (self.stroke, self.exhausted) = (None, None);
         self.last = None;
         self.settled_since = None;
         Ok(())
@@ -148,10 +153,11 @@ impl Cover {
         });
         tracks.covered.follow(geometry);
         tracks.done.follow(geometry);
-        let from = self
-            .last
-            .filter(|last| last.distance_to(&robot) < JUMP)
-            .unwrap_or(robot);
+        let from = self.last.filter(|last| last.distance_to(&robot) < JUMP);
+        let from = from.unwrap_or_else(|| {
+            self.exhausted = None;
+            robot
+        });
         let radius = self.width.get(cx) / 2.0;
         tracks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
         self.last = Some(robot);
@@ -176,26 +182,61 @@ impl Cover {
                 return Ok(());
             }
         }
-        self.plan(cx, &map, geometry, &robot)
+        let modulations = [&self.inscribed, &self.width, &self.overlap, &self.least];
+        let modulations = modulations.map(|modulation| modulation.get(cx));
+        let basis = (map.sequence(), self.left_out.len(), modulations);
+        if self.exhausted != Some(basis) {
+            self.plan(cx, &map, geometry, &robot)?;
+            self.exhausted = self.stroke.is_none().then_some(basis);
+        }
+        if self.stroke.is_some() {
+            (self.settled_since, self.is_done) = (None, false);
+        } else if cx.now() >= *self.settled_since.get_or_insert(cx.now()) + SETTLED && !self.is_done {
+            self.is_done = true;
+            info!(cx, "{}", self.situation());
+        }
+        Ok(())
     }
 
     /// Computes the floor, and plans the next stroke.
     fn plan(&mut self, cx: &Context, map: &OccupancyGrid, geometry: Geometry, robot: &Pose2D) -> Result {
-        let (count, radius) = (map.data.len(), self.inscribed.get(cx));
+        let count = map.data.len();
         let mut grid = Grid::from_ros(geometry, &map.data)
             .ok_or_else(|| format!("the map has {count} of {} cells", geometry.cells()))?;
-        for &place in &self.left_out {
-            if let Some(cell) = geometry.cell_at(place) {
-                grid.set(cell, Occupancy::Occupied);
-            }
+        let whole = self.floor_around(cx, &grid, robot)?;
+        for cell in self.left_out.iter().filter_map(|&place| geometry.cell_at(place)) {
+            grid.set(cell, Occupancy::Occupied);
         }
+        let mut floor = if self.left_out.is_empty() {
+            whole
+        } else {
+            self.floor = Some(whole);
+            self.floor_around(cx, &grid, robot)?
+        };
+        let width = self.width.get(cx) / geometry.resolution();
+        let tool = core::f64::consts::PI * (width / 2.0).powi(2);
+        let least = (self.least.get(cx) * tool).ceil() as usize;
+        let next = self
+            .tracks
+            .as_ref()
+            .and_then(|tracks| floor.next(&tracks.covered, &tracks.done, least));
+        self.stroke = next.map(|stroke| Driven::new(stroke, &geometry, cx.now()));
+        if self.left_out.is_empty() {
+            self.floor = Some(floor);
+        }
+        Ok(())
+    }
+
+    /// The floor of a map around the robot.
+    fn floor_around(&self, cx: &Context, grid: &Grid, robot: &Pose2D) -> Result<Floor> {
+        let (geometry, radius) = (*grid.geometry(), self.inscribed.get(cx));
         let inflation = Inflation {
             inscribed: radius,
             circumscribed: radius,
             reach: radius,
             decay: 0.0,
         };
-        let costs = Costmap::new(&grid, &inflation)?;
+        let costs = Costmap::new(grid, &inflation)?;
         let prices = Prices::new(0.0, Unknown::Closed);
         let cell = geometry
             .cell_at((robot.x, robot.y))
@@ -204,20 +245,7 @@ impl Cover {
         let start = nearest_open(&costs, &prices, cell, reach).ok_or(PlanError::StartClosed)?;
         let width = self.width.get(cx) / geometry.resolution();
         let distance = (width * (1.0 - self.overlap.get(cx))).round().max(1.0) as u32;
-        let mut floor = Floor::new(&costs, &prices, start, width / 2.0, distance)?;
-        let Some(tracks) = &self.tracks else { return Ok(()) };
-        let tool = core::f64::consts::PI * (width / 2.0).powi(2);
-        let least = (self.least.get(cx) * tool).ceil() as usize;
-        let next = floor.next(&tracks.covered, &tracks.done, least);
-        self.stroke = next.map(|stroke| Driven::new(stroke, &geometry, cx.now()));
-        self.floor = Some(floor);
-        if self.stroke.is_some() {
-            (self.settled_since, self.is_done) = (None, false);
-        } else if cx.now() >= *self.settled_since.get_or_insert(cx.now()) + SETTLED && !self.is_done {
-            self.is_done = true;
-            info!(cx, "{}", self.situation());
-        }
-        Ok(())
+        Ok(Floor::new(&costs, &prices, start, width / 2.0, distance)?)
     }
 
     /// Exports how much of the floor is covered.

@@ -60,13 +60,15 @@ impl Panel for Cover {
         let by = gesture.by();
         if gesture.pressed("again") {
             self.left_out.clear();
+            self.exhausted = None;
             if let Some(tracks) = &mut self.tracks {
                 tracks.done.clear();
             }
             info!(cx, "{by} has what was left out tried again");
         } else if gesture.pressed("anew") {
             self.left_out.clear();
-            (self.tracks, self.stroke) = (None, None);
+            (self.tracks, self.stroke, self.exhausted) = (None, None, None);
+            self.strokes = 0;
             info!(cx, "{by} has all covered anew");
         }
         Ok(())

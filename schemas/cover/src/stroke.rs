@@ -23,6 +23,8 @@ pub(crate) struct Driven {
     cells: Vec<(f64, f64)>,
     /// The next point.
     next: usize,
+    /// Whether the robot was away from the end after it reached the stroke: a contour ends where it begins.
+    was_away: bool,
     /// The least distance to it so far, m, since when, and where the robot was.
     nearest: (f64, Duration, Pose2D),
 }
@@ -44,12 +46,13 @@ impl Driven {
             to: count,
             cells,
             next: 0,
+            was_away: false,
             nearest: (f64::INFINITY, now, Pose2D::ORIGIN),
         }
     }
 
-    /// Takes the robot's place. A robot that stands at the end has skipped what was before: it was driven along in part, or the
-    /// path comes back along itself.
+    /// Takes the robot's place. A robot that has left the end and stands there again has skipped what was before: it was driven
+    /// along in part, or the path comes back along itself.
     pub(crate) fn advance(&mut self, robot: &Pose2D, tolerance: f64, now: Duration) {
         while let Some(&(x, y)) = self.points.get(self.next) {
             let distance = (x - robot.x).hypot(y - robot.y);
@@ -58,7 +61,8 @@ impl Driven {
                     self.nearest = (distance, now, *robot);
                 }
                 let is_there = robot.distance_to(&self.end()) <= tolerance;
-                if is_there && now.saturating_sub(self.nearest.1) >= SKIPPED {
+                self.was_away |= self.next > self.to && !is_there;
+                if is_there && self.was_away && now.saturating_sub(self.nearest.1) >= SKIPPED {
                     self.next = self.points.len();
                 }
                 return;

@@ -46,6 +46,11 @@ fn mission(bench: &Bench<Cover>) -> Mission {
 
 /// Lets the robot follow the paths until the mission is done. Returns the way, m.
 fn follow(bench: &mut Bench<Cover>) -> f64 {
+    follow_until(bench, |_| false)
+}
+
+/// Lets the robot follow the paths until it is at such a place or the mission is done. Returns the way, m.
+fn follow_until(bench: &mut Bench<Cover>, is_there: impl Fn((f64, f64)) -> bool) -> f64 {
     let (mut robot, mut way) = ((0.45, 0.45), 0.0);
     for iteration in 0..3000 {
         bench.set_now(Duration::from_millis(200 * iteration));
@@ -68,6 +73,9 @@ fn follow(bench: &mut Bench<Cover>) -> f64 {
                 way += share * left;
                 stand(bench, robot);
                 bench.iterate().expect("the iteration succeeds");
+                if is_there(robot) {
+                    return way;
+                }
             }
         }
     }
@@ -125,6 +133,58 @@ fn an_obstacle_that_appears_on_the_path_changes_it_at_once() {
 }
 
 #[test]
+fn a_robot_that_stands_where_a_closed_contour_begins_has_not_driven_it() {
+    let mut bench = bench(&ROOM);
+    bench.set("tolerance", 0.3);
+    let robot = Pose2D::new(0.15, 0.15, 0.0);
+    stand(&mut bench, (robot.x, robot.y));
+    for _ in 0..2 {
+        bench.iterate().expect("the iteration succeeds");
+    }
+    let path = bench.exported::<Path>("path").expect("a path");
+    let end = Pose2D::from(path.poses.last().expect("poses").pose);
+    assert!(path.poses.len() > 4, "it leads around the room");
+    assert!(end.distance_to(&robot) < 0.3, "it is closed");
+    for second in 0..19 {
+        bench.set_now(Duration::from_secs(second));
+        bench.iterate().expect("the iteration succeeds");
+    }
+    assert_eq!(mission(&bench).reached, 0);
+}
+
+#[test]
+fn the_floor_behind_a_place_that_is_left_out_is_not_covered() {
+    // A room and another one, with a passage between them in which the robot is stuck.
+    let mut rows: Vec<String> = (0..12).map(|_| format!("#{}#", ".".repeat(30))).collect();
+    rows[0] = "#".repeat(32);
+    rows[11] = "#".repeat(32);
+    for (number, row) in rows.iter_mut().enumerate() {
+        if number != 5 {
+            row.replace_range(10..22, "############");
+        }
+    }
+    let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
+    let mut bench = bench(&rows);
+    bench.set("patience", 1.0);
+    follow_until(&mut bench, |robot| robot.0 > 1.3);
+    assert_eq!(mission(&bench).state, Mission::RUNNING, "it is in the passage");
+    for second in 1000..1002 {
+        bench.set_now(Duration::from_secs(second));
+        bench.iterate().expect("the iteration succeeds");
+    }
+    stand(&mut bench, (0.45, 0.45));
+    follow(&mut bench);
+    let covered: f64 = bench.exported("covered").expect("a share");
+    assert_eq!(
+        mission(&bench).state,
+        Mission::DONE,
+        "{}",
+        mission(&bench).note.as_str()
+    );
+    assert!(covered < 0.6, "{covered} of both rooms");
+}
+
+#[test]
 fn a_robot_that_comes_no_nearer_leaves_the_place_out_and_says_so() {
     let mut bench = bench(&ROOM);
     for second in 0..22 {
@@ -149,11 +209,16 @@ fn a_robot_that_comes_no_nearer_leaves_the_place_out_and_says_so() {
         bench.exported::<f64>("area") < Some(0.3),
         "a jump covers nothing between"
     );
+    stand(&mut bench, (0.45, 0.45));
+    follow(&mut bench);
+    assert!(mission(&bench).reached > 0);
     bench
         .touch("anew", Touch::Pressed)
         .expect("the gesture is handled");
     bench.iterate().expect("the iteration succeeds");
     assert_eq!(mission(&bench).reached, 0);
+    assert!(bench.exported::<f64>("area") < Some(0.1), "only where it stands");
+    assert_eq!(mission(&bench).state, Mission::RUNNING);
 }
 
 #[test]
