@@ -1,6 +1,7 @@
 //! Coverage of a floor by a tool: contours and lanes side by side, nearest first, until all that can be reached is covered. It
 //! exports a path, and leaves driving to others.
 
+mod memory;
 mod panel;
 mod stroke;
 

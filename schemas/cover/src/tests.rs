@@ -116,6 +116,30 @@ fn a_map_that_grows_is_covered_as_far_as_it_is_known() {
 }
 
 #[test]
+fn another_build_goes_on_where_the_last_one_was() {
+    let mut old = bench(&ROOM);
+    follow_until(&mut old, |robot| robot.0 > 1.5);
+    let (strokes, area) = (mission(&old).reached, old.exported::<f64>("area"));
+    assert!(strokes > 0 && area > Some(0.3));
+    let restored = |old: &mut Bench<Cover>| {
+        let mut new = bench(&ROOM);
+        stand(&mut new, (1.55, 0.45));
+        new.restore(&old.save().expect("it saves")).expect("it restores");
+        new.iterate().expect("the iteration succeeds");
+        new
+    };
+    let mut new = restored(&mut old);
+    assert_eq!(mission(&new).reached, strokes);
+    assert!(new.exported::<f64>("area") >= area);
+    follow(&mut new);
+    let done = mission(&new);
+    assert_eq!(mission(&restored(&mut new)), done);
+    assert_eq!(done.state, Mission::DONE);
+    let fresh = bench(&ROOM).save().expect("it saves");
+    bench(&ROOM).restore(&fresh).expect("nothing is covered yet");
+}
+
+#[test]
 fn an_obstacle_that_appears_on_the_path_changes_it_at_once() {
     let mut bench = bench(&ROOM);
     let path = |bench: &mut Bench<Cover>| {

@@ -41,6 +41,34 @@ impl Covered {
         }
     }
 
+    /// Returns what [`Self::to_bits`] returned as covered; `None` if it has another size.
+    #[must_use]
+    pub fn from_bits(geometry: Geometry, bits: &[u8]) -> Option<Self> {
+        let is_covered = |index: usize| (bits[index / 8] >> (index % 8)) & 1 == 1;
+        (bits.len() == geometry.cells().div_ceil(8)).then(|| Self {
+            geometry,
+            cells: (0..geometry.cells()).map(is_covered).collect(),
+        })
+    }
+
+    /// Returns a bit for each cell, row by row from the origin, the lowest of a byte first.
+    #[must_use]
+    pub fn to_bits(&self) -> Vec<u8> {
+        let byte = |cells: &[bool]| {
+            cells
+                .iter()
+                .rev()
+                .fold(0, |byte, &covered| (byte << 1) | u8::from(covered))
+        };
+        self.cells.chunks(8).map(byte).collect()
+    }
+
+    /// Returns size, resolution and origin of its map.
+    #[must_use]
+    pub const fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
     /// Takes over the size and the origin of a map that has moved or grown. What leaves it is forgotten.
     pub fn follow(&mut self, geometry: Geometry) {
         if self.geometry == geometry {

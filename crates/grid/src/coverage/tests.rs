@@ -129,10 +129,13 @@ fn what_is_done_is_not_driven_to() {
 }
 
 #[test]
-fn a_map_that_moves_keeps_what_is_covered() {
+fn a_map_that_moves_or_is_saved_keeps_what_is_covered() {
     let at = |x: f64| Geometry::new(20, 10, 0.1, (x, 0.0, 0.0)).expect("valid");
     let mut covered = Covered::none(at(0.0));
     covered.sweep((0.55, 0.55), (1.55, 0.55), 0.1);
+    let bits = covered.to_bits();
+    assert_eq!(Covered::from_bits(at(0.0), &bits).as_ref(), Some(&covered));
+    assert_eq!(Covered::from_bits(at(0.0), &bits[1..]), None, "another size");
     covered.follow(at(0.5));
     let mut expected = Covered::none(at(0.5));
     expected.sweep((0.55, 0.55), (1.55, 0.55), 0.1);
