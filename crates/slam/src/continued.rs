@@ -20,60 +20,111 @@ const NEAR: f64 = 1.5;
 /// How certain the places of keyframes are, 1/m².
 const CERTAIN: f64 = 1e6;
 
-impl Slam {
-    /// Returns a map that goes on from another one, on which the robot is at `start`, to 0.3 m and 0.2 rad. Its next scan is
-    /// matched with the map. `None` if no free cell near there is visible.
+/// A map that goes on from another one, and is read in parts.
+#[derive(Clone, Debug)]
+pub struct Continuation {
+    map: OccupancyGrid,
+    /// Squares in a row.
+    columns: u32,
+    /// For each square the number of its keyframe.
+    numbers: Vec<Option<usize>>,
+    /// For each keyframe its square and its cell.
+    views: Vec<(u32, Cell)>,
+    start: Anchor,
+    slam: Slam,
+}
+
+impl Continuation {
+    /// Begins to read a map on which the robot is at `start`, to 0.3 m and 0.2 rad. `None` if no free cell near there is
+    /// visible.
     ///
-    /// Takes time by the number of cells, and by the free area times that of rays.
+    /// Takes time by the number of cells.
     #[must_use]
-    pub fn on_map(map: &OccupancyGrid, start: Pose2D) -> Option<Self> {
-        let (geometry, mut slam) = (map.geometry(), Self::new(start));
+    pub fn new(map: OccupancyGrid, start: &Pose2D) -> Option<Self> {
+        let geometry = *map.geometry();
         let side = (libm::round(APART / geometry.resolution()) as u32).max(1);
         let columns = geometry.width().div_ceil(side);
         let squares = columns * geometry.height().div_ceil(side);
-        // The cell and the number of the keyframe of each square.
-        let mut views: Vec<Option<(Cell, usize)>> = vec![None; squares as usize];
-        for square in 0..squares {
-            let (column, row) = (square % columns, square / columns);
-            let Some(cell) = middle(map, Cell::new(column * side, row * side), side) else {
+        let mut views = Vec::new();
+        let numbers = (0..squares)
+            .map(|square| {
+                let corner = Cell::new(square % columns * side, square / columns * side);
+                let cell = middle(&map, corner, side)?;
+                views.push((square, cell));
+                Some(views.len() - 1)
+            })
+            .collect();
+        let place = geometry.cell_at((start.x, start.y))?;
+        let distance = |&(_, cell): &(u32, Cell)| {
+            let (x, y) = geometry.center(cell);
+            libm::hypot(x - start.x, y - start.y)
+        };
+        let (keyframe, &(_, cell)) = (views.iter().enumerate())
+            .filter(|(_, view)| distance(view) < NEAR && is_visible(&map, view.1, place))
+            .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))?;
+        let (x, y) = geometry.center(cell);
+        let pose = Pose2D::new(x, y, 0.0).localize(start);
+        Some(Self {
+            map,
+            columns,
+            numbers,
+            views,
+            start: Anchor { keyframe, pose },
+            slam: Slam::default(),
+        })
+    }
+
+    /// Returns how many keyframes it will have.
+    #[must_use]
+    pub const fn keyframes(&self) -> usize {
+        self.views.len()
+    }
+
+    /// Returns how many keyframes are read.
+    #[must_use]
+    pub const fn read(&self) -> usize {
+        self.slam.scans.len()
+    }
+
+    /// Reads so many keyframes. Returns the map once all are read; its next scan is matched with them.
+    ///
+    /// Takes time by the cells that 360 rays of 10 m meet from each.
+    pub fn advance(&mut self, most: usize) -> Option<Slam> {
+        for _ in 0..most.min(self.views.len() - self.read()) {
+            self.read_next();
+        }
+        if self.read() < self.views.len() {
+            return None;
+        }
+        let mut slam = core::mem::take(&mut self.slam);
+        slam.given = slam.scans.len();
+        slam.set_anchor(self.start);
+        Some(slam)
+    }
+
+    fn read_next(&mut self) {
+        let (square, cell) = self.views[self.read()];
+        let (x, y) = self.map.geometry().center(cell);
+        let to = (self.slam).add_keyframe(Pose2D::new(x, y, 0.0), &view(&self.map, cell));
+        let beside = [(-1, 0), (-1, -1), (0, -1), (1, -1)];
+        let beside =
+            beside.map(|(dx, dy)| Cell::new(square % self.columns, square / self.columns).offset(dx, dy));
+        for other in (beside.into_iter().flatten()).filter(|other| other.x < self.columns) {
+            let Some(from) = self.numbers[(other.y * self.columns + other.x) as usize] else {
                 continue;
             };
-            let (x, y) = geometry.center(cell);
-            let keyframe = slam.add_keyframe(Pose2D::new(x, y, 0.0), &view(map, cell));
-            views[square as usize] = Some((cell, keyframe));
-            let beside =
-                [(-1, 0), (-1, -1), (0, -1), (1, -1)].map(|(dx, dy)| Cell::new(column, row).offset(dx, dy));
-            for other in beside.into_iter().flatten().filter(|other| other.x < columns) {
-                if let Some((at, from)) = views[(other.y * columns + other.x) as usize]
-                    && is_visible(map, at, cell)
-                {
-                    slam.add_edge(Edge {
-                        from,
-                        to: keyframe,
-                        pose: slam.graph.poses()[from].localize(&slam.graph.poses()[keyframe]),
-                        information: diagonal([CERTAIN; 3]),
-                        relation: Relation::Successive,
-                    });
-                }
+            if is_visible(&self.map, self.views[from].1, cell) {
+                let poses = self.slam.graph.poses();
+                let pose = poses[from].localize(&poses[to]);
+                self.slam.add_edge(Edge {
+                    from,
+                    to,
+                    pose,
+                    information: diagonal([CERTAIN; 3]),
+                    relation: Relation::Successive,
+                });
             }
         }
-        slam.given = slam.scans.len();
-        let place = geometry.cell_at((start.x, start.y))?;
-        let poses = slam.graph.poses();
-        let keyframe = (views.iter().flatten())
-            .filter(|(cell, keyframe)| {
-                poses[*keyframe].distance_to(&start) < NEAR && is_visible(map, *cell, place)
-            })
-            .map(|&(_, keyframe)| keyframe)
-            .min_by(|&a, &b| {
-                let distance = |at: usize| poses[at].distance_to(&start);
-                distance(a).total_cmp(&distance(b))
-            })?;
-        slam.set_anchor(Anchor {
-            keyframe,
-            pose: slam.graph.poses()[keyframe].localize(&start),
-        });
-        Some(slam)
     }
 }
 
@@ -158,6 +209,9 @@ mod tests {
     use crate::slam::{Settings, State};
     use crate::world::World;
 
+    /// So many keyframes are read at once.
+    const PART: usize = 7;
+
     /// A map of the keyframes of a robot that drives along one side of a ring.
     fn map(world: &World, margin: f64) -> OccupancyGrid {
         let mut random = fastrand::Rng::with_seed(1);
@@ -168,6 +222,16 @@ mod tests {
             slam.step(&Settings::default(), &odometry, &world.scan(&pose, &mut random));
         }
         cells(&slam, margin)
+    }
+
+    fn on_map(map: &OccupancyGrid, start: Pose2D) -> Option<Slam> {
+        let mut continuation = Continuation::new(map.clone(), &start)?;
+        let parts = continuation.keyframes().div_ceil(PART);
+        assert!((1..parts).all(|_| continuation.advance(PART).is_none()));
+        assert_eq!(continuation.read(), PART * (parts - 1));
+        let slam = continuation.advance(PART).expect("all are read");
+        assert_eq!(slam.scans().len(), continuation.keyframes());
+        Some(slam)
     }
 
     fn cells(slam: &Slam, margin: f64) -> OccupancyGrid {
@@ -191,7 +255,7 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(2);
         // It stands where the map is known, 0.2 m from where it is said to be, and drives on into what is not.
         let mut truth = Pose2D::new(-3.2, -4.9, 0.05);
-        let mut slam = Slam::on_map(map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
+        let mut slam = on_map(map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
         let given = slam.scans().len();
         let mut odometry = Pose2D::new(7.0, 3.0, 1.0);
         // Along the corridor, around its corner, and on.
@@ -215,7 +279,7 @@ mod tests {
     #[test]
     fn nothing_changes_where_nothing_is_new() {
         let map = map(&World::ring(4), 1.0);
-        let slam = Slam::on_map(&map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
+        let slam = on_map(&map, Pose2D::new(-3.0, -5.0, 0.0)).expect("it is free there");
         let again = cells(&slam, 1.0);
         let mut counts = [[0; 3]; 3];
         for (index, &state) in map.cells().iter().enumerate() {
@@ -241,10 +305,10 @@ mod tests {
     fn a_start_that_is_not_free_is_refused() {
         let map = map(&World::ring(4), 1.0);
         for (x, y) in [(0.0, 0.0), (-7.5, -5.0), (1e3, 0.0), (f64::NAN, 0.0)] {
-            assert!(Slam::on_map(&map, Pose2D::new(x, y, 0.0)).is_none(), "{x}, {y}");
+            assert!(on_map(&map, Pose2D::new(x, y, 0.0)).is_none(), "{x}, {y}");
         }
         let geometry = Geometry::new(1, 1, 0.05, (0.0, 0.0, 0.0)).expect("valid");
         let unknown = OccupancyGrid::filled(geometry, Occupancy::Unknown);
-        assert!(Slam::on_map(&unknown, Pose2D::ORIGIN).is_none());
+        assert!(on_map(&unknown, Pose2D::ORIGIN).is_none());
     }
 }

@@ -24,6 +24,7 @@ mod surface;
 #[cfg(test)]
 mod world;
 
+pub use continued::Continuation;
 pub use correlation::{Match, Window};
 pub use draw::Drawing;
 pub use graph::{Edge, Graph, Relation};

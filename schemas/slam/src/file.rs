@@ -8,7 +8,7 @@ use std::time::Duration;
 use jde_grid::{Geometry, Occupancy, OccupancyGrid};
 use jde_map_file::{Cell, MapFile};
 use jde_schema::prelude::Pose2D;
-use jde_slam::Slam;
+use jde_slam::Continuation;
 
 use crate::map::Map;
 
@@ -38,11 +38,11 @@ fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
     Ok(Some(grid))
 }
 
-/// Returns the map of this YAML file, if there is one, or a new one, on which the robot is at `start`.
+/// Begins to read the map of this YAML file, if there is one, on which the robot is at `start`.
 ///
 /// # Errors
-/// All faults of the file and of its image, or that the start is not free.
-pub(crate) fn begun(file: &str, start: Pose2D) -> Result<Slam, String> {
+/// All faults of the file and of its image, that the start is not free, or that it has more than `most` keyframes.
+pub(crate) fn begun(file: &str, start: &Pose2D, most: u32) -> Result<Option<Continuation>, String> {
     if Path::new(file)
         .extension()
         .is_some_and(|extension| extension == "pgm")
@@ -52,14 +52,22 @@ pub(crate) fn begun(file: &str, start: Pose2D) -> Result<Slam, String> {
         ));
     }
     let Some(map) = continued(file)? else {
-        return Ok(Slam::new(start));
+        return Ok(None);
     };
-    Slam::on_map(&map, start).ok_or_else(|| {
+    let begun = Continuation::new(map, start).ok_or_else(|| {
         format!(
             "the map {file} has no free cells around the robot at {:.2}, {:.2}: state `initial`, or remove the files",
             start.x, start.y
         )
-    })
+    })?;
+    let count = begun.keyframes();
+    if count > most as usize {
+        return Err(format!(
+            "the map {file} becomes {count} keyframes, one for each 0.7 m × 0.7 m of floor: raise `keyframes`, \
+             which is {most}, or remove the files"
+        ));
+    }
+    Ok(Some(begun))
 }
 
 /// What is being saved.

@@ -7,7 +7,7 @@ mod panel;
 
 use jde_motion::{arc, is_finite, is_jump};
 use jde_schema::prelude::*;
-use jde_slam::{Anchor, Scan, Settings, Slam as Graph, State};
+use jde_slam::{Anchor, Continuation, Scan, Settings, State};
 
 use file::{Saving, begun};
 use map::Map;
@@ -18,6 +18,8 @@ const UNCHANGED: f64 = 0.1;
 const BRIDGED: f64 = 0.5;
 /// How far from the base a laser may be mounted, m.
 const MOUNTED: f64 = 10.0;
+/// How many keyframes of a map that is continued are read in one iteration.
+const READ: usize = 8;
 
 /// Exports a map of what the laser has seen, and where the robot is on it: simultaneous localization and mapping.
 ///
@@ -114,7 +116,9 @@ pub struct Slam {
     /// What it does, or why there is no pose, in words.
     #[export]
     state: Export<Text<160>>,
-    pub(crate) slam: Graph,
+    pub(crate) slam: jde_slam::Slam,
+    /// The map that is continued, until it is read.
+    reading: Option<Continuation>,
     /// How many keyframes the map that is continued has.
     given: usize,
     pub(crate) drawn: Map,
@@ -135,7 +139,7 @@ pub struct Slam {
 
 impl Schema for Slam {
     fn awake(&mut self, cx: &Context) -> Result {
-        if self.slam.scans().is_empty() {
+        if self.slam.scans().is_empty() && self.reading.is_none() {
             self.begin(cx, self.restored.unwrap_or(self.initial.get(cx)))?;
         }
         // What happened while it slept is not known; how far the odometry went meanwhile is no jump.
@@ -182,7 +186,11 @@ impl Inspect for Slam {
         }
         problems.expect(
             &self.file,
-            begun(self.file.get(cx).as_str(), self.initial.get(cx)),
+            begun(
+                self.file.get(cx).as_str(),
+                &self.initial.get(cx),
+                self.keyframes.get(cx),
+            ),
         );
     }
 }
@@ -190,7 +198,24 @@ impl Inspect for Slam {
 impl Slam {
     /// Begins with the map of the file, or a new one, on which the robot is at `start`.
     fn begin(&mut self, cx: &Context, start: Pose2D) -> Result {
-        self.slam = begun(self.file.get(cx).as_str(), start)?;
+        self.reading = begun(self.file.get(cx).as_str(), &start, self.keyframes.get(cx))?;
+        self.slam = jde_slam::Slam::new(start);
+        Ok(())
+    }
+
+    /// Reads a part of the map that is continued.
+    ///
+    /// # Errors
+    /// That it is not read yet.
+    fn read(&mut self) -> Result<(), String> {
+        let Some(reading) = &mut self.reading else {
+            return Ok(());
+        };
+        let Some(slam) = reading.advance(READ) else {
+            let (read, all) = (reading.read(), reading.keyframes());
+            return Err(format!("no pose: reads the map, {read} of {all} keyframes"));
+        };
+        (self.slam, self.reading) = (slam, None);
         self.given = self.slam.scans().len();
         Ok(())
     }
@@ -200,6 +225,7 @@ impl Slam {
     /// # Errors
     /// Why there is none.
     fn localize(&mut self, cx: &Context) -> Result<String, String> {
+        self.read()?;
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
         if !is_finite(&odometry) {
             return Err("the odometry is not finite".into());

@@ -406,7 +406,13 @@ fn a_saved_map_is_continued() {
     });
     robot.truth = Pose2D::new(2.55, 2.5, 1.05);
     robot.odometry = Pose2D::new(3.0, 4.0, -2.0);
+    robot.iterate();
+    robot.says_nothing("reads the map, 8 of ");
+    assert_eq!(robot.bench.schema().slam.scans().len(), 0);
+    let most = std::iter::repeat_with(|| robot.iterate()).take(20);
+    most.for_each(drop);
     let keyframes = robot.bench.schema().slam.scans().len();
+    assert!(keyframes > 16);
     robot.drive(70);
     robot.is_right();
     let more = robot.bench.schema().slam.scans().len();
@@ -437,10 +443,12 @@ fn a_file_that_is_no_map_or_has_none_there_is_refused_in_words() {
         .expect("a map")
         .save(&path)
         .expect("it is saved");
-    assert!(super::begun("room.pgm", START).is_err());
+    assert!(super::begun("room.pgm", &START, 100).is_err());
     let (problems, refused) = awake(Pose2D::new(-3.0, 0.0, 0.0));
     assert_eq!(problems, 1);
     assert!(refused.is_err_and(|words| words.contains("no free cells around the robot at -3.00, 0.00")));
+    let few = super::begun(&text, &START, 10).map(drop);
+    assert!(few.is_err_and(|words| words.contains("raise `keyframes`, which is 10")));
     std::fs::write(&path, "image: room.pgm\nresolution: -1\n").expect("it is written");
     let (problems, refused) = awake(START);
     assert_eq!(problems, 1);
