@@ -35,6 +35,16 @@ const APART: f64 = 0.5;
 const MEMORY: f64 = 1.0;
 /// How long a person who is not confirmed is kept without a leg, s.
 const TENTATIVE: f64 = 0.5;
+/// How long it counts for a person to be confirmed where the legs were, s, and at how many times of that.
+const WINDOW: f64 = 2.0;
+const TIMES: usize = 8;
+/// How far the nearer leg may go from one scan to the next, m, and how much farther for each second between them, m/s.
+/// Beyond, it is another thing.
+const LEAP: [f64; 2] = [0.1, 1.5];
+/// How often it is noted where legs stand, and from which age to which that counts, s; how near to it something stands, m.
+const NOTED: f64 = 0.25;
+const AGES: [f64; 2] = [1.5, 4.0];
+const STANDS: f64 = 0.15;
 /// How much of the acceleration of people what is not confirmed has: most of it is furniture.
 const CALM: f64 = 0.1;
 /// Two tracks with one leg each that are nearer than this, m, for so long, s, are one.
@@ -55,7 +65,8 @@ pub struct TrackerSettings {
     pub appears: f64,
     /// How long a person must be seen to be confirmed, s.
     pub confirm: f64,
-    /// How far a person must go to be confirmed, m. With 0, furniture that looks like legs is a person.
+    /// How far both legs of a person must be within 2 s from where either was, to be confirmed, m. With 0, furniture that
+    /// looks like legs is a person.
     pub moved: f64,
     /// The least average confidence of a person's legs.
     pub confidence: f64,
@@ -103,8 +114,11 @@ struct Track {
     id: u32,
     filter: Filter,
     confidence: f64,
-    /// Where it appeared, m.
-    origin: [f64; 2],
+    /// Where its legs were in the last scan in which it was seen, m; twice the same for one leg.
+    places: [[f64; 2]; 2],
+    /// The same at some times before, from the newest to the oldest, and how long ago the newest was, s.
+    past: [[[f64; 2]; 2]; TIMES],
+    since: f64,
     /// How long it has been seen, in all, s.
     seen: f64,
     /// How long it has not, s.
@@ -129,6 +143,8 @@ pub struct Tracker {
     costs: Vec<f64>,
     assignment: Assignment,
     is_taken: Vec<bool>,
+    /// When and where legs were that are those of no confirmed person.
+    stood: Vec<(f64, [f64; 2])>,
     /// The time of the last scan, s.
     last: Option<f64>,
     confirmed: u32,
@@ -156,6 +172,7 @@ impl Tracker {
         let time = now - self.last.replace(now).unwrap_or(now);
         if time < 0.0 {
             self.tracks.clear();
+            self.stood.clear();
         }
         let time = time.max(0.0);
         self.place(sensor);
@@ -169,8 +186,9 @@ impl Tracker {
         }
         self.compare(time);
         self.tracks.retain(|track| track.is_kept(settings));
-        self.confirm(settings);
+        self.confirm(settings, now);
         self.appear(settings);
+        self.note(now);
         Ok(())
     }
 
@@ -198,6 +216,7 @@ impl Tracker {
     pub fn forget(&mut self) {
         self.tracks.clear();
         self.legs.clear();
+        self.stood.clear();
         self.last = None;
     }
 
@@ -276,7 +295,7 @@ impl Tracker {
     }
 
     /// Makes persons of tracks, unless they may be the legs of one who is known.
-    fn confirm(&mut self, settings: &TrackerSettings) {
+    fn confirm(&mut self, settings: &TrackerSettings, now: f64) {
         let mut persons = self.persons().count();
         for index in 0..self.tracks.len() {
             let track = &self.tracks[index];
@@ -286,6 +305,7 @@ impl Tracker {
             if track.id == 0
                 && persons < MOST_PERSONS
                 && track.is_confirmed(settings)
+                && !(settings.moved > 0.0 && self.has_stood(now, track.places))
                 && !self.tracks.iter().any(is_near)
             {
                 persons += 1;
@@ -293,6 +313,29 @@ impl Tracker {
                 self.tracks[index].id = self.confirmed;
             }
         }
+    }
+
+    /// Notes where legs are that are those of no confirmed person, now and then.
+    fn note(&mut self, now: f64) {
+        if self.stood.last().is_some_and(|(then, _)| now - then < NOTED) {
+            return;
+        }
+        self.stood.retain(|(then, _)| now - then <= AGES[1]);
+        let own = |index: usize| {
+            self.tracks
+                .iter()
+                .any(|track| track.id > 0 && track.legs.contains(&Some(index)))
+        };
+        let legs = self.legs.iter().enumerate().filter(|(index, _)| !own(*index));
+        self.stood.extend(legs.map(|(_, (place, _))| (now, *place)));
+    }
+
+    /// Returns whether something has stood at one of these places for long.
+    fn has_stood(&self, now: f64, places: [[f64; 2]; 2]) -> bool {
+        let is_there = |place: [f64; 2]| places.iter().any(|&own| distance(own, place) < STANDS);
+        self.stood
+            .iter()
+            .any(|&(then, place)| now - then >= AGES[0] && is_there(place))
     }
 
     /// Notices tracks that have one leg each of one person. The younger one ends.
@@ -334,11 +377,14 @@ impl Tracker {
             if let Some((other, _)) = near {
                 self.is_taken[other] = true;
             }
+            let places = [position, near.map_or(position, |(other, _)| self.legs[other].0)];
             self.tracks.push(Track {
                 id: 0,
                 filter: Filter::new(middle, DEVIATIONS[0], SPEED),
                 confidence: leg.confidence,
-                origin: middle,
+                places,
+                past: [places; TIMES],
+                since: 0.0,
                 seen: 0.0,
                 unseen: 0.0,
                 absent: 0.0,
@@ -379,10 +425,23 @@ impl Track {
             None if leg.width > TWO => (position, DEVIATIONS[2], leg.confidence),
             None => (position, DEVIATIONS[0], leg.confidence),
         };
+        self.remember([position, second.map_or(position, |second| legs[second].0)], time);
         self.filter.update(measured, deviation);
         self.confidence += (1.0 - libm::exp(-time / MEMORY)) * (confidence - self.confidence);
         self.seen += time;
         (self.unseen, self.absent) = (0.0, 0.0);
+    }
+
+    /// Remembers where its legs are. What is suddenly elsewhere is another thing, and the past does not count.
+    fn remember(&mut self, places: [[f64; 2]; 2], time: f64) {
+        self.since += time;
+        if apart(self.places, places) > LEAP[0] + LEAP[1] * time {
+            self.past = [places; TIMES];
+        } else if self.since >= WINDOW / TIMES as f64 {
+            self.past.rotate_right(1);
+            (self.past[0], self.since) = (places, 0.0);
+        }
+        self.places = places;
     }
 
     fn is_kept(&self, settings: &TrackerSettings) -> bool {
@@ -400,10 +459,17 @@ impl Track {
     }
 
     fn is_confirmed(&self, settings: &TrackerSettings) -> bool {
+        let has_moved = |&then: &_| apart(then, self.places) >= settings.moved;
         self.seen >= settings.confirm
             && self.confidence >= settings.appears
-            && distance(self.origin, self.filter.position) >= settings.moved
+            && self.past.iter().any(has_moved)
     }
+}
+
+/// Returns the least distance from one of some legs to one of others: if only one of two is in sight, that is no motion.
+fn apart(from: [[f64; 2]; 2], to: [[f64; 2]; 2]) -> f64 {
+    let distances = from.iter().flat_map(|&a| to.iter().map(move |&b| distance(a, b)));
+    distances.fold(f64::INFINITY, f64::min)
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {

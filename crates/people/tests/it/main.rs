@@ -1,7 +1,7 @@
 //! People of the simulator before a laser: who is a person, who stays the same, and what makes nobody one.
 
 use jde_people::{Detector, DetectorSettings, Leg, MOST_PERSONS, Person, Segments, Tracker, TrackerSettings};
-use jde_sim::{Edits, Figure, LaserConfig, Outline, RobotConfig, World};
+use jde_sim::{Edits, Figure, LaserConfig, Outline, RobotConfig, Twist2, World};
 use jde_types::{LaserScan, Pose2D};
 use proptest::prelude::*;
 
@@ -18,10 +18,12 @@ fn laser() -> LaserConfig {
     }
 }
 
-/// A robot that stands at the origin and looks ahead, in a room with these people and things.
+/// A robot at the origin that looks ahead, in a room with these people and things.
 struct Room {
     world: World,
     robot: jde_sim::RobotId,
+    /// What the robot is commanded; it stands at first.
+    command: Twist2,
     tracker: Tracker,
     settings: TrackerSettings,
     now: f64,
@@ -38,6 +40,7 @@ impl Room {
         Self {
             world,
             robot,
+            command: Twist2::default(),
             tracker: Tracker::default(),
             settings: TrackerSettings::default(),
             now: 0.0,
@@ -64,6 +67,7 @@ impl Room {
     fn watch(&mut self, time: f64, mut each: impl FnMut(&[Person], &[[f64; 2]])) {
         for _ in 0..(time / PERIOD).round() as u32 {
             self.now += PERIOD;
+            self.world.command(self.robot, self.command).expect("a command");
             self.world.advance_to((self.now * 1e9).round() as u64);
             let (scan, sensor) = (self.scan(), self.sensor());
             self.tracker
@@ -256,6 +260,28 @@ fn furniture_is_nobody_even_if_it_looks_like_legs() {
     room.settings.moved = 0.0;
     room.watch(1.0, |_, _| ());
     assert!(!room.ids().is_empty(), "without a way they are persons");
+}
+
+#[test]
+fn furniture_is_nobody_for_a_robot_that_drives_past_it() {
+    let mut room = Room::new(
+        "circles = [{ name = 'feet', centers = [[2.6, 0], [3, 0.3], [2.6, 2.6], [2.6, 3.1], [-2.4, 1], [-2.4, 1.5], [0, -1.5], [0.4, -1.5],\n\
+         [0, -1.9], [0.4, -1.9], [0, 1.4], [0.3, 1.8], [6, -2], [6.5, -2], [6, 2]], radius = 0.06 }]",
+    );
+    // Around circles of 1.7 m, fast and slowly.
+    for speed in [0.3, 0.6, 1.0] {
+        room.command = Twist2::new(speed, 0.6 * speed);
+        room.watch(100.0, |persons, _| assert_eq!(persons, []));
+    }
+    assert!(room.tracker.legs().any(|(_, confidence)| confidence > 0.5));
+}
+
+#[test]
+fn who_walks_at_a_third_of_a_metre_a_second_is_a_person_for_a_robot_that_drives() {
+    let mut room = Room::new("people = [{ name = 'anna', way = [[3, -3], [3, 3]], speed = 0.35 }]");
+    room.command = Twist2::new(0.5, 0.3);
+    room.watch(6.0, |_, _| ());
+    assert_eq!(room.ids(), [1]);
 }
 
 #[test]
