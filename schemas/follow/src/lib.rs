@@ -1,13 +1,17 @@
 //! Following: the father that leads a robot after a person. It commands no actuator; a child drives along the way that it
 //! exports.
 
-mod chase;
+mod following;
 mod panel;
 
+use jde_motion::{is_finite, is_jump};
 use jde_schema::prelude::*;
-use jde_schema::types::Persons;
+use jde_schema::types::{Person as Tracked, Persons};
 
-use chase::{Chase, State, Terms};
+use following::{Following, State, Terms};
+
+/// A step of the pose beyond which it is a jump, and no motion, m.
+const JUMP: f64 = 1.0;
 
 /// Leads the robot after a person, along the way that the person went.
 ///
@@ -53,16 +57,22 @@ pub struct Person {
     /// The greatest speed of that child: that of the person, and more while the person is farther away.
     #[modulates(child = "drive", name = "fast", optional)]
     fast: Modulates<f64>,
-    chase: Chase,
+    following: Following,
     state: State,
-    /// When the last step was.
+    /// When the last step was, and where the robot was.
     last: Option<Duration>,
+    from: Option<Pose2D>,
+    /// Whether it has led the robot since the last step.
+    leads: bool,
+    /// Why the persons cannot be used.
+    trouble: Option<&'static str>,
 }
 
 impl Schema for Person {
     fn awake(&mut self, _: &Context) -> Result {
-        self.chase = Chase::default();
-        (self.state, self.last) = (State::Nobody, None);
+        self.following = Following::default();
+        (self.state, self.last, self.from) = (State::Nobody, None, None);
+        self.leads = false;
         Ok(())
     }
 
@@ -72,32 +82,61 @@ impl Schema for Person {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
+        // The check of the same turn has taken the persons.
+        self.leads = true;
         self.drive.wake(cx);
-        self.step(cx);
         self.fast
-            .set(cx, self.chase.pace(&self.terms(cx)).min(self.speed.get(cx)));
+            .set(cx, self.following.pace(&self.terms(cx)).min(self.speed.get(cx)));
         Ok(())
     }
 }
 
 impl Person {
     fn step(&mut self, cx: &Context) {
-        let pose = self.measured(cx);
         let time = self
             .last
             .map_or(Duration::ZERO, |last| cx.now().saturating_sub(last));
         self.last = Some(cx.now());
-        let terms = self.terms(cx);
-        let persons = self.persons.get(cx);
-        let seen = persons
-            .as_ref()
-            .map_or(&[][..], |persons| persons.persons.as_slice());
-        let Some(pose) = pose else {
+        let leads = core::mem::take(&mut self.leads);
+        let Some(odometry) = self.pose.get(cx).filter(|pose| is_finite(pose)) else {
             self.path.retract(cx);
             return;
         };
-        self.state = self.chase.step(&terms, time.as_secs_f64(), &pose, seen);
-        let place = self.chase.place().unwrap_or_default();
+        let pose = odometry.pose2d();
+        if let Some(from) = self.from.replace(pose)
+            && is_jump(&from, &pose, JUMP)
+        {
+            warn!(
+                cx,
+                "the pose jumped by {:.2} m: it begins anew",
+                from.distance_to(&pose)
+            );
+            (self.following, self.state) = (Following::default(), State::Nobody);
+        }
+        let persons = self.persons.get(cx);
+        let is_same = |persons: &Persons| persons.header.frame_id == odometry.header.frame_id;
+        let is_usable = persons.as_deref().is_none_or(is_same);
+        self.trouble = (!is_usable).then_some("the persons are in another frame than the pose");
+        let all = persons
+            .as_ref()
+            .map_or(&[][..], |persons| persons.persons.as_slice());
+        let numbers = |person: &Tracked| {
+            [
+                person.position.x,
+                person.position.y,
+                person.velocity[0],
+                person.velocity[1],
+            ]
+        };
+        let usable = all
+            .iter()
+            .filter(|person| is_usable && numbers(person).iter().all(|number| number.is_finite()));
+        let usable: Vec<Tracked> = usable.copied().collect();
+        let terms = self.terms(cx);
+        self.state = self
+            .following
+            .step(&terms, (time.as_secs_f64(), leads), &pose, &usable);
+        let place = self.following.place().unwrap_or_default();
         let target = Pose2D::new(place.x, place.y, 0.0);
         let mission = Mission {
             state: match self.state {
@@ -113,21 +152,14 @@ impl Person {
             ..Mission::default()
         };
         self.mission.write(cx, mission);
-        let way = self.chase.way(terms.distance);
-        if way.is_empty() {
+        let way = self.following.way(terms.distance);
+        if way.is_empty() || !is_usable {
             self.path.retract(cx);
             return;
         }
-        let header = persons.map_or_else(Header::default, |persons| persons.header);
         let way = way.iter().map(|point| (point.x, point.y));
         let points: Vec<_> = core::iter::once((pose.x, pose.y)).chain(way).collect();
-        self.path.write(cx, Path::through(header, &points));
-    }
-
-    fn measured(&self, cx: &Context) -> Option<Pose2D> {
-        let pose = self.pose.get(cx)?.pose2d();
-        let is_finite = [pose.x, pose.y, pose.theta].iter().all(|part| part.is_finite());
-        is_finite.then_some(pose)
+        self.path.write(cx, Path::through(odometry.header, &points));
     }
 
     fn terms(&self, cx: &Context) -> Terms {
@@ -141,7 +173,10 @@ impl Person {
     }
 
     fn words(&self) -> String {
-        let id = self.chase.id();
+        let id = self.following.id();
+        if let Some(trouble) = self.trouble {
+            return trouble.into();
+        }
         match self.state {
             State::Nobody => "nobody to follow".into(),
             State::Follows(away) => format!("follows person {id}, {away:.1} m away"),

@@ -15,15 +15,15 @@ impl Panel for Person {
             if let Some(persons) = self.persons.get(cx) {
                 for person in &persons.persons {
                     let place = (person.position.x, person.position.y);
-                    let is_own = person.id == self.chase.id();
+                    let is_own = person.id == self.following.id();
                     let ink = if is_own { Ink::Goal } else { Ink::Plain };
                     area.circle(place, RADIUS).ink(ink).width(2.0);
                     area.label((place.0, place.1 + RADIUS), person.id.to_string());
                 }
             }
-            let trail = self.chase.trail().map(|point| (point.x, point.y));
+            let trail = self.following.trail().map(|point| (point.x, point.y));
             area.line(trail).ink(Ink::Good).width(2.0);
-            if let Some(pose) = self.measured(cx) {
+            if let Some(pose) = self.from {
                 area.robot(&pose);
             }
         });
@@ -37,7 +37,7 @@ impl Panel for Person {
         let away = |person: &&jde_schema::types::Person| (person.position.x - x).hypot(person.position.y - y);
         let nearest = persons.persons.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         if let Some(person) = nearest.filter(|person| away(person) < NEAR) {
-            self.chase.choose(person);
+            self.following.choose(person);
             self.state = State::Follows(0.0);
             info!(cx, "{} chooses person {}", gesture.by(), person.id);
         }

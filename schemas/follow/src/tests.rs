@@ -2,7 +2,7 @@
 
 use jde_schema::bench::Bench;
 use jde_schema::panel::{Button, Touch};
-use jde_schema::types::{Padding, Person as Tracked, Point2D};
+use jde_schema::types::{Padding, Point2D, normalize_angle};
 
 use super::*;
 
@@ -12,6 +12,8 @@ struct Robot {
     now: Duration,
     pose: Pose2D,
     persons: Vec<Tracked>,
+    /// The frame of the persons.
+    frame: &'static str,
 }
 
 /// A person at a place who walks ahead.
@@ -36,11 +38,12 @@ impl Robot {
             now: Duration::ZERO,
             pose: Pose2D::ORIGIN,
             persons: persons.to_vec(),
+            frame: "odom",
         }
     }
 
-    /// Lets 0.1 s pass, in which the robot drives 0.08 m along the way. Returns whether it is READY.
-    fn step(&mut self) -> bool {
+    /// Lets 0.1 s pass without authority. Returns whether it is READY.
+    fn check(&mut self) -> bool {
         self.now += Duration::from_millis(100);
         self.bench.set_now(self.now);
         let mut persons = Persons::default();
@@ -48,11 +51,16 @@ impl Robot {
             .persons
             .extend_from_slice(&self.persons)
             .expect("they fit");
-        persons.header = Header::new(self.now, "odom");
+        persons.header = Header::new(self.now, self.frame);
         self.bench.import("persons", &persons);
         self.bench
             .import("pose", &Odometry::planar(self.now, self.pose, Twist::ZERO));
-        let ready = self.bench.check().expect("the check succeeds").ready;
+        self.bench.check().expect("the check succeeds").ready
+    }
+
+    /// Lets 0.1 s pass, in which the robot drives 0.08 m along the way. Returns whether it is READY.
+    fn step(&mut self) -> bool {
+        let ready = self.check();
         if ready {
             self.bench.iterate().expect("the iteration succeeds");
             assert_eq!(self.bench.awake_children(), ["drive"]);
@@ -62,7 +70,12 @@ impl Robot {
             let away = self.pose.distance_to(&point);
             let share = (left / away.max(1e-9)).min(1.0);
             let (dx, dy) = (point.x - self.pose.x, point.y - self.pose.y);
-            self.pose = Pose2D::new(self.pose.x + share * dx, self.pose.y + share * dy, dy.atan2(dx));
+            let turn = normalize_angle(dy.atan2(dx) - self.pose.theta).clamp(-0.5, 0.5);
+            self.pose = Pose2D::new(
+                self.pose.x + share * dx,
+                self.pose.y + share * dy,
+                self.pose.theta + turn,
+            );
             left -= share * away;
         }
         ready
@@ -265,6 +278,81 @@ fn the_mission_is_done_after_it_stood_near_the_person() {
         (robot.mission().state, robot.mission().reached),
         (Mission::DONE, 1)
     );
+}
+
+#[test]
+fn it_neither_gives_up_nor_arrives_while_another_drives() {
+    let mut robot = Robot::new(&[tracked(1, 1.3, 0.0)]);
+    robot.bench.set("arrival", 2.0);
+    robot.bench.set("patience", 4.0);
+    robot.persons[0].velocity = [0.0; 2];
+    robot.step();
+    for _ in 0..50 {
+        assert!(robot.check());
+    }
+    assert_eq!(robot.mission().state, Mission::RUNNING);
+    robot.persons.clear();
+    for _ in 0..60 {
+        assert!(robot.check());
+    }
+    robot.says("searches person 1");
+    robot.steps(3);
+    assert!(robot.step());
+    robot.steps(2);
+    robot.says("gave up");
+}
+
+#[test]
+fn a_pose_that_jumps_leaves_no_old_way() {
+    for jumped in [Pose2D::new(30.0, -20.0, 0.0), Pose2D::new(0.0, 0.0, 2.0)] {
+        let mut robot = Robot::new(&[tracked(1, 3.0, 0.0)]);
+        robot.step();
+        robot.pose = jumped;
+        robot.persons.clear();
+        assert!(!robot.step());
+        robot.says("nobody to follow");
+        assert!(robot.way().is_empty());
+        // It begins anew with who is ahead there.
+        let ahead = robot.pose.transform(&Pose2D::new(2.0, 0.0, 0.0));
+        robot.persons = vec![tracked(2, ahead.x, ahead.y)];
+        assert!(robot.step());
+        robot.says("follows person 2");
+    }
+}
+
+#[test]
+fn persons_in_another_frame_or_at_no_place_lead_nowhere() {
+    let mut robot = Robot::new(&[tracked(1, 3.0, 0.0)]);
+    robot.frame = "map";
+    assert!(!robot.step());
+    robot.says("another frame");
+    robot.frame = "odom";
+    assert!(robot.step());
+    robot.frame = "map";
+    robot.step();
+    assert!(robot.way().is_empty());
+    let mut robot = Robot::new(&[tracked(1, f64::NAN, 0.0), tracked(2, 3.0, 0.0)]);
+    robot.step();
+    robot.says("follows person 2");
+    robot.persons[1].velocity[0] = f64::INFINITY;
+    robot.steps(1);
+    robot.says("searches person 2");
+    assert!(
+        robot
+            .way()
+            .iter()
+            .all(|point| point.x.is_finite() && point.y.is_finite())
+    );
+}
+
+#[test]
+fn the_way_has_the_frame_and_the_time_of_the_pose_without_persons() {
+    let mut robot = Robot::new(&[tracked(1, 3.0, 0.0)]);
+    robot.step();
+    robot.bench.retract("persons");
+    robot.bench.check().expect("the check succeeds");
+    let path: Path = robot.bench.exported("path").expect("a way");
+    assert_eq!(path.header, Header::new(robot.now, "odom"));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 mod panel;
 
-use jde_motion::arc;
+use jde_motion::{arc, is_finite, is_jump};
 use jde_people::{DetectorSettings, Tracker, TrackerSettings};
 use jde_schema::prelude::*;
 use jde_schema::types::{Person, Persons, Point2D};
@@ -12,12 +12,14 @@ use jde_schema::types::{Person, Persons, Point2D};
 const UNCHANGED: f64 = 0.1;
 /// The most time between a scan and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
+/// After this time without a usable scan the persons are not exported.
+const SILENT: Duration = Duration::from_millis(500);
 
 /// Exports the persons whose legs a laser sees: where they are, how they move, and a number for each.
 ///
 /// The laser must be between the ankles and the knees, and the frame is that of the odometry. Somebody is a person once
 /// the legs have moved, stays one who stands, and keeps the number while hidden for `patience`. The persons are
-/// retracted while there is no usable scan or odometry. A scan takes less than a millisecond.
+/// retracted while there is no usable scan or odometry.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "20ms")]
 pub struct People {
@@ -49,7 +51,7 @@ pub struct People {
     /// like legs.
     #[modulation(default = 0.3, unit = "m", min = 0.0, max = 10.0)]
     moved: Modulation<f64>,
-    /// How long a person is kept who is hidden, and all persons without a usable scan.
+    /// How long a person who is hidden keeps the number, and all persons without a usable scan.
     #[modulation(default = 3.0, unit = "s", min = 0.0, max = 60.0)]
     patience: Modulation<f64>,
     /// How long a person is kept where the laser sees nobody.
@@ -58,8 +60,8 @@ pub struct People {
     /// How readily people change their velocity, as the growth of its variance.
     #[modulation(default = 0.05, unit = "m2/s3", min = 0.0001, max = 10.0)]
     acceleration: Modulation<f64>,
-    /// A step of the odometry from which on it is a jump, and no motion.
-    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    /// A step of the odometry beyond which it is a jump, and no motion. A turn by more than 90 degrees is one, too.
+    #[modulation(default = 1.0, unit = "m", min = 0.1)]
     jump: Modulation<f64>,
     /// The persons, in the frame of the odometry.
     #[export]
@@ -80,10 +82,14 @@ pub struct People {
 
 impl Schema for People {
     fn awake(&mut self, _: &Context) -> Result {
-        // What was seen before a sleep is out of date.
-        self.tracker = Tracker::default();
+        // What was seen before a sleep is out of date, but no number is used again.
+        self.tracker.forget();
         (self.seen, self.last) = (None, None);
         Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        self.persons.retract(cx);
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -102,19 +108,15 @@ impl People {
     /// Why there are none.
     fn track(&mut self, cx: &Context) -> Result<(), &'static str> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        let measured = odometry.pose2d();
-        let is_finite = |pose: &Pose2D| [pose.x, pose.y, pose.theta].iter().all(|part| part.is_finite());
-        if !is_finite(&measured) {
+        if !is_finite(&odometry) {
             return Err("the odometry is not finite");
         }
+        let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured)
-            && last.distance_to(&measured) > self.jump.get(cx)
+            && is_jump(&last, &measured, self.jump.get(cx))
         {
-            warn!(
-                cx,
-                "the odometry jumped by {:.2} m: all persons are new",
-                last.distance_to(&measured)
-            );
+            let way = last.distance_to(&measured);
+            warn!(cx, "the odometry jumped by {way:.2} m: all persons are new");
             self.tracker.forget();
         }
         if let Some(laser) = self.laser.get(cx)
@@ -122,8 +124,7 @@ impl People {
         {
             // Where the base was at the time of the scan.
             let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
-            let then = measured.transform(&arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED)));
-            let base = if is_finite(&then) { then } else { measured };
+            let base = measured.transform(&arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED)));
             let sensor = base.transform(&self.mount.get(cx));
             let (settings, time) = (self.settings(cx), laser.time().as_secs_f64());
             let is_new = !self.is_frozen(&laser, &base);
@@ -140,17 +141,19 @@ impl People {
             }
         }
         let patience = Duration::from_secs_f64(self.patience.get(cx));
-        if self
+        let silent = self
             .seen
-            .is_none_or(|seen| cx.now().saturating_sub(seen) > patience)
-        {
+            .map_or(Duration::MAX, |seen| cx.now().saturating_sub(seen));
+        if silent > patience {
             self.tracker.forget();
+        }
+        if silent > SILENT.min(patience) {
             return Err("no scan that can be used");
         }
         Ok(())
     }
 
-    /// Whether the laser repeats its last scan although the robot moves.
+    /// Whether the laser repeats its last scan although the robot moves. Where nothing is in range, all scans are equal.
     fn is_frozen(&mut self, laser: &LaserScan, base: &Pose2D) -> bool {
         let is_same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits();
         if self.ranges.len() != laser.ranges.len() || !self.ranges.iter().zip(&laser.ranges).all(is_same) {
@@ -159,7 +162,8 @@ impl People {
             self.changed_at = *base;
         }
         let moved = self.changed_at.localize(base);
-        moved.x.hypot(moved.y) > UNCHANGED || moved.theta.abs() > UNCHANGED
+        laser.points().next().is_some()
+            && (moved.x.hypot(moved.y) > UNCHANGED || moved.theta.abs() > UNCHANGED)
     }
 
     fn settings(&self, cx: &Context) -> TrackerSettings {

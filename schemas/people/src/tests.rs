@@ -224,6 +224,38 @@ fn a_scan_that_fails_for_a_moment_keeps_everybody() {
 }
 
 #[test]
+fn persons_are_not_exported_while_the_laser_is_silent_and_keep_their_numbers() {
+    let mut robot = tracked();
+    for tenths in 1..=10 {
+        robot.now += Duration::from_millis(100);
+        robot.walked += 0.08;
+        robot.iterate();
+        assert_eq!(robot.persons().is_some(), tenths <= 5, "after {tenths} tenths");
+    }
+    robot.says_nothing("no scan that can be used");
+    robot.step();
+    robot.is_right(1);
+}
+
+#[test]
+fn scans_that_are_equal_because_nothing_is_in_range_are_usable() {
+    let mut robot = Robot::new();
+    let mut free = robot.scan();
+    free.ranges.as_mut_slice().fill(f32::INFINITY);
+    robot.velocity = Twist::planar(0.5, 0.0);
+    for _ in 0..20 {
+        robot.now += Duration::from_millis(100);
+        robot.truth = robot.truth.transform(&arc(&robot.velocity, 0.1));
+        free.header = Header::new(robot.now, "laser");
+        robot.bench.set_now(robot.now);
+        robot.bench.import("laser", &free);
+        robot.bench.import("odometry", &robot.odometry());
+        robot.iterate();
+        assert_eq!(robot.persons().map(|persons| persons.persons.len()), Some(0));
+    }
+}
+
+#[test]
 fn a_laser_that_repeats_its_last_scan_while_the_robot_moves_makes_nobody_a_person() {
     let mut robot = Robot::new();
     robot.velocity = Twist::planar(0.3, 0.2);
@@ -246,20 +278,28 @@ fn a_laser_that_repeats_its_last_scan_while_the_robot_moves_makes_nobody_a_perso
 #[test]
 fn an_odometry_that_jumps_makes_everybody_new() {
     let mut robot = tracked();
-    robot.origin = Pose2D::new(30.0, -20.0, 2.0);
-    robot.step();
-    assert!(robot.persons().expect("a list").persons.is_empty());
-    (0..15).for_each(|_| robot.step());
-    robot.is_right(2);
+    let turned = robot.origin.transform(&Pose2D::new(0.0, 0.0, 2.0));
+    for (number, origin) in [(2, Pose2D::new(30.0, -20.0, 2.0)), (3, turned)] {
+        robot.walked = 0.0;
+        robot.origin = origin;
+        robot.step();
+        assert!(robot.persons().expect("a list").persons.is_empty());
+        (0..20).for_each(|_| robot.step());
+        robot.is_right(number);
+    }
 }
 
 #[test]
 fn what_was_seen_before_a_sleep_is_out_of_date() {
     let mut robot = tracked();
     robot.bench.sleep().expect("it sleeps");
+    assert_eq!(robot.persons(), None);
     robot.bench.awake().expect("it awakes");
     robot.iterate();
     robot.says_nothing("no scan that can be used");
+    // No number is used again.
+    (0..20).for_each(|_| robot.step());
+    robot.is_right(2);
 }
 
 #[test]

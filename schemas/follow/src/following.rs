@@ -64,7 +64,7 @@ pub(crate) enum State {
 
 /// A person who is followed.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Chase {
+pub(crate) struct Following {
     /// Whom it follows; 0 for nobody.
     id: u32,
     /// The number that was asked for when it chose.
@@ -79,14 +79,15 @@ pub(crate) struct Chase {
     newest: u32,
     /// The same when the person was lost.
     known: u32,
-    /// How long the person has not been seen, s.
+    /// How long the person has not been seen, s, and how long the robot has searched.
     unseen: f64,
+    searched: f64,
     /// For how long there has been somebody who may be the lost person, s.
     compared: f64,
     state: State,
 }
 
-impl Chase {
+impl Following {
     /// Whom the robot follows; 0 for nobody.
     pub(crate) fn id(&self) -> u32 {
         self.id
@@ -116,8 +117,14 @@ impl Chase {
         };
     }
 
-    /// Takes the persons after `time` s with the robot at `pose`.
-    pub(crate) fn step(&mut self, terms: &Terms, time: f64, pose: &Pose2D, persons: &[Person]) -> State {
+    /// Takes the persons after `time` s with the robot at `pose`. Only while it `leads` the robot, it searches and arrives.
+    pub(crate) fn step(
+        &mut self,
+        terms: &Terms,
+        (time, leads): (f64, bool),
+        pose: &Pose2D,
+        persons: &[Person],
+    ) -> State {
         self.newest = persons.iter().map(|person| person.id).fold(self.newest, u32::max);
         if self.state == State::GaveUp || self.state == State::Arrived {
             return self.state;
@@ -134,6 +141,12 @@ impl Chase {
         }
         self.watch(time, persons);
         self.pass(pose);
+        let own = if leads { time } else { 0.0 };
+        self.searched = if self.unseen > 0.0 {
+            self.searched + own
+        } else {
+            0.0
+        };
         let away = self.place().map_or(0.0, |place| distance(pose, &place));
         let is_near = |state: State| {
             let [start, stay] = if self.speed() < STANDS { STANDING } else { WALKING };
@@ -145,11 +158,11 @@ impl Chase {
                 }
         };
         self.state = match self.state {
-            _ if self.unseen > terms.patience => State::GaveUp,
+            _ if self.searched > terms.patience => State::GaveUp,
             _ if self.unseen > HIDDEN => State::Searches(self.unseen),
-            State::Near(stood) if terms.arrival > 0.0 && stood + time >= terms.arrival => State::Arrived,
+            State::Near(stood) if terms.arrival > 0.0 && stood + own >= terms.arrival => State::Arrived,
             state if !is_near(state) => State::Follows(away),
-            State::Near(stood) => State::Near(stood + time),
+            State::Near(stood) => State::Near(stood + own),
             _ => State::Near(0.0),
         };
         self.state
