@@ -63,7 +63,7 @@ pub struct TrackerSettings {
     pub acceleration: f64,
     /// The least confidence of the leg of a person who appears.
     pub appears: f64,
-    /// How long a person must be seen to be confirmed, s.
+    /// How long a person must move to be confirmed, s.
     pub confirm: f64,
     /// How far both legs of a person must be within 2 s from where either was, to be confirmed, m. With 0, furniture that
     /// looks like legs is a person.
@@ -119,8 +119,9 @@ struct Track {
     /// The same at some times before, from the newest to the oldest, and how long ago the newest was, s.
     past: [[[f64; 2]; 2]; TIMES],
     since: f64,
-    /// How long it has been seen, in all, s.
+    /// How long it has been seen, in all, s, and for how long it has moved, until it is confirmed.
     seen: f64,
+    moving: f64,
     /// How long it has not, s.
     unseen: f64,
     /// For how much of that the laser saw that it is not there, s.
@@ -186,7 +187,7 @@ impl Tracker {
         }
         self.compare(time);
         self.tracks.retain(|track| track.is_kept(settings));
-        self.confirm(settings, now);
+        self.confirm(settings, now, time);
         self.appear(settings);
         self.note(now);
         Ok(())
@@ -295,23 +296,30 @@ impl Tracker {
     }
 
     /// Makes persons of tracks, unless they may be the legs of one who is known.
-    fn confirm(&mut self, settings: &TrackerSettings, now: f64) {
+    fn confirm(&mut self, settings: &TrackerSettings, now: f64, time: f64) {
         let mut persons = self.persons().count();
         for index in 0..self.tracks.len() {
             let track = &self.tracks[index];
+            if track.id > 0 || track.unseen > 0.0 {
+                continue;
+            }
+            let moves = settings.moved <= 0.0
+                || track.has_moved(settings.moved) && !self.has_stood(now, track.places);
+            let moving = if moves { track.moving + time } else { 0.0 };
             let is_near = |other: &Track| {
                 other.id > 0 && distance(other.filter.position, track.filter.position) < APART
             };
-            if track.id == 0
+            if moves
+                && moving >= settings.confirm
+                && track.confidence >= settings.appears
                 && persons < MOST_PERSONS
-                && track.is_confirmed(settings)
-                && !(settings.moved > 0.0 && self.has_stood(now, track.places))
                 && !self.tracks.iter().any(is_near)
             {
                 persons += 1;
                 self.confirmed += 1;
                 self.tracks[index].id = self.confirmed;
             }
+            self.tracks[index].moving = moving;
         }
     }
 
@@ -386,6 +394,7 @@ impl Tracker {
                 past: [places; TIMES],
                 since: 0.0,
                 seen: 0.0,
+                moving: 0.0,
                 unseen: 0.0,
                 absent: 0.0,
                 doubled: 0.0,
@@ -458,11 +467,9 @@ impl Track {
         }
     }
 
-    fn is_confirmed(&self, settings: &TrackerSettings) -> bool {
-        let has_moved = |&then: &_| apart(then, self.places) >= settings.moved;
-        self.seen >= settings.confirm
-            && self.confidence >= settings.appears
-            && self.past.iter().any(has_moved)
+    /// Returns whether all its legs are so far from where they were.
+    fn has_moved(&self, way: f64) -> bool {
+        self.past.iter().any(|&then| apart(then, self.places) >= way)
     }
 }
 

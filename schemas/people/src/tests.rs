@@ -201,7 +201,7 @@ fn what_cannot_be_used_leaves_no_persons_and_says_why() {
         robot.iterate();
         robot.says_nothing(words);
         // It goes on when all is well again.
-        (0..12).for_each(|_| robot.step());
+        (0..20).for_each(|_| robot.step());
         assert_eq!(
             robot.persons().expect("persons are exported").persons.len(),
             1,
