@@ -7,7 +7,7 @@ use crate::features::{Features, distance, mean};
 use crate::model;
 use crate::segments::{Hit, Segments};
 
-/// The most legs in one scan. Of more, the first ones count.
+/// The most legs in one scan. Of more, the most confident ones count.
 pub const MOST_LEGS: usize = 64;
 /// From its surface to the middle of a leg, m.
 const DEEP: f64 = 0.05;
@@ -87,8 +87,8 @@ impl Detector {
         let hits = self.segments.hits();
         for segment in self.segments.segments() {
             let own = &hits[segment.hits.clone()];
-            if self.legs.len() < MOST_LEGS && settings.admits(own) {
-                let confidence = model::legness(&Features::new(hits, segment));
+            if settings.admits(own) {
+                let confidence = model::leg_confidence(&Features::new(hits, segment));
                 if confidence >= settings.confidence {
                     let (x, y) = mean(own);
                     let behind = 1.0 + DEEP / libm::hypot(x, y);
@@ -102,6 +102,11 @@ impl Detector {
                 }
             }
             self.obstacles.extend(own.iter().map(|hit| (hit.x, hit.y)));
+        }
+        if self.legs.len() > MOST_LEGS {
+            self.legs
+                .sort_unstable_by(|a, b| b.confidence.total_cmp(&a.confidence));
+            self.legs.truncate(MOST_LEGS);
         }
         Ok(())
     }

@@ -34,7 +34,7 @@ impl Features {
         "larger jump beside it, m",
     ];
 
-    /// Returns the features of a segment of at least three hits.
+    /// Returns the features of a segment. Those that need more hits than it has are 0.
     #[must_use]
     pub fn new(hits: &[Hit], segment: &Segment) -> Self {
         let hits = &hits[segment.hits.clone()];

@@ -13,6 +13,7 @@ mod features;
 mod kalman;
 mod model;
 mod segments;
+mod track;
 mod tracker;
 
 pub use detector::{Detector, DetectorSettings, Leg, MOST_LEGS};

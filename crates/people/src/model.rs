@@ -33,6 +33,6 @@ pub fn confidence(stumps: &[Stump], features: &Features) -> f64 {
 }
 
 /// Returns the same by the stumps of this crate.
-pub(crate) fn legness(features: &Features) -> f64 {
+pub(crate) fn leg_confidence(features: &Features) -> f64 {
     confidence(&STUMPS, features)
 }

@@ -5,7 +5,7 @@ use jde_types::{LaserScan, Pose2D};
 
 use crate::assignment::Assignment;
 use crate::detector::{Detector, DetectorSettings, Leg};
-use crate::kalman::Filter;
+use crate::track::{DEVIATIONS, DOUBLE, TENTATIVE, Track, between, distance};
 
 /// The most persons.
 pub const MOST_PERSONS: usize = 32;
@@ -21,34 +21,14 @@ const MISSING: [f64; 2] = [14.0, 10.0];
 /// How far a leg may be from where a person is expected, m; how much farther for each second without one, m/s; and at
 /// most, m.
 const REACH: [f64; 3] = [0.7, 1.0, 2.0];
-/// The greatest distance between both legs of a person, m.
-const STRIDE: f64 = 0.8;
-/// The standard deviation of a person's middle from one leg, from both, and from two that look like one, m.
-const DEVIATIONS: [f64; 3] = [0.15, 0.06, 0.08];
-/// The width from which on a leg is two, m.
-const TWO: f64 = 0.25;
-/// The standard deviation of the speed of a person who appears, m/s.
-const SPEED: f64 = 0.8;
 /// The least distance of a person who appears from those who are known, m.
 const APART: f64 = 0.5;
-/// The time by which an average confidence follows, s.
-const MEMORY: f64 = 1.0;
-/// How long a person who is not confirmed is kept without a leg, s.
-const TENTATIVE: f64 = 0.5;
-/// How long it counts for a person to be confirmed where the legs were, s, and at how many times of that.
-const WINDOW: f64 = 2.0;
-const TIMES: usize = 8;
-/// How far the nearer leg may go from one scan to the next, m, and how much farther for each second between them, m/s.
-/// Beyond, it is another thing.
-const LEAP: [f64; 2] = [0.1, 1.5];
 /// How often it is noted where legs stand, and from which age to which that counts, s; how near to it something stands, m.
 const NOTED: f64 = 0.25;
 const AGES: [f64; 2] = [1.5, 4.0];
 const STANDS: f64 = 0.15;
 /// How much of the acceleration of people what is not confirmed has: most of it is furniture.
 const CALM: f64 = 0.1;
-/// Two tracks with one leg each that are nearer than this, m, for so long, s, are one.
-const DOUBLE: (f64, f64) = (0.45, 1.0);
 /// The distance from a wall within which nobody passes, m, and how near both ends of a way it does not count, m.
 const WALL: [f64; 2] = [0.08, 0.2];
 /// How much farther the laser must see for a place to be empty, and half of the place's width, m.
@@ -106,30 +86,6 @@ pub struct Person {
     pub confidence: f64,
     /// How long no leg of the person has been seen, s.
     pub unseen: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Track {
-    /// 0 until it is confirmed.
-    id: u32,
-    filter: Filter,
-    confidence: f64,
-    /// Where its legs were in the last scan in which it was seen, m; twice the same for one leg.
-    places: [[f64; 2]; 2],
-    /// The same at some times before, from the newest to the oldest, and how long ago the newest was, s.
-    past: [[[f64; 2]; 2]; TIMES],
-    since: f64,
-    /// How long it has been seen, in all, s, and for how long it has moved, until it is confirmed.
-    seen: f64,
-    moving: f64,
-    /// How long it has not, s.
-    unseen: f64,
-    /// For how much of that the laser saw that it is not there, s.
-    absent: f64,
-    /// For how long another track has had what may be its second leg, s.
-    doubled: f64,
-    /// Its legs in the present scan.
-    legs: [Option<usize>; 2],
 }
 
 /// Tracks persons in a frame that stands still, as that of the odometry.
@@ -386,105 +342,10 @@ impl Tracker {
                 self.is_taken[other] = true;
             }
             let places = [position, near.map_or(position, |(other, _)| self.legs[other].0)];
-            self.tracks.push(Track {
-                id: 0,
-                filter: Filter::new(middle, DEVIATIONS[0], SPEED),
-                confidence: leg.confidence,
-                places,
-                past: [places; TIMES],
-                since: 0.0,
-                seen: 0.0,
-                moving: 0.0,
-                unseen: 0.0,
-                absent: 0.0,
-                doubled: 0.0,
-                legs: [Some(first), near.map(|(other, _)| other)],
-            });
+            let legs = [Some(first), near.map(|(other, _)| other)];
+            self.tracks.push(Track::new(places, legs, leg.confidence));
         }
     }
-}
-
-impl Track {
-    /// Drops the second leg if it is too far from the first.
-    fn check_stride(&mut self, legs: &[([f64; 2], Leg)]) {
-        if self.legs[0].is_none() {
-            self.legs.swap(0, 1);
-        }
-        if let [Some(first), Some(second)] = self.legs
-            && distance(legs[first].0, legs[second].0) > STRIDE
-        {
-            let far = |leg: usize| distance(legs[leg].0, self.filter.position);
-            self.legs = [Some(if far(first) < far(second) { first } else { second }), None];
-        }
-    }
-
-    /// Takes its legs.
-    fn update(&mut self, legs: &[([f64; 2], Leg)], time: f64) {
-        let [Some(first), second] = self.legs else {
-            self.unseen += time;
-            return;
-        };
-        let (position, leg) = legs[first];
-        let (measured, deviation, confidence) = match second.map(|second| legs[second]) {
-            Some((other, second)) => (
-                between(position, other),
-                DEVIATIONS[1],
-                leg.confidence.max(second.confidence),
-            ),
-            None if leg.width > TWO => (position, DEVIATIONS[2], leg.confidence),
-            None => (position, DEVIATIONS[0], leg.confidence),
-        };
-        self.remember([position, second.map_or(position, |second| legs[second].0)], time);
-        self.filter.update(measured, deviation);
-        self.confidence += (1.0 - libm::exp(-time / MEMORY)) * (confidence - self.confidence);
-        self.seen += time;
-        (self.unseen, self.absent) = (0.0, 0.0);
-    }
-
-    /// Remembers where its legs are. What is suddenly elsewhere is another thing, and the past does not count.
-    fn remember(&mut self, places: [[f64; 2]; 2], time: f64) {
-        self.since += time;
-        if apart(self.places, places) > LEAP[0] + LEAP[1] * time {
-            self.past = [places; TIMES];
-        } else if self.since >= WINDOW / TIMES as f64 {
-            self.past.rotate_right(1);
-            (self.past[0], self.since) = (places, 0.0);
-        }
-        self.places = places;
-    }
-
-    fn is_kept(&self, settings: &TrackerSettings) -> bool {
-        if self.doubled > DOUBLE.1 {
-            false
-        } else if self.id > 0 {
-            self.unseen <= settings.patience
-                && self.absent <= settings.absence
-                && self.confidence >= settings.confidence
-        } else {
-            // What has stood there for long is only hidden.
-            let patience = self.seen.clamp(TENTATIVE, settings.patience.max(TENTATIVE));
-            self.unseen <= patience && self.absent <= TENTATIVE
-        }
-    }
-
-    /// Returns whether all its legs are so far from where they were.
-    fn has_moved(&self, way: f64) -> bool {
-        self.past.iter().any(|&then| apart(then, self.places) >= way)
-    }
-}
-
-/// Returns the least distance from one of some legs to one of others: if only one of two is in sight, that is no motion.
-fn apart(from: [[f64; 2]; 2], to: [[f64; 2]; 2]) -> f64 {
-    let distances = from.iter().flat_map(|&a| to.iter().map(move |&b| distance(a, b)));
-    distances.fold(f64::INFINITY, f64::min)
-}
-
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    libm::hypot(b[0] - a[0], b[1] - a[1])
-}
-
-fn between(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [f64::midpoint(a[0], b[0]), f64::midpoint(a[1], b[1])]
 }
 
 /// Returns whether an obstacle is within `near` m of the way between two places; what is within `ends` m of either does

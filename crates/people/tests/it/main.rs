@@ -1,6 +1,8 @@
 //! People of the simulator before a laser: who is a person, who stays the same, and what makes nobody one.
 
-use jde_people::{Detector, DetectorSettings, Leg, MOST_PERSONS, Person, Segments, Tracker, TrackerSettings};
+use jde_people::{
+    Detector, DetectorSettings, Leg, MOST_LEGS, MOST_PERSONS, Person, Segments, Tracker, TrackerSettings,
+};
 use jde_sim::{Edits, Figure, LaserConfig, Outline, RobotConfig, Twist2, World};
 use jde_types::{LaserScan, Pose2D};
 use proptest::prelude::*;
@@ -190,6 +192,29 @@ fn both_legs_of_a_person_look_like_legs_and_a_wall_does_not() {
     );
     assert!(others.iter().all(|leg| leg.confidence < 0.5), "{others:?}");
     assert!(detector.obstacles().len() > 500);
+}
+
+#[test]
+fn of_too_many_legs_the_most_confident_count() {
+    // A hundred pieces of 40 cm come before a leg of 8 cm.
+    let mut beams: Vec<f32> = (0..600)
+        .map(|beam| if beam / 6 % 2 == 0 { 8.0 } else { 8.6 })
+        .collect();
+    beams.extend([11.0; 10]);
+    beams.extend([0.98, 0.96, 0.95, 0.95, 0.95, 0.95, 0.96, 0.98]);
+    beams.extend([11.0; 10]);
+    let settings = DetectorSettings {
+        confidence: 0.0,
+        ..DetectorSettings::default()
+    };
+    let mut detector = Detector::default();
+    detector.detect(&settings, &scan(&beams)).expect("it measures");
+    assert_eq!(detector.legs().len(), MOST_LEGS);
+    assert!(
+        detector.legs().iter().any(|leg| leg.x.hypot(leg.y) < 1.2),
+        "{:?}",
+        detector.legs()
+    );
 }
 
 #[test]
