@@ -89,22 +89,21 @@ fn mover(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     };
     let appearance = fixtures::read_appearance(table, MOVER);
     let speed = table.required("speed", values::speed);
-    walk(table, name, body, appearance, (speed, 0.0))
+    walk(table, name, body, appearance, (speed, Some(0.0)))
 }
 
 fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     let radius = table.optional("radius", SHOULDERS, values::positive);
-    let sits = table.optional("sits", false, values::flag)?;
-    let speed = if sits {
-        table.optional("speed", 0.0, values::speed_or_rest)
-    } else {
+    let sits = table.optional("sits", false, values::flag);
+    let speed = if sits == Some(false) {
         table.required("speed", values::speed_or_rest)
+    } else {
+        table.optional("speed", 0.0, values::speed_or_rest)
     };
-    if sits && speed.is_some_and(|speed| speed > 0.0) {
-        table.fault(table.span(), "sits and walks: drop `sits` or `speed`");
-        return None;
-    }
-    let default = if sits {
+    let walks = table
+        .get("speed")
+        .filter(|_| speed.is_some_and(|speed| speed > 0.0));
+    let default = if sits == Some(true) {
         Appearance {
             height: SEATED,
             ..PERSON
@@ -115,8 +114,15 @@ fn person(table: &Table<'_>, name: String) -> Option<mover::MoverConfig> {
     let appearance = fixtures::read_appearance(table, default);
     let pause = table.optional("pause", 0.0, values::not_negative);
     let signal = table.optional("signal", SIGNAL, values::color);
-    let (pause, signal) = (pause?, signal?);
-    let body = radius.map(|radius| MoverShape::Person { radius, sits, signal });
+    let body = if let (Some(true), Some(speed)) = (sits, walks) {
+        table.fault(&speed.span(), "sits and walks: drop `sits` or `speed`");
+        None
+    } else {
+        radius
+            .zip(sits)
+            .zip(signal)
+            .map(|((radius, sits), signal)| MoverShape::Person { radius, sits, signal })
+    };
     walk(table, name, body, appearance, (speed, pause))
 }
 
@@ -126,7 +132,7 @@ fn walk(
     name: String,
     body: Option<MoverShape>,
     appearance: Option<Appearance>,
-    (speed, pause): (Option<f64>, f64),
+    (speed, pause): (Option<f64>, Option<f64>),
 ) -> Option<mover::MoverConfig> {
     let way = table.required("way", values::points);
     let closed = table.optional("loop", false, values::flag);
@@ -156,7 +162,7 @@ fn walk(
         speed: speed?,
         clearance: clearance?,
         patience: patience?,
-        pause,
+        pause: pause?,
         color,
         height,
     })

@@ -377,7 +377,19 @@ fn only_movable_things_have_a_mass() {
         &["person 1", "`speed` is -1"],
     );
     check(
-        "[[people]] # fault\nway = [[0, 0], [1, 0]]\nspeed = 1\nsits = true",
+        "[[people]]\nway = [[0, 0], [1, 0]]\nspeed = 1 # fault\nsits = true",
         &["person 1", "sits and walks"],
     );
+    check(
+        "[[people]]\nway = [[0, 0], [1, 0]]\nsits = 1 # fault",
+        &["person 1", "`sits`"],
+    );
+}
+
+#[test]
+fn a_person_who_sits_wrongly_hides_no_other_fault() {
+    for sits in ["speed = 1\nsits = true", "sits = 1"] {
+        let faults = faults(&format!("[[people]]\n{sits}\nway = 3\npause = -1\ncolor = 5"));
+        assert_eq!(faults.len(), 4, "{faults:#?}");
+    }
 }
