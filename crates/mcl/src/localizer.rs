@@ -23,9 +23,9 @@ const LENIENT: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// The least share of the beams that agree with the map at the estimate, as an average over scans, when the estimate
-    /// becomes sure. Below it a robot whose estimate is not sure is lost.
+    /// becomes sure. Below it a robot whose estimate was not sure yet is lost.
     pub sure_agreement: f64,
-    /// The same while the estimate is sure.
+    /// The same while the estimate is sure. Below it a robot whose estimate was sure is lost.
     pub agreement: f64,
     /// How far the end of a beam may be from an obstacle of the map, m.
     pub tolerance: f64,
@@ -49,6 +49,17 @@ impl Default for Limits {
             deviation: 0.3,
             heading_deviation: 0.2,
             confirm: 1.0,
+        }
+    }
+}
+
+impl Limits {
+    /// The share of the beams that must agree with an estimate that `is_sure` or not.
+    const fn needed(&self, is_sure: bool) -> f64 {
+        if is_sure {
+            self.agreement
+        } else {
+            self.sure_agreement.max(self.agreement)
         }
     }
 }
@@ -168,6 +179,8 @@ pub struct Localizer {
     agreement: f64,
     scans: u32,
     is_sure: bool,
+    /// Whether the estimate has been sure since it was doubted.
+    was_sure: bool,
 }
 
 impl Localizer {
@@ -190,6 +203,7 @@ impl Localizer {
             agreement: 0.0,
             scans: 0,
             is_sure: false,
+            was_sure: false,
             field,
         }
     }
@@ -245,7 +259,7 @@ impl Localizer {
     /// The robot may have been moved meanwhile: its pose is not sure until a scan agrees.
     pub fn doubt(&mut self) {
         (self.agreement, self.scans) = (0.0, 0);
-        self.is_sure = false;
+        (self.is_sure, self.was_sure) = (false, false);
         self.is_due = true;
     }
 
@@ -270,9 +284,10 @@ impl Localizer {
         self.compare(settings, odometry, beams);
         let state = self.judge(&settings.limits);
         self.is_sure = state == State::Sure;
+        self.was_sure |= self.is_sure;
         // The best poses of a search would make a sure estimate doubtful.
         self.is_searching &= !self.is_sure;
-        let is_lost = self.scans >= SCANS && self.agreement < self.needed(&settings.limits);
+        let is_lost = self.scans >= SCANS && self.agreement < settings.limits.needed(self.was_sure);
         if is_lost && !self.is_searching {
             self.begin_search(settings, Region::Everywhere, odometry, beams);
         }
@@ -393,15 +408,6 @@ impl Localizer {
         self.agreement += newest * (f64::from(share) - self.agreement);
     }
 
-    /// The share of the beams that must agree now.
-    fn needed(&self, limits: &Limits) -> f64 {
-        if self.is_sure {
-            limits.agreement
-        } else {
-            limits.sure_agreement.max(limits.agreement)
-        }
-    }
-
     fn judge(&self, limits: &Limits) -> State {
         let Some(estimate) = &self.estimate else {
             return if self.is_searching {
@@ -414,7 +420,7 @@ impl Localizer {
         let (deviation, turn) = (estimate.deviation(), estimate.heading_deviation());
         let doubt = if self.scans == 0 {
             Doubt::Unseen
-        } else if self.agreement < self.needed(limits) {
+        } else if self.agreement < limits.needed(self.is_sure) {
             Doubt::Disagrees(self.agreement)
         } else if 1.0 - estimate.share > lenient * (1.0 - limits.share) {
             Doubt::Ambiguous(estimate.clusters, estimate.share)
