@@ -3,7 +3,7 @@
 
 use jde_grid::{Geometry, OccupancyGrid as Grid};
 use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
-use jde_motion::{arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, is_finite, is_jump};
 use jde_schema::prelude::*;
 use jde_schema::types::Start;
 
@@ -107,7 +107,8 @@ pub struct Mcl {
     /// Least share of the beams that agree with the map, as an average over scans, when the pose becomes sure.
     #[modulation(default = 0.7, min = 0.0, max = 1.0)]
     sure_agreement: Modulation<f64>,
-    /// The same while the pose is sure. Below it the robot is lost.
+    /// The same while the pose is sure. Below it a robot whose pose was sure is lost, and one whose pose was not sure yet
+    /// below `sure_agreement`.
     #[modulation(default = 0.5, min = 0.0, max = 1.0)]
     agreement: Modulation<f64>,
     /// How far the end of a beam that agrees may be from an obstacle of the map.
@@ -149,9 +150,9 @@ pub struct Mcl {
     initial_number: Option<u64>,
     scan_number: u64,
     pub(crate) scan_beams: Beams,
-    /// The beams before, and the pose of the odometry when they became these.
+    /// The beams before.
     last_beams: Beams,
-    changed_at: Pose2D,
+    frozen: Frozen,
     /// The last pose of the odometry.
     pub(crate) last: Option<Pose2D>,
     /// When the last usable scan was; none after it was missing for too long.
@@ -214,6 +215,7 @@ impl Mcl {
             && is_jump(&last, &measured, self.jump.get(cx))
         {
             warn!(cx, "{}", jumped(&last, &measured));
+            self.frozen.jump(&last, &measured);
             if let Some(localizer) = &mut self.localizer {
                 localizer.jump(&last, &measured);
             }
@@ -329,12 +331,16 @@ impl Mcl {
         let laser = laser
             .filter(|laser| core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence());
         let laser = laser.filter(|laser| {
-            let changes = (&mut self.last_beams, &mut self.changed_at);
             self.blind = match self.scan_beams.update(laser, &self.mount.get(cx)) {
-                Ok(()) if is_frozen((&self.scan_beams, measured), changes) => {
-                    ": the laser repeats its last one".into()
+                Ok(()) => {
+                    let differs = self.scan_beams != self.last_beams;
+                    if differs {
+                        self.last_beams.clone_from(&self.scan_beams);
+                    }
+                    let is_frozen = self.frozen.is_frozen(differs, &measured, UNCHANGED);
+                    let frozen = ": the laser repeats its last one";
+                    if is_frozen { frozen.into() } else { String::new() }
                 }
-                Ok(()) => String::new(),
                 Err(blind) => format!(": {blind}"),
             };
             self.blind.is_empty()
@@ -347,7 +353,7 @@ impl Mcl {
             self.known = Some(localizer.step(&settings, &then, &self.scan_beams));
             self.seen = Some(cx.now());
         }
-        let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
+        let patience = Duration::from_secs_f64(self.patience.get(cx));
         if self
             .seen
             .is_some_and(|seen| cx.now().saturating_sub(seen) > patience)
@@ -393,16 +399,6 @@ impl Mcl {
             },
         }
     }
-}
-
-/// Whether a laser repeats its last scan although the robot moves.
-fn is_frozen((beams, at): (&Beams, Pose2D), (last, changed_at): (&mut Beams, &mut Pose2D)) -> bool {
-    if beams != last {
-        last.clone_from(beams);
-        *changed_at = at;
-    }
-    let moved = changed_at.localize(&at);
-    moved.x.hypot(moved.y) > UNCHANGED || moved.theta.abs() > UNCHANGED
 }
 
 /// Prepares the map of a message.

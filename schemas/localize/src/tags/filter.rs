@@ -12,10 +12,19 @@ const STATES: usize = 5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Estimate {
     pub(super) pose: Pose2D,
-    /// The share by which ways and turns are longer than the odometry says, and the turn to the left that it misses for
-    /// each metre ahead, rad/m.
     errors: [f64; 2],
+    /// The standard deviations of the errors before any sighting.
+    prior: [f64; 2],
     pub(super) covariance: [[f64; STATES]; STATES],
+}
+
+/// The errors of the odometry: the share by which ways and turns are longer than it says, and the turn to the left that
+/// it misses for each metre ahead, rad/m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Errors {
+    values: [f64; 2],
+    prior: [f64; 2],
+    covariance: [[f64; 2]; 2],
 }
 
 /// Where something is, as the base sees it, with standard deviations.
@@ -27,8 +36,11 @@ pub(super) struct Seen {
     pub(super) deviations: [f64; 3],
 }
 
-/// Standard deviations of the changes of both errors after 1 m; they grow with the root.
-const CHANGES: [f64; 2] = [0.001, 0.003];
+/// Standard deviations of the changes of both errors after 1 m, as shares of those before any sighting; they grow with
+/// the root. So the errors are constants that are never known exactly: the floor and the load change them.
+const CHANGES: [f64; 2] = [0.1, 0.06];
+/// An error of so many of its standard deviations is none of the wheels: the sightings are wrong.
+const MOST_DEVIATIONS: f64 = 4.0;
 /// The squared Mahalanobis distance of three numbers that 99 of 100 sightings stay below.
 const GATE: f64 = 11.34;
 
@@ -40,23 +52,44 @@ impl Seen {
     }
 }
 
+impl Errors {
+    /// Returns errors of which nothing but the standard deviations is known.
+    pub(super) fn new([scale, drift]: [f64; 2]) -> Self {
+        Self {
+            values: [0.0; 2],
+            prior: [scale, drift],
+            covariance: [[scale * scale, 0.0], [0.0, drift * drift]],
+        }
+    }
+}
+
 impl Estimate {
-    /// Returns the pose of a base that sees something whose pose is known. The errors of its odometry have mean 0 and
-    /// these standard deviations.
-    pub(super) fn from(place: &Pose2D, seen: &Seen, [scale, drift]: [f64; 2]) -> Self {
+    /// Returns the pose of a base that sees something whose pose is known, with these errors of its odometry.
+    pub(super) fn from(place: &Pose2D, seen: &Seen, errors: &Errors) -> Self {
         let [range, bearing, facing] = seen.deviations;
         let across = seen.pose.x.hypot(seen.pose.y) * facing.hypot(bearing);
         let position = across.hypot(range);
-        let deviations = [position, position, facing, scale, drift];
         let mut covariance = [[0.0; STATES]; STATES];
-        for (index, deviation) in deviations.into_iter().enumerate() {
+        for (index, deviation) in [position, position, facing].into_iter().enumerate() {
             covariance[index][index] = deviation * deviation;
         }
-        let pose = place.transform(&seen.pose.localize(&Pose2D::ORIGIN));
+        covariance[3][3..].copy_from_slice(&errors.covariance[0]);
+        covariance[4][3..].copy_from_slice(&errors.covariance[1]);
         Self {
-            pose,
-            errors: [0.0; 2],
+            pose: place.transform(&seen.pose.localize(&Pose2D::ORIGIN)),
+            errors: errors.values,
+            prior: errors.prior,
             covariance,
+        }
+    }
+
+    /// Returns what is known of the errors, wherever the base is.
+    pub(super) fn errors(&self) -> Errors {
+        let [.., [_, _, _, a, b], [_, _, _, c, d]] = self.covariance;
+        Errors {
+            values: self.errors,
+            prior: self.prior,
+            covariance: [[a, b], [c, d]],
         }
     }
 
@@ -72,8 +105,9 @@ impl Estimate {
             [0.0, 0.0, 0.0, 0.0, 1.0],
         ];
         let moved = moves.map(|row| self.times(&row));
-        let noise = CHANGES.map(|change| change * change * step.x.hypot(step.y));
-        let noise = [way * way, way * way, turn * turn, noise[0], noise[1]];
+        let length = step.x.hypot(step.y);
+        let [scale, drift] = [0, 1].map(|error| (CHANGES[error] * self.prior[error]).powi(2) * length);
+        let noise = [way * way, way * way, turn * turn, scale, drift];
         for row in 0..STATES {
             self.covariance[row] = moves.map(|column| scalar(&moved[row], &column));
             self.covariance[row][row] += noise[row];
@@ -134,6 +168,13 @@ impl Estimate {
         let (Pose2D { x, y, theta }, [dx, dy, turn, scale, drift]) = (next.pose, change);
         next.pose = Pose2D::new(x + dx, y + dy, normalize_angle(theta + turn));
         next.errors = [next.errors[0] + scale, next.errors[1] + drift];
+        let errors = next.errors.into_iter().zip(next.prior);
+        if errors
+            .into_iter()
+            .any(|(error, prior)| error.abs() > MOST_DEVIATIONS * prior)
+        {
+            return false;
+        }
         *self = next;
         true
     }

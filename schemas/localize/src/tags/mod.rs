@@ -3,15 +3,17 @@
 mod filter;
 mod panel;
 
-use jde_motion::{arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, is_finite, is_jump};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetection, TagDetections};
 use jde_vision::CameraMount;
 
 use super::jumped;
-use filter::{Estimate, Seen};
+use filter::{Errors, Estimate, Seen};
 
-/// The most time between a picture and the odometry that the velocity bridges, s.
+/// A motion after which tags that are the same to the bit are no new ones, m and rad: no camera sees the same twice.
+const UNCHANGED: f64 = 0.001;
+/// The most time between a picture and the odometry that the velocity bridges, s. Where the base was before is not known.
 const BRIDGED: f64 = 0.5;
 /// The least part of a direction's weight that an ambiguity leaves.
 const AMBIGUOUS: f64 = 0.02;
@@ -114,8 +116,13 @@ pub struct Tags {
     estimate: Option<Estimate>,
     /// The last pose of the odometry.
     last: Option<Pose2D>,
+    /// What was known of the errors of the odometry when the last estimate ended.
+    errors: Option<Errors>,
     /// Sequence number of the last detections.
     seen: Option<u64>,
+    /// The last tags.
+    last_tags: Seq<TagDetection, 32>,
+    frozen: Frozen,
     /// Sightings in a row that did not fit.
     misfits: u32,
     /// The words of the last iteration.
@@ -123,10 +130,10 @@ pub struct Tags {
 }
 
 impl Schema for Tags {
-    fn awake(&mut self, cx: &Context) -> Result {
-        // What happened while it slept is not known, nor where the robot was at the last picture.
-        (self.estimate, self.last, self.misfits) = (None, None, 0);
-        self.seen = self.tags.get(cx).map(|tags| tags.sequence());
+    fn awake(&mut self, _: &Context) -> Result {
+        // What happened while it slept is not known.
+        self.forget();
+        (self.last, self.misfits) = (None, 0);
         Ok(())
     }
 
@@ -223,7 +230,8 @@ impl Tags {
     fn advance(&mut self, cx: &Context, from: &Pose2D, to: &Pose2D) {
         if is_jump(from, to, self.jump.get(cx)) {
             warn!(cx, "{}", jumped(from, to));
-            self.estimate = None;
+            self.frozen.jump(from, to);
+            self.forget();
             return;
         }
         let step = from.localize(to);
@@ -236,15 +244,29 @@ impl Tags {
         }
     }
 
+    /// Forgets where the robot is, but not what it knows of the wheels.
+    fn forget(&mut self) {
+        let errors = self.estimate.take().map(|estimate| estimate.errors());
+        self.errors = errors.or(self.errors);
+    }
+
     /// Takes what is new of the tags.
     fn look(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>) {
         let Some(tags) = self.tags.get(cx) else { return };
         if self.seen.replace(tags.sequence()) == Some(tags.sequence()) {
             return;
         }
+        let differs = !bytes(&tags.tags).eq(bytes(&self.last_tags));
+        self.last_tags = tags.tags;
+        if self.frozen.is_frozen(differs, &odometry.pose2d(), UNCHANGED) {
+            return;
+        }
         // Where the base was when the picture was taken, as the base sees it now.
         let since = tags.time().as_secs_f64() - odometry.time().as_secs_f64();
-        let then = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
+        if since.abs() > BRIDGED {
+            return;
+        }
+        let then = arc(&odometry.twist.twist, since);
         let places = self.places.get(cx);
         for tag in tags.tags.iter() {
             let Some(place) = places.tags.iter().find(|place| place.id == u64::from(tag.id)) else {
@@ -260,8 +282,9 @@ impl Tags {
                 .is_some_and(|estimate| estimate.correct(&place.pose, &seen));
             self.misfits = if fits { 0 } else { self.misfits + 1 };
             if self.estimate.is_none() || self.misfits >= MISFITS {
-                let errors = [self.scale_deviation.get(cx), self.drift_deviation.get(cx)];
-                self.estimate = Some(Estimate::from(&place.pose, &seen, errors));
+                let prior = [self.scale_deviation.get(cx), self.drift_deviation.get(cx)];
+                let errors = self.errors.take().unwrap_or_else(|| Errors::new(prior));
+                self.estimate = Some(Estimate::from(&place.pose, &seen, &errors));
                 self.misfits = 0;
             }
         }
@@ -285,6 +308,10 @@ impl Tags {
             deviations: [range, self.bearing_deviation.get(cx), facing / clear],
         }
     }
+}
+
+fn bytes(tags: &Seq<TagDetection, 32>) -> impl Iterator<Item = &[u8]> {
+    tags.iter().map(Value::as_bytes)
 }
 
 #[cfg(test)]
