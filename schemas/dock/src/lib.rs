@@ -4,15 +4,17 @@ mod approach;
 mod panel;
 mod sighting;
 
-use jde_motion::{arc, is_finite};
+use jde_motion::{Frozen, arc, is_finite, is_jump};
 use jde_schema::prelude::*;
-use jde_schema::types::{TagDetections, normalize_angle};
+use jde_schema::types::{TagDetection, TagDetections, normalize_angle};
 use jde_vision::CameraMount;
 
 use approach::{Course, Step};
 use sighting::Sighting;
 
-/// The most time between a picture and the odometry that the velocity bridges, s.
+/// A motion after which a tag that is the same to the bit is not seen, m and rad: no camera sees the same twice.
+const UNCHANGED: f64 = 0.001;
+/// The most time between a picture and the odometry that the velocity bridges, s. Where the base was before is not known.
 const BRIDGED: f64 = 0.5;
 
 /// Drives a base to a place straight before a tag, heading toward it, and off again.
@@ -65,8 +67,11 @@ pub struct Dock {
     #[modulation(default = 0.8, unit = "rad/s", min = 0.01)]
     turn: Modulation<f64>,
     /// How long the tag may be out of sight.
-    #[modulation(default = 10.0, unit = "s", min = 0.1)]
+    #[modulation(default = 10.0, unit = "s", min = 0.1, max = 3600.0)]
     patience: Modulation<f64>,
+    /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
+    #[modulation(default = 0.3, unit = "m", min = 0.0)]
+    jump: Modulation<f64>,
     /// DONE while the base is where it shall be, FAILED while a tag that was seen is out of sight for too long, else
     /// RUNNING; the note says what it does. The target is the docking place.
     #[export]
@@ -80,16 +85,19 @@ pub struct Dock {
     course: Course,
     /// Sequence number of the last detections.
     last: Option<u64>,
+    /// The tag as it was seen last.
+    seen: Option<TagDetection>,
+    frozen: Frozen,
+    /// The last pose of the odometry.
+    last_pose: Option<Pose2D>,
     /// What it does now, and where the base is in the frame of the tag: x away from the tag, y to the right of one who
     /// faces it, the heading 0 away from the tag.
     state: Option<(Step, Pose2D)>,
 }
 
 impl Schema for Dock {
-    fn awake(&mut self, cx: &Context) -> Result {
-        (self.followed, self.state) = (None, None);
-        // Where the base was at the last picture is not known.
-        self.last = self.tags.get(cx).map(|tags| tags.sequence());
+    fn awake(&mut self, _: &Context) -> Result {
+        (self.followed, self.state, self.last_pose) = (None, None, None);
         Ok(())
     }
 
@@ -99,6 +107,7 @@ impl Schema for Dock {
             self.sighting = Sighting::default();
             self.course = Course::default();
         }
+        self.notice_jump(cx);
         self.look(cx, id);
         let local = self.local(cx);
         self.state = local.map(|local| (self.course.step(&local, &self.goal(cx)), local));
@@ -125,6 +134,21 @@ impl Dock {
         self.pose.get(cx).filter(|pose| is_finite(pose))
     }
 
+    /// Forgets where the tag is when the odometry jumps.
+    fn notice_jump(&mut self, cx: &Context) {
+        let Some(pose) = self.odometry(cx).map(|odometry| odometry.pose2d()) else {
+            return;
+        };
+        if let Some(last) = self.last_pose.replace(pose)
+            && is_jump(&last, &pose, self.jump.get(cx))
+        {
+            warn!(cx, "the odometry jumped by {:.2} m", last.distance_to(&pose));
+            self.frozen.jump(&last, &pose);
+            self.sighting = Sighting::default();
+            self.course = Course::default();
+        }
+    }
+
     /// Takes the newest sighting of the tag.
     fn look(&mut self, cx: &Context, id: u32) {
         let (Some(tags), Some(pose)) = (self.tags.get(cx), self.odometry(cx)) else {
@@ -136,9 +160,17 @@ impl Dock {
         let Some(tag) = tags.tags.iter().find(|tag| tag.id == id) else {
             return;
         };
+        let last = self.seen.replace(*tag);
+        let differs = last.is_none_or(|last| last.as_bytes() != tag.as_bytes());
+        if self.frozen.is_frozen(differs, &pose.pose2d(), UNCHANGED) {
+            return;
+        }
         // Where the base was when the picture was taken.
         let since = tags.time().as_secs_f64() - pose.time().as_secs_f64();
-        let motion = arc(&pose.twist.twist, since.clamp(-BRIDGED, BRIDGED));
+        if since.abs() > BRIDGED {
+            return;
+        }
+        let motion = arc(&pose.twist.twist, since);
         let base = pose.pose2d().transform(&motion);
         let mount = CameraMount {
             position: [self.ahead.get(cx), self.left.get(cx), 0.0],
@@ -151,7 +183,7 @@ impl Dock {
 
     /// Returns the pose of the base in the frame of the tag; `None` while that is unknown.
     fn local(&self, cx: &Context) -> Option<Pose2D> {
-        let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
+        let patience = Duration::from_secs_f64(self.patience.get(cx));
         let tag = self.sighting.place(cx.now(), patience)?;
         Some(tag.localize(&self.odometry(cx)?.pose2d()))
     }

@@ -23,6 +23,11 @@ struct Drive {
     /// Where the other tag is, number 8.
     other: Option<Pose2D>,
     has_odometry: bool,
+    /// Whether the camera repeats its last picture.
+    is_frozen: bool,
+    picture: TagDetections,
+    /// The origin of the odometry.
+    origin: Pose2D,
 }
 
 impl Drive {
@@ -38,6 +43,9 @@ impl Drive {
             ambiguity: 0.1,
             other: None,
             has_odometry: true,
+            is_frozen: false,
+            picture: TagDetections::default(),
+            origin: Pose2D::ORIGIN,
         }
     }
 
@@ -46,7 +54,8 @@ impl Drive {
         self.now += PERIOD;
         self.bench.set_now(self.now);
         if self.has_odometry {
-            self.bench.import("pose", &odometry(self.now, self.base));
+            let pose = self.origin.localize(&self.base);
+            self.bench.import("pose", &odometry(self.now, pose));
         } else {
             self.bench.retract("pose");
         }
@@ -54,12 +63,11 @@ impl Drive {
             self.error = -self.error;
             let seen = [(7, Some(TAG)), (8, self.other)].into_iter();
             let seen = seen.filter_map(|(id, tag)| Some(self.detection(id, &self.base.localize(&tag?))));
-            let tags = TagDetections {
-                header: Header::new(self.now, "camera"),
-                tags: seen.collect(),
-                ..TagDetections::default()
-            };
-            self.bench.import("tags", &tags);
+            if !self.is_frozen {
+                self.picture.tags = seen.collect();
+            }
+            self.picture.header = Header::new(self.now, "camera");
+            self.bench.import("tags", &self.picture);
         }
         let ready = self.bench.check().expect("it checks").ready;
         if ready {
@@ -190,6 +198,9 @@ fn a_picture_from_before_a_sleep_says_nothing() {
     drive.base = Pose2D::new(1.0, 1.0, 1.0);
     drive.bench.awake().expect("it awakes");
     drive.sees = false;
+    // The tags come again, and are those of the last picture.
+    drive.bench.import("tags", &drive.picture);
+    drive.now += Duration::from_millis(500);
     assert!(!drive.step(), "{}", drive.mission().note);
     assert_eq!(drive.mission().state, Mission::RUNNING, "it waits for a sight");
 }
@@ -231,10 +242,33 @@ fn a_base_that_is_turned_at_the_place_turns_back() {
 }
 
 #[test]
-fn any_patience_is_a_time() {
+fn a_camera_that_repeats_its_last_picture_leads_nowhere() {
     let mut drive = Drive::from(3.0, 2.0, 0.0);
-    drive.bench.set("patience", 1e30);
-    assert!(drive.step());
+    (0..20).for_each(|_| assert!(drive.step()));
+    drive.is_frozen = true;
+    drive.bench.set("patience", 3.0);
+    drive.run();
+    assert!(drive.base.x < 4.0, "{:?}", drive.base);
+    assert_eq!(drive.mission().note.as_str(), "the tag is not in sight");
+    drive.is_frozen = false;
+    drive.run();
+    assert!((drive.base.x - 4.5).abs() < 0.01, "{:?}", drive.base);
+}
+
+#[test]
+fn a_jump_of_the_odometry_is_not_followed() {
+    for origin in [Pose2D::new(0.4, 0.0, 0.0), Pose2D::new(0.0, 0.0, 2.0)] {
+        let mut drive = Drive::from(3.0, 2.0, 0.0);
+        (0..100).for_each(|_| assert!(drive.step()));
+        drive.origin = origin;
+        drive.sees = false;
+        assert!(!drive.step(), "it does not know where the tag is");
+        assert_eq!(drive.mission().state, Mission::RUNNING);
+        drive.sees = true;
+        drive.run();
+        assert!((drive.base.x - 4.5).abs() < 0.01, "{:?}", drive.base);
+        assert_eq!(drive.mission().state, Mission::DONE);
+    }
 }
 
 #[test]
