@@ -49,7 +49,7 @@ pub struct Tags {
     /// Of how many columns and rows one is searched. 2 needs a quarter of the time, and misses small tags.
     #[modulation(default = 1, min = 1, max = 8)]
     step: Modulation<u32>,
-    /// The tags. Retracted while there are no pictures.
+    /// The tags. Retracted while there are no pictures, and while it sleeps.
     #[export]
     tags: Export<TagDetections>,
     /// Sequence number of the last picture; `None` while nothing is exported.
@@ -69,6 +69,11 @@ impl Schema for Tags {
         // What was seen before a sleep is out of date.
         self.last = None;
         Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        self.tags.retract(cx);
+        self.found.clear();
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {

@@ -104,9 +104,14 @@ fn tags_come_by_number_and_faint_ones_not_at_all() {
 }
 
 #[test]
-fn pictures_that_end_retract_the_tags_and_others_are_refused() {
+fn a_sleep_and_pictures_that_end_retract_the_tags_and_others_are_refused() {
     with_large_stack(|| {
         let mut bench = tags();
+        show(&mut bench, &draw("rgb8", &[(1, [40, 40])]));
+        bench.sleep().expect("it sleeps");
+        let seen: Option<TagDetections> = bench.exported("tags");
+        assert_eq!(seen, None);
+        bench.awake().expect("it awakes");
         show(&mut bench, &draw("rgb8", &[(1, [40, 40])]));
         bench.retract("image");
         bench.iterate().expect("the iteration succeeds");
