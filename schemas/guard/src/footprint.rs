@@ -50,7 +50,7 @@ pub struct Footprint {
     #[modulation(default = 3.0, unit = "m", min = 0.5, max = 10.0, fixed)]
     reach: Modulation<f64>,
     /// How old a scan may be.
-    #[modulation(default = 0.5, unit = "s", min = 0.0)]
+    #[modulation(default = 0.5, unit = "s", min = 0.0, max = 3600.0)]
     stale: Modulation<f64>,
     /// What it judges by.
     #[export]
@@ -105,7 +105,7 @@ impl Footprint {
         };
         let laser = self.laser.get(cx).ok_or("no scan")?;
         let odometry = self.pose.get(cx).ok_or("no pose")?;
-        let stale = Duration::try_from_secs_f64(self.stale.get(cx)).unwrap_or(Duration::MAX);
+        let stale = Duration::from_secs_f64(self.stale.get(cx));
         if cx.now().saturating_sub(laser.time()) > stale {
             return Err("the scan is too old");
         }

@@ -133,15 +133,6 @@ fn without_a_usable_scan_or_pose_it_has_no_state() {
 }
 
 #[test]
-fn any_age_of_a_scan_may_be_allowed() {
-    let mut bench = guard(&wall_ahead(2.0), Pose2D::ORIGIN, 0.0);
-    bench.set("stale", 1e30);
-    bench.set_now(Duration::from_secs(60));
-    bench.iterate().expect("it iterates");
-    assert!(bench.exported::<Surroundings>("surroundings").is_some());
-}
-
-#[test]
 fn a_pose_that_jumps_forgets_what_was_known() {
     let mut bench = guard(&wall_ahead(0.6), Pose2D::ORIGIN, 0.0);
     observe(&mut bench, &wall_ahead(6.0), Pose2D::new(1.6, 0.0, 0.0), 0.0);

@@ -40,7 +40,7 @@ pub struct Recover {
     #[import]
     mission: Import<Mission>,
     /// Time without progress after which the robot counts as stuck, and after which the next action begins.
-    #[modulation(default = 10.0, unit = "s", min = 1.0)]
+    #[modulation(default = 10.0, unit = "s", min = 1.0, max = 3600.0)]
     patience: Modulation<f64>,
     /// Way back.
     #[modulation(default = 0.3, unit = "m", min = 0.0)]
@@ -64,7 +64,7 @@ pub struct Recover {
     #[modulation(default = core::f64::consts::TAU, unit = "rad", min = 0.0)]
     angle: Modulation<f64>,
     /// Time of the last action, for people to pass.
-    #[modulation(default = 20.0, unit = "s", min = 0.0)]
+    #[modulation(default = 20.0, unit = "s", min = 0.0, max = 3600.0)]
     wait: Modulation<f64>,
     /// Distance from the place where it was stuck from which on it is no longer.
     #[modulation(default = 1.0, unit = "m", min = 0.3)]
@@ -164,10 +164,9 @@ impl Recover {
     }
 
     fn terms(&self, cx: &Context) -> Terms {
-        let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
         Terms {
-            patience: time(self.patience.get(cx)),
-            wait: time(self.wait.get(cx)),
+            patience: Duration::from_secs_f64(self.patience.get(cx)),
+            wait: Duration::from_secs_f64(self.wait.get(cx)),
             away: self.away.get(cx),
         }
     }

@@ -139,14 +139,6 @@ fn it_is_ready_only_for_a_robot_with_a_target_that_stands_for_some_time() {
 }
 
 #[test]
-fn a_patience_without_end_waits_for_ever() {
-    let mut world = World::round(&[]);
-    world.bench.set("patience", 1e30);
-    world.bench.set("wait", 1e30);
-    assert!((0..300).all(|_| world.step().is_none()));
-}
-
-#[test]
 fn a_pose_that_is_no_number_moves_nothing_and_one_that_jumps_ends_the_action() {
     let mut world = World::round(&[]);
     world.pass_until(true);
