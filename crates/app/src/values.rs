@@ -178,6 +178,17 @@ impl ValueTarget<'_> {
         node: &Node,
     ) -> Option<Value> {
         let list = expect(report, &self.label(), "a list", node, node.get_ref().as_array())?;
+        let is_plain = |node: &Node| !node.get_ref().is_array() && !node.get_ref().is_table();
+        if let FieldKind::Struct(ty) = &field.kind
+            && let [_, _, ..] = ty.fields[..]
+            && !list.is_empty()
+            && list.iter().all(is_plain)
+        {
+            let message = format!("{} must be a list of lists", self.label());
+            let fault = report.fault(&node.span(), message);
+            fault.advise(format!("each value is a list itself: [[{}]]", fields(ty)));
+            return None;
+        }
         if !(least..=most).contains(&list.len()) {
             let expected = if least == most { "exactly" } else { "at most" };
             let message = format!(
@@ -185,16 +196,7 @@ impl ValueTarget<'_> {
                 self.label(),
                 list.len()
             );
-            let fault = report.fault(&node.span(), message);
-            let is_flat = !list
-                .iter()
-                .any(|node| node.get_ref().is_array() || node.get_ref().is_table());
-            if let FieldKind::Struct(ty) = &field.kind
-                && is_flat
-            {
-                let names: Vec<_> = ty.fields.iter().map(|field| field.name.as_str()).collect();
-                fault.advise(format!("each value is a list itself: [[{}]]", names.join(", ")));
-            }
+            report.fault(&node.span(), message);
             return None;
         }
         let values: Vec<_> = list

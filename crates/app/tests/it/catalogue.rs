@@ -227,6 +227,7 @@ fn robot() -> Schema {
         modulation("label", "std_msgs/msg/String", (None, None)),
         modulation("quiet", "std_msgs/msg/Bool", (None, None)),
         modulation("weights", "jde_msgs/msg/Weights", (None, None)),
+        modulation("places", "jde_msgs/msg/Places", (None, None)),
     ];
     schema("robot", Kind::Driver, ports)
 }
@@ -427,6 +428,17 @@ fn value_type(name: &str) -> Type {
                 4,
             )],
         ),
+        "jde_msgs/msg/Places" => {
+            let form = Form::Sequence {
+                capacity: 2,
+                length_offset: 0,
+            };
+            let places = Field {
+                kind: FieldKind::Struct(Arc::new(value_type("geometry_msgs/msg/Pose2D"))),
+                ..field("poses", "", U8, form, 8)
+            };
+            (56, vec![places])
+        }
         // The tests bind every other type only by its name and layout.
         "geometry_msgs/msg/Twist" => (
             16,

@@ -53,6 +53,13 @@ apps/good.toml:8:11: `weights` of schema `pioneer` has 4 values, and at most 3 f
 "#,
     );
     check(
+        &[(r#"world = "office.toml""#, "places = [1, 2]")],
+        r#"
+apps/good.toml:8:10: `places` of schema `pioneer` must be a list of lists
+    help: each value is a list itself: [[x, y, theta]]
+"#,
+    );
+    check(
         &[(r#"world = "office.toml""#, r#"weights = [1, "two"]"#)],
         r#"
 apps/good.toml:8:15: `weights[1]` of schema `pioneer` must be a number in m, not the text `two`

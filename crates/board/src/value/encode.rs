@@ -251,7 +251,7 @@ fn range<T: ToString>(scalar: Scalar, value: &Value, least: T, greatest: T, path
     }
 }
 
-fn join(path: &str, name: &str) -> String {
+pub(super) fn join(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {

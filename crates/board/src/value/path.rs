@@ -4,7 +4,7 @@
 use jde_abi::describe::{Field, FieldKind, Form, Type};
 
 use super::decode::{decode, decode_element, decode_field};
-use super::encode::unknown_field;
+use super::encode::{join, unknown_field};
 use super::{Value, ValueError};
 
 /// Returns the part of a value that a path names. The empty path names the whole value.
@@ -30,8 +30,12 @@ pub fn get_path(value_type: &Type, bytes: &[u8], path: &str) -> Result<Value, Va
         let parent = &path[..parsed];
         let (name, index) = parse(step).map_err(|wrong| path_error(path, wrong))?;
         let Some(field) = value_type.fields.iter().find(|field| field.name == name) else {
-            if let ("", Some(_), [first, ..]) = (name, index, &value_type.fields[..]) {
-                let wrong = format!("an index follows a field, as in `{}{step}`", first.name);
+            let list = value_type.fields.iter().find(|field| is_list(field));
+            if let ("", Some(_), Some(list)) = (name, index, list) {
+                let wrong = format!(
+                    "an index follows a field, as in `{}{step}`",
+                    join(parent, &list.name)
+                );
                 return Err(path_error(path, wrong));
             }
             return Err(unknown_field(value_type, parent, name));
@@ -73,15 +77,19 @@ fn parse(step: &str) -> Result<(&str, Option<usize>), String> {
 }
 
 fn element(field: &Field, bytes: &[u8], part: &str, index: usize) -> Result<usize, ValueError> {
-    let length = match field.form {
-        Form::Array(_) | Form::Sequence { .. } => field.length(bytes),
-        Form::One | Form::Text { .. } => return Err(path_error(part, "only lists have elements".to_owned())),
-    };
+    if !is_list(field) {
+        return Err(path_error(part, "only lists have elements".to_owned()));
+    }
+    let length = field.length(bytes);
     if index >= length {
         let path = part.split('[').next().unwrap_or(part).to_owned();
         return Err(ValueError::NoElement { path, index, length });
     }
     Ok(index)
+}
+
+const fn is_list(field: &Field) -> bool {
+    matches!(field.form, Form::Array(_) | Form::Sequence { .. })
 }
 
 fn path_error(path: &str, wrong: String) -> ValueError {

@@ -269,10 +269,8 @@ fn a_part_is_selected_by_its_path() {
         "path `path[x]`: `path[x]` does not have the form `path[3]`",
     );
     missing("pose.", "`pose` has no field ``; it has x, y, theta");
-    missing(
-        "pose.[0]",
-        "path `pose.[0]`: an index follows a field, as in `x[0]`",
-    );
+    missing("[0]", "path `[0]`: an index follows a field, as in `path[0]`");
+    missing("pose.[0]", "`pose` has no field ``; it has x, y, theta");
 }
 
 #[test]

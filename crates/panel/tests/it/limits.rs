@@ -404,3 +404,14 @@ fn after_the_first_error_nothing_is_accepted_and_its_reason_is_kept() {
     assert_eq!(builder.broken(), Some(&duplicate));
     assert_eq!(builder.finish(0), Err(duplicate));
 }
+
+#[test]
+fn the_bench_of_cpp_has_the_same_limits() {
+    let header = include_str!("../../../../include/jde/bench_panel.hpp");
+    let megabytes = MOST_BYTES >> 20;
+    let limits = format!(
+        "most_items = {MOST_ITEMS}, most_points = {MOST_POINTS}, most_bytes = {megabytes} << 20, \
+         most_text = {MOST_TEXT}, most_side = {MOST_SIDE};"
+    );
+    assert!(header.contains(&limits), "{limits}");
+}
