@@ -109,6 +109,7 @@ mod charger;
 mod color;
 mod cone;
 mod config;
+mod drift;
 mod drive;
 mod edit;
 mod error;
@@ -139,6 +140,7 @@ pub use battery::{BATTERY_CAPACITY, Battery};
 pub use camera::{CameraConfig, CameraMount};
 pub use color::Color;
 pub use config::{OdometryOrigin, RobotConfig};
+pub use drift::Covariance;
 pub use drive::Kinematics;
 pub use edit::{Edit, EditQueue, Edits};
 pub use error::{Fault, WorldError};
@@ -147,7 +149,7 @@ pub use geometry::{Bounds, Pose2, Twist2, wrap_angle};
 pub use head::{Head, HeadCommand, HeadConfig};
 pub use import::{ImportedWorld, import};
 pub use model::{LaserModel, RobotModel, SampledSensor};
-pub use odometer::{Encoders, Odometry};
+pub use odometer::{Encoders, Odometry, OdometryCovariance};
 pub use robot::Truth;
 pub use sensor::{
     BUMPER_HEADINGS, Bumpers, DepthConfig, ImuConfig, ImuReading, LaserConfig, LineSensorConfig,

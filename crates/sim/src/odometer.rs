@@ -3,6 +3,7 @@
 //! It depends on the rotation of the wheels only, not on the pose of the robot.
 
 use crate::config::RobotConfig;
+use crate::drift::{Covariance, Drift, Step};
 use crate::geometry::{Pose2, Twist2};
 use crate::random::Noise;
 
@@ -13,6 +14,16 @@ pub struct Odometry {
     pub pose: Pose2,
     /// The twist over the last step of the world, in the robot's frame, with the resolution of the encoders.
     pub twist: Twist2,
+}
+
+/// How far the odometry may be from the true motion, by the errors that the robot's file states. Rows are x, y and
+/// the heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OdometryCovariance {
+    /// Of the pose, since the odometry was zero: m², m rad and rad².
+    pub pose: Covariance,
+    /// Of the twist, in the robot's frame: m²/s², m rad/s² and rad²/s².
+    pub twist: Covariance,
 }
 
 /// The ticks since the robot was added to the world; they decrease backwards.
@@ -35,6 +46,7 @@ struct LateralWheel {
 pub(crate) struct Odometer {
     pub(crate) odometry: Odometry,
     pub(crate) encoders: Encoders,
+    drift: Drift,
     /// Metres that each wheel measured, without the rounding to ticks.
     rolled: [f64; 2],
     /// The measured length of one metre, for each wheel.
@@ -54,6 +66,7 @@ impl Odometer {
                 twist: Twist2::default(),
             },
             encoders: Encoders::default(),
+            drift: Drift::default(),
             rolled: [0.0; 2],
             scale,
             lateral: LateralWheel {
@@ -64,9 +77,17 @@ impl Odometer {
         }
     }
 
-    /// Sets the pose to zero. The ticks continue.
+    /// Sets the pose and its covariance to zero. The ticks continue.
     pub(crate) fn reset(&mut self) {
         self.odometry.pose = Pose2::default();
+        self.drift.reset();
+    }
+
+    pub(crate) fn covariance(&self, config: &RobotConfig) -> OdometryCovariance {
+        OdometryCovariance {
+            pose: self.drift.pose(config),
+            twist: self.drift.twist(config),
+        }
     }
 
     /// Measures a true motion of metres ahead and to the left, and of `turn` radians, that took `dt` seconds.
@@ -96,7 +117,16 @@ impl Odometer {
         let left = (self.encoders.left - before.left) as f64 / config.ticks_per_meter;
         let right = (self.encoders.right - before.right) as f64 / config.ticks_per_meter;
         let (ahead, turned) = ((left + right) / 2.0, (right - left) / config.track);
-        self.odometry.pose = self.odometry.pose.along([ahead, aside], turned);
+        let from = self.odometry.pose;
+        let to = from.along([ahead, aside], turned);
+        let step = Step {
+            heading: from.heading + turned / 2.0,
+            moved: [to.x - from.x, to.y - from.y],
+            ways: [left, right, aside],
+            dt,
+        };
+        self.drift.add(config.track, step);
+        self.odometry.pose = to;
         self.odometry.twist = Twist2 {
             linear: ahead / dt,
             lateral: aside / dt,

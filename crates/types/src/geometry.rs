@@ -218,6 +218,40 @@ impl Default for Quaternion {
     }
 }
 
+impl PoseWithCovariance {
+    /// Returns a pose of the plane with the covariance of x, y and the heading: m², m rad and rad².
+    #[must_use]
+    pub fn planar(pose: Pose2D, covariance: &[[f64; 3]; 3]) -> Self {
+        Self {
+            pose: pose.into(),
+            covariance: in_space(covariance),
+        }
+    }
+}
+
+/// Returns the covariance of x, y, z and the rotations about them; the plane has the first two and the last.
+fn in_space(covariance: &[[f64; 3]; 3]) -> [f64; 36] {
+    let mut space = [0.0; 36];
+    for (row, values) in [0, 1, 5].into_iter().zip(covariance) {
+        for (column, value) in [0, 1, 5].into_iter().zip(values) {
+            space[6 * row + column] = *value;
+        }
+    }
+    space
+}
+
+impl TwistWithCovariance {
+    /// Returns a velocity with the covariance of the speeds ahead, to the left and of the turn: m²/s², m rad/s² and
+    /// rad²/s².
+    #[must_use]
+    pub fn planar(twist: Twist, covariance: &[[f64; 3]; 3]) -> Self {
+        Self {
+            twist,
+            covariance: in_space(covariance),
+        }
+    }
+}
+
 impl Default for PoseWithCovariance {
     fn default() -> Self {
         Self {

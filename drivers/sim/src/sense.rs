@@ -55,10 +55,14 @@ impl Robot {
         {
             self.publish_position(cx, world, robot, &position.config)?;
         }
-        let odometry = world.odometry(robot);
+        let (odometry, covariance) = (world.odometry(robot), world.odometry_covariance(robot));
         self.odometry.write(
             cx,
-            Odometry::planar(now, pose(odometry.pose), twist(odometry.twist)),
+            Odometry {
+                pose: PoseWithCovariance::planar(pose(odometry.pose), &covariance.pose),
+                twist: TwistWithCovariance::planar(twist(odometry.twist), &covariance.twist),
+                ..Odometry::planar(now, Pose2D::ORIGIN, Twist::ZERO)
+            },
         );
         let truth = world.truth(robot);
         if model.bumpers {

@@ -9,7 +9,7 @@ use crate::error::WorldError;
 use crate::head::Head;
 use crate::loose::LooseBody;
 use crate::mover::Mover;
-use crate::odometer::{Encoders, Odometry};
+use crate::odometer::{Encoders, Odometry, OdometryCovariance};
 use crate::random::{Noise, Purpose};
 use crate::robot::{CONTACT, SimulatedRobot, Truth};
 use crate::sensor::{
@@ -94,6 +94,12 @@ impl World {
     /// Returns the pose and twist that the wheels measured.
     pub fn odometry(&self, robot: RobotId) -> Odometry {
         self.robot(robot).odometer.odometry
+    }
+
+    /// Returns how far that odometry may be from the true motion.
+    pub fn odometry_covariance(&self, robot: RobotId) -> OdometryCovariance {
+        let robot = self.robot(robot);
+        robot.odometer.covariance(&robot.config)
     }
 
     /// Returns the ticks that the wheels counted.
