@@ -247,20 +247,11 @@ impl Mcl {
             stamp: odometry.header.stamp,
             frame_id: frame,
         };
-        let mut exported = Odometry {
+        let exported = Odometry {
             header,
-            pose: PoseWithCovariance {
-                pose: pose.into(),
-                covariance: [0.0; 36],
-            },
+            pose: PoseWithCovariance::planar(pose, &estimate.covariance),
             ..*odometry
         };
-        // Of x, y, z and the rotations about them, the plane has the first two and the last.
-        for (row, values) in [0, 1, 5].into_iter().zip(&estimate.covariance) {
-            for (column, &value) in [0, 1, 5].into_iter().zip(values) {
-                exported.pose.covariance[6 * row + column] = value;
-            }
-        }
         self.pose.write_at(cx, exported, odometry.time());
         let correction = pose.transform(&measured.localize(&Pose2D::ORIGIN));
         let correction = PoseStamped {

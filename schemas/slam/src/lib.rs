@@ -267,21 +267,12 @@ impl Slam {
     fn export_pose(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>, anchor: &Anchor) {
         let (pose, measured) = (self.slam.place(anchor), odometry.pose2d());
         let header = Header::new(odometry.time(), "map");
-        let mut exported = Odometry {
+        let covariance = self.slam.covariance(&self.settings(cx), &measured);
+        let exported = Odometry {
             header,
-            pose: PoseWithCovariance {
-                pose: pose.into(),
-                covariance: [0.0; 36],
-            },
+            pose: PoseWithCovariance::planar(pose, &covariance),
             ..**odometry
         };
-        let covariance = self.slam.covariance(&self.settings(cx), &measured);
-        // Of x, y, z and the rotations about them, the plane has the first two and the last.
-        for (row, values) in [0, 1, 5].into_iter().zip(&covariance) {
-            for (column, &value) in [0, 1, 5].into_iter().zip(values) {
-                exported.pose.covariance[6 * row + column] = value;
-            }
-        }
         self.pose.write_at(cx, exported, odometry.time());
         let correction = PoseStamped {
             header,

@@ -204,15 +204,11 @@ impl Tags {
             stamp: odometry.header.stamp,
             frame_id: Text::new("map"),
         };
-        let mut exported = Odometry { header, ..*odometry };
-        exported.pose.pose = estimate.pose.into();
-        exported.pose.covariance = [0.0; 36];
-        // Of x, y, z and the rotations about them, the plane has the first two and the last.
-        for (row, values) in [0, 1, 5].into_iter().zip(&estimate.covariance) {
-            for (column, &value) in [0, 1, 5].into_iter().zip(values) {
-                exported.pose.covariance[6 * row + column] = value;
-            }
-        }
+        let exported = Odometry {
+            header,
+            pose: PoseWithCovariance::planar(estimate.pose, &estimate.covariance),
+            ..*odometry
+        };
         self.pose.write_at(cx, exported, odometry.time());
         let correction = estimate.pose.transform(&measured.localize(&Pose2D::ORIGIN));
         self.correction.write_at(
