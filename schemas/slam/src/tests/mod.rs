@@ -1,9 +1,8 @@
 //! What is said of a robot in a room that it maps, and what makes it say nothing.
 
-use jde_map_file::{Cell, MapFile};
+mod files;
+
 use jde_schema::bench::Bench;
-use jde_schema::panel::Touch;
-use jde_watchdog::Watchdog;
 
 use super::Slam;
 use jde_schema::prelude::*;
@@ -342,134 +341,6 @@ fn a_robot_that_is_carried_away_has_no_pose() {
     let mut robot = driven();
     (0..40).for_each(|_| robot.look(&blocked));
     robot.says_nothing("the scan has too few points");
-}
-
-#[test]
-fn the_map_is_saved_in_the_form_of_a_map_server() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("room.yaml");
-    let text = path.to_str().expect("a path in Unicode").to_owned();
-    let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
-        bench.set("save_every", 1.0);
-    });
-    robot.drive(70);
-    let _watchdog = Watchdog::new(Duration::from_secs(600), || "the map is not saved".into());
-    // A thread writes it.
-    let is_saved = || {
-        let Ok(map) = MapFile::load(&path) else {
-            return false;
-        };
-        let count = |state| map.cells.iter().filter(|&&cell| cell == state).count();
-        count(Cell::Occupied) > 150 && count(Cell::Free) > 5000
-    };
-    while !is_saved() {
-        robot.iterate();
-        std::thread::yield_now();
-    }
-    // By the button, to a folder that is there no longer.
-    drop(folder);
-    let has_failed = |robot: &Robot| {
-        let log = robot.bench.log().iter();
-        log.into_iter()
-            .any(|(_, line)| line.contains("cannot save the map"))
-    };
-    while !has_failed(&robot) {
-        robot.bench.draw().expect("the panel is drawn");
-        let touched = robot.bench.touch("save", Touch::Pressed);
-        touched.expect("the gesture is handled");
-        robot.iterate();
-        std::thread::yield_now();
-    }
-    robot.drive(1);
-    robot.is_right();
-}
-
-#[test]
-fn a_saved_map_is_continued() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("room.yaml");
-    let text = path.to_str().expect("a path in Unicode").to_owned();
-    driven()
-        .bench
-        .schema()
-        .drawn
-        .file()
-        .expect("a map")
-        .save(&path)
-        .expect("it is saved");
-    // The robot starts elsewhere, 0.1 m from where it is said to be, with another odometry.
-    let elsewhere = Pose2D::new(2.5, 2.6, 1.0);
-    let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
-        bench.set("initial", elsewhere);
-    });
-    robot.truth = Pose2D::new(2.55, 2.5, 1.05);
-    robot.odometry = Pose2D::new(3.0, 4.0, -2.0);
-    robot.iterate();
-    robot.says_nothing("reads the map, 8 of ");
-    assert_eq!(robot.bench.schema().slam.scans().len(), 0);
-    let most = std::iter::repeat_with(|| robot.iterate()).take(20);
-    most.for_each(drop);
-    let keyframes = robot.bench.schema().slam.scans().len();
-    assert!(keyframes > 16);
-    robot.drive(70);
-    robot.is_right();
-    let more = robot.bench.schema().slam.scans().len();
-    assert!(more < keyframes + 4, "{keyframes} became {more} keyframes");
-}
-
-#[test]
-fn a_file_that_is_no_map_or_has_none_there_is_refused_in_words() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("room.yaml");
-    let text = path.to_str().expect("a path in Unicode").to_owned();
-    let awake = |initial: Pose2D| {
-        let mut bench = Bench::<Slam>::new();
-        bench.set("file", Text::<1024>::truncated(&text));
-        bench.set("initial", initial);
-        let problems = bench.inspect().expect("it inspects");
-        (
-            problems.len(),
-            bench.awake().map_err(|failure| failure.to_string()),
-        )
-    };
-    assert!(matches!(awake(START), (0, Ok(()))), "there is no file yet");
-    driven()
-        .bench
-        .schema()
-        .drawn
-        .file()
-        .expect("a map")
-        .save(&path)
-        .expect("it is saved");
-    assert!(super::begun("room.pgm", &START, 100).is_err());
-    let (problems, refused) = awake(Pose2D::new(-3.0, 0.0, 0.0));
-    assert_eq!(problems, 1);
-    assert!(refused.is_err_and(|words| words.contains("no free cells around the robot at -3.00, 0.00")));
-    let few = super::begun(&text, &START, 10).map(drop);
-    assert!(few.is_err_and(|words| words.contains("raise `keyframes`, which is 10")));
-    std::fs::write(&path, "image: room.pgm\nresolution: -1\n").expect("it is written");
-    let (problems, refused) = awake(START);
-    assert_eq!(problems, 1);
-    assert!(refused.is_err_and(|words| words.contains("resolution")));
-}
-
-#[test]
-fn a_map_that_is_continued_is_written_only_when_it_has_grown() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("room.yaml");
-    let text = path.to_str().expect("a path in Unicode").to_owned();
-    let map = driven().bench.schema().drawn.file().expect("a map");
-    map.save(&path).expect("it is saved");
-    let mut robot = Robot::with(|bench| {
-        bench.set("file", Text::<1024>::truncated(&text));
-        bench.set("save_every", 1.0);
-    });
-    (0..40).for_each(|_| robot.step(0.0, 0.0));
-    robot.is_right();
-    robot.bench.sleep().expect("it sleeps");
-    assert!(!robot.bench.schema().saving.is_busy() && robot.bench.schema().saving.last.is_none());
 }
 
 #[test]
