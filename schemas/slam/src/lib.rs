@@ -5,7 +5,7 @@ mod map;
 mod memory;
 mod panel;
 
-use jde_motion::{arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, is_finite, is_jump};
 use jde_schema::prelude::*;
 use jde_slam::{Anchor, Continuation, Scan, Settings, State};
 
@@ -124,9 +124,9 @@ pub struct Slam {
     pub(crate) drawn: Map,
     saving: Saving,
     scan_number: u64,
-    /// The last scan, and the pose of the odometry when it became this.
+    /// The last scan.
     scan: Scan,
-    changed_at: Pose2D,
+    frozen: Frozen,
     /// The last pose of the odometry.
     pub(crate) last: Option<Pose2D>,
     /// When the last scan that fits was.
@@ -238,6 +238,7 @@ impl Slam {
             let degrees = turn.abs().to_degrees();
             warn!(cx, "the odometry jumped by {way:.2} m and {degrees:.0} degrees");
             self.slam.jump(&last, &measured);
+            self.frozen.jump(&last, &measured);
         }
         self.look(cx, &odometry);
         let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
@@ -294,12 +295,8 @@ impl Slam {
         let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
         let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
         let then = measured.transform(&motion);
-        if scan != self.scan {
-            (self.scan, self.changed_at) = (scan, then);
-        }
-        // A laser that repeats its last scan although the robot moves says nothing.
-        let moved = self.changed_at.localize(&then);
-        if moved.x.hypot(moved.y) > UNCHANGED || moved.theta.abs() > UNCHANGED {
+        let differs = core::mem::replace(&mut self.scan, scan) != self.scan;
+        if self.frozen.is_frozen(differs, &then, UNCHANGED) {
             return;
         }
         let state = self.slam.step(&self.settings(cx), &then, &self.scan);
