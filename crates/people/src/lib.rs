@@ -2,9 +2,8 @@
 //! features for the detection of people in 2D range data", ICRA 2007), and tracks of persons with one or two of them
 //! (after Leigh, Pineau, Olmedo, Zhang, "Person tracking and following with 2D laser scanners", ICRA 2015).
 //!
-//! The crate has no clock, reads no port and starts no thread. Numbers of legs and persons are bounded, and once its
-//! buffers have grown to the size of a scan it allocates nothing. Units are metres, seconds and radians; axes follow
-//! ROS REP-103.
+//! The crate has no clock, reads no port and starts no thread. Numbers of legs and persons are bounded, and its
+//! buffers are used again. Units are metres, seconds and radians; axes follow ROS REP-103.
 
 mod assignment;
 mod coefficients;

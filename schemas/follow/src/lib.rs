@@ -6,12 +6,14 @@ mod panel;
 
 use jde_motion::{is_finite, is_jump};
 use jde_schema::prelude::*;
-use jde_schema::types::{Person as Tracked, Persons};
+use jde_schema::types::{Person as Tracked, Persons, Point2D};
 
 use following::{Following, State, Terms};
 
 /// A step of the pose beyond which it is a jump, and no motion, m.
 const JUMP: f64 = 1.0;
+/// Persons who are older than this are not seen.
+const OLD: Duration = Duration::from_millis(500);
 
 /// Leads the robot after a person, along the way that the person went.
 ///
@@ -114,24 +116,18 @@ impl Person {
             (self.following, self.state) = (Following::default(), State::Nobody);
         }
         let persons = self.persons.get(cx);
+        let persons = persons.filter(|persons| cx.now().saturating_sub(persons.time()) <= OLD);
         let is_same = |persons: &Persons| persons.header.frame_id == odometry.header.frame_id;
         let is_usable = persons.as_deref().is_none_or(is_same);
         self.trouble = (!is_usable).then_some("the persons are in another frame than the pose");
         let all = persons
             .as_ref()
             .map_or(&[][..], |persons| persons.persons.as_slice());
-        let numbers = |person: &Tracked| {
-            [
-                person.position.x,
-                person.position.y,
-                person.velocity[0],
-                person.velocity[1],
-            ]
+        let is_somewhere = |person: &&Tracked| {
+            let (Point2D { x, y }, [ahead, left]) = (person.position, person.velocity);
+            is_usable && [x, y, ahead, left].into_iter().all(f64::is_finite)
         };
-        let usable = all
-            .iter()
-            .filter(|person| is_usable && numbers(person).iter().all(|number| number.is_finite()));
-        let usable: Vec<Tracked> = usable.copied().collect();
+        let usable: Vec<Tracked> = all.iter().filter(is_somewhere).copied().collect();
         let terms = self.terms(cx);
         self.state = self
             .following

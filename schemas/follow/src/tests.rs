@@ -2,7 +2,7 @@
 
 use jde_schema::bench::Bench;
 use jde_schema::panel::{Button, Touch};
-use jde_schema::types::{Padding, Point2D, normalize_angle};
+use jde_schema::types::{Padding, normalize_angle};
 
 use super::*;
 
@@ -343,6 +343,21 @@ fn persons_in_another_frame_or_at_no_place_lead_nowhere() {
             .iter()
             .all(|point| point.x.is_finite() && point.y.is_finite())
     );
+}
+
+#[test]
+fn persons_who_are_old_are_not_seen() {
+    let mut robot = Robot::new(&[tracked(1, 3.0, 0.0)]);
+    robot.step();
+    for _ in 0..15 {
+        robot.now += Duration::from_millis(100);
+        robot.bench.set_now(robot.now);
+        robot
+            .bench
+            .import("pose", &Odometry::planar(robot.now, robot.pose, Twist::ZERO));
+        robot.bench.check().expect("the check succeeds");
+    }
+    robot.says("searches person 1");
 }
 
 #[test]
