@@ -3,7 +3,7 @@
 
 mod panel;
 
-use jde_motion::{arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, is_finite, is_jump};
 use jde_people::{DetectorSettings, Tracker, TrackerSettings};
 use jde_schema::prelude::*;
 use jde_schema::types::{Person, Persons, Point2D};
@@ -69,9 +69,9 @@ pub struct People {
     tracker: Tracker,
     /// Sequence number of the last scan.
     scan_number: u64,
-    /// The ranges of the last scan, and the pose of the base when they became these.
+    /// The ranges of the last scan.
     ranges: Vec<f32>,
-    changed_at: Pose2D,
+    frozen: Frozen,
     /// When the last usable scan was.
     seen: Option<Duration>,
     /// The last pose of the odometry.
@@ -118,6 +118,7 @@ impl People {
             let way = last.distance_to(&measured);
             warn!(cx, "the odometry jumped by {way:.2} m: all persons are new");
             self.tracker.forget();
+            self.frozen.jump(&last, &measured);
         }
         if let Some(laser) = self.laser.get(cx)
             && core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence()
@@ -156,14 +157,13 @@ impl People {
     /// Whether the laser repeats its last scan although the robot moves. Where nothing is in range, all scans are equal.
     fn is_frozen(&mut self, laser: &LaserScan, base: &Pose2D) -> bool {
         let is_same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits();
-        if self.ranges.len() != laser.ranges.len() || !self.ranges.iter().zip(&laser.ranges).all(is_same) {
+        let differs =
+            self.ranges.len() != laser.ranges.len() || !self.ranges.iter().zip(&laser.ranges).all(is_same);
+        if differs {
             self.ranges.clear();
             self.ranges.extend_from_slice(&laser.ranges);
-            self.changed_at = *base;
         }
-        let moved = self.changed_at.localize(base);
-        laser.points().next().is_some()
-            && (moved.x.hypot(moved.y) > UNCHANGED || moved.theta.abs() > UNCHANGED)
+        self.frozen.is_frozen(differs, base, UNCHANGED) && laser.points().next().is_some()
     }
 
     fn settings(&self, cx: &Context) -> TrackerSettings {
