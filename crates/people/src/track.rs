@@ -16,11 +16,11 @@ const SPEED: f64 = 0.8;
 const MEMORY: f64 = 1.0;
 /// How long a person who is not confirmed is kept without a leg, s.
 pub(crate) const TENTATIVE: f64 = 0.5;
-/// How long it counts for a person to be confirmed where the legs were, s, and at how many times of that.
+/// How far back the places of the legs count as those from which a person moves, s, and how many of them are kept.
 const WINDOW: f64 = 2.0;
 const TIMES: usize = 8;
-/// How far the nearer leg may go from one scan to the next, m, and how much farther for each second between them, m/s.
-/// Beyond, it is another thing.
+/// How far a leg may go from one scan to the next, m, and how much farther for each second between them, m/s. What is
+/// farther away is another thing.
 const LEAP: [f64; 2] = [0.1, 1.5];
 /// Two tracks with one leg each that are nearer than this, m, for so long, s, are one.
 pub(crate) const DOUBLE: (f64, f64) = (0.45, 1.0);

@@ -23,7 +23,8 @@ const MISSING: [f64; 2] = [14.0, 10.0];
 const REACH: [f64; 3] = [0.7, 1.0, 2.0];
 /// The least distance of a person who appears from those who are known, m.
 const APART: f64 = 0.5;
-/// How often it is noted where legs stand, and from which age to which that counts, s; how near to it something stands, m.
+/// How often the places of legs are noted, s; from which age to which they count, s; and how near to one the same thing
+/// stands, m.
 const NOTED: f64 = 0.25;
 const AGES: [f64; 2] = [1.5, 4.0];
 const STANDS: f64 = 0.15;
@@ -45,8 +46,8 @@ pub struct TrackerSettings {
     pub appears: f64,
     /// How long a person must move to be confirmed, s.
     pub confirm: f64,
-    /// How far both legs of a person must be within 2 s from where either was, to be confirmed, m. With 0, furniture that
-    /// looks like legs is a person.
+    /// How far both legs of a person must move within 2 s to be confirmed, m. With 0, furniture that looks like legs is a
+    /// person.
     pub moved: f64,
     /// The least average confidence of a person's legs.
     pub confidence: f64,

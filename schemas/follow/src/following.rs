@@ -12,8 +12,8 @@ const MOST: usize = 250;
 const HIDDEN: f64 = 0.5;
 /// The speed up to which a person stands, m/s.
 const STANDS: f64 = 0.2;
-/// How much farther away than the distance to keep a person is near, who was not and who was, m: one who stands, and one
-/// who walks.
+/// How far beyond the distance to keep a person counts as near, m: who was not near before, and who was. For a person who
+/// stands, and for one who walks.
 const STANDING: [f64; 2] = [0.35, 0.5];
 const WALKING: [f64; 2] = [-0.2, 0.0];
 /// The growth of the robot's speed with each metre that the person is too far away, 1/s, and its least speed, m/s.

@@ -44,11 +44,11 @@ pub struct People {
     /// Least average probability that what is seen of a person is a leg.
     #[modulation(default = 0.25, min = 0.0, max = 1.0)]
     confidence: Modulation<f64>,
-    /// How long somebody must be seen to be a person.
+    /// How long somebody must move to be a person.
     #[modulation(default = 0.5, unit = "s", min = 0.0, max = 60.0)]
     confirm: Modulation<f64>,
-    /// How far somebody must go to be a person. With 0, who has never moved is one, and so is furniture that looks
-    /// like legs.
+    /// How far both legs must move within 2 s for somebody to be a person. With 0, who has never moved is one, and so is
+    /// furniture that looks like legs.
     #[modulation(default = 0.3, unit = "m", min = 0.0, max = 10.0)]
     moved: Modulation<f64>,
     /// How long a person who is hidden keeps the number, and all persons without a usable scan.
