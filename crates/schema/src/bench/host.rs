@@ -126,8 +126,9 @@ unsafe extern "C" fn wake(cx: *mut raw::Context, child: u32) -> i32 {
     // SAFETY: the bench's own context.
     let place = unsafe { state(cx) };
     let authority = place.authority;
-    let Some(child) = place.children.get_mut(child as usize) else {
-        return raw::BAD_ARGUMENT;
+    let child = match place.bound_child(child) {
+        Ok(child) => child,
+        Err(code) => return code,
     };
     if !authority {
         return raw::REFUSED;
@@ -150,8 +151,9 @@ unsafe extern "C" fn sleep(cx: *mut raw::Context, child: u32) -> i32 {
     // SAFETY: the bench's own context.
     let place = unsafe { state(cx) };
     let authority = place.authority;
-    let Some(child) = place.children.get_mut(child as usize) else {
-        return raw::BAD_ARGUMENT;
+    let child = match place.bound_child(child) {
+        Ok(child) => child,
+        Err(code) => return code,
     };
     if !authority {
         return raw::REFUSED;
@@ -164,8 +166,12 @@ unsafe extern "C" fn sleep(cx: *mut raw::Context, child: u32) -> i32 {
 unsafe extern "C" fn child(cx: *mut raw::Context, child: u32, out: *mut raw::ChildStatus) -> i32 {
     // SAFETY: the schema's pointers, by the contract of the ABI.
     unsafe {
-        let Some(child) = state(cx).children.get(child as usize).filter(|_| !out.is_null()) else {
+        if out.is_null() {
             return raw::BAD_ARGUMENT;
+        }
+        let child = match state(cx).bound_child(child) {
+            Ok(child) => child,
+            Err(code) => return code,
         };
         let status = raw::ChildStatus {
             size: size_of::<raw::ChildStatus>() as u32,
@@ -192,8 +198,10 @@ unsafe extern "C" fn set_policy(
     // SAFETY: the bench's own context.
     let place = unsafe { state(cx) };
     let authority = place.authority;
-    let Some(child) = place.children.get_mut(child as usize).filter(|child| child.motor) else {
-        return raw::BAD_ARGUMENT;
+    let child = match place.bound_child(child) {
+        Ok(child) if child.motor => child,
+        Ok(_) => return raw::BAD_ARGUMENT,
+        Err(code) => return code,
     };
     let Some(policy) = Policy::from_code(policy, dwell_ns, hysteresis) else {
         return raw::BAD_ARGUMENT;

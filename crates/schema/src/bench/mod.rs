@@ -31,7 +31,7 @@ use crate::schema::{Precondition, Schema};
 pub use failure::Failure;
 pub use inspect::Problem;
 pub use memory::Remembered;
-use names::{Kind, unknown};
+use names::Kind;
 pub use panel::Drawn;
 use state::BenchState;
 
@@ -262,26 +262,26 @@ impl<S> Bench<S> {
         self.state.put(port, value);
     }
 
-    /// Leaves an optional import or actuator unbound, as an application may.
+    /// Leaves an optional import, actuator or child unbound, as an application may.
     ///
     /// # Panics
     /// If it is not optional.
     pub fn unbind(&mut self, name: &str) {
         let named =
             |port: &&describe::Port| port.name == name && !matches!(port.role, describe::Role::Export);
-        let index = self.description.ports.iter().position(|port| named(&port));
-        let Some(index) = index else {
-            unknown(
-                "port",
-                name,
-                self.description.ports.iter().map(|port| &*port.name),
-            )
+        let port = self.description.ports.iter().position(|port| named(&port));
+        let optional = if let Some(port) = port {
+            self.state.unbind(port);
+            self.description.ports[port].optional
+        } else {
+            let child = self.child(name);
+            self.state.unbind_child(child);
+            self.description.children[child].optional
         };
         assert!(
-            self.description.ports[index].optional,
+            optional,
             "`{name}` is not optional, so every application binds it"
         );
-        self.state.unbind(index);
     }
 
     /// Sets the clock, as a time since the application's start.

@@ -41,6 +41,7 @@ pub(super) struct PortState {
 
 pub(super) struct ChildState {
     pub(super) motor: bool,
+    pub(super) bound: bool,
     pub(super) state: State,
     pub(super) precondition: Precondition,
     pub(super) faulted: bool,
@@ -86,6 +87,7 @@ impl BenchState {
     pub(super) fn sleeping_children(about: &Schema) -> Vec<ChildState> {
         let child = |child: &jde_abi::describe::Child| ChildState {
             motor: child.motor,
+            bound: true,
             state: State::Slept,
             precondition: false.into(),
             faulted: false,
@@ -122,6 +124,22 @@ impl BenchState {
 
     pub(super) fn unbind(&mut self, port: usize) {
         self.ports[port].bound = false;
+    }
+
+    /// Unbinds a child and its modulations.
+    pub(super) fn unbind_child(&mut self, unbound: usize) {
+        self.children[unbound].bound = false;
+        for port in &mut self.ports {
+            if matches!(port.port.role, Role::ChildModulation { child } if child == unbound) {
+                port.bound = false;
+            }
+        }
+    }
+
+    /// Returns a child, or the code of a refusal.
+    pub(super) fn bound_child(&mut self, child: u32) -> Result<&mut ChildState, i32> {
+        let child = self.children.get_mut(child as usize).ok_or(raw::BAD_ARGUMENT)?;
+        if child.bound { Ok(child) } else { Err(raw::UNBOUND) }
     }
 
     pub(super) fn written<T: Value>(&self, port: usize) -> Option<T> {

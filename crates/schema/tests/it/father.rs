@@ -13,7 +13,7 @@ struct Father {
     brake: Child,
     #[child(group = "base")]
     cruise: Child,
-    #[child(perceptive)]
+    #[child(perceptive, optional)]
     map: Child,
     #[modulates(child = "cruise", name = "target")]
     target: Modulates<Pose2D>,
@@ -88,6 +88,16 @@ fn a_father_wakes_modulates_and_puts_to_sleep() {
             (State::Winner, false)
         ]
     );
+}
+
+#[test]
+fn an_optional_child_left_unbound_has_no_status_and_is_not_woken() {
+    let mut bench = Bench::<Father>::new();
+    bench.unbind("map");
+    bench.iterate().expect("it runs");
+    assert_eq!(bench.awake_children(), ["brake", "cruise"]);
+    let father = bench.schema();
+    assert_eq!((father.seen.len(), father.outcomes[2]), (2, Outcome::Unbound));
 }
 
 #[test]
