@@ -1,6 +1,8 @@
 //! The way to the dock: through the places of the station, then by the tag.
 
-use core::time::Duration;
+use jde_schema::prelude::*;
+
+use crate::wait::Wait;
 
 /// Where it is on the way to the dock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,17 +19,26 @@ pub(crate) struct Charge {
     passed: usize,
     /// Since when it is on the way to the next one.
     since: Duration,
-    /// When the child that docks was READY or the robot was docked last.
-    ready_at: Duration,
+    /// How long it neither docks nor charges.
+    wait: Wait,
 }
 
 impl Charge {
     pub(crate) fn begin(now: Duration) -> Self {
+        Self::resume(now, 0)
+    }
+
+    /// Goes on behind so many places, as before a reload.
+    pub(crate) fn resume(now: Duration, passed: usize) -> Self {
         Self {
-            passed: 0,
+            passed,
             since: now,
-            ready_at: now,
+            wait: Wait::begin(now),
         }
+    }
+
+    pub(crate) fn passed(&self) -> usize {
+        self.passed
     }
 
     /// Returns where it is, before a dock whose station has so many places.
@@ -45,14 +56,16 @@ impl Charge {
 
     /// Goes on to the next place.
     pub(crate) fn next(&mut self, now: Duration) {
-        (self.passed, self.since, self.ready_at) = (self.passed + 1, now, now);
+        *self = Self::resume(now, self.passed + 1);
     }
 
-    /// Returns whether the child that docks has not been READY for `patience`, and the robot is not docked.
-    pub(crate) fn is_stuck(&mut self, now: Duration, is_ready: bool, patience: Duration) -> bool {
-        if is_ready {
-            self.ready_at = now;
-        }
-        now.saturating_sub(self.ready_at) > patience
+    /// Returns whether it has waited for `patience` before the dock, or at it without being charged.
+    pub(crate) fn is_stuck(&mut self, cx: &Context, dock: &Child, charges: bool, patience: Duration) -> bool {
+        self.wait.ends(cx, dock, charges, patience)
+    }
+
+    /// Begins anew to wait for the dock.
+    pub(crate) fn wait_anew(&mut self, now: Duration) {
+        self.wait = Wait::begin(now);
     }
 }

@@ -7,14 +7,21 @@ mod memory;
 mod panel;
 mod rooms;
 mod task;
+mod wait;
 mod wave;
 
+use jde_motion::arc;
 use jde_schema::prelude::*;
-use jde_schema::types::{BatteryState, ColorBlobs, Persons};
+use jde_schema::types::{BatteryState, ColorBlob, ColorBlobs, Persons};
 
 use charge::{Charge, Step};
 use task::{Task, outcome};
 use wave::Wave;
+
+/// The most time between a picture and the odometry that the velocity bridges, s.
+const BRIDGED: f64 = 0.5;
+/// States of a battery that is not charged: discharging, not charging.
+const NOT_CHARGED: [u8; 2] = [2, 3];
 
 pub use rooms::{Room, Rooms};
 
@@ -24,11 +31,12 @@ pub use rooms::{Room, Rooms};
 /// |---|---|---|
 /// | dock | `approach`, then `dock` | from a charge below `low` until one of `high` |
 /// | lead | `lead` | from a request for a room until the robot is there |
-/// | follow | `follow` | from a wave until its mission ends, or until the next wave |
+/// | follow | `follow` | from a wave until its mission ends, or until that person waves again |
 /// | map | `map` | until the map is closed |
 /// | patrol | `patrol` | always |
 ///
-/// A task is left out whose child is not bound. At the dock no other child is awake. A task that another one interrupts stays due.
+/// A task is left out whose child is not bound. A child that is bound needs the import of its mission. At the dock no other
+/// child is awake. A task that another one interrupts stays due.
 #[derive(Describe)]
 #[schema(motor, period = "200ms", budget = "20ms")]
 pub struct Guide {
@@ -65,14 +73,15 @@ pub struct Guide {
     /// The rooms, in the frame of the map, in the order of a patrol.
     #[modulation(default = Rooms { rooms: Seq::new() })]
     rooms: Modulation<Rooms>,
-    /// The name of a room. Each write asks for that room; an empty one ends leading.
+    /// The name of a room. The application asks for the room that its file states, and each write for another one; an empty
+    /// name ends leading.
     #[modulation(default = "")]
     room: Modulation<Text<28>>,
     /// The places through which it comes to the dock, one after another, in the frame of the map. On the way to the last one it
     /// faces the dock.
     #[modulation(default = Route::EMPTY)]
     station: Modulation<Route>,
-    /// Share of the charge below which it docks.
+    /// Share of the charge below which it docks; less than `high`.
     #[modulation(default = 0.25, min = 0.0, max = 1.0)]
     low: Modulation<f64>,
     /// Share of the charge from which on it leaves the dock.
@@ -84,10 +93,12 @@ pub struct Guide {
     /// How far beside the colour a person may be who waves with it.
     #[modulation(default = 0.3, unit = "rad", min = 0.0, max = 3.2)]
     beside: Modulation<f64>,
-    /// How long a child may not be READY that docks or follows. Then it drives to the station anew, or follows no more.
+    /// How long a child that docks or follows may be awake without being READY, and the robot at the dock without being
+    /// charged. Then it drives to the station anew, or follows no more.
     #[modulation(default = 10.0, unit = "s", min = 0.5, max = 3600.0)]
     patience: Modulation<f64>,
-    /// How many times each task must be done until the mission is done; 0 for no end.
+    /// How many times each task must be done until the mission is done; 0 for no end. The patrol is done once when it has
+    /// reached as many rooms as there are.
     #[modulation(default = 0)]
     rounds: Modulation<u32>,
     /// Where `approach` drives; none while it is not due.
@@ -123,7 +134,7 @@ pub struct Guide {
     /// The person to follow.
     #[modulates(child = "follow", name = "id", optional)]
     person: Modulates<u32>,
-    /// The route of the patrol: all rooms.
+    /// The route of the patrol: all rooms. Without rooms it keeps its own.
     #[modulates(child = "patrol", name = "route", optional)]
     route: Modulates<Route>,
     docking: Task,
@@ -135,13 +146,37 @@ pub struct Guide {
     wave: Wave,
     /// The room that is led to.
     led_to: Option<Room>,
-    /// The sequence number of the last request for a room.
-    asked: u64,
+    /// The sequence number of the last request for a room; `None` before the first iteration.
+    asked: Option<u64>,
     /// The sequence number of the rooms that the patrol has.
     routed: Option<u64>,
 }
 
 impl Schema for Guide {
+    fn awake(&mut self, cx: &Context) -> Result {
+        for (role, child, name, mission) in [
+            ("dock", &self.dock, "docked", &self.docked),
+            ("approach", &self.approach, "approached", &self.approached),
+            ("lead", &self.lead, "led", &self.led),
+            ("follow", &self.follow, "followed", &self.followed),
+            ("map", &self.map, "explored", &self.explored),
+            ("patrol", &self.patrol, "patrolled", &self.patrolled),
+        ] {
+            if is_bound(child, cx) && !mission.is_bound(cx) {
+                let error =
+                    format!("the child `{role}` has no mission here: bind `{name}`, or leave the child out");
+                return Err(error.into());
+            }
+        }
+        let room = self.room.sample(cx);
+        if self.asked.is_none() && !room.is_default() {
+            self.asked = Some(room.sequence());
+        }
+        self.following.wait_anew(cx.now());
+        self.charge.wait_anew(cx.now());
+        Ok(())
+    }
+
     fn iterate(&mut self, cx: &Context) -> Result {
         self.dock(cx);
         self.lead(cx);
@@ -154,13 +189,32 @@ impl Schema for Guide {
     }
 }
 
+impl Inspect for Guide {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let (low, high) = (self.low.get(cx), self.high.get(cx));
+        if low >= high {
+            problems.wrong(
+                &self.high,
+                format!("the robot docks below {low} and leaves at {high}: `high` must be more than `low`"),
+            );
+        }
+        problems.expect(&self.rooms, self.rooms.sample(cx).check());
+    }
+}
+
 impl Guide {
     /// Decides when docking is due, and which of its two children acts.
     fn dock(&mut self, cx: &Context) {
-        let charge = self.battery.get(cx).map(|battery| f64::from(battery.percentage));
-        if let Some(charge) = charge.filter(|charge| *charge < self.low.get(cx) && !self.docking.is_due()) {
-            let reason = format!("the battery is at {:.0} %", 100.0 * charge);
-            self.docking.begin(cx, &reason);
+        let battery = self.battery.get(cx);
+        let charge = battery.as_ref().map(|battery| f64::from(battery.percentage));
+        let (low, high) = (self.low.get(cx), self.high.get(cx));
+        if let Some(charge) = charge
+            && charge < low
+            && !self.docking.is_due()
+            && is_bound(&self.dock, cx)
+        {
+            self.docking
+                .begin(cx, &format!("the battery is at {:.0} %", 100.0 * charge));
             self.charge = Charge::begin(cx.now());
         }
         if !self.docking.is_due() {
@@ -168,10 +222,10 @@ impl Guide {
             return;
         }
         let since = self.charge.since();
-        let station = self.station.get(cx);
-        match self.charge.step(station.poses.len()) {
+        match self.step(cx) {
             Step::Approach(place) => {
-                if let Some(outcome) = outcome(&self.approached, cx, since) {
+                let target = self.place(cx);
+                if let Some(outcome) = outcome(cx, &self.approached, since, target.as_ref()) {
                     if let Err(reason) = outcome {
                         warn!(cx, "does not reach place {} before the dock: {reason}", place + 1);
                     }
@@ -179,113 +233,146 @@ impl Guide {
                 }
             }
             Step::Dock => {
-                let is_there = matches!(outcome(&self.docked, cx, since), Some(Ok(())));
-                if is_there && charge.is_some_and(|charge| charge >= self.high.get(cx)) {
+                let is_there = matches!(outcome(cx, &self.docked, since, None), Some(Ok(())));
+                let charges = is_there && !battery.is_some_and(|battery| is_idle(&battery));
+                if is_there && charge.is_some_and(|charge| charge >= low.max(high)) {
                     self.docking.end(cx, true, "the battery is charged");
-                } else if self.charge.is_stuck(
-                    cx.now(),
-                    is_there || is_ready(&self.dock, cx),
-                    self.patience(cx),
-                ) {
-                    warn!(cx, "cannot dock: it drives to the station anew");
+                } else if self.charge.is_stuck(cx, &self.dock, charges, self.patience(cx)) {
+                    let what = if is_there {
+                        "it does not charge"
+                    } else {
+                        "it cannot dock"
+                    };
+                    warn!(cx, "{what}: it comes to the dock anew");
                     self.charge = Charge::begin(cx.now());
                 }
             }
         }
-        let place = match self.charge.step(station.poses.len()) {
-            Step::Approach(place) if self.docking.is_due() => station.poses.get(place).copied(),
-            Step::Approach(_) | Step::Dock => None,
-        };
+        let place = self.place(cx).filter(|_| self.docking.is_due());
         self.dock_target.write(cx, place.map_or(Target::NONE, Target::at));
+    }
+
+    /// Where it is on the way to the dock. Without the child that drives to the station, it is before the dock at once.
+    fn step(&self, cx: &Context) -> Step {
+        let places = self.station.sample(cx).poses.len();
+        self.charge
+            .step(if is_bound(&self.approach, cx) { places } else { 0 })
+    }
+
+    /// The place of the station to which it drives.
+    fn place(&self, cx: &Context) -> Option<Pose2D> {
+        match self.step(cx) {
+            Step::Approach(place) => self.station.sample(cx).poses.get(place).copied(),
+            Step::Dock => None,
+        }
     }
 
     /// Takes a request for a room, and sees what has become of it.
     fn lead(&mut self, cx: &Context) {
-        let asked = self.room.sample(cx);
-        let sequence = asked.sequence();
-        if core::mem::replace(&mut self.asked, sequence) != sequence && !asked.is_default() {
-            self.ask(cx, asked.as_str(), "an operator");
+        let room = self.room.sample(cx);
+        let is_stated = self.asked.is_none() && !room.is_empty();
+        if self.asked.replace(room.sequence()) != Some(room.sequence()) {
+            if is_stated && room.is_default() {
+                self.ask(cx, room.as_str(), "the application");
+            } else if !room.is_default() {
+                self.ask(cx, room.as_str(), "an operator");
+            }
         }
-        if let Some(outcome) = self.leading.outcome(&self.led, cx) {
+        let place = self.led_to.map(|room| room.place);
+        if let Some(outcome) = self.leading.outcome(cx, &self.led, place.as_ref()) {
             let words = outcome.as_ref().err().map_or("is there", String::as_str);
             self.leading.end(cx, outcome.is_ok(), words);
         }
-        let place = self.led_to.filter(|_| self.leading.is_due());
-        let target = place.map_or(Target::NONE, |room| Target::at(room.place));
-        self.room_target.write(cx, target);
+        let place = place.filter(|_| self.leading.is_due());
+        self.room_target.write(cx, place.map_or(Target::NONE, Target::at));
     }
 
     /// Begins to lead to a room, or ends it for an empty name.
     fn ask(&mut self, cx: &Context, name: &str, by: &str) {
-        self.leading.end(cx, false, "another room is wanted");
         if name.is_empty() {
+            self.leading.end(cx, false, "no room is wanted any more");
             return;
         }
-        self.led_to = self.rooms.get(cx).find(name);
-        if self.led_to.is_some() {
-            self.leading.begin(cx, &format!("{by} asks for `{name}`"));
-        } else {
-            let known = self.rooms.get(cx).names();
+        let rooms = self.rooms.sample(cx);
+        let Some(room) = rooms.find(name) else {
+            let known = rooms.names();
             warn!(cx, "no room is called `{name}`: expected one of {known}");
+            return;
+        };
+        if !is_bound(&self.lead, cx) {
+            warn!(cx, "it leads to no room: the application leaves `lead` out");
+            return;
         }
+        self.leading.end(cx, false, "another room is wanted");
+        self.led_to = Some(room);
+        self.leading.begin(cx, &format!("{by} asks for `{name}`"));
     }
 
     /// Sees who waves, and what has become of following.
     fn follow(&mut self, cx: &Context) {
-        if let Some(outcome) = self.following.outcome(&self.followed, cx) {
+        if !is_bound(&self.follow, cx) {
+            return;
+        }
+        if let Some(outcome) = self.following.outcome(cx, &self.followed, None) {
             let words = outcome.as_ref().err().map_or("arrived", String::as_str);
             self.following.end(cx, outcome.is_ok(), words);
         }
-        let ready = is_ready(&self.follow, cx);
-        if self.following.is_stuck(cx.now(), ready, self.patience(cx)) {
+        let patience = self.patience(cx);
+        if self.following.is_stuck(cx, &self.follow, patience) {
             self.following.end(cx, false, "the person is not there");
         }
         let color = self.color.get(cx);
-        let blobs = self.blobs.get(cx);
-        let seen = blobs
-            .as_ref()
-            .and_then(|blobs| blobs.blobs.iter().find(|blob| blob.color == color));
-        if !self.wave.begins(cx.now(), seen.is_some()) {
+        let Some(blobs) = self.blobs.get(cx) else { return };
+        let is_wave = |blob: &&ColorBlob| blob.color == color;
+        if !self
+            .wave
+            .begins(cx.now(), blobs.blobs.iter().any(|blob| is_wave(&blob)))
+        {
             return;
         }
-        let bearing = seen.map(|blob| blob.bearing);
-        let (Some(bearing), Some(pose), Some(persons)) =
-            (bearing, self.odometry.get(cx), self.persons.get(cx))
-        else {
+        let (Some(odometry), Some(persons)) = (self.odometry.get(cx), self.persons.get(cx)) else {
             return;
         };
-        let person = wave::find(
-            bearing,
-            self.beside.get(cx),
-            &pose.pose2d(),
-            persons.persons.as_slice(),
-        );
-        match person {
-            Some(_) if self.following.is_due() => self.following.end(cx, true, "the person waves again"),
-            Some(id) => {
-                self.person.set(cx, id);
-                self.following.begin(cx, &format!("person {id} waves"));
+        // Where the robot was when the picture was taken.
+        let since = blobs.time().as_secs_f64() - odometry.time().as_secs_f64();
+        let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
+        let robot = odometry.pose2d().transform(&motion);
+        let persons = persons.persons.as_slice();
+        let beside = self.beside.get(cx);
+        let waving = blobs.blobs.iter().filter(is_wave);
+        let mut waving = waving.filter_map(|blob| wave::find(blob.bearing, beside, &robot, persons));
+        if self.following.is_due() {
+            // The number of the person may have changed, and the place has not.
+            let target = self.followed.get(cx).filter(|_| is_ready(&self.follow, cx));
+            let followed = target.and_then(|mission| wave::nearest(&mission.target, persons));
+            if !waving.any(|id| Some(id) == followed) {
+                return;
             }
-            None => return,
+            self.following.end(cx, true, "the person waves again");
+        } else {
+            let Some(id) = waving.next() else { return };
+            self.person.set(cx, id);
+            self.following.begin(cx, &format!("person {id} waves"));
         }
         self.wave.take(cx.now());
     }
 
     fn map(&mut self, cx: &Context) {
-        if self.mapping.done() == 0 && !self.mapping.is_due() && self.map.status(cx).is_some() {
+        if self.mapping.done() == 0 && !self.mapping.is_due() && is_bound(&self.map, cx) {
             self.mapping.begin(cx, "the map is not closed");
         }
-        if let Some(Ok(())) = self.mapping.outcome(&self.explored, cx) {
+        if let Some(Ok(())) = self.mapping.outcome(cx, &self.explored, None) {
             self.mapping.end(cx, true, "the map is closed");
         }
     }
 
     fn patrol(&mut self, cx: &Context) {
         let rooms = self.rooms.sample(cx);
-        if self.routed.replace(rooms.sequence()) != Some(rooms.sequence()) {
+        let is_new = self.routed.replace(rooms.sequence()) != Some(rooms.sequence());
+        if is_new && !rooms.rooms.is_empty() {
             self.route.set(cx, rooms.route());
         }
-        if !self.patrolling.is_due() && self.patrol.status(cx).is_some() {
+        if !self.patrolling.is_due() && is_bound(&self.patrol, cx) {
             self.patrolling.begin(cx, "nothing else is to be done");
         }
         let reached = self.patrolled.get(cx).map_or(0, |mission| mission.reached);
@@ -296,18 +383,9 @@ impl Guide {
 
     /// Wakes the children whose tasks are due, and no others.
     fn wake(&self, cx: &Context) {
-        let places = self.station.sample(cx).poses.len();
-        let docks = self.docking.is_due() && self.charge.step(places) == Step::Dock;
-        let due = |task: &Task| task.is_due() && !docks;
-        for (child, is_due) in [
-            (&self.dock, docks),
-            (&self.approach, due(&self.docking)),
-            (&self.lead, due(&self.leading)),
-            (&self.follow, due(&self.following)),
-            (&self.map, due(&self.mapping)),
-            (&self.patrol, due(&self.patrolling)),
-        ] {
-            if is_due {
+        let docks = self.docking.is_due() && self.step(cx) == Step::Dock;
+        for (name, child, task) in self.children() {
+            if task.is_due() && (name == "dock") == docks {
                 child.wake(cx);
             } else if child.state(cx) != State::Slept {
                 child.sleep(cx);
@@ -316,24 +394,21 @@ impl Guide {
     }
 
     fn report(&mut self, cx: &Context) {
-        let words = self.words();
+        let words = self.words(cx);
         let rounds = self.rounds.get(cx);
-        let bound: Vec<u32> = self
-            .tasks()
-            .into_iter()
-            .filter(|(_, child, _)| child.status(cx).is_some())
-            .map(|(_, _, task)| task.done())
-            .collect();
-        let is_done = rounds > 0 && bound.iter().all(|done| *done >= rounds);
+        let has_rooms = !self.rooms.sample(cx).rooms.is_empty();
+        let tasks = self.tasks(cx).filter(|(name, ..)| has_rooms || *name != "patrol");
+        let done: Vec<u32> = tasks.map(|(_, _, task)| task.done()).collect();
+        let is_done = rounds > 0 && !done.is_empty() && done.iter().all(|done| *done >= rounds);
         self.mission.write(
             cx,
             Mission {
                 state: if is_done { Mission::DONE } else { Mission::RUNNING },
-                reached: bound
+                reached: done
                     .iter()
                     .map(|done| if rounds > 0 { *done.min(&rounds) } else { *done })
                     .sum(),
-                total: rounds.saturating_mul(bound.len() as u32),
+                total: rounds.saturating_mul(done.len() as u32),
                 note: Text::truncated(&words),
                 ..Mission::default()
             },
@@ -341,10 +416,11 @@ impl Guide {
         self.state.write(cx, Text::truncated(&words));
     }
 
-    /// The tasks in the order in which they precede, with the child that shows whether a task is bound.
-    fn tasks(&self) -> [(&'static str, &Child, &Task); 5] {
+    /// The children with their tasks, in the order in which they precede.
+    fn children(&self) -> [(&'static str, &Child, &Task); 6] {
         [
             ("dock", &self.dock, &self.docking),
+            ("approach", &self.approach, &self.docking),
             ("lead", &self.lead, &self.leading),
             ("follow", &self.follow, &self.following),
             ("map", &self.map, &self.mapping),
@@ -352,10 +428,17 @@ impl Guide {
         ]
     }
 
+    /// The tasks that are not left out.
+    fn tasks(&self, cx: &Context) -> impl Iterator<Item = (&'static str, &Child, &Task)> {
+        let children = self.children().into_iter();
+        children.filter(|(name, child, _)| *name != "approach" && is_bound(child, cx))
+    }
+
     /// The tasks that are due, each with its reason.
-    fn words(&self) -> String {
-        let due = self.tasks().into_iter();
-        let due = due.filter_map(|(name, _, task)| Some(format!("{name}: {}", task.reason()?)));
+    fn words(&self, cx: &Context) -> String {
+        let due = self
+            .tasks(cx)
+            .filter_map(|(name, _, task)| Some(format!("{name}: {}", task.reason()?)));
         due.collect::<Vec<_>>().join("; ")
     }
 
@@ -364,23 +447,27 @@ impl Guide {
     }
 }
 
+fn is_bound(child: &Child, cx: &Context) -> bool {
+    child.status(cx).is_some()
+}
+
 fn is_ready(child: &Child, cx: &Context) -> bool {
     matches!(child.state(cx), State::Ready | State::Winner)
 }
 
+/// Whether a battery says that it is not charged.
+fn is_idle(battery: &BatteryState) -> bool {
+    NOT_CHARGED.contains(&battery.power_supply_status) || battery.current < 0.0
+}
+
 impl Arbitrate for Guide {
     fn arbitrate(&mut self, _: &Context, level: &Level) -> Result<Verdict> {
-        let candidates = [
-            (&self.dock, &self.docking),
-            (&self.approach, &self.docking),
-            (&self.lead, &self.leading),
-            (&self.follow, &self.following),
-            (&self.map, &self.mapping),
-            (&self.patrol, &self.patrolling),
-        ];
-        let first = candidates.into_iter().find(|(child, _)| level.is_ready(child));
+        let first = self
+            .children()
+            .into_iter()
+            .find(|(_, child, _)| level.is_ready(child));
         Ok(match first {
-            Some((child, task)) => Verdict::choose(child, task.reason().unwrap_or("it is due no more")),
+            Some((_, child, task)) => Verdict::choose(child, task.reason().unwrap_or("it is due no more")),
             None => Verdict::nobody("no child is ready"),
         })
     }

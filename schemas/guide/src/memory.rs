@@ -1,18 +1,22 @@
-//! The state kept across a reload: how often each task was done. What was due begins anew.
+//! The state kept across a reload: how often each task was done, and what is due.
 
 use jde_schema::prelude::*;
 
 use super::Guide;
+use crate::charge::Charge;
 
 impl Memory for Guide {
     fn save(&self, _: &Context, saving: &mut Saving) {
         for task in [&self.docking, &self.leading, &self.following, &self.mapping] {
             saving.put(&task.done());
+            saving.put_text(task.reason().unwrap_or_default());
         }
-        saving.put(&self.asked);
+        saving.put(&(self.charge.passed() as u64));
+        saving.put(&self.led_to.unwrap_or_default());
+        saving.put(&self.asked.unwrap_or_default());
     }
 
-    fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
+    fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
         for task in [
             &mut self.docking,
             &mut self.leading,
@@ -20,8 +24,16 @@ impl Memory for Guide {
             &mut self.mapping,
         ] {
             task.set_done(saved.take()?);
+            let reason = saved.take_text()?;
+            if !reason.is_empty() {
+                task.resume(cx, reason);
+            }
         }
-        self.asked = saved.take()?;
+        self.charge = Charge::resume(cx.now(), saved.take::<u64>()? as usize);
+        self.led_to = Some(saved.take()?);
+        self.asked = Some(saved.take()?);
+        // Who waves now has waved before.
+        self.wave.take(cx.now());
         Ok(())
     }
 }

@@ -10,11 +10,9 @@ const ROOM: &str = "room ";
 impl Panel for Guide {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
         pen.heading("Guide");
-        for (name, child, task) in self.tasks() {
-            if child.status(cx).is_some() {
-                let reason = task.reason().map_or("not due", |reason| reason);
-                pen.text(format!("{name}: {reason}; done {}", task.done()));
-            }
+        for (name, _, task) in self.tasks(cx) {
+            let reason = task.reason().unwrap_or("not due");
+            pen.text(format!("{name}: {reason}; done {}", task.done()));
         }
         if let Some(battery) = self.battery.get(cx) {
             pen.value("battery", 100.0 * f64::from(battery.percentage), "%");

@@ -34,6 +34,21 @@ impl Rooms {
         names.collect::<Vec<_>>().join(", ")
     }
 
+    /// # Errors
+    /// A room without a name, or two rooms of one name.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        for (index, room) in self.rooms.iter().enumerate() {
+            let name = room.name.as_str();
+            if name.is_empty() {
+                return Err(format!("room {} has no name: give it one", index + 1));
+            }
+            if self.rooms[..index].iter().any(|other| other.name == room.name) {
+                return Err(format!("two rooms are called `{name}`: rename one"));
+            }
+        }
+        Ok(())
+    }
+
     /// Returns a route through all rooms.
     pub(crate) fn route(&self) -> Route {
         Route {

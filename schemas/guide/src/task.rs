@@ -2,6 +2,8 @@
 
 use jde_schema::prelude::*;
 
+use crate::wait::Wait;
+
 /// A task of the guide.
 #[derive(Debug, Default)]
 pub(crate) struct Task {
@@ -13,8 +15,7 @@ pub(crate) struct Task {
 struct Due {
     since: Duration,
     reason: String,
-    /// When its child was READY last.
-    ready_at: Duration,
+    wait: Wait,
 }
 
 impl Task {
@@ -39,10 +40,15 @@ impl Task {
     /// Makes it due.
     pub(crate) fn begin(&mut self, cx: &Context, reason: &str) {
         info!(cx, "{reason}");
+        self.resume(cx, reason);
+    }
+
+    /// Makes it due again, as before a reload.
+    pub(crate) fn resume(&mut self, cx: &Context, reason: &str) {
         self.due = Some(Due {
             since: cx.now(),
             reason: reason.to_owned(),
-            ready_at: cx.now(),
+            wait: Wait::begin(cx.now()),
         });
     }
 
@@ -57,30 +63,43 @@ impl Task {
         }
     }
 
-    /// Returns what has become of it since it is due: done, or failed for a reason. `None` while it is under way.
-    pub(crate) fn outcome(&self, mission: &Import<Mission>, cx: &Context) -> Option<Result<(), String>> {
-        outcome(mission, cx, self.due.as_ref()?.since)
+    /// Returns what has become of it since it is due, at `place` if it has one: done, or failed for a reason. `None` while
+    /// it is under way.
+    pub(crate) fn outcome(
+        &self,
+        cx: &Context,
+        mission: &Import<Mission>,
+        place: Option<&Pose2D>,
+    ) -> Option<Result<(), String>> {
+        outcome(cx, mission, self.due.as_ref()?.since, place)
     }
 
-    /// Returns whether its child has not been READY for `patience`.
-    pub(crate) fn is_stuck(&mut self, now: Duration, is_ready: bool, patience: Duration) -> bool {
-        let Some(due) = &mut self.due else {
-            return false;
-        };
-        if is_ready {
-            due.ready_at = now;
+    /// Returns whether its child has been awake for `patience` without being READY.
+    pub(crate) fn is_stuck(&mut self, cx: &Context, child: &Child, patience: Duration) -> bool {
+        let due = self.due.as_mut();
+        due.is_some_and(|due| due.wait.ends(cx, child, false, patience))
+    }
+
+    /// Begins anew to wait for its child.
+    pub(crate) fn wait_anew(&mut self, now: Duration) {
+        if let Some(due) = &mut self.due {
+            due.wait = Wait::begin(now);
         }
-        now.saturating_sub(due.ready_at) > patience
     }
 }
 
-/// Returns how a mission has ended after `since`. An older value is of an earlier time that the task was due.
+/// Returns how a mission has ended after `since`, at `place` if it has one. An older value, or one for another place, is of
+/// something else.
 pub(crate) fn outcome(
-    mission: &Import<Mission>,
     cx: &Context,
+    mission: &Import<Mission>,
     since: Duration,
+    place: Option<&Pose2D>,
 ) -> Option<Result<(), String>> {
     let mission = mission.get(cx).filter(|mission| mission.time() > since)?;
+    if place.is_some_and(|place| mission.target != *place) {
+        return None;
+    }
     match mission.state {
         Mission::DONE => Some(Ok(())),
         Mission::FAILED => Some(Err(mission.note.as_str().to_owned())),

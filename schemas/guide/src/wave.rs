@@ -46,11 +46,25 @@ impl Wave {
 /// Returns the number of the person whose direction from a robot is nearest to `bearing`, and at most `beside` from it.
 pub(crate) fn find(bearing: f64, beside: f64, robot: &Pose2D, persons: &[Person]) -> Option<u32> {
     let off = |person: &Person| {
-        let place = robot.localize(&Pose2D::new(person.position.x, person.position.y, 0.0));
+        let place = robot.localize(&place(person));
         normalize_angle(place.y.atan2(place.x) - bearing).abs()
     };
-    let near = persons.iter().map(|person| (off(person), person.id));
-    near.filter(|(off, _)| *off <= beside)
+    least(persons, off, beside)
+}
+
+/// Returns the number of the person who is nearest to `target`.
+pub(crate) fn nearest(target: &Pose2D, persons: &[Person]) -> Option<u32> {
+    least(persons, |person| place(person).distance_to(target), f64::MAX)
+}
+
+fn place(person: &Person) -> Pose2D {
+    Pose2D::new(person.position.x, person.position.y, 0.0)
+}
+
+fn least(persons: &[Person], measure: impl Fn(&Person) -> f64, most: f64) -> Option<u32> {
+    let measured = persons.iter().map(|person| (measure(person), person.id));
+    measured
+        .filter(|(value, _)| *value <= most)
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, id)| id)
 }
