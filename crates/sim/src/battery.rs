@@ -28,7 +28,7 @@ pub struct Battery {
     pub voltage: f64,
     /// The remaining part of the capacity, from 0 to 1.
     pub charge: f64,
-    /// Amperes; negative while it discharges.
+    /// Amperes; negative while it discharges, 0 while it is full on a charger.
     pub current: f64,
     /// Ampere hours of a full battery.
     pub capacity: f64,
@@ -54,6 +54,9 @@ impl Battery {
         let draw = IDLE + motion + if stalled { STALLED } else { 0.0 };
         self.current = supply - draw;
         self.charge = (self.charge + self.current * dt / 3600.0 / self.capacity).clamp(0.0, 1.0);
+        if self.charge >= 1.0 {
+            self.current = self.current.min(0.0);
+        }
         self.voltage = EMPTY_VOLTS + (FULL_VOLTS - EMPTY_VOLTS) * self.charge + RESISTANCE * self.current;
     }
 }

@@ -76,7 +76,7 @@ pub struct Robot {
     /// Greatest change of speed per second; negative for that of the file.
     #[modulation(default = -1.0, unit = "m/s2", fixed)]
     acceleration: Modulation<f64>,
-    /// Charge of a full battery; negative for that of the file. A robot without a battery has this one.
+    /// Charge of a full battery; negative for the 21.6 Ah of a Pioneer. A robot without a battery gets one.
     #[modulation(default = -1.0, unit = "Ah", fixed)]
     battery_capacity: Modulation<f64>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car

@@ -14,6 +14,7 @@ use crate::{Robot, laser, scenery};
 /// Values of `BatteryState` for a battery in good health.
 const CHARGING: u8 = 1;
 const DISCHARGING: u8 = 2;
+const FULL: u8 = 4;
 const GOOD: u8 = 1;
 
 impl Robot {
@@ -156,10 +157,12 @@ impl Robot {
                 capacity: battery.capacity as f32,
                 design_capacity: battery.capacity as f32,
                 percentage: battery.charge as f32,
-                power_supply_status: if battery.current > 0.0 {
+                power_supply_status: if battery.current < 0.0 {
+                    DISCHARGING
+                } else if battery.charge < 1.0 {
                     CHARGING
                 } else {
-                    DISCHARGING
+                    FULL
                 },
                 power_supply_health: GOOD,
                 present: true.into(),

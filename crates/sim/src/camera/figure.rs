@@ -47,9 +47,11 @@ impl Renderer<'_> {
             );
         }
         // A ball in either hand, so that one is seen from every side.
-        for (side, signal) in [1.0, -1.0].into_iter().zip(raises.into_iter().cycle()) {
-            let at = pose.compose(Pose2::new(0.0, side * 1.3 * radius, 0.0));
-            self.add_ball([at.x, at.y, 0.62 * height], 0.06 * height, signal);
+        if let Some(signal) = raises {
+            for side in [1.0, -1.0] {
+                let at = pose.compose(Pose2::new(0.0, side * 1.3 * radius, 0.0));
+                self.add_ball([at.x, at.y, 0.62 * height], 0.06 * height, signal);
+            }
         }
         self.add_outline(
             disc(pose, [0.0, 0.0], 0.22 * radius),

@@ -118,9 +118,13 @@ impl World {
     }
 
     fn signal(&mut self, name: &str, raised: bool) -> Result<(), WorldError> {
-        let mut people = self.movers.iter_mut().filter(|mover| mover.person().is_some());
-        if let Some(person) = people.find(|person| person.name() == name) {
+        let people = self.movers.iter_mut().filter(|mover| mover.person().is_some());
+        let mut found = false;
+        for person in people.filter(|person| person.name() == name) {
             person.signal(raised);
+            found = true;
+        }
+        if found {
             return Ok(());
         }
         let people = self.movers.iter().filter(|mover| mover.person().is_some());

@@ -317,6 +317,17 @@ fn a_person_who_raises_a_colour_shows_it_on_every_side_until_it_is_lowered() {
 }
 
 #[test]
+fn all_people_of_a_name_raise_their_colour() {
+    let anna = |way| format!("{{ name = 'anna', way = {way}, speed = 0, signal = '#00ff00' }}");
+    let (behind, ahead) = (anna("[[-3, 0], [-4, 0]]"), anna("[[3, 0], [2, 0]]"));
+    let (mut world, robot) = world_with(&format!("people = [{behind}, {ahead}]"));
+    for edit in Edits::parse("{ raise = 'anna' }").unwrap().edits {
+        world.edit(robot, &edit).unwrap();
+    }
+    assert!(take_picture(&world, robot, &camera()).blob(green).1 > 100);
+}
+
+#[test]
 fn a_picture_shows_a_ball_at_its_new_position_after_a_push() {
     let (mut world, robot) =
         world_with("balls = [{ center = [0.6, 0.1], radius = 0.11, color = '#ff0000' }]");

@@ -259,7 +259,8 @@ fn a_robot_charges_on_a_charger_alone_until_its_battery_is_full() {
     let gained = (charging.charge - idle.charge) * charging.capacity * 3600.0;
     assert!((gained - charging.current).abs() < 0.1, "{gained} As in a second");
     world.advance_to(200 * SECOND);
-    assert_eq!(world.battery(robot).charge, 1.0);
+    let full = world.battery(robot);
+    assert_eq!((full.charge, full.current), (1.0, 0.0));
     world.place(robot, Pose2::new(2.11, 1.0, 0.0)).unwrap();
     world.advance_to(201 * SECOND);
     assert!(world.battery(robot).charge < 1.0);

@@ -202,6 +202,18 @@ fn numbers_of_the_application_replace_those_of_the_file() {
 }
 
 #[test]
+fn a_full_battery_on_a_charger_is_reported_full() {
+    let (_folder, path) = file(&format!(
+        "chargers = [{{ place = [2, 3], current = 10 }}]\n{ROOM}"
+    ));
+    let mut robot = Robot::awake(&path, "bench");
+    robot.idle(0.5);
+    let battery: BatteryState = robot.bench.exported("battery").expect("it has iterated");
+    let status = battery.power_supply_status;
+    assert_eq!((status, battery.percentage, battery.current), (4, 1.0, 0.0));
+}
+
+#[test]
 fn a_file_beside_the_application_is_a_robot_and_its_faults_are_reported() {
     let (folder, path) = file(ROOM);
     let model = folder.path().join("mine.toml");
