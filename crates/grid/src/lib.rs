@@ -35,7 +35,7 @@ mod span;
 mod way_out;
 
 pub use costmap::{Costmap, Inflation, InflationError};
-pub use coverage::{Covered, Floor, Stroke};
+pub use coverage::{CellSet, Floor, Stroke};
 pub use distance::{Distances, NO_SOURCE, squared_distances};
 pub use field::Field;
 pub use frontier::frontiers;

@@ -1,4 +1,4 @@
-//! Coverage of a floor by a tool: contours and lanes side by side, nearest first, until all that can be reached is covered. It
+//! Coverage of a floor by a tool: contours and tracks side by side, nearest first, until all that can be reached is covered. It
 //! exports a path, and leaves driving to others.
 
 mod memory;
@@ -6,7 +6,7 @@ mod panel;
 mod stroke;
 
 use jde_grid::{
-    Cell, Costmap, Covered, Floor, Geometry, Inflation, Occupancy, OccupancyGrid as Grid, PlanError, Prices,
+    Cell, CellSet, Costmap, Floor, Geometry, Inflation, Occupancy, OccupancyGrid as Grid, PlanError, Prices,
     Unknown, nearest_open, walk,
 };
 use jde_schema::prelude::*;
@@ -22,7 +22,7 @@ const SETTLED: Duration = Duration::from_secs(2);
 /// Exports one path after another, along which a robot covers the floor of a map with a round tool.
 ///
 /// The floor is where the tool comes from all places that the robot can reach. It drives along the contour of these places and along
-/// lanes, each where the tool covers something new, the nearest first. Where a map grows, so does the floor. Where the robot comes no
+/// tracks, each where the tool covers something new, the nearest first. Where a map grows, so does the floor. Where the robot comes no
 /// nearer for `patience`, it takes the place ahead for an obstacle, and the mission says so. The mission is done when nothing is left.
 #[derive(Describe)]
 #[schema(perceptive, period = "200ms", budget = "400ms")]
@@ -39,7 +39,7 @@ pub struct Cover {
     /// Width of the tool, whose middle is that of the base.
     #[modulation(default = 0.3, unit = "m", min = 0.05, max = 5.0)]
     width: Modulation<f64>,
-    /// The share of the width by which neighbouring lanes overlap.
+    /// The share of the width by which neighbouring tracks overlap.
     #[modulation(default = 0.2, min = 0.0, max = 0.9)]
     overlap: Modulation<f64>,
     /// The share of the tool that must be over something new for a place to be driven to.
@@ -66,7 +66,7 @@ pub struct Cover {
     /// The area that is covered.
     #[export(unit = "m2")]
     area: Export<f64>,
-    tracks: Option<Tracks>,
+    marks: Option<Marks>,
     stroke: Option<Driven>,
     /// The floor as it was at the last plan, with what is left out.
     floor: Option<Floor>,
@@ -86,10 +86,10 @@ pub struct Cover {
 /// What a plan depends on, beside what is covered: the number of the map, how many places are left out, and the modulations.
 type Basis = (u64, usize, [f64; 4]);
 
-/// What was covered, and which lines were driven along.
-struct Tracks {
-    covered: Covered,
-    done: Covered,
+/// The cells that were covered, and those of the lines that were driven along.
+struct Marks {
+    covered: CellSet,
+    driven: CellSet,
 }
 
 impl Schema for Cover {
@@ -148,19 +148,19 @@ impl Cover {
         let map = self.map.get(cx).ok_or("there is no map")?;
         let robot = self.robot(cx).ok_or("the place of the robot is not known")?;
         let geometry = geometry(&map)?;
-        let tracks = self.tracks.get_or_insert_with(|| Tracks {
-            covered: Covered::none(geometry),
-            done: Covered::none(geometry),
+        let marks = self.marks.get_or_insert_with(|| Marks {
+            covered: CellSet::none(geometry),
+            driven: CellSet::none(geometry),
         });
-        tracks.covered.follow(geometry);
-        tracks.done.follow(geometry);
+        marks.covered.follow(geometry);
+        marks.driven.follow(geometry);
         let from = self.last.filter(|last| last.distance_to(&robot) < JUMP);
         let from = from.unwrap_or_else(|| {
             self.exhausted = None;
             robot
         });
         let radius = self.width.get(cx) / 2.0;
-        tracks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
+        marks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
         self.last = Some(robot);
         let patience = Duration::from_secs_f64(self.patience.get(cx));
         if let Some(stroke) = &mut self.stroke {
@@ -175,7 +175,7 @@ impl Cover {
                 self.stroke = None;
             } else if stroke.is_at_end() {
                 for &cell in stroke.cells() {
-                    tracks.done.sweep(cell, cell, geometry.resolution() / 2.0);
+                    marks.driven.sweep(cell, cell, geometry.resolution() / 2.0);
                 }
                 self.strokes += 1;
                 self.stroke = None;
@@ -218,9 +218,9 @@ impl Cover {
         let tool = core::f64::consts::PI * (width / 2.0).powi(2);
         let least = (self.least.get(cx) * tool).ceil() as usize;
         let next = self
-            .tracks
+            .marks
             .as_ref()
-            .and_then(|tracks| floor.next(&tracks.covered, &tracks.done, least));
+            .and_then(|marks| floor.next(&marks.covered, &marks.driven, least));
         self.stroke = next.map(|stroke| Driven::new(stroke, &geometry, cx.now()));
         if self.left_out.is_empty() {
             self.floor = Some(floor);
@@ -251,10 +251,10 @@ impl Cover {
 
     /// Exports how much of the floor is covered.
     fn measure(&mut self, cx: &Context) {
-        let (Some(tracks), Some(floor)) = (&self.tracks, &self.floor) else {
+        let (Some(marks), Some(floor)) = (&self.marks, &self.floor) else {
             return;
         };
-        if let Some((covered, all)) = floor.share(&tracks.covered) {
+        if let Some((covered, all)) = floor.share(&marks.covered) {
             let area = |cells: usize| cells as f64 * floor.geometry().resolution().powi(2);
             self.areas = (area(covered), area(all));
             self.covered.write(cx, covered as f64 / all.max(1) as f64);

@@ -1,9 +1,9 @@
 //! The state kept across a reload: what was covered, which lines were driven along, and what was left out.
 
-use jde_grid::{Covered, Geometry};
+use jde_grid::{CellSet, Geometry};
 use jde_schema::prelude::*;
 
-use super::{Cover, Tracks};
+use super::{Cover, Marks};
 
 impl Memory for Cover {
     fn save(&self, _: &Context, saving: &mut Saving) {
@@ -11,8 +11,8 @@ impl Memory for Cover {
         saving.put(&Flag::from(self.is_done));
         let places: Vec<_> = self.left_out.iter().map(|&(x, y)| [x, y]).collect();
         saving.put_all(&places);
-        // Without tracks, the map has no cells.
-        let Some(Tracks { covered, done }) = &self.tracks else {
+        // Without any, the map has no cells.
+        let Some(Marks { covered, driven }) = &self.marks else {
             saving.put(&[0_u32, 0]);
             return;
         };
@@ -21,7 +21,7 @@ impl Memory for Cover {
         saving.put(&[geometry.width(), geometry.height()]);
         saving.put(&[geometry.resolution(), x, y, yaw]);
         saving.put_all(&covered.to_bits());
-        saving.put_all(&done.to_bits());
+        saving.put_all(&driven.to_bits());
     }
 
     fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
@@ -35,12 +35,12 @@ impl Memory for Cover {
         }
         let [resolution, x, y, yaw] = saved.take()?;
         let geometry = Geometry::new(width, height, resolution, (x, y, yaw))?;
-        let mut covered = || -> Result<_> {
+        let mut cells = || -> Result<_> {
             let bits: Vec<u8> = saved.take_all()?;
-            Ok(Covered::from_bits(geometry, &bits).ok_or("the saved floor has another size")?)
+            Ok(CellSet::from_bits(geometry, &bits).ok_or("the saved floor has another size")?)
         };
-        let (covered, done) = (covered()?, covered()?);
-        self.tracks = Some(Tracks { covered, done });
+        let (covered, driven) = (cells()?, cells()?);
+        self.marks = Some(Marks { covered, driven });
         Ok(())
     }
 }

@@ -17,8 +17,8 @@ impl Panel for Cover {
             pen.value("strokes", f64::from(self.strokes), "");
         });
         pen.canvas("map").show(|area| {
-            if let Some(tracks) = &self.tracks {
-                area.points(tracks.covered.places(MOST_CELLS))
+            if let Some(marks) = &self.marks {
+                area.points(marks.covered.places(MOST_CELLS))
                     .ink(Ink::Seen)
                     .width(3.0);
             }
@@ -51,8 +51,7 @@ impl Panel for Cover {
         pen.row(|pen| {
             pen.button("again", "Try again what was left out")
                 .enabled(!self.left_out.is_empty());
-            pen.button("anew", "Cover all anew")
-                .enabled(self.tracks.is_some());
+            pen.button("anew", "Cover all anew").enabled(self.marks.is_some());
         });
     }
 
@@ -61,13 +60,13 @@ impl Panel for Cover {
         if gesture.pressed("again") {
             self.left_out.clear();
             self.exhausted = None;
-            if let Some(tracks) = &mut self.tracks {
-                tracks.done.clear();
+            if let Some(marks) = &mut self.marks {
+                marks.driven.clear();
             }
             info!(cx, "{by} has what was left out tried again");
         } else if gesture.pressed("anew") {
             self.left_out.clear();
-            (self.tracks, self.stroke, self.exhausted) = (None, None, None);
+            (self.marks, self.stroke, self.exhausted) = (None, None, None);
             self.strokes = 0;
             info!(cx, "{by} has all covered anew");
         }

@@ -56,7 +56,7 @@ pub struct Navigate {
     #[modulation(default = 0.3, unit = "m", min = 0.01)]
     tolerance: Modulation<f64>,
     /// How far from a target that no way reaches the path may end. At its end the target then counts as reached.
-    /// From a value above 0 on, the planner has it as its `tolerance`, whatever the file states there.
+    /// A value above 0 replaces the `tolerance` of the planner.
     #[modulation(default = 0.0, unit = "m", min = 0.0, max = 5.0)]
     nearby: Modulation<f64>,
     /// Time for which it may lead without getting nearer to a target, which then counts as out of reach; 0

@@ -1,5 +1,5 @@
-//! Coverage of a floor by a round tool: lanes side by side with the contours of what is free, each driven where it is still needed,
-//! nearest first (lanes and backtracking after Gonzalez et al., "BSA: a complete coverage algorithm", 2005, and Viet et al., "BA*: an
+//! Coverage of a floor by a round tool: tracks side by side with the contours of what is free, each driven where it is still needed,
+//! nearest first (tracks and backtracking after Gonzalez et al., "BSA: a complete coverage algorithm", 2005, and Viet et al., "BA*: an
 //! online complete coverage algorithm for cleaning robots", 2013). It knows no robot, and commands nothing.
 
 use crate::costmap::{Costmap, LETHAL};
@@ -24,15 +24,15 @@ const AROUND: [(i32, i32); 8] = [
 /// What distances may lose by rounding, in cells: a cell at the very edge of the tool belongs to it.
 const ROUNDING: f64 = 1e-9;
 
-/// What has been covered, cell by cell.
+/// A set of cells of a map: what has been covered, or driven along.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Covered {
+pub struct CellSet {
     geometry: Geometry,
     cells: Vec<bool>,
 }
 
-impl Covered {
-    /// Returns that nothing is covered.
+impl CellSet {
+    /// Returns the empty set.
     #[must_use]
     pub fn none(geometry: Geometry) -> Self {
         Self {
@@ -41,13 +41,13 @@ impl Covered {
         }
     }
 
-    /// Returns what [`Self::to_bits`] returned as covered; `None` if it has another size.
+    /// Returns the set of which [`Self::to_bits`] returned these; `None` if they are of a map of another size.
     #[must_use]
     pub fn from_bits(geometry: Geometry, bits: &[u8]) -> Option<Self> {
-        let is_covered = |index: usize| (bits[index / 8] >> (index % 8)) & 1 == 1;
+        let is_in = |index: usize| (bits[index / 8] >> (index % 8)) & 1 == 1;
         (bits.len() == geometry.cells().div_ceil(8)).then(|| Self {
             geometry,
-            cells: (0..geometry.cells()).map(is_covered).collect(),
+            cells: (0..geometry.cells()).map(is_in).collect(),
         })
     }
 
@@ -58,7 +58,7 @@ impl Covered {
             cells
                 .iter()
                 .rev()
-                .fold(0, |byte, &covered| (byte << 1) | u8::from(covered))
+                .fold(0, |byte, &is_in| (byte << 1) | u8::from(is_in))
         };
         self.cells.chunks(8).map(byte).collect()
     }
@@ -83,7 +83,7 @@ impl Covered {
         }
     }
 
-    /// Covers the cells whose centre is within `radius` of the line between two places, all in metres.
+    /// Adds the cells whose centre is within `radius` of the line between two places, all in metres.
     pub fn sweep(&mut self, from: (f64, f64), to: (f64, f64), radius: f64) {
         let geometry = self.geometry;
         let (a, b) = (geometry.to_grid(from), geometry.to_grid(to));
@@ -101,12 +101,12 @@ impl Covered {
         }
     }
 
-    /// Makes nothing covered.
+    /// Removes all cells.
     pub fn clear(&mut self) {
         self.cells.fill(false);
     }
 
-    /// Returns the centres of covered cells in metres; of more than `most`, only every so many.
+    /// Returns the centres of its cells in metres; of more than `most`, only every so many.
     pub fn places(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
         let cells = self.cells.iter().enumerate().filter(|(_, covered)| **covered);
         let step = cells.clone().count().div_ceil(most.max(1)).max(1);
@@ -126,7 +126,7 @@ pub struct Floor {
     field: Field,
     /// The cells that the tool reaches.
     cells: Vec<bool>,
-    /// The cells of the lanes, and those of the contours.
+    /// The cells of the tracks, and those of the contours.
     lines: Vec<Line>,
     /// The radius of the tool, in cells.
     radius: f64,
@@ -137,8 +137,8 @@ pub struct Floor {
 enum Line {
     /// Nothing that is driven along.
     None,
-    /// A lane.
-    Lane,
+    /// A track.
+    Track,
     /// A contour: beside it the robot cannot be.
     Contour,
 }
@@ -153,7 +153,7 @@ pub struct Stroke {
 }
 
 impl Floor {
-    /// Returns the floor around a robot whose tool has this radius, with lanes at this distance; both in cells. The robot is at
+    /// Returns the floor around a robot whose tool has this radius, with tracks at this distance; both in cells. The robot is at
     /// `start`, and can be where the costs have a price.
     ///
     /// Takes a field of the whole map.
@@ -182,7 +182,7 @@ impl Floor {
         let open = |cell: Option<Cell>| {
             cell.is_some_and(|cell| geometry.contains(cell) && is_open[geometry.index(cell)])
         };
-        // The fewer lanes there are, the fewer turns: they lead along the longer runs.
+        // The fewer tracks there are, the fewer turns: they lead along the longer runs.
         let begins = |dx: i32, dy: i32| {
             let begins = |index: &usize| is_open[*index] && !open(geometry.cell(*index).offset(dx, dy));
             (0..geometry.cells()).filter(begins).count()
@@ -196,7 +196,7 @@ impl Floor {
             } else if AROUND.iter().any(|&(x, y)| !open(cell.offset(x, y))) {
                 Line::Contour
             } else if across % distance.max(1) == 0 {
-                Line::Lane
+                Line::Track
             } else {
                 Line::None
             }
@@ -218,7 +218,7 @@ impl Floor {
 
     /// Returns how many cells of the floor are covered, and how many there are; `None` if the map of `covered` is another one.
     #[must_use]
-    pub fn share(&self, covered: &Covered) -> Option<(usize, usize)> {
+    pub fn share(&self, covered: &CellSet) -> Option<(usize, usize)> {
         let floor = self.cells.iter().zip(&covered.cells).filter(|(floor, _)| **floor);
         let done = floor.clone().filter(|(_, covered)| **covered).count();
         (covered.geometry == self.geometry).then(|| (done, floor.count()))
@@ -230,7 +230,7 @@ impl Floor {
     /// # Panics
     /// If `covered` or `done` has another geometry.
     #[must_use]
-    pub fn next(&mut self, covered: &Covered, done: &Covered, least: usize) -> Option<Stroke> {
+    pub fn next(&mut self, covered: &CellSet, done: &CellSet, least: usize) -> Option<Stroke> {
         for cells in [covered, done] {
             assert_eq!(cells.geometry, self.geometry, "the map of the floor");
         }
@@ -289,7 +289,7 @@ impl Floor {
     }
 
     /// How many cells of the floor the tool would cover at a cell, up to `most`.
-    fn gain(&self, covered: &Covered, cell: Cell, most: usize) -> usize {
+    fn gain(&self, covered: &CellSet, cell: Cell, most: usize) -> usize {
         let reach = self.radius as i32;
         let square = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (x, y)));
         square

@@ -7,7 +7,7 @@ use crate::costmap::{Inflation, MAX_PASSABLE};
 use crate::occupancy::{Occupancy, OccupancyGrid};
 use crate::price::Unknown;
 
-/// A tool of this radius and lanes at this distance, in cells.
+/// A tool of this radius and tracks at this distance, in cells.
 const RADIUS: f64 = 3.0;
 const DISTANCE: u32 = 5;
 
@@ -37,14 +37,14 @@ fn floor(costs: &Costmap, start: Cell) -> Result<Floor, PlanError> {
 }
 
 /// Drives along all strokes from a cell. Returns what is covered, and the cells that were driven along.
-fn cover(costs: &Costmap, start: Cell) -> (Covered, Vec<Cell>) {
+fn cover(costs: &Costmap, start: Cell) -> (CellSet, Vec<Cell>) {
     let geometry = *costs.geometry();
-    let mut covered = Covered::none(geometry);
+    let mut covered = CellSet::none(geometry);
     let mut driven = vec![start];
     let mut strokes = 0;
     while let Some(stroke) = floor(costs, *driven.last().expect("a start"))
         .expect("the robot is where it can be")
-        .next(&covered, &Covered::none(geometry), 1)
+        .next(&covered, &CellSet::none(geometry), 1)
     {
         strokes += 1;
         assert!(strokes < 500, "it comes to no end");
@@ -100,7 +100,7 @@ proptest! {
 }
 
 #[test]
-fn an_empty_room_is_covered_by_its_contour_and_lanes_without_much_overlap() {
+fn an_empty_room_is_covered_by_its_contour_and_tracks_without_much_overlap() {
     let costs = room(&[]);
     let start = Cell::new(3, 3);
     let (covered, driven) = cover(&costs, start);
@@ -117,7 +117,7 @@ fn an_empty_room_is_covered_by_its_contour_and_lanes_without_much_overlap() {
 #[test]
 fn what_is_done_is_not_driven_to() {
     let costs = room(&[]);
-    let covered = Covered::none(*costs.geometry());
+    let covered = CellSet::none(*costs.geometry());
     let mut floor = floor(&costs, Cell::new(3, 3)).expect("open");
     let mut done = covered.clone();
     done.sweep((0.95, 0.0), (0.95, 3.0), 1.0);
@@ -131,13 +131,13 @@ fn what_is_done_is_not_driven_to() {
 #[test]
 fn a_map_that_moves_or_is_saved_keeps_what_is_covered() {
     let at = |x: f64| Geometry::new(20, 10, 0.1, (x, 0.0, 0.0)).expect("valid");
-    let mut covered = Covered::none(at(0.0));
+    let mut covered = CellSet::none(at(0.0));
     covered.sweep((0.55, 0.55), (1.55, 0.55), 0.1);
     let bits = covered.to_bits();
-    assert_eq!(Covered::from_bits(at(0.0), &bits).as_ref(), Some(&covered));
-    assert_eq!(Covered::from_bits(at(0.0), &bits[1..]), None, "another size");
+    assert_eq!(CellSet::from_bits(at(0.0), &bits).as_ref(), Some(&covered));
+    assert_eq!(CellSet::from_bits(at(0.0), &bits[1..]), None, "another size");
     covered.follow(at(0.5));
-    let mut expected = Covered::none(at(0.5));
+    let mut expected = CellSet::none(at(0.5));
     expected.sweep((0.55, 0.55), (1.55, 0.55), 0.1);
     assert_eq!(covered, expected);
 }
