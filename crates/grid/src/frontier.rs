@@ -1,11 +1,8 @@
 //! Frontiers: where what is known to be free borders on what is unknown (Yamauchi, "A frontier-based approach for
 //! autonomous exploration", 1997). It does not know which of them a robot can reach.
 
-use crate::geometry::Cell;
+use crate::geometry::{Cell, SIDES};
 use crate::occupancy::{Occupancy, OccupancyGrid};
-
-/// The four sides of a cell.
-const SIDES: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
 /// Returns the frontiers of a grid, each as its cells: the free cells with an unknown one beside them, connected by
 /// sides and corners. What is outside the grid is unknown.

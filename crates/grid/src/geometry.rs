@@ -5,6 +5,9 @@
 /// The most cells of a grid: 4096 × 4096, so that maps of 200 m at 5 cm fit and indices fit into 32 bits.
 pub const MAX_CELLS: usize = 4096 * 4096;
 
+/// The steps to the four sides of a cell.
+pub(crate) const SIDES: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
+
 /// The farthest origin from zero, in metres. A cell is then still exact to a nanometre.
 const FARTHEST: f64 = 1e6;
 
@@ -66,6 +69,14 @@ pub enum GeometryError {
         /// Heading of the grid's x axis, rad.
         yaw: f64,
     },
+    /// There are more or fewer numbers than cells.
+    #[error("the map has {given} of {expected} cells")]
+    Cells {
+        /// How many there are.
+        given: usize,
+        /// How many the size requires.
+        expected: usize,
+    },
 }
 
 /// Size, resolution and origin of a grid, as in ROS's `nav_msgs/MapMetaData`.
@@ -114,6 +125,19 @@ impl Geometry {
             sin,
             cos,
         })
+    }
+
+    /// Returns the geometry if its cells are so many.
+    ///
+    /// # Errors
+    /// If there are more or fewer.
+    pub const fn with_cells(self, given: usize) -> Result<Self, GeometryError> {
+        let expected = self.cells();
+        if given == expected {
+            Ok(self)
+        } else {
+            Err(GeometryError::Cells { given, expected })
+        }
     }
 
     /// Returns the number of columns.

@@ -4,11 +4,8 @@
 use std::collections::VecDeque;
 
 use crate::costmap::{Costmap, INSCRIBED};
-use crate::geometry::Cell;
+use crate::geometry::{Cell, SIDES};
 use crate::price::Prices;
-
-/// The steps to the neighbours of a cell.
-const SIDES: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
 /// Returns the open cell nearest to `from`, if there is one within `reach` cells; `from` itself if it is open.
 ///

@@ -1,6 +1,6 @@
 //! Occupancy grids: which cells are free, occupied or unknown. They do not know how sure a cell is.
 
-use crate::geometry::{Cell, Geometry};
+use crate::geometry::{Cell, Geometry, GeometryError};
 
 /// What is known of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,12 +64,13 @@ impl OccupancyGrid {
         }
     }
 
-    /// Returns a grid with the numbers of `nav_msgs/OccupancyGrid`, row by row from the origin; `None` if
-    /// there are not as many as cells.
-    #[must_use]
-    pub fn from_ros(geometry: Geometry, data: &[i8]) -> Option<Self> {
-        (data.len() == geometry.cells()).then(|| Self {
-            geometry,
+    /// Returns a grid with the numbers of `nav_msgs/OccupancyGrid`, row by row from the origin.
+    ///
+    /// # Errors
+    /// If there are not as many as cells.
+    pub fn from_ros(geometry: Geometry, data: &[i8]) -> Result<Self, GeometryError> {
+        Ok(Self {
+            geometry: geometry.with_cells(data.len())?,
             cells: data.iter().map(|&number| Occupancy::from_ros(number)).collect(),
         })
     }
@@ -136,6 +137,7 @@ mod tests {
         assert_eq!(grid.get(outside), Occupancy::Unknown);
         assert!(grid.set(Cell::new(0, 0), Occupancy::Occupied));
         assert!(!grid.set(Cell::new(0, 0), Occupancy::Occupied), "no change");
-        assert_eq!(OccupancyGrid::from_ros(geometry, &[0, 0]), None);
+        let error = OccupancyGrid::from_ros(geometry, &[0, 0]).expect_err("two numbers");
+        assert_eq!(error.to_string(), "the map has 2 of 1 cells");
     }
 }

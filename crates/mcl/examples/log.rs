@@ -304,7 +304,7 @@ fn map<'a>(
     }
     let mut data = vec![0; grid.geometry().cells()];
     grid.write_ros(Duration::ZERO, Duration::MAX, &mut data);
-    OccupancyGrid::from_ros(*grid.geometry(), &data).ok_or_else(|| "as many numbers as cells".into())
+    Ok(OccupancyGrid::from_ros(*grid.geometry(), &data)?)
 }
 
 fn scan(ranges: &[f32]) -> Result<LaserScan, Failure> {

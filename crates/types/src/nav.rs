@@ -126,6 +126,23 @@ impl OccupancyGrid {
         }
         map
     }
+
+    /// Returns the centres of the occupied cells, m, in the frame of the map; of more than `most`, only every so many. From 65 %
+    /// on a cell is occupied, as for ROS's map server. Without places that are not finite.
+    pub fn occupied(&self, most: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let (width, resolution) = (self.info.width.max(1) as usize, f64::from(self.info.resolution));
+        let origin = Pose2D::from(self.info.origin);
+        let cells = self.data.iter().enumerate();
+        let cells = cells.filter(|(_, percent)| (65..=100).contains(*percent));
+        let step = cells.clone().count().div_ceil(most.max(1)).max(1);
+        let center = move |index: usize| {
+            let side = |number: usize| (number as f64 + 0.5) * resolution;
+            let place = origin.transform(&Pose2D::new(side(index % width), side(index / width), 0.0));
+            (place.x, place.y)
+        };
+        let places = cells.step_by(step).map(move |(index, _)| center(index));
+        places.filter(|(x, y)| x.is_finite() && y.is_finite())
+    }
 }
 
 impl Target {

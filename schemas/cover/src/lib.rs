@@ -6,8 +6,8 @@ mod panel;
 mod stroke;
 
 use jde_grid::{
-    Cell, CellSet, Costmap, Floor, Geometry, Inflation, Occupancy, OccupancyGrid as Grid, PlanError, Prices,
-    Unknown, nearest_open, walk,
+    Cell, CellSet, Costmap, Floor, Geometry, GeometryError, Inflation, Occupancy, OccupancyGrid as Grid,
+    PlanError, Prices, Unknown, nearest_open, walk,
 };
 use jde_schema::prelude::*;
 use jde_schema::types::OccupancyGrid;
@@ -201,9 +201,7 @@ impl Cover {
 
     /// Computes the floor, and plans the next stroke.
     fn plan(&mut self, cx: &Context, map: &OccupancyGrid, geometry: Geometry, robot: &Pose2D) -> Result {
-        let count = map.data.len();
-        let mut grid = Grid::from_ros(geometry, &map.data)
-            .ok_or_else(|| format!("the map has {count} of {} cells", geometry.cells()))?;
+        let mut grid = Grid::from_ros(geometry, &map.data)?;
         let whole = self.floor_around(cx, &grid, robot)?;
         for cell in self.left_out.iter().filter_map(|&place| geometry.cell_at(place)) {
             grid.set(cell, Occupancy::Occupied);
@@ -305,16 +303,11 @@ fn is_blocked(map: &OccupancyGrid, geometry: &Geometry, path: &[(f64, f64)], ins
     })
 }
 
-/// The geometry that a map states.
-fn geometry(map: &OccupancyGrid) -> Result<Geometry> {
-    let (info, origin) = (&map.info, &map.info.origin);
-    let place = (origin.position.x, origin.position.y, origin.orientation.yaw());
-    Ok(Geometry::new(
-        info.width,
-        info.height,
-        f64::from(info.resolution),
-        place,
-    )?)
+/// The geometry of a map with as many cells as it states.
+fn geometry(map: &OccupancyGrid) -> Result<Geometry, GeometryError> {
+    let (info, origin) = (&map.info, Pose2D::from(map.info.origin));
+    let origin = (origin.x, origin.y, origin.theta);
+    Geometry::new(info.width, info.height, info.resolution.into(), origin)?.with_cells(map.data.len())
 }
 
 jde_schema::export!(

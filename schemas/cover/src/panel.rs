@@ -1,9 +1,8 @@
 //! The panel: the floor that is covered, the obstacles of the map, the path, and what was left out.
 
-use jde_grid::Occupancy;
 use jde_schema::prelude::*;
 
-use super::{Cover, geometry};
+use super::Cover;
 
 /// Most points for the covered and for the occupied cells. Of more, only every so many are drawn.
 const MOST_CELLS: usize = 20_000;
@@ -22,16 +21,8 @@ impl Panel for Cover {
                     .ink(Ink::Seen)
                     .width(3.0);
             }
-            if let Some(map) = self.map.get(cx)
-                && let Ok(geometry) = geometry(&map)
-            {
-                let cells = map.data.iter().take(geometry.cells()).enumerate();
-                let cells = cells.filter(|(_, number)| Occupancy::from_ros(**number) == Occupancy::Occupied);
-                let step = cells.clone().count().div_ceil(MOST_CELLS).max(1);
-                let places = cells
-                    .step_by(step)
-                    .map(|(index, _)| geometry.center(geometry.cell(index)));
-                area.points(places).ink(Ink::Plain).width(2.0);
+            if let Some(map) = self.map.get(cx) {
+                area.points(map.occupied(MOST_CELLS)).ink(Ink::Plain).width(2.0);
             }
             if let Some(stroke) = &self.stroke {
                 area.line(stroke.points().iter().copied())

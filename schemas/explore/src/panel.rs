@@ -1,14 +1,11 @@
 //! The panel: the map, its frontiers, the target, and the places that were given up.
 
-use jde_grid::Occupancy;
 use jde_schema::prelude::*;
-use jde_schema::types::OccupancyGrid;
 
 use super::Explore;
-use super::survey::geometry;
 
-/// Most points for the occupied cells, and for those of frontiers. Of more, only every so many are drawn.
-const MOST_CELLS: usize = 20_000;
+/// Most points for the occupied cells, and for those of all frontiers. Of more, only every so many are drawn.
+const MOST_POINTS: usize = 20_000;
 
 impl Panel for Explore {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
@@ -20,15 +17,17 @@ impl Panel for Explore {
         });
         pen.canvas("map").show(|area| {
             if let Some(map) = self.map.get(cx) {
-                area.points(occupied(&map)).ink(Ink::Plain).width(2.0);
+                area.points(map.occupied(MOST_POINTS)).ink(Ink::Plain).width(2.0);
             }
-            for frontier in &self.surveyed.frontiers {
+            let frontiers = &self.surveyed.frontiers;
+            let cells: usize = frontiers.iter().map(|frontier| frontier.cells.len()).sum();
+            let step = cells.div_ceil(MOST_POINTS).max(1);
+            for frontier in frontiers {
                 let ink = if frontier.place.is_some() {
                     Ink::Accent
                 } else {
                     Ink::Faint
                 };
-                let step = frontier.cells.len().div_ceil(MOST_CELLS).max(1);
                 area.points(frontier.cells.iter().copied().step_by(step))
                     .ink(ink)
                     .width(3.0);
@@ -57,18 +56,4 @@ impl Panel for Explore {
         }
         Ok(())
     }
-}
-
-/// The centres of the occupied cells, in the frame of the map; none of a map that is wrong.
-fn occupied(map: &OccupancyGrid) -> Vec<(f64, f64)> {
-    let Ok(geometry) = geometry(map) else {
-        return Vec::new();
-    };
-    let cells = map.data.iter().take(geometry.cells()).enumerate();
-    let cells = cells.filter(|(_, number)| Occupancy::from_ros(**number) == Occupancy::Occupied);
-    let step = cells.clone().count().div_ceil(MOST_CELLS).max(1);
-    cells
-        .step_by(step)
-        .map(|(index, _)| geometry.center(geometry.cell(index)))
-        .collect()
 }

@@ -3,8 +3,8 @@
 
 use jde_grid::costmap::LETHAL;
 use jde_grid::{
-    Cell, Costmap, Field, Geometry, GeometryError, Inflation, Occupancy, OccupancyGrid as Grid, PlanError,
-    Prices, Unknown, frontiers, nearest_open,
+    Cell, Costmap, Field, Geometry, Inflation, Occupancy, OccupancyGrid as Grid, PlanError, Prices, Unknown,
+    frontiers, nearest_open,
 };
 use jde_schema::prelude::*;
 use jde_schema::types::OccupancyGrid;
@@ -48,10 +48,10 @@ impl Survey {
     /// # Errors
     /// If the map or the radius is wrong, or the robot is outside the map, in an obstacle, or where nothing is known.
     pub(crate) fn new(map: &OccupancyGrid, robot: (f64, f64), radius: f64, now: Duration) -> Result<Self> {
-        let geometry = geometry(map)?;
-        let cells = map.data.len();
-        let grid = Grid::from_ros(geometry, &map.data)
-            .ok_or_else(|| format!("the map has {cells} of {} cells", geometry.cells()))?;
+        let (info, origin) = (&map.info, Pose2D::from(map.info.origin));
+        let origin = (origin.x, origin.y, origin.theta);
+        let geometry = Geometry::new(info.width, info.height, info.resolution.into(), origin)?;
+        let grid = Grid::from_ros(geometry, &map.data)?;
         let inflation = Inflation {
             inscribed: radius,
             circumscribed: radius,
@@ -143,11 +143,4 @@ impl Frontier {
             .iter()
             .any(|cell| (cell.0 - x).hypot(cell.1 - y) <= distance)
     }
-}
-
-/// The geometry that a map states.
-pub(crate) fn geometry(map: &OccupancyGrid) -> Result<Geometry, GeometryError> {
-    let (info, origin) = (&map.info, &map.info.origin);
-    let place = (origin.position.x, origin.position.y, origin.orientation.yaw());
-    Geometry::new(info.width, info.height, f64::from(info.resolution), place)
 }

@@ -1,7 +1,7 @@
 //! The schema of adaptive Monte Carlo localization. The filter is `jde-mcl`; here are its map, its times, and what
 //! happens when a scan or the odometry is missing or wrong.
 
-use jde_grid::{Geometry, OccupancyGrid as Grid};
+use jde_grid::{Geometry, GeometryError, OccupancyGrid as Grid};
 use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
 use jde_motion::{Frozen, arc, is_finite, is_jump};
 use jde_schema::prelude::*;
@@ -280,7 +280,7 @@ impl Mcl {
         let last = self.localizer.take();
         let place = last.and_then(|localizer| localizer.pose(odometry));
         self.restored = place.or(self.restored);
-        let field = field(&map)?;
+        let field = field(&map).map_err(|error| error.to_string())?;
         if field.free_cells() == 0 {
             return Err("no cell of the map is free".into());
         }
@@ -393,12 +393,9 @@ impl Mcl {
 }
 
 /// Prepares the map of a message.
-fn field(map: &OccupancyGrid) -> Result<Field, String> {
+fn field(map: &OccupancyGrid) -> Result<Field, GeometryError> {
     let (info, origin) = (&map.info, Pose2D::from(map.info.origin));
     let origin = (origin.x, origin.y, origin.theta);
-    let geometry = Geometry::new(info.width, info.height, f64::from(info.resolution), origin)
-        .map_err(|error| error.to_string())?;
-    let grid = Grid::from_ros(geometry, &map.data)
-        .ok_or_else(|| format!("the map has {} of {} cells", map.data.len(), geometry.cells()))?;
-    Ok(Field::new(&grid))
+    let geometry = Geometry::new(info.width, info.height, info.resolution.into(), origin)?;
+    Ok(Field::new(&Grid::from_ros(geometry, &map.data)?))
 }

@@ -2,14 +2,11 @@
 //! the target.
 
 use jde_schema::prelude::*;
-use jde_schema::types::OccupancyGrid;
 
 use super::Navigate;
 
 /// Most points for the occupied cells. Of more, only every so many are drawn.
 const MOST_CELLS: usize = 20_000;
-/// From this number on a cell is drawn as occupied: the threshold of ROS's map server.
-const OCCUPIED: i8 = 65;
 
 impl Panel for Navigate {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
@@ -22,7 +19,7 @@ impl Panel for Navigate {
         }
         pen.canvas("field").wants_clicks().show(|field| {
             if let Some(map) = self.map.get(cx) {
-                field.points(occupied(&map)).ink(Ink::Plain).width(2.0);
+                field.points(map.occupied(MOST_CELLS)).ink(Ink::Plain).width(2.0);
             }
             if let Some(lanes) = self.lanes.get(cx) {
                 for lane in &lanes.lanes {
@@ -61,24 +58,4 @@ impl Panel for Navigate {
         self.targets.touched(cx, gesture);
         Ok(())
     }
-}
-
-/// Returns the middles of occupied cells, in the frame of the map.
-fn occupied(map: &OccupancyGrid) -> Vec<(f64, f64)> {
-    let (width, resolution) = (map.info.width as usize, f64::from(map.info.resolution));
-    let origin = Pose2D::from(map.info.origin);
-    let cells = map.data.iter().enumerate();
-    let cells = cells
-        .filter(|(_, cell)| **cell >= OCCUPIED)
-        .map(|(index, _)| index);
-    let step = cells.clone().count().div_ceil(MOST_CELLS).max(1);
-    let place = |number: usize| (number as f64 + 0.5) * resolution;
-    cells
-        .step_by(step)
-        .map(|index| {
-            let (column, row) = (index % width.max(1), index / width.max(1));
-            let point = origin.transform(&Pose2D::new(place(column), place(row), 0.0));
-            (point.x, point.y)
-        })
-        .collect()
 }

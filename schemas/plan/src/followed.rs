@@ -5,22 +5,14 @@ use jde_grid::{
     Cell, Costmap, Drawing, Geometry, GeometryError, Inflation, InflationError, Layers, Occupancy,
     OccupancyGrid as Grid,
 };
-use jde_schema::types::OccupancyGrid;
+use jde_schema::types::{OccupancyGrid, Pose2D};
 
 /// Why a map cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MapError {
-    /// The size, the resolution or the origin is wrong.
+    /// The size, the resolution, the origin or the number of cells is wrong.
     #[error("{0}")]
     Geometry(#[from] GeometryError),
-    /// The data have not the size that the map states.
-    #[error("the map has {given} of {expected} cells")]
-    Cells {
-        /// How many there are.
-        given: usize,
-        /// How many its size requires.
-        expected: usize,
-    },
     /// The footprint is wrong.
     #[error("{0}")]
     Inflation(#[from] InflationError),
@@ -64,7 +56,7 @@ impl Followed {
             return Ok(Change::Cells(changed));
         }
         *followed = None;
-        let grid = Grid::from_ros(geometry, &map.data).ok_or_else(|| cells(map, &geometry))?;
+        let grid = Grid::from_ros(geometry, &map.data)?;
         let obstacles = Costmap::new(&grid, &inflation)?;
         *followed = Some(Self {
             layers: Layers::new(&obstacles, drawing),
@@ -114,20 +106,8 @@ impl Followed {
 }
 
 /// The geometry of a map with as many cells as it states.
-fn geometry(map: &OccupancyGrid) -> Result<Geometry, MapError> {
-    let (info, origin) = (&map.info, &map.info.origin);
-    let place = (origin.position.x, origin.position.y, origin.orientation.yaw());
-    let geometry = Geometry::new(info.width, info.height, f64::from(info.resolution), place)?;
-    if map.data.len() == geometry.cells() {
-        Ok(geometry)
-    } else {
-        Err(cells(map, &geometry))
-    }
-}
-
-fn cells(map: &OccupancyGrid, geometry: &Geometry) -> MapError {
-    MapError::Cells {
-        given: map.data.len(),
-        expected: geometry.cells(),
-    }
+fn geometry(map: &OccupancyGrid) -> Result<Geometry, GeometryError> {
+    let (info, origin) = (&map.info, Pose2D::from(map.info.origin));
+    let origin = (origin.x, origin.y, origin.theta);
+    Geometry::new(info.width, info.height, info.resolution.into(), origin)?.with_cells(map.data.len())
 }

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::costmap::{Inflation, MAX_PASSABLE};
+use crate::geometry::SIDES;
 use crate::occupancy::{Occupancy, OccupancyGrid};
 use crate::price::Unknown;
 
@@ -78,7 +79,7 @@ proptest! {
         let mut at = 0;
         while let Some(&cell) = reached.get(at) {
             at += 1;
-            for (x, y) in [(1, 0), (0, 1), (-1, 0), (0, -1)] {
+            for (x, y) in SIDES {
                 let next = cell.offset(x, y).filter(|&next| geometry.contains(next) && is_open(next));
                 if let Some(next) = next && !core::mem::replace(&mut is_reached[geometry.index(next)], true) {
                     reached.push(next);

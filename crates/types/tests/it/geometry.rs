@@ -185,3 +185,20 @@ fn each_pose_of_a_path_through_points_faces_the_next_one() {
     );
     assert_eq!(Path::through(header, &[]).poses.len(), 0);
 }
+
+#[test]
+fn the_occupied_cells_of_a_map_are_where_its_origin_puts_them() {
+    let mut map = OccupancyGrid::drawn(0.5, &["#?.", "..#"]);
+    map.data[1] = 64;
+    map.data[5] = 101;
+    map.info.origin = Pose2D::new(1.0, 2.0, FRAC_PI_2).into();
+    let places: Vec<_> = map.occupied(5).collect();
+    assert_eq!(places.len(), 2);
+    for (place, (x, y)) in places.iter().zip([(0.75, 3.25), (0.25, 2.25)]) {
+        assert_near(place.0, x);
+        assert_near(place.1, y);
+    }
+    assert_eq!(map.occupied(1).count(), 1);
+    map.info.resolution = f32::NAN;
+    assert_eq!(map.occupied(5).count(), 0);
+}
