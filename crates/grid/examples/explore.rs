@@ -114,13 +114,8 @@ impl Drive<'_> {
     /// Chooses a frontier, and returns a cell of it and the way there.
     fn choose(&self, gain: Option<f64>, given_up: &[Cell]) -> Result<Option<Aim>, Box<dyn Error>> {
         let resolution = self.truth.geometry().resolution();
-        let inflation = Inflation {
-            inscribed: RADIUS,
-            circumscribed: RADIUS,
-            reach: RADIUS,
-            decay: 0.0,
-        };
-        let costs = Costmap::new(if gain.is_some() { &self.known } else { self.truth }, &inflation)?;
+        let known = if gain.is_some() { &self.known } else { self.truth };
+        let costs = Costmap::new(known, &Inflation::circle(RADIUS))?;
         let prices = Prices::new(0.0, Unknown::Closed);
         let start = nearest_open(&costs, &prices, self.robot, 5.0).ok_or("the robot is in an obstacle")?;
         let mut field = Field::new(&costs, &prices, start)?;

@@ -12,12 +12,7 @@ use jde_grid::{
 };
 
 /// A robot without extent, as in the benchmarks.
-const POINT: Inflation = Inflation {
-    inscribed: 0.0,
-    circumscribed: 0.0,
-    reach: 0.0,
-    decay: 0.0,
-};
+const POINT: Inflation = Inflation::circle(0.0);
 
 /// One line of a file of scenarios.
 struct Scenario {

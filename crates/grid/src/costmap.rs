@@ -45,6 +45,17 @@ pub struct Inflation {
 pub struct InflationError(Inflation);
 
 impl Inflation {
+    /// Returns that of a robot which is a circle of this radius in metres. Nothing costs beyond it.
+    #[must_use]
+    pub const fn circle(radius: f64) -> Self {
+        Self {
+            inscribed: radius,
+            circumscribed: radius,
+            reach: radius,
+            decay: 0.0,
+        }
+    }
+
     /// Returns the cost at this distance in metres to the nearest obstacle: ROS's formula,
     /// 252 · e^(−decay · (distance − inscribed)) beyond the inscribed radius.
     #[must_use]

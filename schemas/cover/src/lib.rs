@@ -229,13 +229,7 @@ impl Cover {
     /// The floor of a map around the robot.
     fn floor_around(&self, cx: &Context, grid: &Grid, robot: &Pose2D) -> Result<Floor> {
         let (geometry, radius) = (*grid.geometry(), self.inscribed.get(cx));
-        let inflation = Inflation {
-            inscribed: radius,
-            circumscribed: radius,
-            reach: radius,
-            decay: 0.0,
-        };
-        let costs = Costmap::new(grid, &inflation)?;
+        let costs = Costmap::new(grid, &Inflation::circle(radius))?;
         let prices = Prices::new(0.0, Unknown::Closed);
         let cell = geometry
             .cell_at((robot.x, robot.y))

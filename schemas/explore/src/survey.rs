@@ -52,13 +52,7 @@ impl Survey {
         let origin = (origin.x, origin.y, origin.theta);
         let geometry = Geometry::new(info.width, info.height, info.resolution.into(), origin)?;
         let grid = Grid::from_ros(geometry, &map.data)?;
-        let inflation = Inflation {
-            inscribed: radius,
-            circumscribed: radius,
-            reach: radius,
-            decay: 0.0,
-        };
-        let costs = Costmap::new(&grid, &inflation)?;
+        let costs = Costmap::new(&grid, &Inflation::circle(radius))?;
         let prices = Prices::new(0.0, Unknown::Closed);
         let robot = geometry.cell_at(robot).ok_or(PlanError::StartOutside)?;
         let reach = radius / geometry.resolution() + 2.0;

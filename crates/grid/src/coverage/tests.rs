@@ -24,13 +24,7 @@ fn room(boxes: &[(u32, u32, u32, u32)]) -> Costmap {
             grid.set(Cell::new(x, y), Occupancy::Occupied);
         }
     }
-    let inflation = Inflation {
-        inscribed: 0.2,
-        circumscribed: 0.2,
-        reach: 0.2,
-        decay: 0.0,
-    };
-    Costmap::new(&grid, &inflation).expect("valid")
+    Costmap::new(&grid, &Inflation::circle(0.2)).expect("valid")
 }
 
 fn floor(costs: &Costmap, start: Cell) -> Result<Floor, PlanError> {
