@@ -83,8 +83,9 @@ pub struct Cover {
     words: String,
 }
 
-/// What a plan depends on, beside what is covered: the number of the map, how many places are left out, and the modulations.
-type Basis = (u64, usize, [f64; 4]);
+/// What a plan depends on, beside what is covered: the number of the map, the cell of the robot, how many places are left out,
+/// and the modulations.
+type Basis = (u64, Option<Cell>, usize, [f64; 4]);
 
 /// The cells that were covered, and those of the lines that were driven along.
 struct Marks {
@@ -154,11 +155,10 @@ impl Cover {
         });
         marks.covered.follow(geometry);
         marks.driven.follow(geometry);
-        let from = self.last.filter(|last| last.distance_to(&robot) < JUMP);
-        let from = from.unwrap_or_else(|| {
-            self.exhausted = None;
-            robot
-        });
+        let from = self
+            .last
+            .filter(|last| last.distance_to(&robot) < JUMP)
+            .unwrap_or(robot);
         let radius = self.width.get(cx) / 2.0;
         marks.covered.sweep((from.x, from.y), (robot.x, robot.y), radius);
         self.last = Some(robot);
@@ -185,7 +185,8 @@ impl Cover {
         }
         let modulations = [&self.inscribed, &self.width, &self.overlap, &self.least];
         let modulations = modulations.map(|modulation| modulation.get(cx));
-        let basis = (map.sequence(), self.left_out.len(), modulations);
+        let cell = geometry.cell_at((robot.x, robot.y));
+        let basis = (map.sequence(), cell, self.left_out.len(), modulations);
         if self.exhausted != Some(basis) {
             self.plan(cx, &map, geometry, &robot)?;
             self.exhausted = self.stroke.is_none().then_some(basis);

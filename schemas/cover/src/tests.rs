@@ -116,6 +116,22 @@ fn a_map_that_grows_is_covered_as_far_as_it_is_known() {
 }
 
 #[test]
+fn a_robot_that_is_driven_to_another_room_covers_it_too() {
+    // No way leads to the room on the right.
+    let rows = ROOM.map(|row| format!("{row}{row}"));
+    let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
+    let mut bench = bench(&rows);
+    follow(&mut bench);
+    assert_eq!(mission(&bench).state, Mission::DONE);
+    for step in 0..10 {
+        stand(&mut bench, (0.45 + 0.2 * f64::from(step), 0.45));
+        bench.iterate().expect("the iteration succeeds");
+    }
+    assert!(bench.exported::<Path>("path").is_some());
+    assert_eq!(mission(&bench).state, Mission::RUNNING);
+}
+
+#[test]
 fn another_build_goes_on_where_the_last_one_was() {
     let mut old = bench(&ROOM);
     follow_until(&mut old, |robot| robot.0 > 1.5);
