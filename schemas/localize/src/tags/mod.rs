@@ -204,9 +204,11 @@ impl Tags {
             stamp: odometry.header.stamp,
             frame_id: Text::new("map"),
         };
+        let [x, y, heading, ..] = estimate.covariance;
+        let covariance = [x, y, heading].map(|[x, y, heading, ..]| [x, y, heading]);
         let exported = Odometry {
             header,
-            pose: PoseWithCovariance::planar(estimate.pose, &estimate.covariance),
+            pose: PoseWithCovariance::planar(estimate.pose, &covariance),
             ..*odometry
         };
         self.pose.write_at(cx, exported, odometry.time());
