@@ -1,25 +1,83 @@
 //! The motor schema through which a ROS 2 program drives a robot. It competes like any other (R13), so the
-//! application can give a brake or a person precedence.
+//! application can give a brake or a person precedence, and decide between several programs.
 
 use jde_schema::prelude::*;
 
+use crate::connection::RosConnection;
+use crate::node::NodeConfig;
+use crate::settings::{Modulations, Settings, with_settings};
+use crate::velocity::{self, VelocitySubscription};
+
 /// Drives the base with a velocity from another program while it is fresh.
+///
+/// The velocity is that of the import, or of a topic of its own. With a topic the schema is a node of ROS 2
+/// while it is awake, so that an application needs nothing else to decide between several programs.
 #[derive(Describe)]
-#[schema(motor, period = "50ms", budget = "10ms")]
+#[schema(motor, period = "20ms", budget = "10ms")]
 pub struct Follow {
-    /// The velocity.
-    #[import(trigger)]
-    cmd_vel: Import<Twist>,
+    /// The topic of the velocities, `Twist` or `TwistStamped`, if the import is not bound.
+    #[modulation(default = "", fixed)]
+    topic: Modulation<Text<128>>,
+    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
+    #[modulation(default = "tcp/localhost:7447", fixed)]
+    connect: Modulation<Text<512>>,
+    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
+    /// through the router.
+    #[modulation(default = "", fixed)]
+    listen: Modulation<Text<512>>,
+    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
+    #[modulation(default = "", unit = "path", fixed)]
+    config: Modulation<Text<1024>>,
+    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
+    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
+    domain: Modulation<i32>,
+    /// Namespace of the node and its topic.
+    #[modulation(default = "", fixed)]
+    namespace: Modulation<Text<128>>,
+    /// Name of the node; empty for that of this schema.
+    #[modulation(default = "", fixed)]
+    node: Modulation<Text<128>>,
     /// Oldest velocity that counts; longer than the time between two velocities.
-    #[modulation(default = 0.5, unit = "s", min = 0.01)]
+    #[modulation(default = 0.5, unit = "s", min = 0.01, max = 3600.0)]
     patience: Modulation<f64>,
+    /// The velocity.
+    #[import(optional, trigger)]
+    cmd_vel: Import<Twist>,
     /// Speeds of the base.
     #[actuator]
     base: Actuator<Twist>,
+    /// Whether the router or other nodes are connected, if it has a topic.
+    #[export]
+    connection: Export<Connection>,
+    active: Option<ActiveFollow>,
+}
+
+/// The node of a schema with a topic.
+struct ActiveFollow {
+    connection: RosConnection,
+    subscription: VelocitySubscription,
+    newest: Option<(Twist, Duration)>,
 }
 
 impl Schema for Follow {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.expect_one_source(cx)?;
+        if self.active.is_none() && !self.cmd_vel.is_bound(cx) {
+            cx.require_real_time()?;
+            self.active = Some(self.with_settings(cx, |settings| self.start_with(cx, &settings))?);
+        }
+        Ok(())
+    }
+
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        if let Some(active) = &mut self.active {
+            active.connection.begin(cx);
+            let received = active.subscription.receive(cx, &mut active.connection);
+            active.newest = received.or(active.newest);
+            active
+                .connection
+                .export_connection(cx, &mut self.connection, None);
+        }
         Ok(self.fresh(cx).is_some().into())
     }
 
@@ -29,11 +87,65 @@ impl Schema for Follow {
         }
         Ok(())
     }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Some(active) = self.active.take() {
+            active.connection.close(cx, &mut self.connection);
+        }
+    }
 }
 
+impl Inspect for Follow {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.topic, self.expect_one_source(cx));
+        let modulations = Modulations {
+            config: &self.config,
+            connect: &self.connect,
+            domain: &self.domain,
+            namespace: &self.namespace,
+            node: &self.node,
+            topics: vec![(&self.topic, self.topic.get(cx))],
+        };
+        self.with_settings(cx, |settings| settings.inspect(&modulations, problems));
+    }
+}
+
+with_settings!(Follow);
+
 impl Follow {
+    fn expect_one_source(&self, cx: &Context) -> Result<(), &'static str> {
+        match (self.cmd_vel.is_bound(cx), self.topic.get(cx).is_empty()) {
+            (true, true) | (false, false) => Ok(()),
+            (true, false) => Err("bind the import `cmd_vel` or state a topic, not both"),
+            (false, true) => {
+                Err("no velocity: state a topic, as in \"/cmd_vel\", or bind the import `cmd_vel`")
+            }
+        }
+    }
+
+    fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveFollow> {
+        let name = settings.name()?;
+        let (config, endpoint) = settings.connection_config()?;
+        let topic = crate::names::topic(&name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
+        Ok(ActiveFollow {
+            connection: RosConnection::start(NodeConfig {
+                config,
+                endpoint,
+                publications: Vec::new(),
+                subscriptions: velocity::topics(&topic).to_vec(),
+                name,
+            })?,
+            subscription: VelocitySubscription::new(0, &topic),
+            newest: None,
+        })
+    }
+
     fn fresh(&self, cx: &Context) -> Option<Twist> {
-        let sample = self.cmd_vel.get(cx)?;
-        (sample.age(cx).as_secs_f64() <= self.patience.get(cx)).then_some(*sample)
+        let (twist, time) = match &self.active {
+            Some(active) => active.newest?,
+            None => self.cmd_vel.get(cx).map(|sample| (*sample, sample.time()))?,
+        };
+        let age = cx.now().saturating_sub(time);
+        (age.as_secs_f64() <= self.patience.get(cx)).then_some(twist)
     }
 }

@@ -20,6 +20,7 @@ mod settings;
 mod shared;
 mod tf;
 mod topics;
+mod velocity;
 
 pub use base::Base;
 pub use follow::Follow;

@@ -7,7 +7,7 @@ use jde_ros::{Type, cdr, definition, hash};
 use jde_schema::prelude::*;
 
 use crate::clock::Clock;
-use crate::keys::{Quality, Topic};
+use crate::keys::{Announced, Quality, Topic};
 
 /// Position of the stamp in a message: after the encapsulation header, because every stamped interface begins
 /// with its header, and the header with its stamp.
@@ -111,6 +111,7 @@ impl<T: Value> Codec<T> {
             type_name: definition::name(&self.value_type),
             hash: hash::rihs01(&self.value_type),
             quality,
+            announced: Announced::Always,
         }
     }
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use zenoh::Config;
 use zenoh::bytes::ZBytes;
 
-use crate::keys::{NodeName, Topic};
+use crate::keys::{Direction, NodeName, Topic};
 use crate::session;
 use crate::shared::Shared;
 
@@ -26,6 +26,16 @@ pub(crate) struct NodeConfig {
     pub(crate) name: NodeName,
     pub(crate) publications: Vec<Topic>,
     pub(crate) subscriptions: Vec<Topic>,
+}
+
+impl NodeConfig {
+    /// Its topics of that direction.
+    pub(crate) fn topics(&self, direction: Direction) -> &[Topic] {
+        match direction {
+            Direction::Publish => &self.publications,
+            Direction::Subscribe => &self.subscriptions,
+        }
+    }
 }
 
 /// A node, connected or not. Dropping it requests the end of its thread and does not wait for it.

@@ -12,7 +12,7 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::attachment::{attachment, gid};
-use crate::keys::{Direction, Topic};
+use crate::keys::{Announced, Direction, mismatch};
 use crate::node::{NodeConfig, NodeState};
 use crate::shared::Shared;
 
@@ -29,7 +29,7 @@ const CHECK_PERIOD: Duration = Duration::from_millis(200);
 struct Declared {
     publishers: Vec<DeclaredPublisher>,
     _subscribers: Vec<Subscriber<()>>,
-    _tokens: Vec<LivelinessToken>,
+    tokens: Vec<LivelinessToken>,
 }
 
 /// A publication, and the state of its attachments.
@@ -104,13 +104,18 @@ fn declare(shared: &Arc<Shared>, config: &NodeConfig, session: &Session) -> zeno
             .background()
             .wait()?;
         shared.set_subscribed(number, publisher.matching_status().wait()?.matching());
-        let token = topic.token(name, &session_id, Direction::Publish, 1 + number);
         publishers.push(DeclaredPublisher {
             publisher,
             sequence: 0,
             gid: gid(id.to_le_bytes(), 1 + number),
         });
-        tokens.push(session.liveliness().declare_token(token).wait()?);
+        tokens.extend(announce(
+            config,
+            session,
+            Direction::Publish,
+            number,
+            Announced::Always,
+        )?);
     }
     let mut subscribers = Vec::new();
     for (number, topic) in config.subscriptions.iter().enumerate() {
@@ -123,14 +128,14 @@ fn declare(shared: &Arc<Shared>, config: &NodeConfig, session: &Session) -> zeno
                 }
             })
             .wait()?;
-        let token = topic.token(
-            name,
-            &session_id,
-            Direction::Subscribe,
-            1 + config.publications.len() + number,
-        );
         subscribers.push(subscriber);
-        tokens.push(session.liveliness().declare_token(token).wait()?);
+        tokens.extend(announce(
+            config,
+            session,
+            Direction::Subscribe,
+            number,
+            Announced::Always,
+        )?);
     }
     let (shared_in_callback, topics_of_node) = (Arc::clone(shared), config.clone());
     let all_tokens = session
@@ -138,17 +143,19 @@ fn declare(shared: &Arc<Shared>, config: &NodeConfig, session: &Session) -> zeno
         .declare_subscriber(name.all_tokens())
         .history(true)
         .callback(move |sample| {
-            let directions = [
-                (Direction::Publish, &topics_of_node.publications),
-                (Direction::Subscribe, &topics_of_node.subscriptions),
-            ];
-            for (direction, topics) in directions {
-                let mismatch = |topic: &Topic| topic.mismatch(direction, sample.key_expr());
-                if sample.kind() == SampleKind::Put {
-                    topics
-                        .iter()
-                        .filter_map(mismatch)
-                        .for_each(|remark| shared_in_callback.remark(remark));
+            if sample.kind() != SampleKind::Put {
+                return;
+            }
+            let token = sample.key_expr();
+            for direction in [Direction::Publish, Direction::Subscribe] {
+                let topics = topics_of_node.topics(direction);
+                for (number, topic) in topics.iter().enumerate() {
+                    if topic.announced == Announced::OnceMet && topic.meets(direction, token) {
+                        shared_in_callback.meet(direction, number);
+                    }
+                }
+                if let Some(remark) = mismatch(topics, direction, token) {
+                    shared_in_callback.remark(remark);
                 }
             }
         })
@@ -157,14 +164,41 @@ fn declare(shared: &Arc<Shared>, config: &NodeConfig, session: &Session) -> zeno
     Ok(Declared {
         publishers,
         _subscribers: subscribers,
-        _tokens: tokens,
+        tokens,
     })
+}
+
+/// Announces a topic if it is one that is announced at that time.
+fn announce(
+    config: &NodeConfig,
+    session: &Session,
+    direction: Direction,
+    number: usize,
+    at: Announced,
+) -> zenoh::Result<Option<LivelinessToken>> {
+    let Some(topic) = config
+        .topics(direction)
+        .get(number)
+        .filter(|topic| topic.announced == at)
+    else {
+        return Ok(None);
+    };
+    // The node has number 0.
+    let number = 1
+        + number
+        + match direction {
+            Direction::Publish => 0,
+            Direction::Subscribe => config.publications.len(),
+        };
+    let token = topic.token(&config.name, &session.zid().to_string(), direction, number);
+    session.liveliness().declare_token(token).wait().map(Some)
 }
 
 /// Sends messages and checks the connection until the node must end.
 fn serve(shared: &Shared, config: &NodeConfig, session: &Session, mut declared: Declared) {
     let mut last_check: Option<Instant> = None;
     let mut was_connected = false;
+    let mut announced = Vec::new();
     loop {
         if last_check.is_none_or(|last_check| last_check.elapsed() >= CHECK_PERIOD) {
             last_check = Some(Instant::now());
@@ -182,6 +216,14 @@ fn serve(shared: &Shared, config: &NodeConfig, session: &Session, mut declared: 
             shared.set_state(state);
         }
         let work = shared.work(CHECK_PERIOD);
+        for (direction, number) in work.met {
+            if !announced.contains(&(direction, number)) {
+                announced.push((direction, number));
+                // Without it only tools do not see the topic; its messages pass.
+                let token = announce(config, session, direction, number, Announced::OnceMet);
+                declared.tokens.extend(token.ok().flatten());
+            }
+        }
         for (number, batch) in work.batches {
             let publisher = &mut declared.publishers[number];
             for message in batch {

@@ -40,6 +40,34 @@ pub(crate) struct Modulations<'m> {
     pub(crate) topics: Vec<(&'m Modulation<Text<128>>, Text<128>)>,
 }
 
+/// Gives a driver `with_settings`, which reads the modulations of these settings.
+macro_rules! with_settings {
+    ($driver:ty) => {
+        impl $driver {
+            fn with_settings<R>(&self, cx: &Context, work: impl FnOnce(Settings<'_>) -> R) -> R {
+                let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
+                let (config, namespace, node) = (
+                    self.config.get(cx),
+                    self.namespace.get(cx),
+                    self.node.get(cx),
+                );
+                work(Settings {
+                    config: config.as_str(),
+                    connect: connect.as_str(),
+                    listen: listen.as_str(),
+                    has_endpoint: !connect.is_default() || !listen.is_default(),
+                    domain: self.domain.get(cx),
+                    namespace: namespace.as_str(),
+                    node: node.as_str(),
+                    schema: cx.name(),
+                })
+            }
+        }
+    };
+}
+
+pub(crate) use with_settings;
+
 impl Settings<'_> {
     /// Returns the node's name.
     pub(crate) fn name(&self) -> Result<NodeName, String> {

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use zenoh::bytes::ZBytes;
 
+use crate::keys::Direction;
 use crate::node::{NodeState, ReceivedMessage};
 
 /// Most remarks per node. They are remembered so that none is repeated.
@@ -26,6 +27,8 @@ pub(crate) struct Shared {
 struct SendQueue {
     /// The messages to send next, per publication. New ones replace those that were not sent in time.
     waiting: Vec<Vec<Vec<u8>>>,
+    /// Topics that other nodes have in the opposite direction, and that are to be announced.
+    met: Vec<(Direction, usize)>,
     ending: bool,
     ended: bool,
 }
@@ -43,6 +46,8 @@ struct NodeStatus {
 pub(crate) struct Work {
     /// Numbers of publications, and their messages to send.
     pub(crate) batches: Vec<(usize, Vec<Vec<u8>>)>,
+    /// Directions and numbers of topics to announce.
+    pub(crate) met: Vec<(Direction, usize)>,
     /// Whether the node must end afterwards.
     pub(crate) ending: bool,
 }
@@ -52,6 +57,7 @@ impl Shared {
         Self {
             queue: Mutex::new(SendQueue {
                 waiting: vec![Vec::new(); publications],
+                met: Vec::new(),
                 ending: false,
                 ended: false,
             }),
@@ -112,17 +118,25 @@ impl Shared {
     /// Returns the work to do. Waits for some for at most `timeout`.
     pub(crate) fn work(&self, timeout: Duration) -> Work {
         let mut queue = lock(&self.queue);
-        if !queue.ending && queue.waiting.iter().all(Vec::is_empty) {
+        if !queue.ending && queue.met.is_empty() && queue.waiting.iter().all(Vec::is_empty) {
             queue = wait(&self.changed, queue, timeout);
         }
+        let met = std::mem::take(&mut queue.met);
         let batches = queue.waiting.iter_mut().enumerate();
         Work {
+            met,
             batches: batches
                 .filter(|(_, batch)| !batch.is_empty())
                 .map(|(number, batch)| (number, std::mem::take(batch)))
                 .collect(),
             ending: queue.ending,
         }
+    }
+
+    /// Reports that another node has this topic in the opposite direction.
+    pub(crate) fn meet(&self, direction: Direction, number: usize) {
+        lock(&self.queue).met.push((direction, number));
+        self.changed.notify_one();
     }
 
     /// Waits between two attempts. Returns whether the node must end instead of trying again.

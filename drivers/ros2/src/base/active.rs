@@ -5,9 +5,9 @@ use jde_schema::prelude::*;
 
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
-use crate::messages::{Codec, PoseWithCovarianceStamped, Stamped};
+use crate::messages::{PoseWithCovarianceStamped, Stamped};
 use crate::scan::Sweep;
-use crate::topics::is_finite;
+use crate::velocity::{VelocityPublisher, is_finite};
 
 /// The node with its topics.
 pub(super) struct ActiveBase {
@@ -19,7 +19,7 @@ pub(super) struct ActiveBase {
     pub(super) imu: Option<TopicSubscription<Imu>>,
     pub(super) position: Option<TopicSubscription<PoseWithCovarianceStamped>>,
     pub(super) battery: Option<TopicSubscription<BatteryState>>,
-    pub(super) velocity: Option<Codec<Twist>>,
+    pub(super) velocity: Option<VelocityPublisher>,
     pub(super) drive: Drive,
     /// Buffer for scans, which are too large for a stack.
     pub(super) sweep: Box<Sweep>,
@@ -88,9 +88,9 @@ impl ActiveBase {
         }
     }
 
-    pub(super) fn publish_velocity(&self, twist: &Twist) {
-        if let Some(codec) = &self.velocity {
-            self.connection.node.publish(0, vec![codec.encode(twist)]);
+    pub(super) fn publish_velocity(&self, cx: &Context, twist: &Twist) {
+        if let Some(publisher) = &self.velocity {
+            publisher.publish(cx, &self.connection, twist);
         }
     }
 

@@ -11,7 +11,8 @@ use crate::keys::{Quality, Topic};
 use crate::messages::Codec;
 use crate::node::NodeConfig;
 use crate::scan::Sweep;
-use crate::settings::{Modulations, Settings};
+use crate::settings::{Modulations, Settings, with_settings};
+use crate::velocity::{self, VelocityPublisher};
 use active::ActiveBase;
 
 /// The battery's topic is infrequent: its time limit is this many times `stale`.
@@ -136,7 +137,7 @@ impl Schema for Base {
         });
         let command = self.velocity.get(cx);
         if let Some(twist) = active.drive.step(now, command.in_force().then_some(*command)) {
-            active.publish_velocity(&twist);
+            active.publish_velocity(cx, &twist);
         }
         let missing = (!active.has_received()).then_some("robot");
         active
@@ -148,7 +149,7 @@ impl Schema for Base {
     fn sleep(&mut self, cx: &Context) {
         if let Some(mut active) = self.active.take() {
             if let Some(stop) = active.drive.end() {
-                active.publish_velocity(&stop);
+                active.publish_velocity(cx, &stop);
             }
             active.connection.close(cx, &mut self.connection);
             self.laser.retract(cx);
@@ -186,22 +187,9 @@ impl Inspect for Base {
     }
 }
 
-impl Base {
-    fn with_settings<R>(&self, cx: &Context, work: impl FnOnce(Settings<'_>) -> R) -> R {
-        let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
-        let (config, namespace, node) = (self.config.get(cx), self.namespace.get(cx), self.node.get(cx));
-        work(Settings {
-            config: config.as_str(),
-            connect: connect.as_str(),
-            listen: listen.as_str(),
-            has_endpoint: !connect.is_default() || !listen.is_default(),
-            domain: self.domain.get(cx),
-            namespace: namespace.as_str(),
-            node: node.as_str(),
-            schema: cx.name(),
-        })
-    }
+with_settings!(Base);
 
+impl Base {
     fn start(&self, cx: &Context) -> Result<ActiveBase> {
         self.with_settings(cx, |settings| self.start_with(cx, &settings))
     }
@@ -218,14 +206,14 @@ impl Base {
         let imu = subscription(&mut topics, namespace, &self.imu_topic.get(cx))?;
         let position = subscription(&mut topics, namespace, &self.position_topic.get(cx))?;
         let battery = subscription(&mut topics, namespace, &self.battery_topic.get(cx))?;
-        let codec = Codec::new();
-        let velocity = crate::names::topic(namespace, self.velocity_topic.get(cx).as_str())?
-            .map(|topic| codec.topic(topic, Quality::Reliable));
-        let has_velocity = velocity.is_some();
+        let velocity = crate::names::topic(namespace, self.velocity_topic.get(cx).as_str())?;
         let connection = RosConnection::start(NodeConfig {
             config,
             endpoint,
-            publications: velocity.into_iter().collect(),
+            publications: velocity
+                .iter()
+                .flat_map(|topic| velocity::topics(topic))
+                .collect(),
             subscriptions: topics,
             name,
         })?;
@@ -238,7 +226,7 @@ impl Base {
             imu,
             position,
             battery,
-            velocity: has_velocity.then_some(codec),
+            velocity: velocity.map(|_| VelocityPublisher::new(0)),
             drive: Drive::default(),
             sweep: Box::new(Sweep::zeroed()),
         })

@@ -31,6 +31,17 @@ pub(crate) struct Topic {
     /// The type's hash.
     pub(crate) hash: String,
     pub(crate) quality: Quality,
+    pub(crate) announced: Announced,
+}
+
+/// When other nodes discover a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Announced {
+    /// From the beginning.
+    Always,
+    /// Once another node has the topic in the opposite direction, so that a name has one type as long as
+    /// nobody uses the other.
+    OnceMet,
 }
 
 /// Quality of service of a topic.
@@ -83,10 +94,7 @@ impl Topic {
         direction: Direction,
         number: usize,
     ) -> String {
-        let kind = match direction {
-            Direction::Publish => "MP",
-            Direction::Subscribe => "MS",
-        };
+        let kind = direction.kind();
         let (domain, namespace, node) = (name.domain, encode_name(&name.namespace), &name.node);
         let (topic, hash, quality) = (encode_name(&self.name), &self.hash, self.quality.profile());
         let dds = self.dds();
@@ -95,18 +103,26 @@ impl Topic {
         )
     }
 
+    /// Whether a token of another node announces this topic in the opposite direction.
+    pub(crate) fn meets(&self, direction: Direction, token: &str) -> bool {
+        let parts: Vec<&str> = token.splitn(14, '/').collect();
+        let [TOKENS, _, _, _, _, kind, _, _, _, topic, dds, hash, _] = parts[..] else {
+            return false;
+        };
+        kind == direction.opposite().kind()
+            && topic == encode_name(&self.name)
+            && dds == self.dds()
+            && hash == self.hash
+    }
+
     /// Returns the reason why this topic exchanges no messages with the one that a token of another node
     /// announces; `None` if they communicate, or if the token is unrelated.
-    pub(crate) fn mismatch(&self, direction: Direction, token: &str) -> Option<String> {
+    fn mismatch(&self, direction: Direction, token: &str) -> Option<String> {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
         let [TOKENS, _, _, _, _, kind, _, namespace, node, topic, dds, hash, _] = parts[..] else {
             return None;
         };
-        let opposite = match direction {
-            Direction::Publish => "MS",
-            Direction::Subscribe => "MP",
-        };
-        if kind != opposite || topic != encode_name(&self.name) {
+        if kind != direction.opposite().kind() || topic != encode_name(&self.name) {
             return None;
         }
         let namespace = namespace.replace(SLASH, "/");
@@ -131,6 +147,36 @@ impl Topic {
     /// The name of its type in keys, such as `sensor_msgs::msg::dds_::LaserScan_`.
     fn dds(&self) -> String {
         dds_from_canonical(&self.type_name).unwrap_or_else(|| self.type_name.replace('/', SLASH))
+    }
+}
+
+/// Returns the reason why none of a node's topics of a direction exchanges messages with the one of that name that a
+/// token of another node announces; `None` if one does, or if the token is unrelated.
+pub(crate) fn mismatch(topics: &[Topic], direction: Direction, token: &str) -> Option<String> {
+    if topics.iter().any(|topic| topic.meets(direction, token)) {
+        return None;
+    }
+    let is_of_type = |topic: &&Topic| token.split('/').any(|part| part == topic.dds());
+    let same_type = topics.iter().filter(is_of_type);
+    same_type
+        .chain(topics)
+        .find_map(|topic| topic.mismatch(direction, token))
+}
+
+impl Direction {
+    fn opposite(self) -> Self {
+        match self {
+            Self::Publish => Self::Subscribe,
+            Self::Subscribe => Self::Publish,
+        }
+    }
+
+    /// The kind of its tokens.
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Publish => "MP",
+            Self::Subscribe => "MS",
+        }
     }
 }
 

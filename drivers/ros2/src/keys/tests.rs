@@ -102,3 +102,29 @@ proptest! {
         let _ = scan().mismatch(Direction::Subscribe, &changed.token(&name(), "cd34", Direction::Publish, 1));
     }
 }
+
+#[test]
+fn a_topic_of_two_types_is_mismatched_only_by_a_third() {
+    let topic = |of: Topic| Topic {
+        name: "/cmd_vel".to_owned(),
+        ..of
+    };
+    let [plain, stamped] = crate::velocity::topics("/cmd_vel");
+    let topics = [plain.clone(), stamped.clone()];
+    let token = |topic: &Topic| topic.token(&name(), "cd34", Direction::Publish, 1);
+    for other in &topics {
+        assert!(other.meets(Direction::Subscribe, &token(other)));
+        assert!(!other.meets(Direction::Publish, &token(other)));
+        assert_eq!(mismatch(&topics, Direction::Subscribe, &token(other)), None);
+    }
+    assert!(!plain.meets(Direction::Subscribe, &token(&stamped)));
+    let said = |other: Topic| mismatch(&topics, Direction::Subscribe, &token(&other)).unwrap();
+    assert!(
+        said(topic(scan())).contains("is a sensor_msgs/msg/LaserScan, and a geometry_msgs/msg/Twist here")
+    );
+    let old = Topic {
+        hash: "TypeHashNotSupported".to_owned(),
+        ..stamped
+    };
+    assert!(said(old).contains("is another version of geometry_msgs/msg/TwistStamped"));
+}

@@ -7,6 +7,7 @@ use proptest::test_runner::TestRunner;
 
 use super::*;
 use crate::Base;
+use crate::velocity::TwistStamped;
 
 /// An image that is small enough for a stack.
 #[derive(Clone, Copy, Default, Value)]
@@ -147,6 +148,18 @@ fn r7_the_velocity_is_sent_while_it_is_in_force_and_then_zero() {
         received.len() == 3
     });
     assert_eq!(received, [ahead; 3], "the command must be repeated");
+    let stamped_subscriber = listen::<TwistStamped>(&session, "/cmd_vel");
+    let mut stamped = None;
+    fixture.until(|_| {
+        stamped = stamped.or_else(|| receive::<TwistStamped>(&stamped_subscriber));
+        stamped.is_some()
+    });
+    let stamped = stamped.unwrap();
+    assert_eq!(
+        (stamped.twist, stamped.header.frame_id),
+        (ahead, Frame::new("base_link"))
+    );
+    assert!(i64::from(stamp().sec) - i64::from(stamped.header.stamp.sec) < 3600);
     fixture.bench.sleep().unwrap();
     while received.last() != Some(&Twist::ZERO) {
         received.extend(receive::<Twist>(&subscriber));

@@ -1,8 +1,10 @@
 //! The topics that a jde robot publishes, and the velocities that it executes.
 
 use super::*;
+use crate::keys::Direction;
 use crate::messages::PoseWithCovarianceStamped;
 use crate::tf::Transforms;
+use crate::velocity::TwistStamped;
 use crate::{Follow, Topics};
 
 #[test]
@@ -216,6 +218,37 @@ fn a_velocity_is_exported_while_it_is_fresh() {
 }
 
 #[test]
+fn a_stamped_velocity_is_received_and_announced_once_another_node_has_one() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let tokens = session
+        .liveliness()
+        .declare_subscriber("@ros2_lv/3/**")
+        .wait()
+        .unwrap();
+    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    fixture.until_note(Connection::CONNECTED, &address);
+    let stamped = TwistStamped {
+        twist: Twist::planar(0.3, 0.1),
+        ..TwistStamped::default()
+    };
+    fixture.until(|bench| {
+        put(&session, "/cmd_vel", &stamped);
+        bench.exported("cmd_vel") == Some(stamped.twist)
+    });
+    let seen =
+        || std::iter::from_fn(|| tokens.try_recv().unwrap()).map(|sample| sample.key_expr().to_string());
+    assert!(
+        seen().all(|token| !token.contains("TwistStamped_")),
+        "nobody uses it"
+    );
+    let theirs = topic::<TwistStamped>("/cmd_vel").token(&name(), "ab12", Direction::Publish, 1);
+    let _theirs = session.liveliness().declare_token(theirs).wait().unwrap();
+    fixture.until(|_| seen().any(|token| token.contains("/MS/") && token.contains("TwistStamped_")));
+    assert_eq!(count_log(&fixture.bench, "nothing passes"), 0);
+}
+
+#[test]
 fn an_invalid_velocity_is_reported_once_and_ignored() {
     let address = unused_address();
     let session = open_router(&address);
@@ -260,4 +293,57 @@ fn r13_an_external_velocity_is_commanded_while_it_is_fresh() {
     assert!(!bench.check().unwrap().ready);
     bench.retract("cmd_vel");
     assert!(!bench.check().unwrap().ready);
+}
+
+#[test]
+fn r13_a_velocity_of_its_own_topic_is_commanded_while_it_is_fresh() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Follow>::connecting_to(&address);
+    fixture.bench.unbind("cmd_vel");
+    fixture.bench.set("topic", Text::<128>::new("teleop/cmd_vel"));
+    fixture.bench.set("patience", 0.1);
+    let mut fixture = fixture.awake();
+    let until_ready = |fixture: &mut Fixture<Follow>, ready: bool, send: &dyn Fn()| loop {
+        fixture.bench.set_now(fixture.start.elapsed());
+        send();
+        if fixture.bench.check().unwrap().ready == ready {
+            return;
+        }
+        thread::yield_now();
+    };
+    assert!(!fixture.bench.check().unwrap().ready, "nothing arrived");
+    let twist = Twist::planar(0.3, -0.1);
+    until_ready(&mut fixture, true, &|| put(&session, "/teleop/cmd_vel", &twist));
+    fixture.bench.iterate().unwrap();
+    assert_eq!(fixture.bench.commanded("base"), Some(twist));
+    until_ready(&mut fixture, false, &|| ());
+    let stamped = TwistStamped {
+        twist: Twist::planar(0.1, 0.2),
+        ..TwistStamped::default()
+    };
+    until_ready(&mut fixture, true, &|| put(&session, "/teleop/cmd_vel", &stamped));
+    // A plain one may have been on its way.
+    until_ready(&mut fixture, false, &|| ());
+    until_ready(&mut fixture, true, &|| put(&session, "/teleop/cmd_vel", &stamped));
+    fixture.bench.iterate().unwrap();
+    assert_eq!(fixture.bench.commanded("base"), Some(stamped.twist));
+    assert_eq!(fixture.connection().state, Connection::CONNECTED);
+    fixture.bench.sleep().unwrap();
+    assert_eq!(fixture.bench.exported::<Connection>("connection"), None);
+}
+
+#[test]
+fn velocities_come_from_one_source() {
+    for (is_bound, topic) in [(true, "/cmd_vel"), (false, "")] {
+        let mut bench = Bench::<Follow>::new();
+        if !is_bound {
+            bench.unbind("cmd_vel");
+        }
+        bench.set("topic", Text::<128>::new(topic));
+        let problems = bench.inspect().unwrap();
+        assert_eq!(problems.len(), 1, "{problems:?}");
+        assert_eq!(problems[0].modulation, "topic");
+        assert!(bench.awake().is_err());
+    }
 }

@@ -5,12 +5,13 @@ mod publisher;
 
 use jde_schema::prelude::*;
 
-use crate::connection::{RosConnection, TopicSubscription};
+use crate::connection::RosConnection;
 use crate::keys::Quality;
-use crate::messages::{Codec, PoseWithCovarianceStamped};
+use crate::messages::PoseWithCovarianceStamped;
 use crate::node::NodeConfig;
-use crate::settings::{Modulations, Settings};
+use crate::settings::{Modulations, Settings, with_settings};
 use crate::tf::{Transforms, range_messages};
+use crate::velocity::{self, VelocitySubscription};
 use publisher::{Publications, Spread, TopicPublisher, publish_new, take_due};
 
 /// Publishes a robot in ROS 2. Each bound import is published on its topic when it is new and has
@@ -123,7 +124,7 @@ struct ActiveTopics {
     imu: Option<TopicPublisher<Imu>>,
     position: Option<TopicPublisher<PoseWithCovarianceStamped>>,
     tf: Option<TopicPublisher<Transforms>>,
-    cmd_vel: Option<TopicSubscription<Twist>>,
+    cmd_vel: Option<VelocitySubscription>,
 }
 
 impl Schema for Topics {
@@ -176,18 +177,8 @@ impl Schema for Topics {
             node.publish(publisher.number, vec![publisher.codec.encode(&tree)]);
         }
         if let Some(subscription) = &mut active.cmd_vel {
-            let mut twist = Twist::ZERO;
-            if let Some(arrived) = active.connection.receive(cx, subscription, &mut twist) {
-                if is_finite(&twist) {
-                    subscription.mark_received(arrived);
-                    self.cmd_vel.write_at(cx, twist, arrived);
-                } else {
-                    let message = format!(
-                        "{}: a velocity that is not finite is ignored",
-                        subscription.topic()
-                    );
-                    active.connection.warn_once(cx, message);
-                }
+            if let Some((twist, arrived)) = subscription.receive(cx, &mut active.connection) {
+                self.cmd_vel.write_at(cx, twist, arrived);
             }
             if subscription.falls_silent(cx.now(), Duration::from_secs_f64(self.stale.get(cx))) {
                 self.cmd_vel.retract(cx);
@@ -233,22 +224,9 @@ impl Inspect for Topics {
     }
 }
 
-impl Topics {
-    fn with_settings<R>(&self, cx: &Context, work: impl FnOnce(Settings<'_>) -> R) -> R {
-        let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
-        let (config, namespace, node) = (self.config.get(cx), self.namespace.get(cx), self.node.get(cx));
-        work(Settings {
-            config: config.as_str(),
-            connect: connect.as_str(),
-            listen: listen.as_str(),
-            has_endpoint: !connect.is_default() || !listen.is_default(),
-            domain: self.domain.get(cx),
-            namespace: namespace.as_str(),
-            node: node.as_str(),
-            schema: cx.name(),
-        })
-    }
+with_settings!(Topics);
 
+impl Topics {
     /// Starts a node with a topic for each import that is bound.
     fn start(&self, cx: &Context) -> Result<ActiveTopics> {
         self.with_settings(cx, |settings| self.start_with(cx, &settings))
@@ -273,14 +251,12 @@ impl Topics {
             self.tf_topic.get(cx),
             Quality::Reliable,
         )?;
-        let codec = Codec::new();
-        let cmd_vel = crate::names::topic(namespace, self.cmd_vel_topic.get(cx).as_str())?
-            .map(|topic| codec.topic(topic, Quality::Reliable));
+        let cmd_vel = crate::names::topic(namespace, self.cmd_vel_topic.get(cx).as_str())?;
         let connection = RosConnection::start(NodeConfig {
             config,
             endpoint,
             publications: topics.topics,
-            subscriptions: cmd_vel.clone().into_iter().collect(),
+            subscriptions: cmd_vel.iter().flat_map(|topic| velocity::topics(topic)).collect(),
             name,
         })?;
         Ok(ActiveTopics {
@@ -295,14 +271,7 @@ impl Topics {
             imu,
             position,
             tf,
-            cmd_vel: cmd_vel.map(|topic| TopicSubscription::new(0, topic.name, codec)),
+            cmd_vel: cmd_vel.map(|topic| VelocitySubscription::new(0, &topic)),
         })
     }
-}
-
-/// Whether all its numbers are finite.
-pub(crate) fn is_finite(twist: &Twist) -> bool {
-    [twist.linear, twist.angular]
-        .iter()
-        .all(|part| part.x.is_finite() && part.y.is_finite() && part.z.is_finite())
 }
