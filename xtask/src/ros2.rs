@@ -57,35 +57,48 @@ fn peer(context: &Context, python: &Path, arguments: &[&str]) -> Command {
 fn run_peers(context: &Context, python: &Path) -> Result<()> {
     let mut router = Peer::start(context, python, &["router"])?;
     let port = router.line()?;
-    drive(context, python, &port)?;
+    // With this range the laser sees the end of the corridor. The program compares the wheels' odometry with
+    // it.
+    let range = ["--set", "pioneer.laser_range=30"];
+    among(
+        context,
+        python,
+        &port,
+        "drive",
+        jde(context, "ros2", &["topics"], &port).args(range),
+    )?;
+    let sources = ["robot", "teleop", "docking", "navigation"];
+    among(
+        context,
+        python,
+        &port,
+        "arbitrate",
+        &mut jde(context, "ros2-arbiter", &sources, &port),
+    )?;
     serve(context, python, &port)
 }
 
-/// Lets a ROS 2 program drive a robot of jde.
-fn drive(context: &Context, python: &Path, port: &str) -> Result<()> {
-    let mut command = jde(context, "ros2", "topics", port);
-    // With this range the laser sees the end of the corridor. The program compares the wheels' odometry with
-    // it.
-    command.args(["--set", "pioneer.laser_range=30"]);
-    shell::show(&command, context.paint);
+/// Runs an application while a ROS 2 program, which has this role, uses it.
+fn among(context: &Context, python: &Path, port: &str, role: &str, command: &mut Command) -> Result<()> {
+    shell::show(command, context.paint);
     let application = command
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .spawn()
-        .context("cannot start `jde run ros2`")?;
+        .context("cannot start the application")?;
     let mut application = ChildGuard(application);
-    let mut program = peer(context, python, &["drive", port]);
+    let mut program = peer(context, python, &[role, port]);
     print!(
         "{}",
         shell::read(&mut program).context("the program of ROS 2 failed")?
     );
     ensure!(
         application.0.try_wait()?.is_none(),
-        "`jde run ros2` ended too early"
+        "the application ended too early"
     );
     application.terminate()?;
     let status = application.0.wait()?;
-    ensure!(status.success(), "`jde run ros2` ended with {status}");
+    ensure!(status.success(), "the application ended with {status}");
     Ok(())
 }
 
@@ -94,7 +107,7 @@ fn serve(context: &Context, python: &Path, port: &str) -> Result<()> {
     let mut robot = Peer::start(context, python, &["serve", port])?;
     let ready = robot.line()?;
     ensure!(ready == "ready", "the robot of ROS 2 printed {ready}");
-    let mut command = jde(context, "ros2-robot", "robot", port);
+    let mut command = jde(context, "ros2-robot", &["robot"], port);
     shell::show(&command, context.paint);
     // It succeeds if the robot has reached all its targets.
     shell::read(&mut command).context("our schemas did not drive the robot of ROS 2")?;
@@ -102,12 +115,16 @@ fn serve(context: &Context, python: &Path, port: &str) -> Result<()> {
     Ok(())
 }
 
-/// Returns the command for an application whose driver connects to this port.
-fn jde(context: &Context, application: &str, driver: &str, port: &str) -> Command {
+/// Returns the command for an application, of which these schemas connect to this port.
+fn jde(context: &Context, application: &str, schemas: &[&str], port: &str) -> Command {
     let mut command = Command::new(context.target.join("debug/jde"));
     command
-        .args(["run", application, "--plain", "--for", LIMIT, "--set"])
-        .arg(format!("{driver}.connect=tcp/127.0.0.1:{port}"))
+        .args(["run", application, "--plain", "--for", LIMIT])
+        .args(
+            schemas
+                .iter()
+                .map(|schema| format!("--set={schema}.connect=tcp/127.0.0.1:{port}")),
+        )
         .env_remove("ROS_DOMAIN_ID")
         .current_dir(&context.root);
     command

@@ -3,6 +3,7 @@ types are identified by hashes that it computes itself.
 
     ros2_peer.py router             a Zenoh router like ROS 2's rmw_zenohd; prints its port, ends with its standard input
     ros2_peer.py drive PORT         receives the topics of a jde robot, drives it by /cmd_vel and checks the values
+    ros2_peer.py arbitrate PORT     two programs, one of them with stamped velocities, and the base for which they compete
     ros2_peer.py serve PORT         a robot with /scan, /odom and /battery_state that executes /cmd_vel; ends with its input
 
 It waits for each expected event, and fails with a message if the event has not occurred after LIMIT seconds.
@@ -35,6 +36,7 @@ TYPES = {
     "/tf": "tf2_msgs/msg/TFMessage",
     "/cmd_vel": "geometry_msgs/msg/Twist",
 }
+SOURCES = {"/teleop/cmd_vel": "geometry_msgs/msg/TwistStamped", "/nav/cmd_vel": "geometry_msgs/msg/Twist"}
 
 
 def definitions(types):
@@ -86,10 +88,10 @@ def seconds(stamp):
 class Subscription:
     """The newest message of a topic, and the number of messages."""
 
-    def __init__(self, topic, port):
+    def __init__(self, topic, port, kind=None):
         self.newest, self.count, self.frames = None, 0, set()
         self.subscriber = ROS2Subscriber(
-            topic, TYPES[topic], self.receive, domain_id=0, router_port=port, node_name="peer"
+            topic, kind or TYPES[topic], self.receive, domain_id=0, router_port=port, node_name="peer"
         )
 
     def receive(self, message):
@@ -102,12 +104,20 @@ class Subscription:
 class Publication:
     """A publication."""
 
-    def __init__(self, topic, port):
-        self.publisher = ROS2Publisher(topic, TYPES[topic], domain_id=0, router_port=port, node_name="peer")
+    def __init__(self, topic, port, kind=None):
+        self.is_stamped = kind == "geometry_msgs/msg/TwistStamped"
+        self.publisher = ROS2Publisher(
+            topic, kind or TYPES[topic], domain_id=0, router_port=port, node_name="peer"
+        )
 
     def twist(self, linear, angular):
-        vector = JAZZY.types["geometry_msgs/msg/Vector3"]
-        self.publisher.publish(linear=vector(float(linear), 0.0, 0.0), angular=vector(0.0, 0.0, float(angular)))
+        types = JAZZY.types
+        vector = types["geometry_msgs/msg/Vector3"]
+        parts = {"linear": vector(float(linear), 0.0, 0.0), "angular": vector(0.0, 0.0, float(angular))}
+        if self.is_stamped:
+            header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](0, 0), "base_link")
+            parts = {"header": header, "twist": types["geometry_msgs/msg/Twist"](**parts)}
+        self.publisher.publish(**parts)
 
 
 def router():
@@ -191,6 +201,36 @@ def drive(port):
     check(abs(distance() - position) < 0.01, "an invalid message moved it")
     drive_until(0.2, 0.0, "it drives again", lambda: odom.newest.twist.twist.linear.x > 0.15)
     print(f"drove it {travelled:.2f} m by {scan.count} scans, {odom.count} odometries and {image.count} pictures")
+
+
+def arbitrate(port):
+    definitions([*TYPES.values(), *SOURCES.values()])
+    base = Subscription("/cmd_vel", port)
+    teleop, nav = (Publication(topic, port, kind) for topic, kind in SOURCES.items())
+    taken = []
+
+    def until_driven(speed, sources):
+        def step():
+            for source, velocity in sources:
+                source.twist(velocity, 0.0)
+            time.sleep(0.05)
+            return base.count > 0 and base.newest.linear.x == speed
+
+        until(f"the base is driven at {speed} m/s", step)
+        taken.append(speed)
+
+    until_driven(0.2, [(nav, 0.2)])
+    listed = dict(get_topic_names_and_types(domain_id=0, router_port=port, timeout=2.0))
+    check(listed.get("/cmd_vel") == [TYPES["/cmd_vel"]], f"/cmd_vel is listed as {listed.get('/cmd_vel')}")
+    until_driven(0.5, [(nav, 0.2), (teleop, 0.5)])
+    until_driven(0.2, [(nav, 0.2)])
+    until_driven(0.0, [])
+    stamped = Subscription("/cmd_vel", port, SOURCES["/teleop/cmd_vel"])
+    until_driven(0.4, [(teleop, 0.4)])
+    until("a stamped velocity is received", lambda: stamped.count and stamped.newest.twist.linear.x == 0.4)
+    age = time.time() - seconds(stamped.newest.header.stamp)
+    check(-0.1 < age < LIMIT, f"a velocity that is {age} s old by the wall clock")
+    print(f"the base was driven at {taken} m/s, by one of two programs at a time")
 
 
 class Robot:
@@ -288,7 +328,7 @@ if __name__ == "__main__":
         router()
     else:
         try:
-            {"drive": drive, "serve": serve}[role](int(sys.argv[2]))
+            {"drive": drive, "arbitrate": arbitrate, "serve": serve}[role](int(sys.argv[2]))
         finally:
             # Threads of an open session would prevent the program from ending.
             ZenohSession.get_instance().close()
