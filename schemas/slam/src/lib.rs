@@ -139,6 +139,7 @@ pub struct Slam {
 
 impl Schema for Slam {
     fn awake(&mut self, cx: &Context) -> Result {
+        check_mount(&self.mount.get(cx))?;
         if self.slam.scans().is_empty() && self.reading.is_none() {
             self.begin(cx, self.restored.unwrap_or(self.initial.get(cx)))?;
         }
@@ -177,13 +178,7 @@ impl Schema for Slam {
 
 impl Inspect for Slam {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        let mount = self.mount.get(cx);
-        if mount.x.hypot(mount.y) > MOUNTED {
-            problems.wrong(
-                &self.mount,
-                format!("expected a place within {MOUNTED} m of the base"),
-            );
-        }
+        problems.expect(&self.mount, check_mount(&self.mount.get(cx)));
         problems.expect(
             &self.file,
             begun(
@@ -363,6 +358,16 @@ impl Slam {
             loop_matches: self.loop_matches.get(cx) as usize,
         }
     }
+}
+
+/// Checks that the laser is near the base.
+fn check_mount(mount: &Pose2D) -> Result<(), String> {
+    if mount.x.hypot(mount.y) <= MOUNTED {
+        return Ok(());
+    }
+    Err(format!(
+        "the laser is more than {MOUNTED} m from the base: state `mount` in metres"
+    ))
 }
 
 fn is_due(cx: &Context, last: Option<Duration>, every: f64) -> bool {

@@ -354,6 +354,7 @@ fn a_mount_far_from_the_base_is_refused() {
         let mut bench = Bench::<Slam>::new();
         bench.set("mount", Pose2D::new(x, 0.0, 0.0));
         assert_eq!(bench.inspect().expect("it inspects").len(), count, "{x}");
+        assert_eq!(bench.awake().is_err(), count > 0, "{x}");
     }
 }
 
