@@ -183,11 +183,17 @@ public:
         return *type;
     }
 
-    /** Writes a modulation, a period or what a mock writes: a number. */
+    /** Writes a modulation, a period or what a mock writes: a number, or true or false. */
     template <typename T, std::enable_if_t<std::is_arithmetic_v<T>, int> = 0>
     void write(const std::string &name, T number)
     {
-        detail::require(jde_run_write_number(handle_, name.c_str(), static_cast<double>(number)));
+        if constexpr (std::is_floating_point_v<T>) {
+            detail::require(jde_run_write_number(handle_, name.c_str(), static_cast<double>(number)));
+        } else if constexpr (std::is_same_v<T, bool>) {
+            write(name, number ? "true" : "false");
+        } else {
+            write(name, std::to_string(number));
+        }
     }
 
     /** The same from a text, as an application file states it: "30 cm/s". */

@@ -12,6 +12,9 @@ use crate::handles::{self, Object};
 use crate::run::nanoseconds;
 use crate::{executable, tables};
 
+/// No structure of options will have more bytes: a larger `size` was not set.
+const MOST_BYTES: usize = 4096;
+
 /// Loads and checks the application of a file, and loads its plugins. `options` may be null. Blocks while files are read.
 /// `JDE_FAILED`: jde_error() lists all faults, each with its file and line.
 #[unsafe(no_mangle)]
@@ -26,6 +29,9 @@ pub unsafe extern "C" fn jde_application_load(
             let file = text("file", file)?;
             let (mut overrides, mut mocks, mut executable) = (Vec::new(), Vec::new(), None);
             if let Some(options) = read_options(options)? {
+                if options.reserved != 0 {
+                    return Err(unknown_option("`reserved`, which must be 0"));
+                }
                 for value in texts("values", options.values, options.value_count)? {
                     let refused = |error| Failure::new(raw::BAD_ARGUMENT, error);
                     overrides.push(value.parse().map_err(refused)?);
@@ -111,7 +117,7 @@ unsafe fn read_options<T: Copy>(options: *const T) -> Result<Option<T>, Failure>
     // SAFETY: options begin with their size, and have as many bytes as they state; zeros are options.
     unsafe {
         let stated = options.cast::<u32>().read() as usize;
-        if stated < size_of::<u32>() * 2 {
+        if !(size_of::<u32>() * 2..=MOST_BYTES).contains(&stated) {
             return Err(Failure::new(
                 raw::BAD_ARGUMENT,
                 format!("options of {stated} bytes are none: set `size` to the size of the structure"),

@@ -8,8 +8,10 @@ use std::process::{Command, Output};
 use jde_watchdog::{DEFAULT_LIMIT, Watchdog};
 use tempfile::TempDir;
 
-/// The plugins of `apps/safe-navigation.toml`.
-const PLUGINS: &[&str] = &["sim", "example", "goon", "vff", "stop", "teleop"];
+/// The plugins of `apps/safe-navigation.toml` and `apps/dock.toml`.
+const PLUGINS: &[&str] = &[
+    "sim", "example", "goon", "vff", "stop", "teleop", "dock", "guard", "tags",
+];
 
 /// A program, and the libraries that it needs.
 struct Program {
@@ -163,8 +165,8 @@ done
 
 #[test]
 fn a_program_in_cpp_writes_numbers_of_every_type() {
-    let output = Program::compile("crates/c/tests/c/numbers.cpp").run(&[NAVIGATION]);
-    assert_eq!(output, "0\n0.25\n0.5\n0.75\n");
+    let output = Program::compile("crates/c/tests/c/numbers.cpp").run(&["apps/dock.toml"]);
+    assert_eq!(output, "1\n0.25\n0.5\n0.75\n9\n1\n");
 }
 
 #[test]

@@ -55,6 +55,10 @@ int main(int argc, char **argv)
     say("unknown value", jde_application_load(argv[1], &load, &application));
     load.size = 0;
     say("no size", jde_application_load(argv[1], &load, &application));
+    load.size = UINT32_MAX;
+    say("a size of no structure", jde_application_load(argv[1], &load, &application));
+    load = (jde_load_options){.size = sizeof load, .reserved = 7};
+    say("a reserved option", jde_application_load(argv[1], &load, &application));
     say("no place", jde_application_load(argv[1], NULL, NULL));
 
     /* A program of an older header has fewer options. */

@@ -11,18 +11,23 @@ try {
     jde::StartOptions options;
     options.lockstep = true;
     jde::Run run = jde::Application(argv[1]).start(options);
-    const auto print = [&](double time) {
-        run.until(time);
-        std::cout << run.number("vff.margin").value() << '\n';
+    double time = 0.0;
+    const auto print = [&](const char *name) {
+        run.until(time += 0.1);
+        std::cout << run.number(name).value() << '\n';
     };
-    run.write("vff.margin", 0);
-    print(0.1);
-    run.write("vff.margin", 0.25f);
-    print(0.2);
-    run.write("vff.margin", 0.5);
-    print(0.3);
-    run.write("vff.margin", "75 cm");
-    print(0.4);
+    run.write("dock.margin", 1);
+    print("dock.margin");
+    run.write("dock.margin", 0.25f);
+    print("dock.margin");
+    run.write("dock.margin", 0.5);
+    print("dock.margin");
+    run.write("dock.margin", "75 cm");
+    print("dock.margin");
+    run.write("dock.id", 9u);
+    print("dock.id");
+    run.write("dock.leave", true);
+    print("dock.leave");
     return 0;
 } catch (const jde::Error &error) {
     std::cerr << error.what() << '\n';
