@@ -62,6 +62,19 @@ def test_a_malformed_distribution_hides_no_other(
     assert "the entry points of adrift cannot be read: " in capsys.readouterr().err
 
 
+def test_a_distribution_that_another_shadows_counts_no_more(
+    installed: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shadowed = tmp_path / "old/Motion-0.9.dist-info"
+    shadowed.mkdir(parents=True)
+    (shadowed / "METADATA").write_text("Name: Motion\nVersion: 0.9\n")
+    (shadowed / "entry_points.txt").write_text("[jde.schemas]\ngone = motion.slow\n")
+    others = list(sys.path)
+    for folders, known in [(("old", "site"), "gone"), (("site", "old"), "slow-motion")]:
+        monkeypatch.setattr(sys, "path", [*(str(tmp_path / folder) for folder in folders), *others])
+        assert list(dict(entry_points())) == [known]
+
+
 def test_the_folder_of_a_module_is_a_path_once(installed: Robot, tmp_path: Path) -> None:
     file = tmp_path / "site/motion/slow.py"
     paths, modules = list(sys.path), dict(sys.modules)

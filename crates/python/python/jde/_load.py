@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import linecache
 import os
+import re
 import sys
 from importlib import metadata
 from importlib.machinery import PathFinder
@@ -19,8 +20,14 @@ GROUP = "jde.schemas"
 def entry_points() -> list[tuple[str, str]]:
     """Return the names of the plugins that distributions state, and the files of their modules. Import none of them."""
     found: dict[str, str] = {}
+    names: set[str] = set()
     for distribution in metadata.distributions():
         try:
+            # An earlier one of the same normalized name shadows it. A broken one has no name.
+            name = re.sub("[-_.]+", "-", distribution.name or "").lower()
+            if name and name in names:
+                continue
+            names.add(name)
             for point in distribution.entry_points:
                 file = _file_of(point.module) if point.group == GROUP else None
                 if file is not None:
