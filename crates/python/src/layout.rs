@@ -250,8 +250,8 @@ impl Layout {
     }
 }
 
-/// Returns the attribute for a field. That of a field named by a keyword of Python, such as `lambda`, has `_` at its
-/// end.
+/// Returns the attribute for a field. That of a field named by a keyword of Python, such as `lambda`, or by one and any
+/// number of `_`, has one more `_` at its end.
 pub(crate) fn attribute_of<'py>(py: Python<'py>, field: &str) -> PyResult<Bound<'py, PyString>> {
     let end = if is_keyword(py, field)? { "_" } else { "" };
     Ok(PyString::intern(py, &format!("{field}{end}")))
@@ -265,9 +265,10 @@ pub(crate) fn field_of<'a>(py: Python<'_>, attribute: &'a str) -> PyResult<&'a s
     }
 }
 
+/// Whether a word is a keyword of Python, with any number of `_` at its end.
 fn is_keyword(py: Python<'_>, word: &str) -> PyResult<bool> {
     py.import("keyword")?
-        .call_method1("iskeyword", (word,))?
+        .call_method1("iskeyword", (word.trim_end_matches('_'),))?
         .extract()
 }
 

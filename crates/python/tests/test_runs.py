@@ -84,19 +84,21 @@ def test_the_only_field_of_a_type_is_a_part_too(tmp_path: Path) -> None:
             _ = run["finds.doors[1]"]
 
 
-def test_a_field_named_by_a_keyword_ends_with_an_underscore(tmp_path: Path) -> None:
-    (tmp_path / "finds.py").write_text(DOORS.replace("places:", "lambda_:"))
+@pytest.mark.parametrize("field", ["lambda", "lambda_"])
+def test_a_field_named_by_a_keyword_ends_with_one_more_underscore(tmp_path: Path, field: str) -> None:
+    (tmp_path / "finds.py").write_text(DOORS.replace("places:", f"{field}_:"))
     file = tmp_path / "doors.toml"
     file.write_text('name = "doors"\nroots = ["finds"]\n[schemas.finds]\ntype = "finds.py"\n')
     with jde.run(file, mocks=["finds"]) as run:
-        run["finds.doors"] = {"lambda": [{"x": 1.0}]}
+        run["finds.doors"] = {field: [{"x": 1.0}]}
         run.until(2.0)
         doors = run["finds.doors"]
-        assert doors.lambda_ == run["finds.doors.lambda"] == [jde.types.Pose2D(x=1.0)]
-        doors.lambda_[0].x = 7.0
+        places = getattr(doors, f"{field}_")
+        assert places == run[f"finds.doors.{field}"] == [jde.types.Pose2D(x=1.0)]
+        places[0].x = 7.0
         run["finds.doors"] = doors
         run.until(4.0)
-        assert run["finds.doors.lambda[0].x"] == 7.0, "what was read can be written"
+        assert run[f"finds.doors.{field}[0].x"] == 7.0, "what was read can be written"
 
 
 def test_a_type_of_a_schema_has_a_class_in_a_run_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
