@@ -1,14 +1,20 @@
 //! Maps a laser log, and compares the poses of its scans with relations between them (Kuemmerle et al., "On measuring the
 //! accuracy of SLAM algorithms", 2009): the mean error of each relation in position and heading.
 //!
-//! `cargo run --release -p jde-slam --example relations -- GRAPH [ODOMETRY] [--map FILE] [--laser X]`
+//! `cargo run --release -p jde-slam --example relations -- GRAPH [ODOMETRY] [--map FILE] [--laser X] [--seed N]
+//! [--rawlog FILE | --poses FILE]`
 //!
 //! GRAPH has a line `VERTEX2 id x y theta` for each pose, `ROBOTLASER1` with the ranges for its scan, from right to left, and
 //! `EDGE2 from to dx dy dtheta` for each relation, after `#SEQUENTIAL` and after `#LOOP`. ODOMETRY has a line
 //! `ODO dx dy dtheta` for each motion in the frame of the base and `SCAN` with ranges for each scan; those of its scans that
 //! are in GRAPH too have relations. Without ODOMETRY, it is made of the poses of GRAPH with noise: 10 % of the way, 10 % of
-//! turns, and 5 degrees/m, five seeds. The map is written as PGM; X is where the laser is on the base, m. Times are processor
-//! time.
+//! turns, and 5 degrees/m, five seeds or the one of `--seed`. The map is written as PGM; X is where the laser is on the base, m.
+//! Times are processor time.
+//!
+//! For other programs, `--rawlog` writes the scans and the odometry in the form of MRPT instead of mapping them, and `--poses`
+//! compares the poses of a file instead, which has a line `scan x y theta ..` for each of them.
+
+mod rawlog;
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -28,6 +34,8 @@ const SEEDS: u64 = 5;
 /// How often the work behind the scans goes on between two of them: they are about a second apart, and a schema iterates more
 /// often than this.
 const BEHIND: usize = 10;
+
+const USAGE: &str = "GRAPH [ODOMETRY] [--map FILE] [--laser X] [--seed N] [--rawlog FILE | --poses FILE]";
 
 type Failure = Box<dyn Error>;
 
@@ -57,19 +65,34 @@ fn main() -> Result<(), Failure> {
         arguments.remove(at);
         (at < arguments.len()).then(|| arguments.remove(at))
     };
-    let (map, laser) = (option("--map"), option("--laser"));
-    let laser = laser.map_or(Ok(0.0), |number| number.parse())?;
+    let (map, rawlog, poses) = (option("--map"), option("--rawlog"), option("--poses"));
+    let laser = option("--laser").map_or(Ok(0.0), |number| number.parse())?;
+    let seeds = match option("--seed").map(|number| number.parse()).transpose()? {
+        Some(seed) => seed..seed + 1,
+        None => 0..SEEDS,
+    };
     let (graph, odometry) = match arguments.as_slice() {
         [graph] => (graph, None),
         [graph, odometry] => (graph, Some(odometry)),
-        _ => return Err("usage: relations GRAPH [ODOMETRY] [--map FILE] [--laser X]".into()),
+        _ => return Err(format!("usage: relations {USAGE}").into()),
     };
     let log = read_graph(&std::fs::read_to_string(graph)?)?;
-    pairs(&log);
+    if let Some(file) = poses {
+        let poses = read_poses(&std::fs::read_to_string(file)?)?;
+        compare(&log, |vertex| poses.get(&vertex).copied());
+        return Ok(());
+    }
     let runs = match odometry {
         Some(odometry) => vec![read_odometry(&std::fs::read_to_string(odometry)?, &log)?],
-        None => (0..SEEDS).map(|seed| disturbed(&log, seed)).collect(),
+        None => seeds.map(|seed| disturbed(&log, seed)).collect(),
     };
+    if let Some(file) = rawlog {
+        return match runs.as_slice() {
+            [records] => Ok(std::fs::write(file, rawlog::rawlog(records, laser))?),
+            _ => Err("--rawlog needs --seed".into()),
+        };
+    }
+    pairs(&log);
     for records in runs {
         run(&log, &records, laser, map.as_deref())?;
     }
@@ -128,12 +151,19 @@ fn run(log: &Log, records: &[Record], x: f64, map: Option<&str>) -> Result<(), F
         times.last().copied().unwrap_or_default(),
         sum(&steps) + sum(&times),
     );
+    compare(log, |vertex| {
+        anchors.get(&vertex).map(|anchor| slam.place(anchor))
+    });
+    map.map_or(Ok(()), |file| write_map(&slam, file))
+}
+
+/// Prints how far the poses of the scans are from the relations between them.
+fn compare(log: &Log, place: impl Fn(usize) -> Option<Pose2D>) {
     for (kind, of) in [("successive", Some(false)), ("loops", Some(true)), ("all", None)] {
         let errors: Vec<(f64, f64)> = (log.relations.iter())
             .filter(|relation| of.is_none_or(|of| relation.is_loop == of))
             .filter_map(|relation| {
-                let place = |vertex| anchors.get(vertex).map(|anchor| slam.place(anchor));
-                let between = place(&relation.from)?.localize(&place(&relation.to)?);
+                let between = place(relation.from)?.localize(&place(relation.to)?);
                 Some((
                     between.distance_to(&relation.pose),
                     normalize_angle(between.theta - relation.pose.theta)
@@ -164,7 +194,6 @@ fn run(log: &Log, records: &[Record], x: f64, map: Option<&str>) -> Result<(), F
             turn.2
         );
     }
-    map.map_or(Ok(()), |file| write_map(&slam, file))
 }
 
 fn write_map(slam: &Slam, file: &str) -> Result<(), Failure> {
@@ -301,6 +330,14 @@ fn read_graph(text: &str) -> Result<Log, Failure> {
         }
     }
     Ok(log)
+}
+
+fn read_poses(text: &str) -> Result<HashMap<usize, Pose2D>, Failure> {
+    let pose = |line| match numbers(line)?.as_slice() {
+        [scan, x, y, theta, ..] => Ok((*scan as usize, Pose2D::new(*x, *y, *theta))),
+        _ => Err(format!("not a pose: {line}").into()),
+    };
+    text.lines().map(pose).collect()
 }
 
 fn read_odometry(text: &str, log: &Log) -> Result<Vec<Record>, Failure> {
