@@ -79,4 +79,10 @@ impl<'q> Inspection<'q> {
             _ => None,
         }
     }
+    /// Whether the port is an import without a source.
+    #[must_use]
+    pub fn is_unbound_import(&self, port: u32) -> bool {
+        let binding = self.bindings.get(port as usize);
+        matches!(binding, Some(Binding::Import { source: None, .. }))
+    }
 }

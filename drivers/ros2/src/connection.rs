@@ -134,7 +134,8 @@ impl RosConnection {
         self.report.update(cx, export, state, attempts);
     }
 
-    /// Sends the submitted messages and ends the node.
+    /// Sends the submitted messages and ends the node. Waits for that for 300 ms at most, and not at all if the
+    /// node publishes nothing.
     pub(crate) fn close(mut self, cx: &Context, export: &mut Export<Connection>) {
         self.node.close();
         self.report.retract(cx, export);

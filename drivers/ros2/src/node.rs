@@ -106,7 +106,9 @@ impl Node {
 
     /// Ends the node after the submitted messages are sent, and waits for that for 300 ms at most.
     pub(crate) fn close(self) {
-        self.0.finish(CLOSE_TIMEOUT);
+        if self.0.publishes() {
+            self.0.finish(CLOSE_TIMEOUT);
+        }
     }
 }
 

@@ -73,6 +73,10 @@ impl Shared {
         }
     }
 
+    pub(crate) fn publishes(&self) -> bool {
+        !self.subscribed.is_empty()
+    }
+
     pub(crate) fn has_subscribers(&self, publication: usize) -> bool {
         self.subscribed[publication].load(Ordering::Relaxed)
     }

@@ -329,7 +329,7 @@ impl InspectorProcess {
                 // Log messages of an inspection are not shown.
                 FrameKind::Log => {}
                 kind => self.wire.send(&match kind {
-                    FrameKind::Read => modulation_reply(inspection, frame.number),
+                    FrameKind::Read => read_reply(inspection, frame.number),
                     _ => reply(raw::REFUSED),
                 })?,
             }
@@ -378,10 +378,15 @@ fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
-/// Returns the value of a modulation, in reply to [`FrameKind::Read`]; no other port has a value.
-fn modulation_reply(inspection: &Inspection<'_>, port: u32) -> Frame {
+/// Returns the value of a modulation, in reply to [`FrameKind::Read`]. No other port has a value; an import is
+/// bound or not.
+fn read_reply(inspection: &Inspection<'_>, port: u32) -> Frame {
     let Some((value, set)) = inspection.value(port) else {
-        return reply(raw::NO_VALUE);
+        return reply(if inspection.is_unbound_import(port) {
+            raw::UNBOUND
+        } else {
+            raw::NO_VALUE
+        });
     };
     Frame {
         flags: if set { 0 } else { raw::SAMPLE_DEFAULT },

@@ -19,7 +19,7 @@ fn plugin(folder: &Path, name: &str, include: &Path, body: &str) {
          static const jde_type number = {{sizeof(jde_type), 1u, \"std_msgs/msg/Float64\", \"\", 8u, 8u, fields}};\n\
          static const double one = 1.0;\n\
          static const jde_port ports[] = {{JDE_PORT_MODULATION(\"line\", \"\", \"\", number, one, 0.0, 9.0, 0u),\n\
-             JDE_PORT_EXPORT(\"seen\", \"\", number)}};\n\
+             JDE_PORT_EXPORT(\"seen\", \"\", number), JDE_PORT_IMPORT(\"near\", \"\", number, JDE_OPTIONAL)}};\n\
          static const jde_host *host;\n\
          static void *make(const jde_schema *s, const jde_host *h, jde_context *c) {{ (void)s; (void)c; host = h; static int it; return &it; }}\n\
          static int32_t iterate(void *i, jde_context *c) {{ (void)i; (void)c; return JDE_OK; }}\n\
@@ -33,7 +33,7 @@ fn plugin(folder: &Path, name: &str, include: &Path, body: &str) {
          #define ABILITY NULL\n\
          #endif\n\
          static const jde_schema schemas[] = {{{{.size = sizeof(jde_schema), .kind = JDE_DRIVER, .name = \"it\", .doc = \"It.\",\n\
-             .period_ns = 1000000, .ports = ports, .port_count = 2u, .create = make, .iterate = iterate, .ability = ABILITY}}}};\n\
+             .period_ns = 1000000, .ports = ports, .port_count = 3u, .create = make, .iterate = iterate, .ability = ABILITY}}}};\n\
          JDE_PLUGIN(\"{name}\", \"1\", \"It.\", schemas);\n"
     );
     fs::write(&source, text).unwrap();
@@ -101,6 +101,21 @@ fn a_wrong_modulation_is_reported_with_its_line_and_nothing_starts() {
     );
     let valid = run_in(folder.path(), &["check", &app, "--set", "driver.line=3"]);
     assert_eq!((valid.status, &*valid.err), (Some(0), ""));
+}
+
+#[test]
+fn an_inspection_tells_an_import_that_is_bound_from_one_that_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = "jde_sample near;\n\
+        if (host->read(cx, 2u, &near) == JDE_UNBOUND) jde_problem(problems, JDE_PROBLEM_WRONG, 0u, \"bind near\");";
+    plugin(folder.path(), "driver", &current_include(), body);
+    let app = application(folder.path(), &["driver"]);
+    let unbound = run_in(folder.path(), &["check", &app]);
+    assert!(unbound.err.contains("bind near"), "{unbound:?}");
+    let text = fs::read_to_string(&app).unwrap() + "imports = { near = \"driver.seen\" }\n";
+    fs::write(&app, text).unwrap();
+    let bound = run_in(folder.path(), &["check", &app]);
+    assert_eq!((bound.status, &*bound.err), (Some(0), ""));
 }
 
 #[test]
