@@ -101,6 +101,10 @@ impl Schema for Cover {
         Ok(())
     }
 
+    fn sleep(&mut self, cx: &Context) {
+        self.path.retract(cx);
+    }
+
     fn iterate(&mut self, cx: &Context) -> Result {
         let result = self.go_on(cx);
         self.measure(cx);

@@ -156,6 +156,15 @@ fn another_build_goes_on_where_the_last_one_was() {
 }
 
 #[test]
+fn no_path_is_left_while_it_sleeps() {
+    let mut bench = bench(&ROOM);
+    bench.iterate().expect("the iteration succeeds");
+    assert!(bench.exported::<Path>("path").is_some());
+    bench.sleep().expect("it sleeps");
+    assert!(bench.exported::<Path>("path").is_none());
+}
+
+#[test]
 fn an_obstacle_that_appears_on_the_path_changes_it_at_once() {
     let mut bench = bench(&ROOM);
     let path = |bench: &mut Bench<Cover>| {

@@ -101,6 +101,10 @@ impl Schema for Explore {
         Ok(())
     }
 
+    fn sleep(&mut self, cx: &Context) {
+        self.target.retract(cx);
+    }
+
     fn iterate(&mut self, cx: &Context) -> Result {
         self.take_outcome(cx);
         match self.look_around(cx) {

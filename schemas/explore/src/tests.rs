@@ -162,6 +162,14 @@ fn a_robot_that_awakes_before_a_frontier_looks_anew() {
 }
 
 #[test]
+fn no_target_is_left_while_it_sleeps() {
+    let mut bench = bench(1.25);
+    assert_eq!(target(&mut bench, &ROOM, 0), Some(RIGHT));
+    bench.sleep().expect("it sleeps");
+    assert!(bench.exported::<Target>("target").is_none());
+}
+
+#[test]
 fn what_was_given_up_and_is_seen_later_is_not_left_out() {
     let mut bench = bench(1.25);
     target(&mut bench, &ROOM, 0);
