@@ -84,6 +84,8 @@ pub struct Explore {
 struct Aim {
     /// The centre of one of its cells.
     target: Pose2D,
+    /// When it was chosen. An older mission of the father is of an earlier drive.
+    chosen_at: Duration,
     /// When the father reached the target.
     reached_at: Option<Duration>,
 }
@@ -142,9 +144,10 @@ impl Explore {
         let (Some(aim), Some(drive)) = (&mut self.aim, self.drive.get(cx)) else {
             return;
         };
-        if drive.target == aim.target && drive.state == Mission::DONE {
+        let is_of_aim = drive.target == aim.target && drive.time() > aim.chosen_at;
+        if is_of_aim && drive.state == Mission::DONE {
             aim.reached_at.get_or_insert(cx.now());
-        } else if drive.target == aim.target && drive.state == Mission::FAILED {
+        } else if is_of_aim && drive.state == Mission::FAILED {
             self.give_up(cx, drive.note.as_str());
         }
     }
@@ -209,6 +212,7 @@ impl Explore {
         let best = reached.min_by(|a, b| a.0.total_cmp(&b.0));
         self.aim = best.map(|(_, target)| Aim {
             target,
+            chosen_at: cx.now(),
             reached_at: None,
         });
         self.close(cx);

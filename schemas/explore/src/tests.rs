@@ -42,11 +42,12 @@ fn stand(bench: &mut Bench<Explore>, x: f64, y: f64) {
     );
 }
 
-/// The target after an iteration at this second, with a map of then.
+/// The target after an iteration at this second, with a map of then. What follows is later.
 fn target(bench: &mut Bench<Explore>, rows: &[&str], second: u64) -> Option<Pose2D> {
     bench.set_now(Duration::from_secs(second));
     bench.import("map", &*map(rows, second));
     bench.iterate().expect("the iteration succeeds");
+    bench.set_now(Duration::from_millis(1000 * second + 100));
     rounded(bench)
 }
 
@@ -156,9 +157,14 @@ fn a_robot_that_awakes_before_a_frontier_looks_anew() {
     bench.sleep().expect("it sleeps");
     bench.set_now(Duration::from_secs(100));
     bench.awake().expect("it awakes");
-    for second in [100, 101] {
+    for second in 100..104 {
         assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT));
     }
+    drive(&mut bench, Mission::DONE, "");
+    for second in 104..106 {
+        assert_eq!(target(&mut bench, &ROOM, second), Some(RIGHT), "it looks");
+    }
+    assert_eq!(target(&mut bench, &ROOM, 106), None);
 }
 
 #[test]
@@ -213,7 +219,13 @@ fn a_target_that_the_father_gives_up_is_not_chosen_again_until_an_operator_asks(
         .expect("the gesture is handled");
     assert_eq!(target(&mut bench, &ROOM, 2), Some(LEFT), "it stays");
     let left_seen: Vec<String> = ROOM.iter().map(|row| format!("#{}", &row[1..])).collect();
-    assert_eq!(target(&mut bench, &rows(&left_seen), 3), Some(RIGHT));
+    for second in 3..6 {
+        assert_eq!(
+            target(&mut bench, &rows(&left_seen), second),
+            Some(RIGHT),
+            "the father has said nothing since"
+        );
+    }
 }
 
 #[test]
