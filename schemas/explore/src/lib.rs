@@ -189,8 +189,10 @@ impl Explore {
     /// Keeps the target or chooses another one, by the newest survey.
     fn decide(&mut self, cx: &Context) {
         if let Some(aim) = self.aim {
-            let mut frontiers = self.surveyed.frontiers.iter();
-            match frontiers.find(|frontier| frontier.is_near((aim.target.x, aim.target.y), NEAR)) {
+            let frontiers = self.surveyed.frontiers.iter();
+            let near = frontiers.filter(|frontier| frontier.is_near((aim.target.x, aim.target.y), NEAR));
+            // Behind a wall there may be another one.
+            match near.max_by_key(|frontier| frontier.place.is_some()) {
                 Some(frontier) => {
                     let begun = self.surveyed.begun;
                     if aim.reached_at.is_some_and(|at| begun >= at + self.look(cx)) {

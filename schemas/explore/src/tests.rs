@@ -149,6 +149,23 @@ fn a_frontier_that_stays_open_on_a_map_that_does_not_change_is_given_up() {
 }
 
 #[test]
+fn a_frontier_behind_a_wall_changes_nothing_of_the_target_beside_it() {
+    // No way leads to the second room.
+    let rows = [&ROOM[..], &["#...................?"; 2], &ROOM[6..]].concat();
+    let mut bench = bench(1.25);
+    stand(&mut bench, 1.25, 0.65);
+    let chosen = target(&mut bench, &rows, 0).expect("a target");
+    assert_eq!(chosen.x, RIGHT.x);
+    stand(&mut bench, 0.35, 0.65);
+    assert_eq!(target(&mut bench, &rows, 1), Some(chosen), "it stays");
+    drive(&mut bench, Mission::DONE, "");
+    for second in 2..4 {
+        assert_eq!(target(&mut bench, &rows, second), Some(chosen), "it looks");
+    }
+    assert_eq!(target(&mut bench, &rows, 4), None, "it stays open");
+}
+
+#[test]
 fn a_robot_that_awakes_before_a_frontier_looks_anew() {
     let mut bench = bench(1.25);
     target(&mut bench, &ROOM, 0);
