@@ -64,6 +64,8 @@ pub struct Person {
     /// When the last step was, and where the robot was.
     last: Option<Duration>,
     from: Option<Pose2D>,
+    /// When the pose has jumped. Older persons are where they were by the pose before.
+    jumped: Option<Duration>,
     /// Whether it has led the robot since the last step.
     leads: bool,
     /// Why the persons cannot be used.
@@ -108,15 +110,18 @@ impl Person {
         if let Some(from) = self.from.replace(pose)
             && is_jump(&from, &pose, JUMP)
         {
-            warn!(
-                cx,
-                "the pose jumped by {:.2} m: it begins anew",
-                from.distance_to(&pose)
-            );
-            (self.following, self.state) = (Following::default(), State::Nobody);
+            self.jumped = Some(cx.now());
+            if !matches!(self.state, State::Arrived | State::GaveUp) {
+                let way = from.distance_to(&pose);
+                warn!(cx, "the pose jumped by {way:.2} m: it begins anew");
+                (self.following, self.state) = (Following::default(), State::Nobody);
+            }
         }
         let persons = self.persons.get(cx);
-        let persons = persons.filter(|persons| cx.now().saturating_sub(persons.time()) <= OLD);
+        let persons = persons.filter(|persons| {
+            let is_old = cx.now().saturating_sub(persons.time()) > OLD;
+            !is_old && self.jumped.is_none_or(|jumped| persons.time() > jumped)
+        });
         let is_same = |persons: &Persons| persons.header.frame_id == odometry.header.frame_id;
         let is_usable = persons.as_deref().is_none_or(is_same);
         self.trouble = (!is_usable).then_some("the persons are in another frame than the pose");

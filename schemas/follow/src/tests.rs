@@ -46,13 +46,22 @@ impl Robot {
     fn check(&mut self) -> bool {
         self.now += Duration::from_millis(100);
         self.bench.set_now(self.now);
-        let mut persons = Persons::default();
-        persons
-            .persons
-            .extend_from_slice(&self.persons)
-            .expect("they fit");
-        persons.header = Header::new(self.now, self.frame);
+        let persons = Persons {
+            header: Header::new(self.now, self.frame),
+            persons: self.persons.iter().copied().collect(),
+        };
         self.bench.import("persons", &persons);
+        self.check_pose()
+    }
+
+    /// The same without a scan: the persons are those of before.
+    fn check_without_scan(&mut self) -> bool {
+        self.now += Duration::from_millis(100);
+        self.bench.set_now(self.now);
+        self.check_pose()
+    }
+
+    fn check_pose(&mut self) -> bool {
         self.bench
             .import("pose", &Odometry::planar(self.now, self.pose, Twist::ZERO));
         self.bench.check().expect("the check succeeds").ready
@@ -321,6 +330,46 @@ fn a_pose_that_jumps_leaves_no_old_way() {
 }
 
 #[test]
+fn persons_from_before_a_jump_are_not_followed() {
+    for id in [0_u32, 1] {
+        let mut robot = Robot::new(&[tracked(1, 2.0, 0.0)]);
+        robot.bench.set("id", id);
+        robot.step();
+        robot.walk(8.0, 0.0);
+        // The pose begins anew. Until the next scan the persons are those of before.
+        robot.persons = vec![tracked(1, 3.0, 0.0)];
+        robot.pose = Pose2D::ORIGIN;
+        assert!(!robot.check());
+        robot.says("nobody to follow");
+        assert!(!robot.check_without_scan());
+        assert!(robot.way().is_empty());
+        assert!(robot.step(), "those are new");
+        robot.says("follows person 1");
+    }
+}
+
+#[test]
+fn a_jump_revives_no_mission_that_has_ended() {
+    let mut arrived = Robot::new(&[tracked(1, 1.3, 0.0)]);
+    arrived.bench.set("arrival", 2.0);
+    arrived.persons[0].velocity = [0.0; 2];
+    arrived.steps(3);
+    let mut lost = Robot::new(&[tracked(1, 2.0, 0.0)]);
+    lost.bench.set("patience", 4.0);
+    lost.step();
+    lost.persons.clear();
+    lost.steps(6);
+    for (mut robot, state) in [(arrived, Mission::DONE), (lost, Mission::FAILED)] {
+        assert_eq!(robot.mission().state, state);
+        robot.pose = Pose2D::new(30.0, -20.0, 0.0);
+        robot.persons = vec![tracked(2, 33.0, -20.0)];
+        robot.steps(1);
+        assert_eq!(robot.mission().state, state);
+        assert!(robot.way().is_empty());
+    }
+}
+
+#[test]
 fn persons_in_another_frame_or_at_no_place_lead_nowhere() {
     let mut robot = Robot::new(&[tracked(1, 3.0, 0.0)]);
     robot.frame = "map";
@@ -350,12 +399,7 @@ fn persons_who_are_old_are_not_seen() {
     let mut robot = Robot::new(&[tracked(1, 3.0, 0.0)]);
     robot.step();
     for _ in 0..15 {
-        robot.now += Duration::from_millis(100);
-        robot.bench.set_now(robot.now);
-        robot
-            .bench
-            .import("pose", &Odometry::planar(robot.now, robot.pose, Twist::ZERO));
-        robot.bench.check().expect("the check succeeds");
+        robot.check_without_scan();
     }
     robot.says("searches person 1");
 }

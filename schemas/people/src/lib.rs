@@ -119,6 +119,7 @@ impl People {
             warn!(cx, "the odometry jumped by {way:.2} m: all persons are new");
             self.tracker.forget();
             self.frozen.jump(&last, &measured);
+            self.persons.retract(cx);
         }
         if let Some(laser) = self.laser.get(cx)
             && core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence()

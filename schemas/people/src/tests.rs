@@ -303,6 +303,17 @@ fn what_was_seen_before_a_sleep_is_out_of_date() {
 }
 
 #[test]
+fn an_odometry_that_jumps_leaves_nobody_before_the_next_scan() {
+    let mut robot = tracked();
+    robot.now += Duration::from_millis(50);
+    robot.origin = Pose2D::new(30.0, -20.0, 2.0);
+    robot.bench.set_now(robot.now);
+    robot.bench.import("odometry", &robot.odometry());
+    robot.iterate();
+    assert_eq!(robot.persons(), None);
+}
+
+#[test]
 fn the_panel_draws_each_person_with_a_number() {
     let mut robot = tracked();
     let panel = robot.bench.draw().expect("the panel is drawn");
