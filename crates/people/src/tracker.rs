@@ -170,6 +170,17 @@ impl Tracker {
             .map(|(position, leg)| (*position, leg.confidence))
     }
 
+    /// Returns the number of the last person who was confirmed; 0 before the first one.
+    #[must_use]
+    pub fn last_number(&self) -> u32 {
+        self.confirmed
+    }
+
+    /// Goes on to count from a number, as that of another tracker.
+    pub fn count_from(&mut self, last: u32) {
+        self.confirmed = last;
+    }
+
     /// Forgets everybody. Numbers are not used again.
     pub fn forget(&mut self) {
         self.tracks.clear();

@@ -21,8 +21,8 @@ const PACE: f64 = 0.8;
 const SLOWEST: f64 = 0.3;
 /// How far beyond the place where a lost person was last the robot goes on in the same direction, m.
 const BEYOND: f64 = 1.5;
-/// Where somebody new is taken for a lost person: so far from the last place, m, so much farther for each second, m/s,
-/// and at most so far, m.
+/// Where a person may be who was not seen: so far from the last place, m, so much farther for each second, m/s, and at most
+/// so far, m.
 const SAME: [f64; 3] = [1.0, 1.0, 4.0];
 /// How long persons who may be the lost one are compared, s.
 const COMPARED: f64 = 0.5;
@@ -170,9 +170,10 @@ impl Following {
 
     /// Takes the person's place, or that of somebody new who must be the same.
     fn watch(&mut self, time: f64, persons: &[Person]) {
-        let own = persons
-            .iter()
-            .find(|person| person.id == self.id && person.unseen == 0.0);
+        // Who has the number elsewhere is somebody else: whoever tracks the persons may have begun to count anew.
+        let own = persons.iter().find(|person| {
+            person.id == self.id && person.unseen == 0.0 && self.may_be_at(&person.position, time)
+        });
         let found = own.or_else(|| self.same(time, persons));
         let was_lost = self.unseen > HIDDEN;
         let Some(person) = found else {
@@ -189,9 +190,10 @@ impl Following {
         (self.unseen, self.compared) = (0.0, 0.0);
         self.known = self.newest;
         self.place = Some(person.position);
-        let moved = self.trail.back().map_or(f64::INFINITY, |last| {
-            (person.position.x - last.x).hypot(person.position.y - last.y)
-        });
+        let moved = self
+            .trail
+            .back()
+            .map_or(f64::INFINITY, |last| between(&person.position, last));
         if moved >= STEP {
             self.trail.push_back(person.position);
         }
@@ -204,25 +206,40 @@ impl Following {
     /// into view before.
     fn same<'a>(&mut self, time: f64, persons: &'a [Person]) -> Option<&'a Person> {
         let place = self.place.filter(|_| self.unseen > HIDDEN)?;
-        let [near, growth, most] = SAME;
-        let reach = (near + growth * self.unseen).min(most);
-        let time_on = self.unseen.min(most / growth);
-        let expected = [
-            place.x + time_on * self.velocity[0],
-            place.y + time_on * self.velocity[1],
-        ];
+        let (expected, reach) = (self.expected()?, self.reach(0.0));
         let misfit = |person: &&Person| {
-            let [x, y] = [person.position.x - expected[0], person.position.y - expected[1]];
             let [ahead, left] = [0, 1].map(|axis| person.velocity[axis] - self.velocity[axis]);
-            x.hypot(y) + ahead.hypot(left)
+            between(&person.position, &expected) + ahead.hypot(left)
         };
         let fits = persons.iter().filter(|person| {
-            let away = (person.position.x - place.x).hypot(person.position.y - place.y);
-            person.id > self.known && person.unseen == 0.0 && away < reach
+            let is_near = between(&person.position, &place) < reach;
+            person.id > self.known && person.unseen == 0.0 && is_near
         });
         let best = fits.min_by(|a, b| misfit(a).total_cmp(&misfit(b)))?;
         self.compared += time;
         (self.compared >= COMPARED).then_some(best)
+    }
+
+    /// How far from the last place the person may be in `time` s, m.
+    fn reach(&self, time: f64) -> f64 {
+        let [near, growth, most] = SAME;
+        (near + growth * (self.unseen + time)).min(most)
+    }
+
+    /// Where the person is with the last velocity.
+    fn expected(&self) -> Option<Point2D> {
+        let [_, growth, most] = SAME;
+        let (place, time) = (self.place?, self.unseen.min(most / growth));
+        Some(Point2D {
+            x: place.x + time * self.velocity[0],
+            y: place.y + time * self.velocity[1],
+        })
+    }
+
+    /// Whether the person may be there in `time` s: near the last place, or where the last velocity leads.
+    fn may_be_at(&self, there: &Point2D, time: f64) -> bool {
+        let mut from = [self.place, self.expected()].into_iter().flatten();
+        from.any(|from| between(&from, there) < self.reach(time))
     }
 
     /// Where a person may be who is lost: on in the same direction.
@@ -269,7 +286,7 @@ impl Following {
         };
         match self.state {
             State::Follows(_) => {
-                let is_before = |point: &Point2D| (point.x - place.x).hypot(point.y - place.y) >= keep;
+                let is_before = |point: &Point2D| between(point, &place) >= keep;
                 let mut way: Vec<Point2D> = self.trail().take_while(is_before).collect();
                 if way.is_empty() {
                     // There is no trail yet: straight to the person, and `step` ends it in time.
@@ -301,4 +318,8 @@ fn chosen(terms: &Terms, pose: &Pose2D, persons: &[Person]) -> Option<Person> {
 
 fn distance(pose: &Pose2D, point: &Point2D) -> f64 {
     (point.x - pose.x).hypot(point.y - pose.y)
+}
+
+fn between(a: &Point2D, b: &Point2D) -> f64 {
+    (a.x - b.x).hypot(a.y - b.y)
 }

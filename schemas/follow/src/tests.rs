@@ -170,7 +170,7 @@ fn its_child_is_as_fast_as_the_person_and_faster_who_is_far_behind() {
     robot.step();
     let fast = |robot: &Robot| robot.bench.modulated::<f64>("drive", "fast").expect("a speed");
     assert!((fast(&robot) - 0.68).abs() < 0.01, "{}", fast(&robot));
-    robot.persons[0].position.x = 3.0;
+    robot.persons[0].position.x = 2.0;
     robot.step();
     assert_eq!(fast(&robot), 1.0);
 }
@@ -367,6 +367,35 @@ fn a_jump_revives_no_mission_that_has_ended() {
         assert_eq!(robot.mission().state, state);
         assert!(robot.way().is_empty());
     }
+}
+
+#[test]
+fn somebody_elsewhere_with_the_number_of_the_lost_person_is_somebody_else() {
+    // The schema that tracks the persons has been restarted, and counts from 1 again.
+    let mut robot = Robot::new(&[tracked(1, 2.0, 0.0)]);
+    robot.walk(3.0, 0.0);
+    robot.persons.clear();
+    robot.steps(2);
+    robot.persons = vec![tracked(1, -6.0, 3.0)];
+    robot.steps(1);
+    robot.says("searches person 1");
+    robot.persons = vec![tracked(1, 6.0, 0.0)];
+    robot.step();
+    robot.says("follows person 1");
+}
+
+#[test]
+fn a_person_who_hurries_on_out_of_sight_is_the_same() {
+    let mut robot = Robot::new(&[tracked(1, 2.0, 0.0)]);
+    robot.persons[0].velocity[0] = 1.6;
+    robot.step();
+    let mut hidden = robot.persons.clone();
+    robot.persons.clear();
+    robot.steps(2);
+    hidden[0].position.x += 2.1 * 1.6;
+    robot.persons = hidden;
+    robot.step();
+    robot.says("follows person 1");
 }
 
 #[test]

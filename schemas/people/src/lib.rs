@@ -198,6 +198,18 @@ fn person(person: jde_people::Person) -> Person {
     }
 }
 
+/// Saves how many persons there have been, so that no number is used again.
+impl Memory for People {
+    fn save(&self, _: &Context, saving: &mut Saving) {
+        saving.put(&self.tracker.last_number());
+    }
+
+    fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
+        self.tracker.count_from(saved.take()?);
+        Ok(())
+    }
+}
+
 jde_schema::export!(
     "people",
     "Tracks the people around a robot by its laser.",

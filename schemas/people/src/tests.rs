@@ -314,6 +314,16 @@ fn an_odometry_that_jumps_leaves_nobody_before_the_next_scan() {
 }
 
 #[test]
+fn a_reload_uses_no_number_again() {
+    let mut robot = tracked();
+    let saved = robot.bench.save().expect("it saves");
+    let mut next = Robot::new();
+    next.bench.restore(&saved).expect("it restores");
+    (0..20).for_each(|_| next.step());
+    next.is_right(2);
+}
+
+#[test]
 fn the_panel_draws_each_person_with_a_number() {
     let mut robot = tracked();
     let panel = robot.bench.draw().expect("the panel is drawn");
