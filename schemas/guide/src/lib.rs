@@ -344,7 +344,7 @@ impl Guide {
         if self.following.is_due() {
             // The number of the person may have changed, and the place has not.
             let target = self.followed.get(cx).filter(|_| is_ready(&self.follow, cx));
-            let followed = target.and_then(|mission| wave::nearest(&mission.target, persons));
+            let followed = target.and_then(|mission| wave::at(&mission.target, persons));
             if !waving.any(|id| Some(id) == followed) {
                 return;
             }

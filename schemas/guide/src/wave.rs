@@ -9,6 +9,8 @@ use jde_schema::types::{Person, normalize_angle};
 const LULL: Duration = Duration::from_millis(1500);
 /// Time after a wave in which no other one counts: the robot turns, and the colour leaves the picture and returns.
 const PAUSE: Duration = Duration::from_secs(8);
+/// How far a person may be from where the one who is followed was last, to be the same, m.
+const SAME: f64 = 1.0;
 
 /// The colour by which people wave, over time.
 #[derive(Debug, Default)]
@@ -52,9 +54,9 @@ pub(crate) fn find(bearing: f64, beside: f64, robot: &Pose2D, persons: &[Person]
     least(persons, off, beside)
 }
 
-/// Returns the number of the person who is nearest to `target`.
-pub(crate) fn nearest(target: &Pose2D, persons: &[Person]) -> Option<u32> {
-    least(persons, |person| place(person).distance_to(target), f64::MAX)
+/// Returns the number of the person at `target`, where the one who is followed was last.
+pub(crate) fn at(target: &Pose2D, persons: &[Person]) -> Option<u32> {
+    least(persons, |person| place(person).distance_to(target), SAME)
 }
 
 fn place(person: &Person) -> Pose2D {

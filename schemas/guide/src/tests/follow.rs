@@ -101,6 +101,19 @@ fn the_wave_of_somebody_else_ends_no_following() {
 }
 
 #[test]
+fn the_wave_of_somebody_else_ends_no_following_of_a_person_who_is_lost() {
+    let mut test = Test::mapped();
+    test.persons(&[(3, 2.0, 2.0), (4, 2.0, -2.0)]);
+    test.wave(Some(0.78), 1);
+    test.bench.set_child("follow", State::Winner);
+    test.wave(None, 10);
+    test.persons(&[(4, 2.0, -2.0)]);
+    test.mission_at("followed", Mission::RUNNING, "", Pose2D::new(2.0, 2.0, 0.0));
+    test.wave(Some(-0.78), 1);
+    assert_eq!(test.awake(), ["follow", "patrol"]);
+}
+
+#[test]
 fn who_waved_is_sought_where_the_robot_looked_when_the_picture_was_taken() {
     let mut test = Test::mapped();
     test.persons(&[(3, 2.0, 0.0), (4, 2.0, 1.0)]);
