@@ -6,6 +6,8 @@ use super::Guide;
 use crate::charge::Charge;
 
 impl Memory for Guide {
+    const VERSION: u32 = 2;
+
     fn save(&self, _: &Context, saving: &mut Saving) {
         for task in [&self.docking, &self.leading, &self.following, &self.mapping] {
             saving.put(&task.done());
@@ -13,7 +15,7 @@ impl Memory for Guide {
         }
         saving.put(&(self.charge.passed() as u64));
         saving.put(&self.led_to.unwrap_or_default());
-        saving.put(&self.asked.unwrap_or_default());
+        saving.put_all(self.asked.as_slice());
     }
 
     fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
@@ -31,7 +33,7 @@ impl Memory for Guide {
         }
         self.charge = Charge::resume(cx.now(), saved.take::<u64>()? as usize);
         self.led_to = Some(saved.take()?);
-        self.asked = Some(saved.take()?);
+        self.asked = saved.take_all()?.first().copied();
         // Who waves now has waved before.
         self.wave.take(cx.now());
         Ok(())

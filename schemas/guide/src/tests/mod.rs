@@ -380,6 +380,18 @@ fn a_reload_goes_on_with_what_is_due() {
 }
 
 #[test]
+fn a_reload_before_the_first_iteration_loses_no_room() {
+    let mut test = Test::new();
+    test.bench.awake().expect("it awakes");
+    let saved = test.bench.save().expect("it saves");
+    let mut next = Test::new();
+    next.bench.awake().expect("it awakes");
+    next.bench.restore(&saved).expect("it restores");
+    // It has asked for no room yet, not for the one that the application states either.
+    assert_eq!(next.bench.schema().asked, None);
+}
+
+#[test]
 fn a_patrol_without_rooms_keeps_its_route_and_is_not_counted() {
     let mut test = Test::new();
     test.bench.set("rooms", Rooms::default());
