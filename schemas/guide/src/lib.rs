@@ -20,8 +20,6 @@ use wave::Wave;
 
 /// The most time between a picture and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
-/// States of a battery that is not charged: discharging, not charging.
-const NOT_CHARGED: [u8; 2] = [2, 3];
 
 pub use rooms::{Room, Rooms};
 
@@ -455,9 +453,15 @@ fn is_ready(child: &Child, cx: &Context) -> bool {
     matches!(child.state(cx), State::Ready | State::Winner)
 }
 
-/// Whether a battery says that it is not charged.
+/// Whether a battery says that it is not charged: by its status, and without one by its current.
 fn is_idle(battery: &BatteryState) -> bool {
-    NOT_CHARGED.contains(&battery.power_supply_status) || battery.current < 0.0
+    match battery.power_supply_status {
+        // Charging, full.
+        1 | 4 => false,
+        // Discharging, not charging.
+        2 | 3 => true,
+        _ => battery.current < 0.0,
+    }
 }
 
 impl Arbitrate for Guide {

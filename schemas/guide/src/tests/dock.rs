@@ -65,3 +65,33 @@ fn a_dock_that_does_not_charge_is_driven_to_anew() {
     assert_eq!(test.target("dock_target"), Some(FAR));
     assert!(test.has_logged("does not charge"), "{:?}", test.bench.log());
 }
+
+#[test]
+fn the_status_of_the_battery_precedes_its_current() {
+    // Unknown, charging, discharging, not charging, full, and no status that is known.
+    let cases = [
+        (0, 0.5, true),
+        (0, -0.5, false),
+        (1, -0.01, true),
+        (2, 0.5, false),
+        (3, 0.5, false),
+        (4, -0.01, true),
+        (9, -0.5, false),
+    ];
+    for (power_supply_status, current, charges) in cases {
+        let mut test = Test::mapped();
+        test.charge(0.2);
+        test.at_dock();
+        test.mission("docked", Mission::DONE, "docked");
+        let battery = BatteryState {
+            percentage: 0.2,
+            current,
+            power_supply_status,
+            ..BatteryState::default()
+        };
+        test.bench.import("battery", &battery);
+        test.steps(55);
+        let stays = test.awake() == ["dock"];
+        assert_eq!(stays, charges, "status {power_supply_status}, {current} A");
+    }
+}
