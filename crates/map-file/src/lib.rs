@@ -15,6 +15,7 @@ use std::path::Path;
 pub use bytes::read_text;
 pub use fault::Fault;
 pub use similar::nearest;
+pub use write::is_yaml;
 
 use picture::Picture;
 use yaml::MapInfo;

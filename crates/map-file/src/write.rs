@@ -5,34 +5,37 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::{Cell, MapFile, yaml};
+use crate::{Cell, MapFile, read_text, yaml};
 
 /// The shades of an image for free, unknown and occupied cells.
 const SHADES: [u8; 3] = [254, 205, 0];
 
+/// Whether a map can be saved to a path: that of a YAML file, by its name.
+#[must_use]
+pub fn is_yaml(path: &Path) -> bool {
+    path.to_str().is_some()
+        && path
+            .extension()
+            .is_some_and(|extension| extension == "yaml" || extension == "yml")
+}
+
 impl MapFile {
-    /// Writes the map to this YAML file, and its image beside it as PGM of the same name. The image of an older map stays
-    /// until the YAML file names the new one, so two names take turns: `office.pgm` and `office.yaml.pgm`.
+    /// Writes the map to this YAML file, and its image beside it as PGM. The image of the older map stays, so that whoever
+    /// has read the older YAML file finds it: two names take turns, `office.yaml.pgm` and `office.yaml.2.pgm`. The names of
+    /// two maps in a folder are never equal.
     ///
     /// # Errors
-    /// If a file cannot be written, or the path is that of an image; the older map stays then.
+    /// If a file cannot be written, or the path is not that of a YAML file; the older map stays then.
     pub fn save(&self, path: &Path) -> io::Result<()> {
-        let is_image = path.extension().is_some_and(|extension| extension == "pgm");
-        let own = path.file_name().and_then(OsStr::to_str).filter(|_| !is_image);
+        let own = path.file_name().and_then(OsStr::to_str).filter(|_| is_yaml(path));
         let own = own.ok_or_else(|| {
-            let message = "expected the path of a YAML file whose name is Unicode";
+            let message = "expected the path of a file such as office.yaml, whose name is Unicode";
             io::Error::new(io::ErrorKind::InvalidInput, message)
         })?;
-        let images = [
-            path.with_extension("pgm"),
-            path.with_file_name(format!("{own}.pgm")),
-        ];
-        // Which of them the older map has.
-        let older = std::fs::read_to_string(path).ok();
-        let used = older.and_then(|older| yaml::image(path, &older));
-        let used = images.iter().position(|image| used.as_ref() == Some(image));
-        let image = &images[usize::from(used == Some(0))];
-        let name = image.file_name().and_then(OsStr::to_str).unwrap_or_default();
+        let [first, second] = [format!("{own}.pgm"), format!("{own}.2.pgm")];
+        let older = read_text(path).ok().and_then(|older| yaml::image(path, &older));
+        let is_first = older.is_some_and(|image| image.ends_with(&first));
+        let name = if is_first { second } else { first };
         let [x, y, heading] = self.origin;
         let text = format!(
             "image: {name:?}\nmode: trinary\nresolution: {:?}\norigin: [{x:?}, {y:?}, {heading:?}]\nnegate: 0\n\
@@ -47,12 +50,8 @@ impl MapFile {
                 Cell::Occupied => SHADES[2],
             }));
         }
-        replace(image, &pixels)?;
-        replace(path, text.as_bytes())?;
-        match used.map(|used| std::fs::remove_file(&images[used])) {
-            Some(Err(error)) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
+        replace(&path.with_file_name(&name), &pixels)?;
+        replace(path, text.as_bytes())
     }
 }
 
@@ -97,7 +96,45 @@ mod tests {
             assert_eq!(MapFile::load(&path), Ok(map()));
         }
         let names = std::fs::read_dir(folder.path()).expect("a folder").count();
-        assert_eq!(names, 2, "nothing else is left");
+        assert_eq!(names, 3, "the YAML file and two images");
+    }
+
+    #[test]
+    fn whoever_has_read_the_older_yaml_file_finds_its_image() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("office.yaml");
+        map().save(&path).expect("it is written");
+        for (width, height) in [(2, 3), (6, 1), (1, 6)] {
+            let older = (std::fs::read_to_string(&path), MapFile::load(&path));
+            let text = older.0.expect("it is there");
+            let newer = MapFile {
+                width,
+                height,
+                ..map()
+            };
+            newer.save(&path).expect("it is written");
+            assert_eq!(MapFile::parse(&path, &text), older.1);
+            assert_eq!(MapFile::load(&path), Ok(newer));
+        }
+    }
+
+    #[test]
+    fn an_image_that_another_file_names_stays() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("office.yaml");
+        let by_hand = folder.path().join("by hand.yaml");
+        map().save(&path).expect("it is written");
+        let text = std::fs::read_to_string(&path).expect("it is there");
+        std::fs::rename(
+            folder.path().join("office.yaml.pgm"),
+            folder.path().join("office.pgm"),
+        )
+        .expect("it is renamed");
+        std::fs::write(&by_hand, text.replace("office.yaml.pgm", "office.pgm")).expect("it is written");
+        let mut other = map();
+        (other.width, other.height) = (2, 3);
+        (0..3).for_each(|_| other.save(&path).expect("it is written"));
+        assert_eq!(MapFile::load(&by_hand), Ok(map()));
     }
 
     #[test]
@@ -119,8 +156,8 @@ mod tests {
     #[test]
     fn maps_whose_names_are_alike_keep_their_images() {
         let folder = tempfile::tempdir().expect("a folder");
-        let names = ["office.yaml", "office.2.yaml", "my office.yaml"];
-        let maps = [1, 2, 3].map(|width| MapFile {
+        let names = ["office.yaml", "office.yml", "office.2.yaml", "office.yaml.2.yaml"];
+        let maps = [1, 2, 3, 6].map(|width| MapFile {
             width,
             height: 6 / width,
             ..map()
@@ -140,9 +177,11 @@ mod tests {
     }
 
     #[test]
-    fn an_image_is_no_path_for_a_map() {
+    fn a_name_that_is_not_of_a_yaml_file_is_no_path_for_a_map() {
         let folder = tempfile::tempdir().expect("a folder");
-        assert!(map().save(&folder.path().join("m.pgm")).is_err());
+        for name in ["m.pgm", "office", ".yaml", "office.yaml.2", ".."] {
+            assert!(map().save(&folder.path().join(name)).is_err(), "{name}");
+        }
         assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
     }
 

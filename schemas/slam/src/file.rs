@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use jde_grid::{Geometry, Occupancy, OccupancyGrid};
-use jde_map_file::{Cell, MapFile};
+use jde_map_file::{Cell, MapFile, is_yaml};
 use jde_schema::prelude::Pose2D;
 use jde_slam::Continuation;
 
@@ -43,12 +43,9 @@ fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
 /// # Errors
 /// All faults of the file and of its image, that the start is not free, or that it has more than `most` keyframes.
 pub(crate) fn begun(file: &str, start: &Pose2D, most: u32) -> Result<Option<Continuation>, String> {
-    if Path::new(file)
-        .extension()
-        .is_some_and(|extension| extension == "pgm")
-    {
+    if !file.is_empty() && !is_yaml(Path::new(file)) {
         return Err(format!(
-            "{file} is the name of an image: expected that of a YAML file"
+            "{file} is not the name of a YAML file: expected one such as office.yaml"
         ));
     }
     let Some(map) = continued(file)? else {

@@ -146,7 +146,9 @@ fn a_file_that_is_no_map_or_has_none_there_is_refused_in_words() {
     };
     assert!(matches!(awake(START), (0, Ok(()))), "there is no file yet");
     map().save(&path).expect("it is saved");
-    assert!(begun("room.pgm", &START, 100).is_err());
+    for name in ["room.pgm", "room", ".yaml"] {
+        assert!(begun(name, &START, 100).is_err(), "{name}");
+    }
     let (problems, refused) = awake(Pose2D::new(-3.0, 0.0, 0.0));
     assert_eq!(problems, 1);
     assert!(refused.is_err_and(|words| words.contains("no free cells around the robot at -3.00, 0.00")));
