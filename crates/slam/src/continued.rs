@@ -70,7 +70,7 @@ impl Continuation {
             numbers,
             views,
             start: Anchor { keyframe, pose },
-            slam: Slam::default(),
+            slam: Slam::new(*start),
         })
     }
 
@@ -274,6 +274,22 @@ mod tests {
         let away = slam.place(&anchor).distance_to(&truth);
         assert!(away < 0.1, "{away} m at {truth:?}");
         assert!(slam.scans().len() > given, "it has seen more");
+    }
+
+    #[test]
+    fn a_robot_that_stands_where_it_is_not_said_to_be_adds_nothing() {
+        let world = World::ring(4);
+        let map = map(&world, 1.0);
+        let mut random = fastrand::Rng::with_seed(3);
+        for x in [-4.0, -3.5, -2.5, -2.0] {
+            let mut slam = on_map(&map, Pose2D::new(x, -5.0, 0.0)).expect("it is free there");
+            let truth = Pose2D::new(-3.0, -5.0, 0.0);
+            for _ in 0..10 {
+                let scan = world.scan(&truth, &mut random);
+                slam.step(&Settings::default(), &Pose2D::ORIGIN, &scan);
+            }
+            assert_eq!(slam.scans().len(), slam.given(), "{x}: {}", slam.state());
+        }
     }
 
     #[test]

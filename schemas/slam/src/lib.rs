@@ -119,8 +119,6 @@ pub struct Slam {
     pub(crate) slam: jde_slam::Slam,
     /// The map that is continued, until it is read.
     reading: Option<Continuation>,
-    /// How many keyframes the map that is continued has.
-    given: usize,
     pub(crate) drawn: Map,
     saving: Saving,
     scan_number: u64,
@@ -133,7 +131,7 @@ pub struct Slam {
     seen: Option<Duration>,
     /// The words of the last iteration.
     pub(crate) words: String,
-    /// Where the robot was before a reload.
+    /// Where the robot was before a reload or a sleep.
     restored: Option<Pose2D>,
 }
 
@@ -143,6 +141,7 @@ impl Schema for Slam {
         if self.slam.scans().is_empty() && self.reading.is_none() {
             self.begin(cx, self.restored.unwrap_or(self.initial.get(cx)))?;
         }
+        self.restored = self.place();
         // What happened while it slept is not known; how far the odometry went meanwhile is no jump.
         (self.seen, self.last) = (None, None);
         self.slam.doubt();
@@ -206,21 +205,23 @@ impl Slam {
         let Some(reading) = &mut self.reading else {
             return Ok(());
         };
-        let Some(slam) = reading.advance(READ) else {
+        let Some(mut slam) = reading.advance(READ) else {
             let (read, all) = (reading.read(), reading.keyframes());
             return Err(format!("no pose: reads the map, {read} of {all} keyframes"));
         };
+        // The robot may have moved meanwhile.
+        if let Some(odometry) = self.slam.odometry() {
+            slam.start_at(&odometry);
+        }
         (self.slam, self.reading) = (slam, None);
-        self.given = self.slam.scans().len();
         Ok(())
     }
 
-    /// Exports the pose.
+    /// Returns the odometry. If it has jumped, the robot has not.
     ///
     /// # Errors
-    /// Why there is none.
-    fn localize(&mut self, cx: &Context) -> Result<String, String> {
-        self.read()?;
+    /// That it cannot be used.
+    fn measure<'cx>(&mut self, cx: &'cx Context) -> Result<Sample<'cx, Odometry>, String> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
         if !is_finite(&odometry) {
             return Err("the odometry is not finite".into());
@@ -235,6 +236,21 @@ impl Slam {
             self.slam.jump(&last, &measured);
             self.frozen.jump(&last, &measured);
         }
+        if self.reading.is_some() {
+            self.slam.start_at(&measured);
+        }
+        Ok(odometry)
+    }
+
+    /// Exports the pose.
+    ///
+    /// # Errors
+    /// Why there is none.
+    fn localize(&mut self, cx: &Context) -> Result<String, String> {
+        let (odometry, is_read) = (self.measure(cx), self.read());
+        is_read?;
+        let odometry = odometry?;
+        let measured = odometry.pose2d();
         self.look(cx, &odometry);
         let patience = Duration::try_from_secs_f64(self.patience.get(cx)).unwrap_or(Duration::MAX);
         let is_lost = |seen| cx.now().saturating_sub(seen) > patience;
@@ -323,7 +339,7 @@ impl Slam {
 
     /// Whether the map shows what its file does not.
     fn is_worth_saving(&self, cx: &Context) -> bool {
-        let is_grown = self.slam.scans().len() > self.given;
+        let is_grown = self.slam.scans().len() > self.slam.given();
         !self.file.get(cx).is_empty() && is_grown && self.drawn.is_unsaved() && !self.saving.is_busy()
     }
 

@@ -7,16 +7,24 @@ use super::Slam;
 
 impl Memory for Slam {
     fn save(&self, _: &Context, saving: &mut Saving) {
-        let anchor = self.last.and_then(|last| self.slam.anchor(&last));
-        let place = anchor.map(|anchor| self.slam.place(&anchor)).or(self.restored);
-        saving.put(&place.map_or(Start::NONE, Start::at));
+        saving.put(&self.place().map_or(Start::NONE, Start::at));
     }
 
     fn restore(&mut self, cx: &Context, saved: &mut Saved) -> Result {
         self.restored = saved.take::<Start>()?.get();
         match self.restored {
-            Some(place) => self.begin(cx, place),
-            None => Ok(()),
+            // A build that goes on as the new one failed has its map.
+            Some(place) if self.slam.scans().is_empty() => self.begin(cx, place),
+            _ => Ok(()),
         }
+    }
+}
+
+impl Slam {
+    /// Returns where the robot was last, if that is known.
+    pub(crate) fn place(&self) -> Option<Pose2D> {
+        let is_begun = self.reading.is_some() || !self.slam.scans().is_empty();
+        let last = self.last.filter(|_| is_begun);
+        last.map(|last| self.slam.pose(&last)).or(self.restored)
     }
 }

@@ -79,17 +79,15 @@ pub struct Slam {
     /// How many keyframes are of a map that is continued.
     pub(crate) given: usize,
     anchor: Option<Anchor>,
-    /// The pose of the odometry at the anchor.
-    odometry: Pose2D,
+    /// The pose of the odometry at the anchor, or at the start until there is one.
+    odometry: Option<Pose2D>,
     state: Option<State>,
     /// Whether the robot may be elsewhere since the last scan.
     is_doubted: bool,
     /// How many scans were not matched since one was, as the robot stood.
     unmatched: usize,
-    /// The inverse of the covariance of the last match by the points of its scan, in the frame of the map.
-    information: Matrix,
-    /// That of the pose by the odometry before the match.
-    prior: Matrix,
+    /// The covariance of the pose at the anchor, in the frame of the map.
+    covariance: Matrix,
     /// The surfaces around the anchor's keyframe, in its frame.
     surface: Option<Surface>,
     loops: Loops,
@@ -101,8 +99,26 @@ impl Slam {
     pub fn new(start: Pose2D) -> Self {
         Self {
             start,
+            covariance: UNCERTAIN,
             ..Self::default()
         }
+    }
+
+    /// The robot is at the start at this pose of the odometry. Only the first call counts, before the first scan.
+    pub fn start_at(&mut self, odometry: &Pose2D) {
+        self.odometry.get_or_insert(*odometry);
+    }
+
+    /// Returns how many of the keyframes are of a map that is continued.
+    #[must_use]
+    pub const fn given(&self) -> usize {
+        self.given
+    }
+
+    /// Returns the pose of the odometry at the last scan that was matched, or at the start until there is one.
+    #[must_use]
+    pub const fn odometry(&self) -> Option<Pose2D> {
+        self.odometry
     }
 
     /// Returns the graph: a pose for each keyframe, in the frame of the map.
@@ -127,7 +143,7 @@ impl Slam {
     #[must_use]
     pub fn anchor(&self, odometry: &Pose2D) -> Option<Anchor> {
         self.anchor.map(|anchor| Anchor {
-            pose: anchor.pose.transform(&self.odometry.localize(odometry)),
+            pose: anchor.pose.transform(&self.moved(odometry)),
             ..anchor
         })
     }
@@ -136,6 +152,15 @@ impl Slam {
     #[must_use]
     pub fn place(&self, anchor: &Anchor) -> Pose2D {
         self.graph.poses()[anchor.keyframe].transform(&anchor.pose)
+    }
+
+    /// Returns the pose in the frame of the map at this pose of the odometry; before the first scan, by the start.
+    #[must_use]
+    pub fn pose(&self, odometry: &Pose2D) -> Pose2D {
+        self.anchor(odometry).map_or_else(
+            || self.start.transform(&self.moved(odometry)),
+            |anchor| self.place(&anchor),
+        )
     }
 
     /// Returns the points that keyframes show, in the frame of the map, m: every so many that they are at most `most`.
@@ -152,22 +177,20 @@ impl Slam {
         points.map(move |point| placed(&pose, point.at))
     }
 
-    /// Returns the covariance of the pose at this pose of the odometry, in the frame of the map: x, y, heading. It is that of
-    /// the last match, by its points and the odometry before it, and of the odometry since; while no scan fits, that of
-    /// 0.3 m and 0.2 rad takes the place of the match.
+    /// How far the robot has moved since the anchor, by the odometry.
+    fn moved(&self, odometry: &Pose2D) -> Pose2D {
+        self.odometry
+            .map_or(Pose2D::ORIGIN, |last| last.localize(odometry))
+    }
+
+    /// Returns the covariance of the pose at this pose of the odometry, in the frame of the map: x, y, heading. The odometry
+    /// adds to it, and each match takes away what the points of its scan say. From a scan that does not fit on, it begins with
+    /// that of 0.3 m and 0.2 rad.
     #[must_use]
     pub fn covariance(&self, settings: &Settings, odometry: &Pose2D) -> Matrix {
-        let mut information = self.prior;
-        add(&mut information, 1.0, &self.information);
-        let matched = invert(&information).filter(|_| self.is_sure());
-        let mut covariance = matched.unwrap_or(UNCERTAIN);
-        for (axis, deviation) in settings
-            .deviations(&self.odometry.localize(odometry))
-            .into_iter()
-            .enumerate()
-        {
-            covariance[axis][axis] += deviation * deviation;
-        }
+        let mut covariance = self.covariance;
+        let deviations = settings.deviations(&self.moved(odometry));
+        add(&mut covariance, 1.0, &diagonal(deviations.map(|of| of * of)));
         covariance
     }
 
@@ -178,12 +201,15 @@ impl Slam {
 
     /// The robot may have been moved since the last scan: the next one is matched, to 0.3 m and 0.2 rad.
     pub const fn doubt(&mut self) {
+        if self.is_sure() {
+            self.covariance = UNCERTAIN;
+        }
         self.is_doubted = true;
     }
 
     /// The odometry jumped to another pose without a motion of the robot.
     pub fn jump(&mut self, from: &Pose2D, to: &Pose2D) {
-        self.odometry = to.transform(&from.localize(&self.odometry));
+        self.odometry = self.odometry.map(|last| to.transform(&from.localize(&last)));
     }
 
     /// Takes a scan, and the pose of the odometry at its time.
@@ -191,16 +217,17 @@ impl Slam {
     /// Takes time by the number of points of one scan and of the sixteen keyframes that it is matched with. While the robot
     /// stands, only every tenth scan is looked at, and matched if it fits no longer.
     pub fn step(&mut self, settings: &Settings, odometry: &Pose2D, scan: &Scan) -> State {
+        let was_sure = self.is_sure();
         let state = self.take(settings, odometry, scan);
         self.state = Some(state);
+        if was_sure && !self.is_sure() {
+            self.covariance = UNCERTAIN;
+        }
         state
     }
 
     fn take(&mut self, settings: &Settings, odometry: &Pose2D, scan: &Scan) -> State {
-        if self.state.is_none() {
-            // Until now no odometry belongs to the start on a map.
-            self.odometry = *odometry;
-        }
+        self.start_at(odometry);
         let Some(anchor) = self.anchor(odometry) else {
             if !scan.is_enough() {
                 return State::Empty;
@@ -210,18 +237,19 @@ impl Slam {
                 keyframe: 0,
                 pose: Pose2D::ORIGIN,
             });
-            self.odometry = *odometry;
-            self.prior = settings.information(&Pose2D::ORIGIN);
+            self.odometry = Some(*odometry);
+            self.covariance = ZERO;
             self.is_doubted = false;
             return State::Fits(1.0);
         };
         if !scan.is_enough() {
             return State::Blind;
         }
-        let motion = self.odometry.localize(odometry);
+        let motion = self.moved(odometry);
         let way = libm::hypot(motion.x, motion.y);
         let is_moved = way >= settings.update.0 || motion.theta.abs() >= settings.update.1;
-        if !is_moved && self.is_sure() {
+        let was_sure = self.is_sure();
+        if !is_moved && was_sure {
             self.unmatched += 1;
             if !self.unmatched.is_multiple_of(STANDING) {
                 return self.state();
@@ -234,7 +262,7 @@ impl Slam {
         self.unmatched = 0;
         let guess = Guess {
             pose: anchor.pose,
-            information: if self.is_sure() {
+            information: if was_sure {
                 settings.information(&motion)
             } else {
                 UNSURE
@@ -242,12 +270,16 @@ impl Slam {
         };
         self.is_doubted = false;
         let fit = self.fit(settings, &guess, &anchor, scan);
-        self.odometry = *odometry;
-        self.prior = guess.information;
+        self.covariance = self.covariance(settings, odometry);
+        self.odometry = Some(*odometry);
         let share = fit.map_or(0.0, |fit| fit.share);
         let fit = fit.filter(|fit| fit.share >= settings.share);
         let heading = self.graph.poses()[anchor.keyframe].theta;
-        self.information = turned(&fit.map_or(ZERO, |fit| fit.information), heading);
+        let information = turned(&fit.map_or(ZERO, |fit| fit.information), heading);
+        if let Some(mut both) = invert(&self.covariance) {
+            add(&mut both, 1.0, &information);
+            self.covariance = invert(&both).unwrap_or(self.covariance);
+        }
         let pose = fit.map_or(anchor.pose, |fit| fit.pose);
         let anchor = self.nearest(&Anchor { pose, ..anchor });
         self.set_anchor(anchor);
@@ -257,8 +289,10 @@ impl Slam {
         let (way, turn) = (libm::hypot(anchor.pose.x, anchor.pose.y), anchor.pose.theta.abs());
         let is_turned = turn >= settings.keyframe.1 && !self.scans[anchor.keyframe].is_all_around();
         let is_new = way >= settings.keyframe.0 || is_turned;
-        if (is_new || self.is_beyond(settings, &anchor, share)) && self.scans.len() < settings.most {
-            self.keep(settings, &anchor, scan);
+        // A match far around may be wrong by chance: what it says is kept when the next one agrees.
+        let is_kept = was_sure && (is_new || self.is_beyond(settings, &anchor, share));
+        if is_kept && self.scans.len() < settings.most {
+            self.keep(settings, &anchor, scan, &information);
         }
         State::Fits(share)
     }
@@ -309,12 +343,12 @@ impl Slam {
     }
 
     /// Makes a scan at an anchor a keyframe.
-    fn keep(&mut self, settings: &Settings, anchor: &Anchor, scan: &Scan) {
+    fn keep(&mut self, settings: &Settings, anchor: &Anchor, scan: &Scan, matched: &Matrix) {
         let keyframe = self.add_keyframe(self.place(anchor), scan);
         // Of what the odometry says since the other keyframe, and what the scan says.
         let mut information = settings.information(&anchor.pose);
         let heading = self.graph.poses()[anchor.keyframe].theta;
-        add(&mut information, 1.0, &turned(&self.information, -heading));
+        add(&mut information, 1.0, &turned(matched, -heading));
         self.add_edge(Edge {
             from: anchor.keyframe,
             to: keyframe,

@@ -30,7 +30,7 @@ pub struct Settings {
     pub drift: f64,
     /// The least share of the points around the robot that are on the surfaces of a place that is reached again.
     pub loop_share: f64,
-    /// How many matches in a row close a loop.
+    /// How many matches that say the same close a loop.
     pub loop_matches: usize,
 }
 

@@ -195,6 +195,37 @@ fn a_robot_in_doubt_is_matched_where_it_stands() {
 }
 
 #[test]
+fn along_a_corridor_without_features_the_robot_is_less_certain() {
+    let mut robot = Robot::new(
+        World::default().with_box((-20.0, -1.0), (40.0, 1.0)),
+        Pose2D::ORIGIN,
+    );
+    for _ in 0..4 {
+        robot.drive(5.0, 0.0);
+        let [[along, ..], [_, across, _], _] = robot.slam.covariance(&robot.settings, &robot.odometry);
+        assert!(along > 0.002 && across < 0.0002, "{along} and {across} m²");
+    }
+}
+
+#[test]
+fn while_no_scan_fits_the_robot_is_ever_less_certain() {
+    let mut robot = around();
+    robot.drive(2.0, 0.0);
+    let other = World::default().with_box((-0.3, -0.3), (0.4, 0.5));
+    let scan = other.scan(&Pose2D::ORIGIN, &mut robot.random);
+    let settings = robot.settings;
+    let mut last = 0.0;
+    for _ in 0..20 {
+        robot.odometry = robot.odometry.transform(&Pose2D::new(0.5, 0.0, 0.0));
+        let state = robot.slam.step(&settings, &robot.odometry, &scan);
+        assert!(matches!(state, State::Differs(_)), "{state}");
+        let variance = robot.slam.covariance(&settings, &robot.odometry)[0][0];
+        assert!(variance > last && variance > 0.09, "{variance} after {last} m²");
+        last = variance;
+    }
+}
+
+#[test]
 fn an_odometry_that_jumps_moves_nothing() {
     let mut robot = around();
     robot.drive(3.0, 0.0);

@@ -336,6 +336,38 @@ fn a_reload_keeps_the_place() {
 }
 
 #[test]
+fn a_build_that_goes_on_after_a_new_one_failed_has_its_map() {
+    let mut robot = driven();
+    let keyframes = robot.bench.schema().slam.scans().len();
+    let saved = robot.bench.save().expect("it saves");
+    robot.bench.sleep().expect("it sleeps");
+    robot.bench.awake().expect("it awakes");
+    robot.bench.restore(&saved).expect("it restores");
+    assert_eq!(robot.bench.schema().slam.scans().len(), keyframes);
+    robot.drive(2);
+    robot.is_right();
+}
+
+#[test]
+fn a_reload_before_the_first_odometry_keeps_the_place() {
+    let mut before = driven();
+    let saved = before.bench.save().expect("it saves");
+    let mut robot = Robot::new();
+    robot.bench.restore(&saved).expect("it restores");
+    (robot.truth, robot.odometry) = (before.truth, before.odometry);
+    robot.drive(35);
+    // It sleeps, and is reloaded as it awakes, before its base says anything.
+    robot.bench.sleep().expect("it sleeps");
+    robot.bench.awake().expect("it awakes");
+    let saved = robot.bench.save().expect("it saves");
+    let mut reloaded = Robot::new();
+    reloaded.bench.restore(&saved).expect("it restores");
+    (reloaded.truth, reloaded.odometry) = (robot.truth, robot.odometry);
+    reloaded.drive(2);
+    reloaded.is_right();
+}
+
+#[test]
 fn a_robot_that_is_carried_away_has_no_pose() {
     let mut robot = driven();
     let elsewhere = scan(&Pose2D::new(5.0, 3.0, 2.0));
