@@ -1,5 +1,7 @@
 //! Saves the map, and reads it to continue it. A thread of its own writes, so that no iteration waits for a disk.
 
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread;
@@ -67,6 +69,40 @@ pub(crate) fn begun(file: &str, start: &Pose2D, most: u32) -> Result<Option<Cont
     Ok(Some(begun))
 }
 
+/// What comes of a map that a thread reads.
+pub(crate) type Loading = Receiver<Result<Option<Continuation>, String>>;
+
+/// Has a thread begin to read the map of this YAML file, as [`begun`] does, once a build that slept has written it.
+///
+/// # Errors
+/// Why there is no thread.
+pub(crate) fn load(file: &str, start: Pose2D, most: u32) -> Result<Loading, String> {
+    let (file, (sender, result)) = (file.to_owned(), mpsc::channel());
+    let loading = thread::Builder::new().name("loading".to_owned()).spawn(move || {
+        // Where folders cannot be locked, it does not wait.
+        if let Ok(folder) = folder(&file) {
+            let _ = folder.lock();
+        }
+        // If nobody waits for it, the schema has ended.
+        let _ = sender.send(begun(&file, &start, most));
+    });
+    loading.map_err(|error| format!("there is no thread to read the map: {error}"))?;
+    Ok(result)
+}
+
+/// Opens the folder of a file. It is locked while a schema that sleeps writes the file, since builds share nothing else.
+fn folder(file: &str) -> io::Result<File> {
+    let folder = Path::new(file).parent().filter(|folder| *folder != Path::new(""));
+    File::open(folder.unwrap_or(Path::new(".")))
+}
+
+/// Locks the folder of a file for the one who is to write it, if it can be locked.
+pub(crate) fn hold(file: &str) -> Option<File> {
+    folder(file)
+        .ok()
+        .filter(|folder| folder.try_lock_shared().is_ok())
+}
+
 /// What is being saved.
 #[derive(Debug, Default)]
 pub(crate) struct Saving {
@@ -77,17 +113,18 @@ pub(crate) struct Saving {
 }
 
 impl Saving {
-    /// Begins to save the map to this YAML file.
+    /// Begins to save the map to this YAML file, after the one that is being written. The folder is held until then.
     ///
     /// # Errors
     /// Why it does not begin.
-    pub(crate) fn begin(&mut self, file: &str, map: &Map) -> Result<(), String> {
-        if self.is_busy() {
-            return Err("the last one is not saved yet".into());
-        }
+    pub(crate) fn begin(&mut self, file: &str, map: &Map, held: Option<File>) -> Result<(), String> {
         let (changes, map) = (map.changes(), map.file().ok_or("nothing is drawn yet")?);
         let (path, (sender, result)) = (PathBuf::from(file), mpsc::channel());
+        let last = self.result.take();
         let saving = thread::Builder::new().name("saving".to_owned()).spawn(move || {
+            let _held = held;
+            // What became of it does not matter: this one takes its place.
+            last.map(|(_, last)| last.recv());
             let saved = map.save(&path);
             // If nobody waits for it, the schema has ended.
             let _ = sender.send(saved.map_err(|error| format!("{}: {error}", path.display())));

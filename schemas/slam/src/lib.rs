@@ -5,11 +5,14 @@ mod map;
 mod memory;
 mod panel;
 
+use std::fs::File;
+use std::sync::mpsc::TryRecvError;
+
 use jde_motion::{Frozen, arc, is_finite, is_jump};
 use jde_schema::prelude::*;
 use jde_slam::{Anchor, Continuation, Scan, Settings, State};
 
-use file::{Saving, begun};
+use file::{Loading, Saving, begun, hold, load};
 use map::Map;
 
 /// A motion after which a scan that is the same to the bit is not a new one, m and rad.
@@ -117,6 +120,8 @@ pub struct Slam {
     #[export]
     state: Export<Text<160>>,
     pub(crate) slam: jde_slam::Slam,
+    /// The file of the map that is continued after a reload, until it is read.
+    loading: Option<Loading>,
     /// The map that is continued, until it is read.
     reading: Option<Continuation>,
     pub(crate) drawn: Map,
@@ -138,7 +143,7 @@ pub struct Slam {
 impl Schema for Slam {
     fn awake(&mut self, cx: &Context) -> Result {
         check_mount(&self.mount.get(cx))?;
-        if self.slam.scans().is_empty() && self.reading.is_none() {
+        if self.slam.scans().is_empty() && !self.is_loading() {
             self.begin(cx, self.restored.unwrap_or(self.initial.get(cx)))?;
         }
         self.restored = self.place();
@@ -154,11 +159,13 @@ impl Schema for Slam {
         self.state.retract(cx);
         self.follow_saving(cx);
         if self.is_worth_saving(cx) {
-            self.save(cx);
+            // A new build that is to take its place waits for it.
+            self.save_held(cx, hold(self.file.get(cx).as_str()));
         }
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
+        self.follow_loading()?;
         let words = match self.localize(cx) {
             Ok(words) => words,
             Err(words) => {
@@ -197,11 +204,42 @@ impl Slam {
         Ok(())
     }
 
+    /// Begins after a reload, with what the previous build writes to the file as it sleeps.
+    fn resume(&mut self, cx: &Context, place: Pose2D) -> Result {
+        let file = self.file.get(cx);
+        let begins = |file| load(file, place, self.keyframes.get(cx));
+        self.loading = (!file.is_empty()).then(|| begins(file.as_str())).transpose()?;
+        (self.slam, self.reading) = (jde_slam::Slam::new(place), None);
+        Ok(())
+    }
+
+    /// Whether the map that is continued is not read yet.
+    const fn is_loading(&self) -> bool {
+        self.loading.is_some() || self.reading.is_some()
+    }
+
+    /// Notes what has become of the file that was read after a reload.
+    fn follow_loading(&mut self) -> Result {
+        let Some(loading) = &self.loading else {
+            return Ok(());
+        };
+        match loading.try_recv() {
+            Err(TryRecvError::Empty) => return Ok(()),
+            Err(TryRecvError::Disconnected) => return Err("the thread that read the map failed".into()),
+            Ok(begun) => self.reading = begun?,
+        }
+        self.loading = None;
+        Ok(())
+    }
+
     /// Reads a part of the map that is continued.
     ///
     /// # Errors
     /// That it is not read yet.
     fn read(&mut self) -> Result<(), String> {
+        if self.loading.is_some() {
+            return Err("no pose: waits for the file of the map".into());
+        }
         let Some(reading) = &mut self.reading else {
             return Ok(());
         };
@@ -236,7 +274,7 @@ impl Slam {
             self.slam.jump(&last, &measured);
             self.frozen.jump(&last, &measured);
         }
-        if self.reading.is_some() {
+        if self.is_loading() {
             self.slam.start_at(&measured);
         }
         Ok(odometry)
@@ -332,7 +370,8 @@ impl Slam {
             self.drawn.exported = Some(cx.now());
         }
         self.follow_saving(cx);
-        if self.is_worth_saving(cx) && is_due(cx, self.saving.last, self.save_every.get(cx)) {
+        let is_free = !self.saving.is_busy();
+        if is_free && self.is_worth_saving(cx) && is_due(cx, self.saving.last, self.save_every.get(cx)) {
             self.save(cx);
         }
     }
@@ -340,13 +379,18 @@ impl Slam {
     /// Whether the map shows what its file does not.
     fn is_worth_saving(&self, cx: &Context) -> bool {
         let is_grown = self.slam.scans().len() > self.slam.given();
-        !self.file.get(cx).is_empty() && is_grown && self.drawn.is_unsaved() && !self.saving.is_busy()
+        !self.file.get(cx).is_empty() && is_grown && self.drawn.is_unsaved()
     }
 
     /// Has the map saved as it is now.
     pub(crate) fn save(&mut self, cx: &Context) {
+        self.save_held(cx, None);
+    }
+
+    fn save_held(&mut self, cx: &Context, held: Option<File>) {
         self.saving.last = Some(cx.now());
-        if let Err(error) = self.saving.begin(self.file.get(cx).as_str(), &self.drawn) {
+        let file = self.file.get(cx);
+        if let Err(error) = self.saving.begin(file.as_str(), &self.drawn, held) {
             warn!(cx, "cannot save the map: {error}");
         }
     }

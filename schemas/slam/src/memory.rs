@@ -14,7 +14,7 @@ impl Memory for Slam {
         self.restored = saved.take::<Start>()?.get();
         match self.restored {
             // A build that goes on as the new one failed has its map.
-            Some(place) if self.slam.scans().is_empty() => self.begin(cx, place),
+            Some(place) if self.slam.scans().is_empty() => self.resume(cx, place),
             _ => Ok(()),
         }
     }
@@ -23,7 +23,7 @@ impl Memory for Slam {
 impl Slam {
     /// Returns where the robot was last, if that is known.
     pub(crate) fn place(&self) -> Option<Pose2D> {
-        let is_begun = self.reading.is_some() || !self.slam.scans().is_empty();
+        let is_begun = self.is_loading() || !self.slam.scans().is_empty();
         let last = self.last.filter(|_| is_begun);
         last.map(|last| self.slam.pose(&last)).or(self.restored)
     }

@@ -232,7 +232,7 @@ impl Slam {
             if !scan.is_enough() {
                 return State::Empty;
             }
-            self.add_keyframe(self.start, scan);
+            self.add_keyframe(self.pose(odometry), scan);
             self.set_anchor(Anchor {
                 keyframe: 0,
                 pose: Pose2D::ORIGIN,

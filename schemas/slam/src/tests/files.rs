@@ -111,29 +111,113 @@ fn a_saved_map_is_continued() {
     let (_folder, path, text) = place();
     map().save(&path).expect("it is saved");
     // The robot starts elsewhere, 0.1 m from where it is said to be, with another odometry.
-    let elsewhere = Pose2D::new(2.5, 2.6, 1.0);
+    let elsewhere = Pose2D::new(2.1, 1.9, 1.0);
     let mut robot = Robot::with(|bench| {
         bench.set("file", Text::<1024>::truncated(&text));
         bench.set("initial", elsewhere);
     });
-    robot.truth = Pose2D::new(2.55, 2.5, 1.05);
+    robot.truth = Pose2D::new(2.15, 1.8, 1.05);
     robot.odometry = Pose2D::new(3.0, 4.0, -2.0);
+    robot.bench.import("odometry", &robot.measured());
     robot.iterate();
     robot.says_nothing("reads the map, 8 of ");
     assert_eq!(robot.bench.schema().slam.scans().len(), 0);
-    // It drives meanwhile: 0.8 m, and its odometry jumps.
-    for step in 0..20 {
-        robot.step(0.04, 0.0);
-        if step == 3 {
-            robot.odometry = Pose2D::new(-30.0, 4.0, 0.5);
-        }
+    // It drives meanwhile, and its odometry jumps.
+    let start = robot.truth;
+    while robot.words().contains("reads the map") {
+        robot.step(0.4, 0.0);
+        robot.odometry = Pose2D::new(30.0 - robot.odometry.x, 4.0, 0.5);
+        robot.bench.import("odometry", &robot.measured());
+        robot.iterate();
     }
+    let way = start.distance_to(&robot.truth);
+    assert!(way > 0.7, "{way} m");
+    robot.step(0.0, 0.0);
+    let pose = robot.pose().expect("it fits").pose2d();
+    assert!(pose.distance_to(&robot.truth) < 0.1, "{pose:?}");
     let keyframes = robot.bench.schema().slam.scans().len();
     assert!(keyframes > 16);
     robot.drive(70);
     robot.is_right();
     let more = robot.bench.schema().slam.scans().len();
     assert!(more < keyframes + 4, "{keyframes} became {more} keyframes");
+}
+
+#[test]
+fn a_reload_waits_for_the_map_that_is_written() {
+    let (folder, path, text) = place();
+    map().save(&path).expect("it is saved");
+    let mut robot = Robot::with(|bench| {
+        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("save_every", 86400.0);
+    });
+    (0..10).for_each(|_| robot.step(0.0, 0.0));
+    robot.drive(70);
+    let saved = robot.bench.save().expect("it saves");
+    // The map that the previous build has is not written yet.
+    let held = std::fs::File::open(folder.path()).expect("a folder");
+    held.lock_shared().expect("it is locked");
+    let mut reloaded = Robot::with(|bench| {
+        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("initial", START);
+    });
+    let given = robot.bench.schema().slam.given();
+    assert!(given > 16);
+    reloaded.bench.restore(&saved).expect("it restores");
+    (reloaded.truth, reloaded.odometry) = (robot.truth, robot.odometry);
+    (0..5).for_each(|_| reloaded.step(0.05, 0.0));
+    reloaded.says_nothing("waits for the file of the map");
+    let mut part = MapFile::load(&path).expect("a map");
+    // All but what is above 3 m.
+    part.cells[part.height * 4 / 7 * part.width..].fill(Cell::Unknown);
+    part.save(&path).expect("it is saved");
+    drop(held);
+    until(&mut reloaded, |robot| robot.bench.schema().slam.given() > 0);
+    let read = reloaded.bench.schema().slam.given();
+    assert!(
+        read < given,
+        "the newer one has {read} keyframes, the older {given}"
+    );
+    (0..3).for_each(|_| reloaded.step(0.0, 0.1));
+    reloaded.is_right();
+}
+
+#[test]
+fn a_map_that_cannot_be_read_after_a_reload_is_a_fault() {
+    let (_folder, path, text) = place();
+    let saved = driven().bench.save().expect("it saves");
+    let mut robot = Robot::with(|bench| {
+        bench.set("file", Text::<1024>::truncated(&text));
+    });
+    std::fs::write(&path, "image: room.pgm\nresolution: -1\n").expect("it is written");
+    robot.bench.restore(&saved).expect("it restores");
+    let _watchdog = Watchdog::new(Duration::from_secs(600), || "there is no fault".into());
+    let failure = loop {
+        match robot.bench.iterate() {
+            Ok(()) => std::thread::yield_now(),
+            Err(failure) => break failure.to_string(),
+        }
+    };
+    assert!(failure.contains("resolution"), "{failure}");
+}
+
+#[test]
+fn what_was_seen_while_a_map_was_written_is_saved_as_it_falls_asleep() {
+    let (_folder, path, text) = place();
+    let mut robot = Robot::with(|bench| {
+        bench.set("file", Text::<1024>::truncated(&text));
+        bench.set("save_every", 1.0);
+    });
+    robot.drive(70);
+    robot.bench.draw().expect("the panel is drawn");
+    let touched = robot.bench.touch("save", Touch::Pressed);
+    touched.expect("the gesture is handled");
+    robot.bench.sleep().expect("it sleeps");
+    let last = robot.bench.schema().drawn.file();
+    let _watchdog = Watchdog::new(Duration::from_secs(600), || "the map is not saved".into());
+    while MapFile::load(&path).ok() != last {
+        std::thread::yield_now();
+    }
 }
 
 #[test]
