@@ -206,7 +206,9 @@ fn check_instance(
         });
     }
     // A refused value needs no inspection.
-    if check_files && schema.inspects && report.count() == faults {
+    let is_inspected = check_files && schema.inspects && report.count() == faults;
+    wiring::imports(report, &instance, remotes, &mut bindings);
+    if is_inspected {
         let inspection = Inspection {
             number: found.number,
             name: draft.name,
@@ -220,7 +222,6 @@ fn check_instance(
             overrides,
         );
     }
-    wiring::imports(report, &instance, remotes, &mut bindings);
     wiring::triggers(report, &instance, &mut bindings);
     wiring::actuators(report, &instance, &mut bindings);
     children::bind_modulations(report, &instance, named_children, &mut bindings);
