@@ -17,4 +17,4 @@ pub use outline::{FootprintError, Outline};
 pub use scan_points::{Blind, ScanPoints};
 pub use stopping::{Maneuver, Stopping};
 pub use surroundings::{MAX_POINTS, Surroundings};
-pub use travel::{Limits, Travel, arc, is_finite, is_jump};
+pub use travel::{Limits, Travel, arc, check_time, is_finite, is_jump, jumped};

@@ -6,6 +6,9 @@ use core::f64::consts::FRAC_PI_2;
 
 use jde_types::{Odometry, Pose2D, Twist};
 
+/// The most time between a picture and the odometry that the velocity bridges, s.
+const BRIDGED: f64 = 0.5;
+
 /// How fast a base can change its velocity. Each number must be above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -70,6 +73,32 @@ pub fn is_finite(odometry: &Odometry) -> bool {
 pub fn is_jump(from: &Pose2D, to: &Pose2D, way: f64) -> bool {
     let step = from.localize(to);
     step.x.hypot(step.y) > way || step.theta.abs() > FRAC_PI_2
+}
+
+/// Returns what is said of a jump of the odometry.
+#[must_use]
+pub fn jumped(from: &Pose2D, to: &Pose2D) -> String {
+    let (way, turn) = (from.distance_to(to), from.localize(to).theta.abs());
+    format!(
+        "the odometry jumped by {way:.2} m and {:.0} degrees",
+        turn.to_degrees()
+    )
+}
+
+/// Checks that the velocity bridges the time of `since` s from the odometry to a picture: 0.5 s at most. Where the base was
+/// earlier is not known.
+///
+/// # Errors
+/// What is said of the pictures.
+pub fn check_time(since: f64) -> Result<(), String> {
+    if since.abs() <= BRIDGED {
+        return Ok(());
+    }
+    let older = if since < 0.0 { "older" } else { "newer" };
+    Err(format!(
+        "the pictures are {:.1} s {older} than the odometry",
+        since.abs()
+    ))
 }
 
 /// Returns the pose after `time` s at the constant velocity `twist`, from the origin: the exponential map of

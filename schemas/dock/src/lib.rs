@@ -4,7 +4,7 @@ mod approach;
 mod panel;
 mod sighting;
 
-use jde_motion::{Frozen, arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, check_time, is_finite, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetection, TagDetections, normalize_angle};
 use jde_vision::CameraMount;
@@ -14,8 +14,6 @@ use sighting::Sighting;
 
 /// A motion after which a tag that is the same to the bit is not seen, m and rad: no camera sees the same twice.
 const UNCHANGED: f64 = 0.001;
-/// The most time between a picture and the odometry that the velocity bridges, s. Where the base was before is not known.
-const BRIDGED: f64 = 0.5;
 
 /// Drives a base to a place straight before a tag, heading toward it, and off again.
 ///
@@ -70,7 +68,7 @@ pub struct Dock {
     #[modulation(default = 10.0, unit = "s", min = 0.1, max = 3600.0)]
     patience: Modulation<f64>,
     /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
-    #[modulation(default = 0.3, unit = "m", min = 0.0)]
+    #[modulation(default = 0.3, unit = "m", min = 0.1)]
     jump: Modulation<f64>,
     /// DONE while the base is where it shall be, FAILED while a tag that was seen is out of sight for too long, else
     /// RUNNING; the note says what it does. The target is the docking place.
@@ -88,6 +86,8 @@ pub struct Dock {
     /// The tag as it was seen last.
     seen: Option<TagDetection>,
     frozen: Frozen,
+    /// Why the last picture of the tag says nothing.
+    late: Option<String>,
     /// The last pose of the odometry.
     last_pose: Option<Pose2D>,
     /// What it does now, and where the base is in the frame of the tag: x away from the tag, y to the right of one who
@@ -97,7 +97,8 @@ pub struct Dock {
 
 impl Schema for Dock {
     fn awake(&mut self, _: &Context) -> Result {
-        (self.followed, self.state, self.last_pose) = (None, None, None);
+        (self.followed, self.state) = (None, None);
+        (self.last_pose, self.late) = (None, None);
         Ok(())
     }
 
@@ -142,7 +143,7 @@ impl Dock {
         if let Some(last) = self.last_pose.replace(pose)
             && is_jump(&last, &pose, self.jump.get(cx))
         {
-            warn!(cx, "the odometry jumped by {:.2} m", last.distance_to(&pose));
+            warn!(cx, "{}", jumped(&last, &pose));
             self.frozen.jump(&last, &pose);
             self.sighting = Sighting::default();
             self.course = Course::default();
@@ -167,7 +168,8 @@ impl Dock {
         }
         // Where the base was when the picture was taken.
         let since = tags.time().as_secs_f64() - pose.time().as_secs_f64();
-        if since.abs() > BRIDGED {
+        self.late = check_time(since).err();
+        if self.late.is_some() {
             return;
         }
         let motion = arc(&pose.twist.twist, since);
@@ -201,6 +203,9 @@ impl Dock {
 
     /// Returns what it says before it has seen its tag.
     fn waiting(&self, cx: &Context) -> String {
+        if let Some(late) = &self.late {
+            return format!("tag {}: {late}", self.id.get(cx));
+        }
         let tags = self.tags.get(cx);
         let others = tags.iter().flat_map(|tags| tags.tags.iter());
         let others: Vec<String> = others.map(|tag| tag.id.to_string()).collect();

@@ -206,6 +206,24 @@ fn a_picture_from_before_a_sleep_says_nothing() {
 }
 
 #[test]
+fn pictures_that_come_late_are_named() {
+    let mut drive = Drive::from(3.0, 2.0, 0.0);
+    drive.sees = false;
+    let seen = drive.detection(7, &drive.base.localize(&TAG));
+    drive.picture.tags = core::iter::once(seen).collect();
+    for _ in 0..3 {
+        drive.bench.set_now(drive.now);
+        drive.bench.import("tags", &drive.picture);
+        drive.now += Duration::from_millis(550);
+        assert!(!drive.step());
+        assert_eq!(
+            drive.mission().note.as_str(),
+            "tag 7: the pictures are 0.6 s older than the odometry"
+        );
+    }
+}
+
+#[test]
 fn directions_that_are_ambiguous_count_little() {
     let mut drive = Drive::from(3.0, 2.3, -0.1);
     drive.step();

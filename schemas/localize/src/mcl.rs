@@ -3,11 +3,9 @@
 
 use jde_grid::{Geometry, GeometryError, OccupancyGrid as Grid};
 use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
-use jde_motion::{Frozen, arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, is_finite, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::Start;
-
-use super::jumped;
 
 /// A motion after which a scan that is the same to the bit is not a new one, m and rad.
 const UNCHANGED: f64 = 0.1;
@@ -130,7 +128,7 @@ pub struct Mcl {
     #[modulation(default = 1.0, unit = "s", min = 0.0, max = 3600.0)]
     patience: Modulation<f64>,
     /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
-    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    #[modulation(default = 1.0, unit = "m", min = 0.3)]
     jump: Modulation<f64>,
     /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
     #[export]

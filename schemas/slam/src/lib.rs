@@ -8,7 +8,7 @@ mod panel;
 use std::fs::File;
 use std::sync::mpsc::TryRecvError;
 
-use jde_motion::{Frozen, arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, is_finite, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_slam::{Anchor, Continuation, Scan, Settings, State};
 
@@ -268,9 +268,7 @@ impl Slam {
         if let Some(last) = self.last.replace(measured)
             && is_jump(&last, &measured, self.jump.get(cx))
         {
-            let (way, turn) = (last.distance_to(&measured), last.localize(&measured).theta);
-            let degrees = turn.abs().to_degrees();
-            warn!(cx, "the odometry jumped by {way:.2} m and {degrees:.0} degrees");
+            warn!(cx, "{}", jumped(&last, &measured));
             self.slam.jump(&last, &measured);
             self.frozen.jump(&last, &measured);
         }

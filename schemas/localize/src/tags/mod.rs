@@ -3,18 +3,15 @@
 mod filter;
 mod panel;
 
-use jde_motion::{Frozen, arc, is_finite, is_jump};
+use jde_motion::{Frozen, arc, check_time, is_finite, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetection, TagDetections};
 use jde_vision::CameraMount;
 
-use super::jumped;
 use filter::{Errors, Estimate, Seen};
 
 /// A motion after which tags that are the same to the bit are no new ones, m and rad: no camera sees the same twice.
 const UNCHANGED: f64 = 0.001;
-/// The most time between a picture and the odometry that the velocity bridges, s. Where the base was before is not known.
-const BRIDGED: f64 = 0.5;
 /// The least part of a direction's weight that an ambiguity leaves.
 const AMBIGUOUS: f64 = 0.02;
 /// How many sightings in a row that do not fit mean that the robot is elsewhere.
@@ -102,7 +99,7 @@ pub struct Tags {
     #[modulation(default = 0.2, unit = "rad", min = 0.0, max = 3.15)]
     sure_heading_deviation: Modulation<f64>,
     /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
-    #[modulation(default = 1.0, unit = "m", min = 0.0)]
+    #[modulation(default = 1.0, unit = "m", min = 0.3)]
     jump: Modulation<f64>,
     /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
     #[export]
@@ -123,6 +120,8 @@ pub struct Tags {
     /// The last tags.
     last_tags: Seq<TagDetection, 32>,
     frozen: Frozen,
+    /// Why the last picture says nothing.
+    late: Option<String>,
     /// Sightings in a row that did not fit.
     misfits: u32,
     /// The words of the last iteration.
@@ -133,7 +132,7 @@ impl Schema for Tags {
     fn awake(&mut self, _: &Context) -> Result {
         // What happened while it slept is not known.
         self.forget();
-        (self.last, self.misfits) = (None, 0);
+        (self.last, self.late, self.misfits) = (None, None, 0);
         Ok(())
     }
 
@@ -192,7 +191,10 @@ impl Tags {
             self.advance(cx, &last, &measured);
         }
         self.look(cx, &odometry);
-        let estimate = self.estimate.ok_or("no tag was seen yet")?;
+        let estimate = self.estimate.ok_or_else(|| match &self.late {
+            Some(late) => format!("no tag was seen yet: {late}"),
+            None => "no tag was seen yet".into(),
+        })?;
         let [deviation, heading] = estimate.deviations();
         let words = format!("{deviation:.2} m and {:.1} degrees", heading.to_degrees());
         let is_sure =
@@ -261,7 +263,8 @@ impl Tags {
         }
         // Where the base was when the picture was taken, as the base sees it now.
         let since = tags.time().as_secs_f64() - odometry.time().as_secs_f64();
-        if since.abs() > BRIDGED {
+        self.late = check_time(since).err();
+        if self.late.is_some() {
             return;
         }
         let then = arc(&odometry.twist.twist, since);

@@ -240,6 +240,22 @@ fn a_sleep_leaves_no_pose() {
 }
 
 #[test]
+fn pictures_that_come_late_are_named() {
+    let mut room = Room::new();
+    for _ in 0..3 {
+        let tags = (0..).zip(PLACES).filter_map(|(id, place)| room.tag(id, &place));
+        room.seen.tags = tags.collect();
+        room.bench.import("tags", &room.seen);
+        room.step += 11;
+        room.step(false);
+        assert_eq!(
+            room.state(),
+            "no tag was seen yet: the pictures are 0.6 s older than the odometry"
+        );
+    }
+}
+
+#[test]
 fn numbers_that_are_not_finite_give_no_pose_and_change_none() {
     let mut room = Room::new();
     for error in [f64::NAN, f64::INFINITY, 1e200] {
