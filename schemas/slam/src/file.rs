@@ -103,13 +103,25 @@ pub(crate) fn hold(file: &str) -> Option<File> {
         .filter(|folder| folder.try_lock_shared().is_ok())
 }
 
-/// What is being saved.
+/// The time that a schema which ends waits for what is being saved.
+const END_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// What is being saved. Dropping it waits for that for [`END_TIMEOUT`] at most: the process may end then.
 #[derive(Debug, Default)]
 pub(crate) struct Saving {
     /// The changes that the map has which is written, and what becomes of it.
     result: Option<(u64, Receiver<Result<(), String>>)>,
     /// When it last began.
     pub(crate) last: Option<Duration>,
+}
+
+impl Drop for Saving {
+    fn drop(&mut self) {
+        if let Some((_, result)) = &self.result {
+            // A map that takes longer is as it was after the save before.
+            let _ = result.recv_timeout(END_TIMEOUT);
+        }
+    }
 }
 
 impl Saving {

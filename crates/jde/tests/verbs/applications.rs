@@ -10,7 +10,11 @@ fn run(name: &str, options: &[&str]) -> Value {
     let mut command = jde_with_plugins(&["run"]);
     command.arg(file).args(["--lockstep", "--json"]).args(options);
     let result = json(&output_of(&mut command).out);
-    assert_eq!(result["collisions"], 0, "{result}");
+    // A recorded drive counts none.
+    assert!(
+        [0.into(), Value::Null].contains(&result["collisions"]),
+        "{result}"
+    );
     result
 }
 
@@ -124,6 +128,24 @@ fn slam_goes_where_it_shall_in_a_building_that_it_does_not_know() {
         (&result["outcome"], &result["reached"]),
         (&"done".into(), &2.into()),
         "{result}"
+    );
+}
+
+#[test]
+fn slam_log_saves_the_map_of_the_whole_recorded_drive() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("hall.yaml");
+    let set = format!("slam.file={}", file.display());
+    let result = run("slam-log", &["--set", &set]);
+    assert_eq!(result["outcome"], "done", "{result}");
+    let files = std::fs::read_dir(folder.path()).unwrap();
+    let names: Vec<_> = files
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    let is_whole = |name: &String| [".yaml", ".pgm"].iter().any(|end| name.ends_with(end));
+    assert!(
+        file.exists() && names.iter().all(is_whole),
+        "it is not saved to its end: {names:?}"
     );
 }
 
