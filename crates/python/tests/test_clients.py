@@ -5,6 +5,7 @@ import contextlib
 import math
 import os
 import select
+import signal
 import socket
 import subprocess
 import sys
@@ -189,6 +190,7 @@ def test_only_the_variables_of_a_schema_are_written(name: str) -> None:
 
 RECORDER = """
 import os, signal, sys
+signal.signal(signal.SIGTERM, signal.default_int_handler)
 try:
     {begins}
     signal.pause()
@@ -211,7 +213,12 @@ def recorder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., j
     return take
 
 
-def test_an_interrupted_recording_ends(recorder: Callable[..., jde.Remote], tmp_path: Path) -> None:
+def test_an_interrupted_recording_ends(
+    recorder: Callable[..., jde.Remote], tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    # A shell without job control has the programs that it starts with & ignore the signal.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     robot = recorder("os.kill(os.getppid(), signal.SIGINT)")
     with pytest.raises(KeyboardInterrupt), robot.record("drive.mcap"):
         pass

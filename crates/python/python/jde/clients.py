@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import json
 import os
-import signal
 import subprocess
 import tempfile
 import threading
@@ -260,7 +259,8 @@ class Remote:
                         yield
                         break
             finally:
-                recorder.send_signal(signal.SIGINT)
+                # A program that a script starts with & ignores SIGINT, and so would the recorder.
+                recorder.terminate()
                 if reader.is_alive():
                     reader.join()
                 said.extend(recorder.stdout)
