@@ -21,6 +21,8 @@ const PACE: f64 = 0.8;
 const SLOWEST: f64 = 0.3;
 /// How far beyond the place where a lost person was last the robot goes on in the same direction, m.
 const BEYOND: f64 = 1.5;
+/// How near the robot must have been to where a lost person was last before it goes on, m.
+const AT: f64 = 0.5;
 /// Where a person may be who was not seen: so far from the last place, m, so much farther for each second, m/s, and at most
 /// so far, m.
 const SAME: [f64; 3] = [1.0, 1.0, 4.0];
@@ -252,13 +254,16 @@ impl Following {
         })
     }
 
-    /// Forgets what the robot has passed: all before the nearest point, and that one if the way leads on.
+    /// Forgets what the robot has passed: all before the nearest point where the person was, and that one if the way leads
+    /// on. Nobody was at the point of a search beyond the last place: it counts only once the robot is at that place.
     fn pass(&mut self, pose: &Pose2D) {
-        let nearest = (0..self.trail.len())
+        let seen = self.trail.len().saturating_sub(usize::from(self.unseen > HIDDEN));
+        let nearest = (0..seen)
             .min_by(|&a, &b| distance(pose, &self.trail[a]).total_cmp(&distance(pose, &self.trail[b])));
         let mut passed = nearest.unwrap_or(0);
         if let (Some(from), Some(to)) = (self.trail.get(passed), self.trail.get(passed + 1))
             && (pose.x - from.x) * (to.x - from.x) + (pose.y - from.y) * (to.y - from.y) > 0.0
+            && (passed + 1 < seen || distance(pose, from) < AT)
         {
             passed += 1;
         }

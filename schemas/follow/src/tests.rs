@@ -248,6 +248,26 @@ fn a_lost_person_is_searched_where_the_trail_ends_and_beyond() {
 }
 
 #[test]
+fn a_person_who_came_nearer_is_searched_at_the_last_place_before_the_guess_beyond() {
+    let mut person = tracked(1, 3.5, 1.0);
+    person.velocity = [-0.6, 0.0];
+    let mut robot = Robot::new(&[person]);
+    robot.step();
+    robot.persons.clear();
+    robot.steps(1);
+    robot.says("searches person 1");
+    let places: Vec<_> = robot.way().iter().skip(1).map(|at| (at.x, at.y)).collect();
+    assert_eq!(places, [(3.5, 1.0), (2.0, 1.0)]);
+    let nearest = (0..100).map(|_| {
+        robot.step();
+        robot.pose.distance_to(&Pose2D::new(3.5, 1.0, 0.0))
+    });
+    let nearest = nearest.fold(f64::INFINITY, f64::min);
+    assert!(nearest < 0.5, "{nearest} m");
+    assert!((robot.pose.x - 2.0).abs() < 0.2, "{:?}", robot.pose);
+}
+
+#[test]
 fn a_bystander_is_not_taken_for_the_person() {
     let mut robot = Robot::new(&[tracked(1, 2.0, 0.0), tracked(2, 3.0, 0.5)]);
     robot.walk(3.0, 0.0);

@@ -193,6 +193,13 @@ fn guide_leaves_its_map_for_the_dock_when_the_battery_is_low_and_goes_on_afterwa
 }
 
 #[test]
+fn guide_goes_through_the_door_in_which_somebody_waved_and_went_out_of_sight() {
+    let mut command = jde_with_plugins(&["experiment", "guide-door", "--drive", "0"]);
+    let output = output_of(command.current_dir(root()));
+    assert_eq!(output.status, Some(0), "{output:?}");
+}
+
+#[test]
 fn colors_drives_to_a_blue_thing_and_stands_before_it() {
     let result = run("colors", &["--for", "40s"]);
     let roots = &result["groups"][0];
