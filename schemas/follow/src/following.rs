@@ -192,14 +192,24 @@ impl Following {
         (self.unseen, self.compared) = (0.0, 0.0);
         self.known = self.newest;
         self.place = Some(person.position);
-        let moved = self
-            .trail
-            .back()
-            .map_or(f64::INFINITY, |last| between(&person.position, last));
-        if moved >= STEP {
-            self.trail.push_back(person.position);
+        self.lead_to(person.position);
+    }
+
+    /// Leads the trail on to there, straight where the person was out of sight.
+    fn lead_to(&mut self, there: Point2D) {
+        let from = self.trail.back().copied();
+        let steps = from.map_or(1.0, |from| {
+            (between(&there, &from) / STEP).floor().min(MOST as f64)
+        });
+        let from = from.unwrap_or(there);
+        for step in 1..=steps as usize {
+            let share = step as f64 / steps;
+            self.trail.push_back(Point2D {
+                x: from.x + share * (there.x - from.x),
+                y: from.y + share * (there.y - from.y),
+            });
         }
-        if self.trail.len() > MOST {
+        while self.trail.len() > MOST {
             self.trail.pop_front();
         }
     }
