@@ -945,8 +945,8 @@ struct jde_inspect {
      *
      * Called between `create` and `destroy` of an instance that never awakes, in a separate process, which
      * is ended if the function does not return within a few seconds. jde_host.read returns the
-     * modulations as the application sets them. No other port has a value, and any call that writes, wakes
-     * or puts to sleep is JDE_REFUSED.
+     * modulations as the application sets them. No other port has a value; an import without a source is
+     * JDE_UNBOUND. Any call that writes, wakes or puts to sleep is JDE_REFUSED.
      */
     int32_t (*inspect)(void *, jde_context *, const jde_problems *);
 };

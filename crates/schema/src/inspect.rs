@@ -63,7 +63,7 @@ use crate::schema::Schema;
 pub trait Inspect: Schema {
     /// Reports what cannot work. The host calls it on an instance that never awakes, in a separate process,
     /// which it ends if the call takes more than a few seconds. The modulations have the values that the
-    /// application sets. No other port has a value.
+    /// application sets. No other port has a value; an import tells whether it is bound.
     ///
     /// An inspection only reads: it must open no device, write no file and use no network. A panic is
     /// reported with the plugin's name and does not prevent the start.

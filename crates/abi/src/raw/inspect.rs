@@ -30,8 +30,8 @@ pub struct Inspect {
     ///
     /// Called between `create` and `destroy` of an instance that never awakes, in a separate process, which
     /// is ended if the function does not return within a few seconds. [`super::Host::read`] returns the
-    /// modulations as the application sets them. No other port has a value, and any call that writes, wakes
-    /// or puts to sleep is [`super::REFUSED`].
+    /// modulations as the application sets them. No other port has a value; an import without a source is
+    /// [`super::UNBOUND`]. Any call that writes, wakes or puts to sleep is [`super::REFUSED`].
     pub inspect: Option<unsafe extern "C" fn(*mut c_void, *mut Context, *const Problems) -> i32>,
 }
 
