@@ -45,7 +45,7 @@ extern "C" {
  * Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
  * version and older; later ones accept all.
  */
-#define JDE_ABI_MINOR 6u
+#define JDE_ABI_MINOR 7u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -369,6 +369,9 @@ extern "C" {
  */
 #define JDE_ABILITY_GUARD "jde.guard"
 
+/** The id of the ability, whose table is a jde_lists. It and all that belongs to it exist since minor version 7. */
+#define JDE_ABILITY_LISTS "jde.lists"
+
 /** Policy: the order in which the father names its children. */
 #define JDE_POLICY_PRIORITY 0u
 /** Policy: the highest number that a candidate offers. */
@@ -407,6 +410,9 @@ typedef struct jde_found jde_found;
 typedef struct jde_problems jde_problems;
 typedef struct jde_guard jde_guard;
 typedef struct jde_judgement jde_judgement;
+typedef struct jde_lists jde_lists;
+typedef struct jde_port_list jde_port_list;
+typedef struct jde_listed_port jde_listed_port;
 
 /** The host's data of an instance; opaque to the plugin, and valid only inside a call of that instance. */
 struct jde_context;
@@ -1000,6 +1006,58 @@ struct jde_judgement {
     uint32_t accepted;
     /** Why it is refused, as UTF-8 that ends with a NUL; ignored if it is accepted. */
     char reason[128];
+};
+
+/**
+ * The table that jde_schema.ability returns for JDE_ABILITY_LISTS. The type has at least one port
+ * besides.
+ */
+struct jde_lists {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** The number of lists, at least 1. */
+    uint32_t count;
+    /** The lists. The stride is the `size` of the first. */
+    const jde_port_list *lists;
+    /** Receives the ports of all lists. Called once, after `create` and before any other function. What the tables point to stays unchanged until the process ends. */
+    int32_t (*set)(void *, jde_context *, const jde_listed_port *, uint32_t count);
+};
+
+/**
+ * A list of ports: a table of the application file whose entries are imports or exports of any type, each with
+ * settings.
+ */
+struct jde_port_list {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** What the ports are: JDE_IMPORT or JDE_EXPORT. */
+    uint32_t kind;
+    /** Its name: that of the table in the application file. */
+    const char *name;
+    /** What it means. */
+    const char *doc;
+    /** The type of the settings of each entry: a structure whose fields are their keys. */
+    const jde_type *settings;
+    /** The settings that an entry does not state, `settings->bytes` bytes. */
+    const void *initial;
+};
+
+/** A port of a list. */
+struct jde_listed_port {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** The place of its list among the lists of the type. */
+    uint32_t list;
+    /** Its number in calls. */
+    uint32_t port;
+    /** 0. */
+    uint32_t reserved;
+    /** The entry's key in the application file: any text. */
+    const char *label;
+    /** The type of its value. */
+    const jde_type *value_type;
+    /** Its settings, in the type of the list. */
+    const void *settings;
 };
 
 /*

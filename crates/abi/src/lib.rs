@@ -5,8 +5,8 @@
 //! - [`read`] converts the tables to descriptions, and checks every table before it is used.
 //! - [`mod@write`] converts descriptions to tables.
 //! - [`table`] reads and writes tables of different minor versions.
-//! - [`state`], [`inspect`] and [`guard`] are the host's sides of saving a memory, of inspecting modulations and
-//!   of judging commands.
+//! - [`state`], [`inspect`], [`guard`] and [`lists`] are the host's sides of saving a memory, of inspecting
+//!   modulations, of judging commands and of ports that an application lists.
 //! - [`mod@unit`] defines the known units.
 //!
 //! This crate loads nothing, starts nothing and depends on nothing.
@@ -14,6 +14,7 @@
 pub mod describe;
 pub mod guard;
 pub mod inspect;
+pub mod lists;
 pub mod raw;
 pub mod read;
 pub mod state;

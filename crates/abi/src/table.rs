@@ -150,6 +150,7 @@ tables! {
     State 24, Saver 24,
     Inspect 16, Problems 24,
     Guard 24, Judgement 136,
+    Lists 24, PortList 40, ListedPort 40,
 }
 
 const _: () = assert!(

@@ -82,7 +82,7 @@ impl Optional {
 }
 
 /// Returns the table of a plugin. Each type has `functions`, but `check` only if it is a motor schema, and others as
-/// far as its description and its part of `optional` state them. A guard is not written.
+/// far as its description and its part of `optional` state them. Guards and lists of ports are not written.
 #[must_use]
 pub fn plugin<A: Abilities>(
     plugin: &Plugin,
@@ -349,13 +349,13 @@ fn flag(is_set: bool, flag: u32) -> u32 {
 }
 
 /// Writes a text up to its first NUL.
-fn text(text: &str) -> *const c_char {
+pub(crate) fn text(text: &str) -> *const c_char {
     let until = text.split('\0').next().unwrap_or_default();
     CString::new(until).unwrap_or_default().into_raw()
 }
 
 /// Copies the bytes of a value, aligned for any type.
-fn bytes(value: &[u8]) -> *const c_void {
+pub(crate) fn bytes(value: &[u8]) -> *const c_void {
     let mut words = vec![0_u128; value.len().div_ceil(size_of::<u128>())];
     let first = words.as_mut_ptr().cast::<u8>();
     // SAFETY: the words have at least as many bytes as the value, and no other user.

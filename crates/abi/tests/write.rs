@@ -173,6 +173,7 @@ fn description() -> Plugin {
         panel: true,
         inspects: true,
         guard: None,
+        lists: Vec::new(),
     };
     let driver = Schema {
         name: String::from("driver"),

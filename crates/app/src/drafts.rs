@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use jde_abi::describe::Schema;
+use jde_abi::lists::ListedPort;
 use toml::de::DeValue;
 
 use jde_document::section::{Section, Text, report_wrong_shape};
@@ -38,6 +39,8 @@ pub(super) struct ResolvedType {
     pub(super) plugin: usize,
     pub(super) number: usize,
     pub(super) schema: Arc<Schema>,
+    /// The last of its ports: those of its lists.
+    pub(super) listed: Vec<ListedPort>,
 }
 
 /// One instance, with access to the others.
@@ -50,6 +53,14 @@ pub(super) struct InstanceContext<'d, 'a> {
 impl<'d, 'a> InstanceContext<'d, 'a> {
     pub(super) fn section(&self) -> &'d Section<'a> {
         &self.drafts.list[self.index].section
+    }
+
+    /// Returns the ports of its lists.
+    pub(super) fn listed(&self) -> &'d [ListedPort] {
+        self.drafts.list[self.index]
+            .resolved
+            .as_ref()
+            .map_or(&[], |found| &found.listed)
     }
 }
 

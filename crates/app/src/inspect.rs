@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::Plugin;
+use jde_abi::describe::{Plugin, Schema};
+use jde_abi::lists::ListedPort;
 
 use super::drafts::InstanceContext;
 use super::{Binding, Catalogue, Override};
@@ -18,6 +19,8 @@ pub struct Inspection<'q> {
     pub name: &'q str,
     /// The binding of each port.
     pub bindings: &'q [Binding],
+    /// The ports of the type's lists.
+    pub listed: &'q [ListedPort],
 }
 
 /// Reports the problems that the type of an instance finds.
@@ -41,6 +44,16 @@ pub(super) fn report_problems(
         }
     };
     for problem in problems {
+        if let Some((entry, list)) = inspection.entry(instance.schema, problem.port) {
+            let message = format!("{} in {}: {}", quote(entry), section.key(list), problem.words);
+            let span = section.entry_span(list, entry);
+            if problem.unavailable {
+                report.concern(&span, message);
+            } else {
+                report.fault(&span, message);
+            }
+            continue;
+        }
         let Some(port) = instance.schema.modulation(problem.port) else {
             let (plugin, number) = (quote(&plugin.name), problem.port);
             let message = format!(
@@ -71,6 +84,13 @@ pub(super) fn report_problems(
 }
 
 impl<'q> Inspection<'q> {
+    /// Returns the key of an entry of a list, and the name of the list, if the port is one of a list.
+    fn entry<'s>(&self, schema: &'s Schema, port: u32) -> Option<(&'q str, &'s str)> {
+        let own = schema.ports.len() - self.listed.len();
+        let listed = self.listed.get((port as usize).checked_sub(own)?)?;
+        Some((&listed.label, &schema.lists.get(listed.list)?.name))
+    }
+
     /// Returns the value of a modulation, and whether the application sets it.
     #[must_use]
     pub fn value(&self, port: u32) -> Option<(&'q [u8], bool)> {

@@ -41,8 +41,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use jde_abi::describe::{Plugin, Schema};
+use jde_abi::describe::{Plugin, Port, Schema};
 use jde_abi::inspect::Problem;
+use jde_abi::lists::ListedPort;
 use jde_core::{Absence, Policy, Restart};
 
 mod children;
@@ -56,6 +57,7 @@ mod hierarchy;
 mod inspect;
 mod isolation;
 pub mod link;
+mod lists;
 pub mod literal;
 mod load;
 mod modulations;
@@ -160,6 +162,8 @@ pub struct InstanceConfig {
     pub child_order: Vec<usize>,
     /// What each port of [`Schema::ports`] is bound to.
     pub bindings: Vec<Binding>,
+    /// The ports of the type's lists, which are the last of [`Schema::ports`].
+    pub listed: Vec<ListedPort>,
     /// The group in which each role's child competes; `None` for perceptive children and unbound roles.
     pub child_groups: Vec<Option<usize>>,
     /// The group in which it competes itself; `None` for perceptive schemas and drivers.
@@ -271,6 +275,14 @@ pub trait Catalogue {
 
     /// Returns names that an application may write as a `type`, to suggest one for a misspelt name.
     fn type_names(&self) -> Vec<String>;
+}
+
+impl InstanceConfig {
+    /// Returns the ports of the type's lists.
+    #[must_use]
+    pub fn listed_ports(&self) -> &[Port] {
+        &self.schema.ports[self.schema.ports.len() - self.listed.len()..]
+    }
 }
 
 impl Application {

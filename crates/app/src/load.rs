@@ -15,7 +15,7 @@ use super::settings::Settings;
 use super::values::Paths;
 use super::{
     Application, Catalogue, Faults, Inspection, InstanceConfig, Isolation, Override, conflict, groups,
-    guards, inspect, modulations, needs, types, variadic, wiring,
+    guards, inspect, lists, modulations, needs, types, variadic, wiring,
 };
 use jde_document::FaultReport;
 
@@ -65,6 +65,12 @@ fn read(
     outline.check_files = check_files;
     let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
     variadic::name_children(&mut report, &mut outline.drafts);
+    let folder = file.parent().unwrap_or(Path::new("/"));
+    let plugins_and_folder = lists::Sources {
+        plugins: &plugins,
+        folder,
+    };
+    lists::state_ports(&mut report, &mut outline.drafts, plugins_and_folder);
     let input = CheckInput {
         overrides,
         file: &file,
@@ -213,6 +219,7 @@ fn check_instance(
             number: found.number,
             name: draft.name,
             bindings: &bindings,
+            listed: &found.listed,
         };
         inspect::report_problems(
             report,
@@ -252,6 +259,7 @@ fn check_instance(
         children,
         child_order,
         bindings,
+        listed: found.listed,
         line: report.line(section.span.start),
         schema,
     })

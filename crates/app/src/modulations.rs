@@ -27,7 +27,9 @@ pub(super) fn from_file(
     paths: Paths<'_>,
     bindings: &mut [Binding],
 ) {
-    for (key, node) in section.entries().filter(|(key, _)| !RESERVED.contains(&key.text)) {
+    let is_list = |key: &str| schema.lists.iter().any(|list| list.name == key);
+    let is_other = |key: &str| RESERVED.contains(&key) || is_list(key);
+    for (key, node) in section.entries().filter(|(key, _)| !is_other(key.text)) {
         match position(schema, is_modulation, key.text) {
             Some(port) => set_initial(report, section, schema, port, node, paths, &mut bindings[port]),
             None => refuse_unknown_key(report, section, schema, &key),
@@ -97,7 +99,8 @@ fn refuse_unknown_key(report: &mut FaultReport, section: &Section, schema: &Sche
         fault.advise(format!("bind it in `{table}`"));
         return;
     }
-    let known = RESERVED.iter().copied().chain(modulations(schema));
+    let lists = schema.lists.iter().map(|list| list.name.as_str());
+    let known = RESERVED.iter().copied().chain(modulations(schema)).chain(lists);
     fault.suggest(key.text, "keys", known);
 }
 

@@ -95,6 +95,7 @@ impl TypeResolver<'_> {
                 plugin: index,
                 number,
                 schema: Arc::new(plugins[index].schemas[number].clone()),
+                listed: Vec::new(),
             });
         Some(found.clone())
     }

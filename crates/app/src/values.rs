@@ -96,7 +96,7 @@ impl ValueTarget<'_> {
         Some(Value::Map(vec![(field.name.clone(), value)]))
     }
 
-    fn by_name(&self, report: &mut FaultReport, ty: &Type, table: &DeTable) -> Option<Value> {
+    pub(super) fn by_name(&self, report: &mut FaultReport, ty: &Type, table: &DeTable) -> Option<Value> {
         let mut values = Vec::with_capacity(table.len());
         let mut complete = true;
         for (key, node) in table {

@@ -2,9 +2,11 @@
 //! Children are bound in `children`.
 
 use jde_abi::describe::{Kind, Port, Role, Schema};
+use jde_abi::lists::ListedPort;
 
 use super::children::kind_noun;
 use super::drafts::{Drafts, InstanceContext};
+use super::lists;
 use super::remote::{self, RemoteVariables};
 use super::variable::{self, VariableKind};
 use super::{Binding, ImportSource};
@@ -79,6 +81,38 @@ pub(super) fn imports(
         }
     }
     table.refuse_unbound(report, instance);
+    listed_imports(report, instance, table, bindings);
+}
+
+/// Binds the imports of lists.
+fn listed_imports(
+    report: &mut FaultReport,
+    instance: &InstanceContext,
+    table: RoleTable,
+    bindings: &mut [Binding],
+) {
+    let listed = instance.listed();
+    let own = instance.schema.ports.len() - listed.len();
+    for (number, list) in instance.schema.lists.iter().enumerate() {
+        for entry in lists::entries(instance.section(), list) {
+            let is_entry = |port: &ListedPort| port.list == number && port.label == entry.label.text;
+            let Some(place) = listed.iter().position(is_entry).filter(|_| !list.exports) else {
+                continue;
+            };
+            let what = format!(
+                "{} in {}",
+                quote(entry.label.text),
+                instance.section().key(&list.name)
+            );
+            let Some(from) = lists::source(report, (&what, &entry)) else {
+                continue;
+            };
+            let found = table.find(report, instance, &what, &from, own + place);
+            if let Binding::Import { source, .. } = &mut bindings[own + place] {
+                *source = found.map(|(instance, port)| ImportSource::Local(instance, port));
+            }
+        }
+    }
 }
 
 /// Reads `actuators`.

@@ -5,6 +5,7 @@ use std::io::{self, IoSlice, IoSliceMut};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 
+use jde_abi::lists::ListedPort;
 use jde_app::Isolation;
 use rustix::net::{
     RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, SendAncillaryBuffer, SendAncillaryMessage,
@@ -29,6 +30,9 @@ pub struct Launch {
     pub real_time: bool,
     /// Its ports, in order.
     pub ports: Vec<PortInfo>,
+    /// The ports of its lists, which are the last of them.
+    #[serde(with = "crate::inspect::listed")]
+    pub listed: Vec<ListedPort>,
     /// The limits on its resources.
     pub limits: Isolation,
     /// The instance's number in the [`AuthorityTable`](crate::authority::AuthorityTable), which is the last of

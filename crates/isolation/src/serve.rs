@@ -65,7 +65,7 @@ pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>)
         .map_err(|error| format!("its memory cannot be mapped: {error}"))
         .and_then(|()| {
             let plugin = load(&launch.code.plugin)?;
-            find(&plugin, launch.code.number, &mut session.ports)
+            find(&plugin, &launch, &mut session.ports)
         });
     let table = match loaded {
         Ok(table) => table,
@@ -124,12 +124,19 @@ pub fn load(plugins: &Plugins, plugin: &PluginLocation) -> Result<LoadedPlugin, 
 }
 
 /// Returns the functions of a type of a plugin, and tells the ports their types.
-fn find(plugin: &LoadedPlugin, number: usize, ports: &mut [IsolatedPort]) -> Result<SchemaFunctions, String> {
+fn find(
+    plugin: &LoadedPlugin,
+    launch: &Launch,
+    ports: &mut [IsolatedPort],
+) -> Result<SchemaFunctions, String> {
+    let number = launch.code.number;
     let Some(schema) = plugin.description.schemas.get(number) else {
         return Err(format!("its plugin has no type number {number}"));
     };
-    for (port, described) in ports.iter_mut().zip(&schema.ports) {
-        port.set_type(&described.value_type);
+    let own = schema.ports.iter().map(|port| &port.value_type);
+    let listed = launch.listed.iter().map(|port| &port.value_type);
+    for (port, value_type) in ports.iter_mut().zip(own.chain(listed)) {
+        port.set_type(value_type);
     }
     Ok(plugin.schema(number))
 }
@@ -147,7 +154,10 @@ fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
         let done = match (frame.kind, &mut instance) {
             (FrameKind::Create, _) => {
                 // SAFETY: the table was checked when it was loaded.
-                instance = unsafe { InProcessInstance::create(table, &HOST, session.context()) };
+                instance = unsafe {
+                    let own = launch.ports.len() - launch.listed.len();
+                    InProcessInstance::create(table, &HOST, session.context(), &launch.listed, own)
+                };
                 status(if instance.is_some() { raw::OK } else { raw::FAILED })
             }
             (FrameKind::Destroy, _) => {

@@ -10,6 +10,7 @@ use std::marker::PhantomData;
 use std::ptr::NonNull;
 
 use jde_abi::inspect::{self, Problem};
+use jde_abi::lists::{self, ListedPort};
 use jde_abi::raw::{self, Context, Host};
 use jde_abi::{state, table};
 use jde_panel::{Gesture, List};
@@ -103,7 +104,8 @@ impl<'c> PluginContext<'c> {
 
 /// Each function returns a status of the ABI.
 impl InProcessInstance {
-    /// Creates an instance. `None` if the plugin returned none.
+    /// Creates an instance of a type with `own` ports of its own, and gives it the ports of its lists. `None` if the
+    /// plugin returned none, or refused these ports.
     ///
     /// # Safety
     /// `table` was checked.
@@ -111,17 +113,31 @@ impl InProcessInstance {
         table: SchemaFunctions,
         host: &'static Host,
         context: PluginContext<'_>,
+        listed: &[ListedPort],
+        own: usize,
     ) -> Option<Self> {
         let create = table.create.expect("read::plugin refuses schemas without create");
         // SAFETY: the caller guarantees the table; the context lives for the call and belongs to that host.
         let this = unsafe { create(table.own, host, context.context) };
-        Some(Self {
+        let this = Self {
             table,
             panel: panel_of(&table),
             // An error was reported when the build was made.
             state: memory_of(&table).unwrap_or_default(),
             this: NonNull::new(this)?,
-        })
+        };
+        // SAFETY: the table was checked when its plugin was loaded.
+        let lists = unsafe { lists::of(&table) };
+        if let Ok(Some(raw::Lists { set: Some(set), .. })) = lists {
+            let ports = lists::tables(listed, own);
+            let count = ports.len() as u32;
+            // SAFETY: as for `create`; the tables live for the call, and what they point to for ever.
+            let status = unsafe { set(this.this.as_ptr(), context.context, ports.as_ptr(), count) };
+            if status != raw::OK {
+                return None;
+            }
+        }
+        Some(this)
     }
 
     /// Wakes the instance up.

@@ -88,7 +88,9 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 /// descriptions that tools show.
 #[proc_macro_derive(
     Describe,
-    attributes(schema, import, export, modulation, command, actuator, child, modulates)
+    attributes(
+        schema, import, export, modulation, command, actuator, child, modulates, imports, exports
+    )
 )]
 pub fn derive_describe(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);

@@ -105,6 +105,7 @@ fn schema(py: Python<'_>, spec: SchemaSpec) -> PyResult<Schema> {
         panel: has("draw"),
         inspects: has("inspect"),
         guard: None,
+        lists: Vec::new(),
         ports: spec
             .ports
             .into_iter()

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)]
 
-use core::ffi::CStr;
+use core::ffi::{CStr, c_void};
 use core::fmt;
 use core::ptr::{self, NonNull};
 use core::time::Duration;
@@ -117,6 +117,28 @@ impl Context<'_> {
 
     /// Returns the value of an input, if it has one. `Err` if the application left the input unbound.
     pub(crate) fn read<T: Value>(&self, slot: &Slot) -> Result<Option<Sample<'_, T>>, Unbound> {
+        let Some(sample) = self.sample(slot, size_of::<T>(), align_of::<T>())? else {
+            return Ok(None);
+        };
+        // SAFETY: as many bytes as a `T` has, aligned for it and unchanged until this call returns, which
+        // `self` cannot outlive. Every pattern of them is a valid `T`.
+        let value = unsafe { &*sample.data.cast::<T>() };
+        Ok(Some(Sample::new(value, &sample)))
+    }
+
+    /// Returns the value of an input of that many bytes, if it has one. `Err` if the application left the input
+    /// unbound.
+    pub(crate) fn read_bytes(&self, slot: &Slot, bytes: usize) -> Result<Option<Sample<'_, [u8]>>, Unbound> {
+        let Some(sample) = self.sample(slot, bytes, 1)? else {
+            return Ok(None);
+        };
+        // SAFETY: that many bytes, unchanged until this call returns, which `self` cannot outlive.
+        let value = unsafe { core::slice::from_raw_parts(sample.data.cast::<u8>(), bytes) };
+        Ok(Some(Sample::new(value, &sample)))
+    }
+
+    /// Returns the host's sample of an input with values of that size and alignment, if it has one.
+    fn sample(&self, slot: &Slot, bytes: usize, align: usize) -> Result<Option<raw::Sample>, Unbound> {
         let (port, name) = (slot.number(self.ports), slot.name);
         let mut sample = raw::Sample {
             data: ptr::null(),
@@ -133,18 +155,13 @@ impl Context<'_> {
             raw::UNBOUND => return Err(Unbound),
             code => broken(name, "read", code),
         }
-        let data = sample.data.cast::<T>();
+        let data = sample.data;
         assert!(
-            sample.bytes == size_of::<T>() as u64 && !data.is_null() && data.is_aligned(),
-            "the host gave `{name}` {} bytes at {data:p}, and its type has {} bytes aligned to {}",
+            sample.bytes == bytes as u64 && !data.is_null() && data.addr().is_multiple_of(align),
+            "the host gave `{name}` {} bytes at {data:p}, and its type has {bytes} bytes aligned to {align}",
             sample.bytes,
-            size_of::<T>(),
-            align_of::<T>(),
         );
-        // SAFETY: as many bytes as a `T` has, aligned for it and unchanged until this call returns, which
-        // `self` cannot outlive. Every pattern of them is a valid `T`.
-        let value = unsafe { &*data };
-        Ok(Some(Sample::new(value, &sample)))
+        Ok(Some(sample))
     }
 
     /// Returns a buffer for the next value of an output, or `None` if the application left the output
@@ -153,6 +170,22 @@ impl Context<'_> {
     /// # Safety
     /// The slot's type is `T`.
     pub(crate) unsafe fn loan<T: Value>(&self, slot: &Slot) -> Option<NonNull<T>> {
+        let room = self.room(slot)?.cast::<T>();
+        assert!(
+            room.is_aligned(),
+            "the host gave `{}` room at {room:p}, which is not aligned",
+            slot.name
+        );
+        Some(room)
+    }
+
+    /// Returns a buffer for the next value of an output whose type has that many bytes, or `None` if the application
+    /// left the output unbound.
+    pub(crate) fn loan_bytes(&self, slot: &Slot, bytes: usize) -> Option<NonNull<[u8]>> {
+        Some(NonNull::slice_from_raw_parts(self.room(slot)?.cast(), bytes))
+    }
+
+    fn room(&self, slot: &Slot) -> Option<NonNull<c_void>> {
         let (port, name) = (slot.number(self.ports), slot.name);
         let mut room = ptr::null_mut();
         // SAFETY: the context is that of the present call.
@@ -161,11 +194,6 @@ impl Context<'_> {
             raw::UNBOUND => return None,
             code => broken(name, "loan", code),
         }
-        let room = room.cast::<T>();
-        assert!(
-            room.is_aligned(),
-            "the host gave `{name}` room at {room:p}, which is not aligned"
-        );
         match NonNull::new(room) {
             Some(room) => Some(room),
             None => panic!("the host gave `{name}` no room"),

@@ -12,6 +12,7 @@ use jde_types::{Modulated, Value};
 
 use crate::context::{Context, broken};
 use crate::error::Result;
+use crate::inspect::Inspected;
 use crate::slot::Slot;
 
 /// A variable of another schema that this schema reads.
@@ -38,7 +39,7 @@ pub struct Command<T> {
 /// A value of an input with its time, sequence number and writer. It does not change until the present call
 /// returns.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample<'call, T> {
+pub struct Sample<'call, T: ?Sized> {
     value: &'call T,
     time: Duration,
     sequence: u64,
@@ -99,9 +100,8 @@ impl<T: Modulated> Modulation<T> {
     }
 }
 
-impl<T> Modulation<T> {
-    /// Returns the port's number in a call of the type whose ports start at `ports`.
-    pub(crate) fn number(&self, ports: *const raw::Port) -> u32 {
+impl<T> Inspected for Modulation<T> {
+    fn number(&self, ports: *const raw::Port) -> u32 {
         self.slot.number(ports)
     }
 }
@@ -117,7 +117,7 @@ impl<T: Value> Command<T> {
     }
 }
 
-impl<'call, T> Sample<'call, T> {
+impl<'call, T: ?Sized> Sample<'call, T> {
     pub(crate) fn new(value: &'call T, sample: &raw::Sample) -> Self {
         Self {
             value,
@@ -171,7 +171,7 @@ impl<'call, T> Sample<'call, T> {
     }
 }
 
-impl<T> Deref for Sample<'_, T> {
+impl<T: ?Sized> Deref for Sample<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {

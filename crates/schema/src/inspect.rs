@@ -56,7 +56,6 @@ use core::fmt;
 use jde_abi::raw;
 
 use crate::context::Context;
-use crate::input::Modulation;
 use crate::schema::Schema;
 
 /// A schema that inspects what its modulations name before the application starts.
@@ -70,6 +69,19 @@ pub trait Inspect: Schema {
     fn inspect(&self, cx: &Context, problems: &mut Problems);
 }
 
+/// What an inspection may find wrong: a modulation, or a port of a list.
+pub trait Inspected {
+    /// Returns the number of the port in a call of the type whose ports start at `ports`.
+    #[doc(hidden)]
+    fn number(&self, ports: *const raw::Port) -> u32;
+}
+
+impl<I: Inspected> Inspected for &I {
+    fn number(&self, ports: *const raw::Port) -> u32 {
+        (*self).number(ports)
+    }
+}
+
 /// Collects the problems of one inspection. Problems beyond [`raw::PROBLEMS_MOST`] are dropped.
 pub struct Problems<'call> {
     list: &'call raw::Problems,
@@ -81,29 +93,25 @@ impl<'call> Problems<'call> {
         Self { list, ports }
     }
 
-    /// Reports that this modulation would make the schema fail when it awakes. `message` states what is wrong
-    /// and what to do. `jde run` then does not start.
-    pub fn wrong<T>(&mut self, modulation: &Modulation<T>, message: impl fmt::Display) {
-        self.add(raw::PROBLEM_WRONG, modulation, &message);
+    /// Reports that this modulation or port of a list would make the schema fail when it awakes. `message` states what
+    /// is wrong and what to do. `jde run` then does not start.
+    pub fn wrong(&mut self, place: &impl Inspected, message: impl fmt::Display) {
+        self.add(raw::PROBLEM_WRONG, place, &message);
     }
 
-    /// Reports that what this modulation names is missing or may not be used at present. The schema would
+    /// Reports that what this place names is missing or may not be used at present. The schema would
     /// start and wait for it. `message` states what is missing and what to do. `jde run` warns and starts.
-    pub fn unavailable<T>(&mut self, modulation: &Modulation<T>, message: impl fmt::Display) {
-        self.add(raw::PROBLEM_UNAVAILABLE, modulation, &message);
+    pub fn unavailable(&mut self, place: &impl Inspected, message: impl fmt::Display) {
+        self.add(raw::PROBLEM_UNAVAILABLE, place, &message);
     }
 
     /// Returns the value of `result`, and reports an error in it as [`wrong`](Self::wrong).
-    pub fn expect<T, R, E: fmt::Display>(
-        &mut self,
-        modulation: &Modulation<T>,
-        result: Result<R, E>,
-    ) -> Option<R> {
-        result.map_err(|error| self.wrong(modulation, error)).ok()
+    pub fn expect<R, E: fmt::Display>(&mut self, place: &impl Inspected, result: Result<R, E>) -> Option<R> {
+        result.map_err(|error| self.wrong(place, error)).ok()
     }
 
-    fn add<T>(&mut self, kind: u32, modulation: &Modulation<T>, message: &dyn fmt::Display) {
-        let port = modulation.number(self.ports);
+    fn add(&mut self, kind: u32, place: &impl Inspected, message: &dyn fmt::Display) {
+        let port = place.number(self.ports);
         let text = message.to_string();
         // SAFETY: the host's function, the first argument that it requires, and a text of that length. A
         // refusal is ignored: it means that the list is full.

@@ -55,6 +55,7 @@ mod hysteresis;
 mod input;
 mod inspect;
 mod level;
+mod lists;
 mod log;
 pub mod memory;
 mod output;
@@ -68,12 +69,13 @@ pub use error::{Error, Result};
 pub use guard::Guard;
 pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};
-pub use inspect::{Inspect, Problems};
+pub use inspect::{Inspect, Inspected, Problems};
 pub use jde_core::Policy;
 pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe};
 pub use jde_types as types;
 pub use jde_types::derived::{Modulated, Value};
 pub use level::{Candidate, Case, Level, Verdict};
+pub use lists::{Exports, Imports, ListedExport, ListedImport};
 pub use memory::{Memory, Saved, Saving};
 pub use output::{Actuator, Export, Loan, Modulates, Outcome};
 pub use panel::{Gesture, Panel, Pen};
@@ -93,9 +95,9 @@ pub mod prelude {
     };
     pub use crate::{
         Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Context, Describe, Error,
-        Export, Gesture, Guard, Hysteresis, Import, Inspect, Level, Loan, Memory, Modulates, Modulation,
-        Outcome, Panel, Pen, Policy, Precondition, Problems, Result, Sample, Saved, Saving, Schema, State,
-        Status, Value, Verdict,
+        Export, Exports, Gesture, Guard, Hysteresis, Import, Imports, Inspect, Level, Loan, Memory,
+        Modulates, Modulation, Outcome, Panel, Pen, Policy, Precondition, Problems, Result, Sample, Saved,
+        Saving, Schema, State, Status, Value, Verdict,
     };
     pub use crate::{debug, error, info, trace, warn};
 }
@@ -103,6 +105,7 @@ pub mod prelude {
 /// The names that macro-generated code uses. Not a public API.
 #[doc(hidden)]
 pub mod derived {
+    pub use crate::boundary::lists::{list, lists};
     pub use crate::boundary::table::{
         About, Own, Without, actuator, child, child_modulation, command, export, import, modulation, plugin,
         schema,

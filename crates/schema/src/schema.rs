@@ -141,6 +141,10 @@ pub unsafe trait Describe: Sized + Send + 'static {
     #[doc(hidden)]
     const GUARD: Option<raw::Guard>;
 
+    /// The table of the lists of ports.
+    #[doc(hidden)]
+    const LISTS: Option<raw::Lists>;
+
     /// Whether one of these tables exists.
     #[doc(hidden)]
     const HAS_ABILITY: bool;
@@ -152,6 +156,13 @@ pub unsafe trait Describe: Sized + Send + 'static {
     /// values.
     #[doc(hidden)]
     unsafe fn build() -> Self;
+
+    /// Adds a port to a list of the type.
+    ///
+    /// # Safety
+    /// The host gave the port for this list.
+    #[doc(hidden)]
+    unsafe fn add_listed(&mut self, port: &raw::ListedPort);
 }
 
 /// The result of a check.

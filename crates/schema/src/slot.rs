@@ -27,6 +27,15 @@ impl Slot {
         }
     }
 
+    /// Refers to a port of a list of the type with these ports.
+    pub(crate) const fn listed(ports: &'static [raw::Port], number: u32, name: &'static str) -> Self {
+        Self {
+            brand: &ports[0],
+            number,
+            name,
+        }
+    }
+
     /// Returns the port's number in a call of the type whose ports start at `ports`.
     ///
     /// # Panics

@@ -65,7 +65,7 @@ impl<'s> Subject<'s> {
         let table = bench.table();
         let (instance, reason) = bench.call("create", |context| {
             // SAFETY: the table was checked when its plugin was loaded.
-            unsafe { InProcessInstance::create(self.functions, table, context) }
+            unsafe { InProcessInstance::create(self.functions, table, context, &[], self.schema.ports.len()) }
         });
         match instance {
             Some(instance) => Ok(Life {

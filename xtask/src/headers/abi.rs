@@ -14,13 +14,14 @@ use syn::{PathArguments, PointerMutability, ReturnType, Type};
 use super::names::{block, comment, constant, member, structure};
 
 /// The sources of the ABI, in the order of the declarations in C.
-const SOURCES: [&str; 6] = [
+const SOURCES: [&str; 7] = [
     include_str!("../../../crates/abi/src/raw/mod.rs"),
     include_str!("../../../crates/abi/src/raw/host.rs"),
     include_str!("../../../crates/abi/src/raw/panel.rs"),
     include_str!("../../../crates/abi/src/raw/state.rs"),
     include_str!("../../../crates/abi/src/raw/inspect.rs"),
     include_str!("../../../crates/abi/src/raw/guard.rs"),
+    include_str!("../../../crates/abi/src/raw/lists.rs"),
 ];
 /// The part of `jde.h` that exists only in C: macros and functions that use the tables.
 const HELPERS: &str = include_str!("helpers.h");

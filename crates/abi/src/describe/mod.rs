@@ -4,11 +4,13 @@
 
 mod differs;
 mod limits;
+mod lists;
 
 use std::fmt;
 use std::sync::Arc;
 
 pub use limits::{Limits, NotAllowed};
+pub use lists::PortList;
 
 /// A plugin.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,8 @@ pub struct Schema {
     pub inspects: bool,
     /// What it judges, if it is a guard (R18).
     pub guard: Option<Guard>,
+    /// Its lists of ports, whose entries the application states.
+    pub lists: Vec<PortList>,
 }
 
 /// What a guard judges, and by what.
@@ -237,6 +241,17 @@ impl Schema {
     pub fn modulation(&self, port: u32) -> Option<&Port> {
         let port = self.ports.get(port as usize)?;
         matches!(port.role, Role::Modulation { .. }).then_some(port)
+    }
+
+    /// Returns the schema with these ports after its own.
+    #[must_use]
+    pub fn with_ports(&self, listed: impl IntoIterator<Item = Port>) -> Self {
+        let mut ports = self.ports.clone();
+        ports.extend(listed);
+        Self {
+            ports,
+            ..self.clone()
+        }
     }
 
     /// Returns the schema with these children, each with its group, instead of the role for any number of

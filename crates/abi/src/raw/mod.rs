@@ -28,6 +28,7 @@
 mod guard;
 mod host;
 mod inspect;
+mod lists;
 mod panel;
 mod state;
 
@@ -36,6 +37,7 @@ use core::ffi::{c_char, c_void};
 pub use guard::*;
 pub use host::*;
 pub use inspect::*;
+pub use lists::*;
 pub use panel::*;
 pub use state::*;
 
@@ -45,7 +47,7 @@ pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 pub const ABI_MAJOR: u32 = 1;
 /// Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
 /// version and older; later ones accept all.
-pub const ABI_MINOR: u32 = 6;
+pub const ABI_MINOR: u32 = 7;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";
@@ -469,4 +471,4 @@ macro_rules! shareable {
         unsafe impl Send for $table {}
     )* };
 }
-shareable!(Plugin, Schema, Port, Child, Type, Field);
+shareable!(Plugin, Schema, Port, Child, Type, Field, PortList);

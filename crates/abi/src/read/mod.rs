@@ -12,9 +12,11 @@ use std::sync::Arc;
 use crate::describe::{Child, Guard, Kind, Limits, Plugin, Port, Role, Schema, Type};
 use crate::{guard, inspect, raw, table, unit};
 
+mod lists;
 mod place;
 mod types;
 
+pub use lists::ENTRY_KEYS;
 use place::Place;
 
 /// The keys of a schema that have a fixed meaning in an application file.
@@ -217,6 +219,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             return place.wrong("only a motor schema may have motor children");
         }
         let guard = guard(&place, table, kind, &ports)?;
+        let lists = lists::read(&place, table, &ports)?;
         Ok(Schema {
             name: place.name("name", table.name)?,
             doc: place.text("doc", table.doc)?,
@@ -229,6 +232,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             panel: panel(&place, table)?,
             inspects: inspects(&place, table)?,
             guard,
+            lists,
         })
     }
 }

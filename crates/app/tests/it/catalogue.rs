@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Guard, Kind, Limits, Plugin, Port, Role, Scalar, Schema, Type,
+    Child, Field, FieldKind, Form, Guard, Kind, Limits, Plugin, Port, PortList, Role, Scalar, Schema, Type,
 };
 use jde_app::{Application, Catalogue, Faults, Override, Unusable, parse};
 
@@ -143,6 +143,7 @@ fn plugins() -> Vec<Plugin> {
         ),
         plugin("odd", vec![odd()]),
         plugin("near", vec![near(laser())]),
+        plugin("topics", vec![topics()]),
         plugin("boss", vec![boss()]),
         plugin(
             "crew",
@@ -247,6 +248,32 @@ fn near(laser: Port) -> Schema {
     }
 }
 
+/// A driver with lists of ports.
+fn topics() -> Schema {
+    let list = |name: &str, exports| PortList {
+        name: name.to_owned(),
+        doc: String::new(),
+        exports,
+        settings: Arc::new(value_type("geometry_msgs/msg/Pose2D")),
+        initial: vec![0; 24],
+    };
+    Schema {
+        lists: vec![list("publish", false), list("subscribe", true)],
+        ..schema(
+            "topics",
+            Kind::Driver,
+            vec![
+                optional(port(
+                    "laser",
+                    "sensor_msgs/msg/LaserScan",
+                    Role::Import { trigger: false },
+                )),
+                port("connection", "std_msgs/msg/Bool", Role::Export),
+            ],
+        )
+    }
+}
+
 /// A driver whose laser scan has the standard name and another layout.
 fn odd() -> Schema {
     let standard = value_type("sensor_msgs/msg/LaserScan");
@@ -338,6 +365,7 @@ fn schema(name: &str, kind: Kind, ports: Vec<Port>) -> Schema {
         panel: false,
         inspects: false,
         guard: None,
+        lists: Vec::new(),
     }
 }
 

@@ -7,6 +7,7 @@ mod good;
 mod groups;
 mod keys;
 mod link;
+mod lists;
 mod remote;
 mod roots;
 mod times;

@@ -27,8 +27,12 @@ impl Body {
         }
         match call.engine.process_config(call.number) {
             // SAFETY: the table was checked.
-            None => unsafe { InProcessInstance::create(call.build.table, &HOST, context(call)) }
-                .map(Self::InProcess),
+            None => unsafe {
+                let listed = &call.engine.application.instances[call.number].listed;
+                let own = call.build.ports() - listed.len();
+                InProcessInstance::create(call.build.table, &HOST, context(call), listed, own)
+            }
+            .map(Self::InProcess),
             Some(config) => {
                 IsolatedInstance::create(call, &config).map(|instance| Self::Isolated(Box::new(instance)))
             }

@@ -6,14 +6,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use jde_abi::raw;
-use jde_panel::{Gesture, List};
-
 use jde_isolation::launch::{Launch, PortInfo, send_files};
 use jde_isolation::process::Process;
 use jde_isolation::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, UNANSWERED, Wire};
 use jde_isolation::{HeldTerminal, ProcessConfig, TypeLocation, machine_time};
 use jde_loader::build::PortMapping;
 use jde_loader::instance::{ArbitrationQuery, SavedMemory, Verdict};
+use jde_panel::{Gesture, List};
 
 use super::CallContext;
 use super::early::{self, EarlyPorts};
@@ -213,6 +212,7 @@ impl IsolatedInstance {
             seed: engine.seed_of(number),
             real_time: engine.clock.has_wall_clock_speed(),
             ports,
+            listed: engine.application.instances[number].listed.clone(),
             limits: config.limits,
             authority: engine.authority.is_some().then_some(number),
         };

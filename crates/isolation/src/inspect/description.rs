@@ -38,6 +38,29 @@ struct Schema {
     inspects: bool,
     #[serde(with = "optional")]
     guard: Option<describe::Guard>,
+    #[serde(with = "lists")]
+    lists: Vec<describe::PortList>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::PortList")]
+struct PortList {
+    name: String,
+    doc: String,
+    exports: bool,
+    #[serde(with = "shared")]
+    settings: Arc<describe::Type>,
+    initial: Vec<u8>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "jde_abi::lists::ListedPort")]
+struct ListedPort {
+    list: usize,
+    label: String,
+    #[serde(with = "shared")]
+    value_type: Arc<describe::Type>,
+    settings: Vec<u8>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -212,22 +235,22 @@ mod optional {
 
 /// Lists of the structures above.
 macro_rules! lists {
-    ($($name:ident: $form:ident as $with:literal;)*) => {$(
-        mod $name {
-            use jde_abi::describe;
+    ($($visible:vis $name:ident: $module:path, $form:ident as $with:literal;)*) => {$(
+        $visible mod $name {
+            use $module as module;
             use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
             use super::$form;
 
-            pub(super) fn serialize<S: Serializer>(list: &[describe::$form], to: S) -> Result<S::Ok, S::Error> {
+            pub(crate) fn serialize<S: Serializer>(list: &[module::$form], to: S) -> Result<S::Ok, S::Error> {
                 #[derive(Serialize)]
-                struct Item<'a>(#[serde(with = $with)] &'a describe::$form);
+                struct Item<'a>(#[serde(with = $with)] &'a module::$form);
                 to.collect_seq(list.iter().map(Item))
             }
 
-            pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<describe::$form>, D::Error> {
+            pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<module::$form>, D::Error> {
                 #[derive(Deserialize)]
-                struct Item(#[serde(with = $with)] describe::$form);
+                struct Item(#[serde(with = $with)] module::$form);
                 let list = Vec::<Item>::deserialize(from)?;
                 Ok(list.into_iter().map(|Item(item)| item).collect())
             }
@@ -236,8 +259,10 @@ macro_rules! lists {
 }
 
 lists! {
-    schemas: Schema as "Schema";
-    ports: Port as "Port";
-    children: Child as "Child";
-    fields: Field as "Field";
+    schemas: jde_abi::describe, Schema as "Schema";
+    ports: jde_abi::describe, Port as "Port";
+    children: jde_abi::describe, Child as "Child";
+    fields: jde_abi::describe, Field as "Field";
+    lists: jde_abi::describe, PortList as "PortList";
+    pub(crate) listed: jde_abi::lists, ListedPort as "ListedPort";
 }

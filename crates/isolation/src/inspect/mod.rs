@@ -19,6 +19,8 @@ mod description;
 mod run;
 mod serve;
 
+pub(crate) use description::listed;
+
 use std::fs::File;
 use std::io::{self, Read, Seek};
 use std::os::fd::OwnedFd;
@@ -30,6 +32,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use jde_abi::inspect::Problem;
+use jde_abi::lists::ListedPort;
 use jde_abi::write::Optional;
 use jde_abi::{describe, raw};
 use jde_app::Inspection;
@@ -76,6 +79,9 @@ enum InspectorRequest {
         number: usize,
         /// The name of the instance.
         name: String,
+        /// The ports of its lists.
+        #[serde(with = "listed")]
+        listed: Vec<ListedPort>,
     },
 }
 
@@ -231,6 +237,7 @@ impl Inspect for Inspector {
             path: path.to_owned(),
             number: inspection.number,
             name: inspection.name.to_owned(),
+            listed: inspection.listed.to_vec(),
         };
         match self.slot(path).request(INSPECT_TIMEOUT, |child| {
             child.run_inspection(&request, inspection)

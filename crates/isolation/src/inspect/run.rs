@@ -6,6 +6,7 @@
 use std::ffi::CString;
 
 use jde_abi::inspect::Problem;
+use jde_abi::lists::ListedPort;
 use jde_abi::raw;
 use jde_app::Isolation;
 use jde_loader::SchemaFunctions;
@@ -31,15 +32,15 @@ pub(crate) fn restrict_to_reading() {
     }));
 }
 
-/// Inspects the resources that the modulations of a type of schema with `ports` ports name. Also returns the
+/// Inspects the resources that the modulations of a type of schema with `own` ports and those `listed` name. Also returns the
 /// wire.
 pub(crate) fn run_inspection(
     wire: Wire,
     table: SchemaFunctions,
-    ports: usize,
+    (own, listed): (usize, &[ListedPort]),
     name: &str,
 ) -> (Wire, InspectionOutcome) {
-    let infos = vec![PortInfo::default(); ports];
+    let infos = vec![PortInfo::default(); own + listed.len()];
     let mut session = Session {
         wire,
         name: CString::new(name.replace('\0', "")).unwrap_or_default(),
@@ -54,7 +55,7 @@ pub(crate) fn run_inspection(
         }),
     };
     // SAFETY: the table was checked when its plugin was loaded.
-    let inspected = match unsafe { InProcessInstance::create(table, &HOST, session.context()) } {
+    let inspected = match unsafe { InProcessInstance::create(table, &HOST, session.context(), listed, own) } {
         Some(mut instance) => instance.inspect(session.context()),
         None => (raw::FAILED, Ok(Vec::new())),
     };

@@ -51,7 +51,12 @@ pub fn serve(
                 Err(error) => InspectorResponse::Refused(error.to_string()),
             },
             InspectorRequest::EntryPoints => InspectorResponse::EntryPoints(entry_points()),
-            InspectorRequest::Inspect { path, number, name } => {
+            InspectorRequest::Inspect {
+                path,
+                number,
+                name,
+                listed,
+            } => {
                 if !std::mem::replace(&mut is_restricted, true) {
                     restrict_to_reading();
                 }
@@ -67,7 +72,7 @@ pub fn serve(
                 {
                     Ok((loaded, Some(schema))) => {
                         let (returned_wire, (status, found)) =
-                            run_inspection(wire, loaded.schema(number), schema.ports.len(), &name);
+                            run_inspection(wire, loaded.schema(number), (schema.ports.len(), &listed), &name);
                         wire = returned_wire;
                         let parts = |problem: Problem| (problem.unavailable, problem.port, problem.words);
                         InspectorResponse::Inspected {

@@ -77,6 +77,19 @@ fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io:
         });
         write_section(title, rows.collect(), output)?;
     }
+    let rows = schema.lists.iter().map(|list| {
+        let settings = list.settings.fields.iter().map(|field| field.name.as_str());
+        [
+            list.name.clone(),
+            format!(
+                "{} of any type, settings: {}",
+                if list.exports { "exports" } else { "imports" },
+                settings.collect::<Vec<_>>().join(", ")
+            ),
+            join_lines(&list.doc),
+        ]
+    });
+    write_section("lists of ports", rows.collect(), output)?;
     let rows = schema.children.iter().map(|child| {
         let kind = if child.motor {
             format!("motor, group {}", child.group)

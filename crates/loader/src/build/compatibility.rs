@@ -37,7 +37,9 @@ pub fn map_build(
 ) -> Result<BuildMapping, Vec<String>> {
     let children = application.instances[number].schema.children.iter();
     let named = children.filter(|child| child.many);
-    let new = &new.with_children(named.map(|child| (&*child.name, &*child.group)));
+    let listed = application.instances[number].listed_ports();
+    let new = new.with_children(named.map(|child| (&*child.name, &*child.group)));
+    let new = &new.with_ports(listed.iter().cloned());
     let mut check = CompatibilityCheck {
         application,
         number,
@@ -46,6 +48,7 @@ pub fn map_build(
         notes: Vec::new(),
     };
     check.check_type();
+    check.check_lists();
     check.check_removed();
     let roles: Vec<_> = new.children.iter().map(|child| check.map_role(child)).collect();
     let ports = new.ports.iter().map(|port| check.map_port(port)).collect();
@@ -111,6 +114,23 @@ impl<'a> CompatibilityCheck<'a> {
                 self.notes.push(format!(
                     "its default {name} is now {} ms; the running value is kept",
                     new_ns as f64 / 1e6
+                ));
+            }
+        }
+    }
+
+    /// Checks that the lists of ports that the application fills in are unchanged.
+    fn check_lists(&mut self) {
+        let new = &self.new.lists;
+        for (number, list) in self.old().lists.iter().enumerate() {
+            let is_used = self.instance().listed.iter().any(|port| port.list == number);
+            let is_same = new.get(number).is_some_and(|new| {
+                new.name == list.name && new.exports == list.exports && new.settings.same_as(&list.settings)
+            });
+            if is_used && !is_same {
+                self.errors.push(format!(
+                    "the list `{}` is gone or has other settings, and the application has entries in it",
+                    list.name
                 ));
             }
         }

@@ -52,6 +52,9 @@ pub(super) enum Role {
         child: LitStr,
         optional: bool,
     },
+    List {
+        initial: Expr,
+    },
 }
 
 /// The type of a role for any number of children.
@@ -71,6 +74,8 @@ const KINDS: &[(&str, &str, &[&str])] = &[
     ("child", "Child", &["group", "perceptive", "optional", "name"]),
     ("child", MANY, &["group", "name"]),
     ("modulates", "Modulates", &["child", "optional", "unit", "name"]),
+    ("imports", "Imports", &["default", "name"]),
+    ("exports", "Exports", &["default", "name"]),
 ];
 
 impl Field {
@@ -145,6 +150,7 @@ impl Field {
             Role::Child { .. } => Some("children".into()),
             Role::Modulates { child, .. } => Some(format!("modulations of {}", child.value())),
             Role::Export | Role::Modulation { .. } | Role::Command { .. } => Some("variables".into()),
+            Role::List { .. } => Some("lists".into()),
         }
     }
 
@@ -218,8 +224,18 @@ impl Field {
                     derived::child_modulation::<#ty>(#name, #doc, #unit, #child, #flags)
                 }
             }
-            Role::Memory | Role::Child { .. } => TokenStream::new(),
+            Role::Memory | Role::Child { .. } | Role::List { .. } => TokenStream::new(),
         }
+    }
+
+    /// Generates the table of a list of ports.
+    pub(super) fn list_table(&self) -> TokenStream {
+        let (Role::List { initial }, Some(settings)) = (&self.role, &self.value) else {
+            return TokenStream::new();
+        };
+        let (name, doc, ty) = (c(&self.name), c(&self.doc), &self.ty);
+        let initial = quote_spanned!(initial.span() => { const INITIAL: #settings = #initial; &INITIAL });
+        quote_spanned!(ty.span() => derived::list(<#ty>::KIND, #name, #doc, <#ty>::SETTINGS, #initial))
     }
 
     /// Generates the table of a role for a child.
@@ -325,6 +341,11 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
                 many,
             }
         }
+        "imports" | "exports" => Role::List {
+            initial: options.default.ok_or_else(|| {
+                missing("state the settings that an entry of the application file leaves out: default = ...")
+            })?,
+        },
         _ => Role::Modulates {
             child: options
                 .child

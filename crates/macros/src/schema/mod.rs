@@ -43,6 +43,8 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
     let mut ports = Vec::new();
     let mut roles = Vec::new();
     let mut values = Vec::new();
+    let mut lists = Vec::new();
+    let mut list_members = Vec::new();
     for field in &fields {
         let (member, ty) = (&field.member, &field.ty);
         let value = match &field.role {
@@ -58,6 +60,11 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                 ports.push(field.port_table(position(&child.value())));
                 // SAFETY (of the generated code): the table above has this number, this kind and this type.
                 quote!(unsafe { <#ty>::new(&PORTS, #number, #shown) })
+            }
+            Role::List { .. } => {
+                lists.push(field.list_table());
+                list_members.push(member);
+                quote!(<#ty>::new())
             }
             Role::Import { .. }
             | Role::Export
@@ -78,6 +85,10 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
         &about,
         &ports,
         &roles,
+        &Lists {
+            tables: &lists,
+            members: &list_members,
+        },
         &quote!(Self { #(#values),* }),
     ))
 }
@@ -91,7 +102,17 @@ pub(crate) fn placeholder(ident: &Ident) -> TokenStream {
         period_ns: 0,
         budget_ns: 0,
     };
-    implementation(ident, &about, &[], &[], &quote!(::core::unreachable!()))
+    let none = Lists {
+        tables: &[],
+        members: &[],
+    };
+    implementation(ident, &about, &[], &[], &none, &quote!(::core::unreachable!()))
+}
+
+/// The lists of ports: their tables and the fields that hold them.
+struct Lists<'f> {
+    tables: &'f [TokenStream],
+    members: &'f [&'f Ident],
 }
 
 fn implementation(
@@ -99,12 +120,16 @@ fn implementation(
     about: &About,
     ports: &[TokenStream],
     roles: &[TokenStream],
+    lists: &Lists<'_>,
     build: &TokenStream,
 ) -> TokenStream {
     let kind = about.kind.constant();
     let (name, doc) = (c(&about.name), c(&about.doc));
     let (period, budget) = (about.period_ns, about.budget_ns);
     let count = ports.len();
+    let Lists { tables, members } = lists;
+    let list_count = tables.len();
+    let numbers = 0..list_count as u32;
     quote! {
         const _: () = {
             use ::jde_schema::derived;
@@ -113,6 +138,7 @@ fn implementation(
 
             static PORTS: [derived::raw::Port; #count] = [#(#ports),*];
             const CHILDREN: &[derived::raw::Child] = &[#(#roles),*];
+            static LISTS: [derived::raw::PortList; #list_count] = [#(#tables),*];
 
             // A guard whose state is no export fails here.
             const _: Option<derived::raw::Guard> = <#ident as derived::Describe>::GUARD;
@@ -136,13 +162,23 @@ fn implementation(
                 const STATE: Option<derived::raw::State> = derived::Own::<#ident>::STATE;
                 const INSPECT: Option<derived::raw::Inspect> = derived::Own::<#ident>::INSPECT;
                 const GUARD: Option<derived::raw::Guard> = derived::Own::<#ident>::GUARD;
+                const LISTS: Option<derived::raw::Lists> = derived::lists::<#ident>(&LISTS);
                 const HAS_ABILITY: bool = Self::PANEL.is_some()
+                    || Self::LISTS.is_some()
                     || Self::STATE.is_some()
                     || Self::INSPECT.is_some()
                     || derived::Own::<#ident>::IS_GUARD;
 
                 unsafe fn build() -> Self {
                     #build
+                }
+
+                unsafe fn add_listed(&mut self, port: &derived::raw::ListedPort) {
+                    match port.list {
+                        // SAFETY: the caller's; the lists have the order of their tables.
+                        #(#numbers => unsafe { self.#members.add(&PORTS, port) },)*
+                        _ => {}
+                    }
                 }
             }
         };
@@ -207,7 +243,8 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
             | Role::Modulation { .. }
             | Role::Command { .. }
             | Role::Actuator { .. }
-            | Role::Child { .. } => {}
+            | Role::Child { .. }
+            | Role::List { .. } => {}
         }
         let Some(space) = field.name_space() else { continue };
         if let Some((_, first)) = seen

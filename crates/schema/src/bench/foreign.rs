@@ -22,7 +22,7 @@ impl Bench<Foreign> {
     /// The table, all it points to, and its functions follow the rules of `raw`.
     pub unsafe fn foreign(table: &'static raw::Schema) -> Result<Self, Failure> {
         // SAFETY: the caller's.
-        unsafe { Self::of(table) }
+        unsafe { Self::of(table, &[]) }
     }
 
     /// Publishes a value of an input, by the number of its port.

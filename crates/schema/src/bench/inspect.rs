@@ -9,7 +9,7 @@ use super::{Bench, Failure};
 /// A problem that an inspection reported.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// The name of the modulation.
+    /// The name of the modulation, or of the port of a list.
     pub modulation: String,
     /// Whether the schema would start nevertheless, and wait for what is missing.
     pub unavailable: bool,
@@ -47,6 +47,8 @@ impl<S> Bench<S> {
         };
         let with_name = |problem: inspect::Problem| {
             let port = self.description.modulation(problem.port);
+            let listed = self.description.ports.get(problem.port as usize);
+            let port = port.or_else(|| listed.filter(|_| problem.port as usize >= self.own_ports));
             let port = port.ok_or_else(|| failure(format!("it has no modulation {}", problem.port)))?;
             Ok(Problem {
                 modulation: port.name.clone(),

@@ -10,6 +10,7 @@ mod failure;
 mod foreign;
 mod host;
 mod inspect;
+mod lists;
 mod memory;
 mod names;
 mod panel;
@@ -30,6 +31,7 @@ use crate::level::Case;
 use crate::schema::{Precondition, Schema};
 pub use failure::Failure;
 pub use inspect::Problem;
+pub use lists::Entry;
 pub use memory::Remembered;
 use names::Kind;
 pub use panel::Drawn;
@@ -74,6 +76,8 @@ pub struct Bench<S = Foreign> {
     state: Box<BenchState>,
     instance: *mut c_void,
     schema: PhantomData<S>,
+    /// The number of the type's own ports; those of its lists follow.
+    own_ports: usize,
 }
 
 /// A schema that is written in another language.
@@ -108,7 +112,7 @@ impl<S: Schema> Bench<S> {
     /// If the creation fails.
     pub fn try_new() -> Result<Self, Failure> {
         // SAFETY: generated code builds tables that keep the rules, and a constant lives for ever.
-        unsafe { Self::of(const { &S::TABLE }) }
+        unsafe { Self::of(const { &S::TABLE }, &[]) }
     }
 
     /// Returns the instance, to examine its memory.
@@ -394,7 +398,7 @@ impl<S> Bench<S> {
 impl<S> Bench<S> {
     /// # Safety
     /// The table, all it points to, and its functions follow the rules of `raw`.
-    unsafe fn of(own: &'static raw::Schema) -> Result<Self, Failure> {
+    unsafe fn of(own: &'static raw::Schema, entries: &[Entry]) -> Result<Self, Failure> {
         let plugin = raw::Plugin {
             magic: raw::MAGIC,
             abi_major: raw::ABI_MAJOR,
@@ -418,12 +422,16 @@ impl<S> Bench<S> {
         let (Some(about), Some(create)) = (about, table.create) else {
             panic!("a table without `create`")
         };
+        let own_ports = about.ports.len();
+        let (ports, listed): (Vec<_>, Vec<_>) = entries.iter().map(|entry| entry.port(&about)).unzip();
+        let about = about.with_ports(ports);
         let mut bench = Self {
             table,
             state: Box::new(BenchState::new(&about)),
             description: about,
             instance: ptr::null_mut(),
             schema: PhantomData,
+            own_ports,
         };
         let cx = ptr::from_mut(&mut *bench.state).cast();
         // SAFETY: the table's own function, our host and context.
@@ -434,6 +442,7 @@ impl<S> Bench<S> {
                 reason: bench.state.reason.take().unwrap_or_default(),
             });
         }
+        bench.set_lists(&listed)?;
         Ok(bench)
     }
 

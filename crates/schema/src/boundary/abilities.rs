@@ -44,8 +44,8 @@ pub(super) const fn inspection<S: Inspect>() -> raw::Inspect {
     }
 }
 
-/// Returns the table of the panel, the memory, the inspection or the guard, or null if the type does not have that
-/// ability.
+/// Returns the table of the panel, the memory, the inspection, the guard or the lists of ports, or null if the type
+/// does not have that ability.
 ///
 /// # Safety
 /// As for [`raw::Schema::ability`]. For each other function of this module, as for the field of its name.
@@ -64,6 +64,9 @@ pub(super) unsafe extern "C" fn ability<S: Describe>(id: *const c_char) -> *cons
         Ok(raw::ABILITY_GUARD) => const { &S::GUARD }
             .as_ref()
             .map_or(ptr::null(), |guard| ptr::from_ref(guard).cast()),
+        Ok(raw::ABILITY_LISTS) => const { &S::LISTS }
+            .as_ref()
+            .map_or(ptr::null(), |lists| ptr::from_ref(lists).cast()),
         Ok(raw::ABILITY_INSPECT) => const { &S::INSPECT }
             .as_ref()
             .map_or(ptr::null(), |inspect| ptr::from_ref(inspect).cast()),

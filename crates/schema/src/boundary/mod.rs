@@ -4,6 +4,7 @@ mod abilities;
 mod calls;
 mod catch;
 mod judgement;
+pub(crate) mod lists;
 pub(crate) mod table;
 
 pub(crate) use calls::schema_of;

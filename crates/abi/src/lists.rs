@@ -1,0 +1,54 @@
+//! The host's side of lists of ports: their tables, and the ports that an application puts in them.
+
+#![allow(unsafe_code)]
+
+use std::sync::Arc;
+
+use crate::describe::Type;
+use crate::{raw, table, write};
+
+/// A port of a list, as an application states it. Its number in calls follows those of the type's own ports.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ListedPort {
+    /// The place of its list among the lists of the type.
+    pub list: usize,
+    /// The entry's key in the application file.
+    pub label: String,
+    /// The type of its value.
+    pub value_type: Arc<Type>,
+    /// Its settings, in the type of the list.
+    pub settings: Vec<u8>,
+}
+
+/// Returns the table of a schema type's lists, if it has any.
+///
+/// # Errors
+/// A message that states what is wrong with its table.
+///
+/// # Safety
+/// `schema` follows the rules of [`raw`].
+pub unsafe fn of(schema: &raw::Schema) -> Result<Option<raw::Lists>, String> {
+    // SAFETY: the caller's.
+    let lists = unsafe { table::ability::<raw::Lists>(schema, raw::ABILITY_LISTS) };
+    match lists.map_err(|unreadable| unreadable.to_string())? {
+        Some(raw::Lists { set: None, .. }) => Err(String::from("its `set` is null")),
+        lists => Ok(lists),
+    }
+}
+
+/// Returns the tables of listed ports, the first of which has the number `first`. What they point to is never freed.
+#[must_use]
+pub fn tables(ports: &[ListedPort], first: usize) -> Vec<raw::ListedPort> {
+    let ports = ports.iter().enumerate();
+    ports
+        .map(|(index, port)| raw::ListedPort {
+            size: size_of::<raw::ListedPort>() as u32,
+            list: port.list as u32,
+            port: (first + index) as u32,
+            reserved: 0,
+            label: write::text(&port.label),
+            value_type: write::value_type(&port.value_type),
+            settings: write::bytes(&port.settings),
+        })
+        .collect()
+}

@@ -1,0 +1,110 @@
+//! Invalid lists of ports are refused with a message that names the place.
+
+#![allow(unsafe_code)]
+
+mod tables;
+
+use core::cell::Cell;
+use core::ffi::{c_char, c_void};
+use core::ptr;
+
+use jde_abi::{lists, raw};
+use tables::{Tables, ZEROS, assert_refused, field, read_changed};
+
+thread_local! {
+    /// The table that the ability returns.
+    static LISTS: Cell<*const raw::Lists> = const { Cell::new(ptr::null()) };
+}
+
+unsafe extern "C" fn ability(id: *const c_char) -> *const c_void {
+    // SAFETY: the host's text.
+    match unsafe { core::ffi::CStr::from_ptr(id) } == c"jde.lists" {
+        true => LISTS.get().cast(),
+        false => ptr::null(),
+    }
+}
+
+unsafe extern "C" fn set(_: *mut c_void, _: *mut raw::Context, _: *const raw::ListedPort, _: u32) -> i32 {
+    raw::OK
+}
+
+/// Gives the type a list `publish` with the setting `period`, in which `change` changes a value.
+fn with_list(tables: &mut Tables, change: impl FnOnce(&mut raw::Lists, &mut raw::PortList, &mut raw::Field)) {
+    let mut period = field(c"period", raw::F64, raw::ONE, 1, 0, 0);
+    let mut list = raw::PortList {
+        size: size_of::<raw::PortList>() as u32,
+        kind: raw::IMPORT,
+        name: c"publish".as_ptr(),
+        doc: c"What to publish.".as_ptr(),
+        settings: ptr::null(),
+        initial: ptr::from_ref(&ZEROS).cast(),
+    };
+    let mut lists = raw::Lists {
+        size: size_of::<raw::Lists>() as u32,
+        count: 1,
+        lists: ptr::null(),
+        set: Some(set),
+    };
+    change(&mut lists, &mut list, &mut period);
+    list.settings = Box::leak(Box::new(raw::Type {
+        size: size_of::<raw::Type>() as u32,
+        field_count: 1,
+        name: c"demo/msg/Topic".as_ptr(),
+        doc: ptr::null(),
+        bytes: 8,
+        align: 8,
+        fields: Box::leak(Box::new(period)),
+    }));
+    lists.lists = Box::leak(Box::new(list));
+    LISTS.set(Box::leak(Box::new(lists)));
+    tables.schema.ability = Some(ability);
+}
+
+#[test]
+fn a_list_is_read_with_the_type_and_the_default_of_its_settings() {
+    let plugin = read_changed(|tables| with_list(tables, |_, _, _| {})).expect("it is valid");
+    let [list] = &plugin.schemas[0].lists[..] else {
+        panic!("one list")
+    };
+    assert_eq!(
+        (&*list.name, list.exports, list.initial.len()),
+        ("publish", false, 8)
+    );
+    assert_eq!(list.settings.fields[0].name, "period");
+}
+
+#[test]
+fn invalid_lists_are_refused() {
+    let refused = |message: &str, change: fn(&mut raw::Lists, &mut raw::PortList, &mut raw::Field)| {
+        assert_refused(message, |tables| with_list(tables, change));
+    };
+    refused("its `set` is null", |lists, _, _| lists.set = None);
+    refused("it has 0 lists of ports", |lists, _, _| lists.count = 0);
+    refused("kind is 2", |_, list, _| list.kind = raw::MODULATION);
+    refused("`initial` is null", |_, list, _| list.initial = ptr::null());
+    refused("setting `from` has the name of another key", |_, _, setting| {
+        setting.name = c"from".as_ptr();
+    });
+    refused("`speed` has the name of another key", |_, list, _| {
+        list.name = c"speed".as_ptr();
+    });
+    refused("`imports` has the name of another key", |_, list, _| {
+        list.name = c"imports".as_ptr();
+    });
+}
+
+#[test]
+fn listed_ports_follow_the_own_ones_in_number() {
+    let plugin = read_changed(|tables| with_list(tables, |_, _, _| {})).expect("it is valid");
+    let list = &plugin.schemas[0].lists[0];
+    let port = |label: &str| lists::ListedPort {
+        list: 0,
+        label: label.to_owned(),
+        value_type: list.settings.clone(),
+        settings: list.initial.clone(),
+    };
+    let found = lists::tables(&[port("/a"), port("/b")], 5);
+    assert_eq!(found.iter().map(|port| port.port).collect::<Vec<_>>(), [5, 6]);
+    // SAFETY: a text that lives for ever.
+    assert_eq!(unsafe { core::ffi::CStr::from_ptr(found[1].label) }, c"/b");
+}

@@ -1,0 +1,319 @@
+//! Lists of ports: tables of the file whose entries are imports or exports of any type, each with settings. An import
+//! has the type of the variable that it reads. An export has the type that its readers take, or the one that the
+//! file states. Only completes the type of an instance; `wiring` binds the imports.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use jde_abi::describe::{Plugin, Port, PortList, Role, Schema, Type};
+use jde_abi::lists::ListedPort;
+use jde_abi::read::ENTRY_KEYS;
+use jde_board::value::encode;
+use toml::de::{DeTable, DeValue};
+
+use super::drafts::{Drafts, refuse_bad_name};
+use super::values::ValueTarget;
+use super::variable::{self, VariableKind};
+use jde_document::section::{Node, Section, Text, expect, report_wrong_shape, text};
+use jde_document::{FaultReport, quote};
+
+/// An entry of a list.
+pub(super) struct Entry<'a> {
+    /// Its key.
+    pub(super) label: Text<'a>,
+    node: &'a Node<'a>,
+}
+
+/// The plugins of the application, and the folder of its file.
+#[derive(Clone, Copy)]
+pub(super) struct Sources<'s> {
+    pub(super) plugins: &'s [Arc<Plugin>],
+    pub(super) folder: &'s Path,
+}
+
+/// Gives every schema whose type has lists the ports that the file states. Exports come first: an import of a list may
+/// read an export of another one.
+pub(super) fn state_ports(report: &mut FaultReport, drafts: &mut Drafts, sources: Sources<'_>) {
+    for exports in [true, false] {
+        for index in 0..drafts.list.len() {
+            let Some(schema) = drafts.schema(index).map(Arc::clone) else {
+                continue;
+            };
+            for (number, list) in schema.lists.iter().enumerate() {
+                if list.exports == exports {
+                    state_list(report, drafts, index, (number, list), sources);
+                }
+            }
+        }
+    }
+}
+
+/// Returns the entries of a list, in the order of its ports.
+pub(super) fn entries<'a>(section: &Section<'a>, list: &PortList) -> Vec<Entry<'a>> {
+    let table = section.get(&list.name).and_then(|node| node.get_ref().as_table());
+    let table = table.map(|table| Section::new("", 0..0, table));
+    table.map_or_else(Vec::new, |table| {
+        table
+            .entries()
+            .map(|(label, node)| Entry { label, node })
+            .collect()
+    })
+}
+
+fn state_list(
+    report: &mut FaultReport,
+    drafts: &mut Drafts,
+    index: usize,
+    (number, list): (usize, &PortList),
+    sources: Sources<'_>,
+) {
+    let section = &drafts.list[index].section;
+    let key = section.key(&list.name);
+    if let Some(node) = section.get(&list.name) {
+        expect(report, &key, "a table", node, node.get_ref().as_table());
+    }
+    for entry in entries(section, list) {
+        let what = format!("{} in {key}", quote(entry.label.text));
+        let found = entry.node.get_ref();
+        if !found.is_str() && !found.is_table() {
+            let example = if list.exports {
+                "as = \"NAME\""
+            } else {
+                "from = \"SCHEMA.VARIABLE\""
+            };
+            let expected = format!("a text, or a table such as {{ {example} }}");
+            report_wrong_shape(report, &what, &expected, entry.node);
+            continue;
+        }
+        let port = if list.exports {
+            export(report, drafts, index, (&what, &entry), sources.plugins)
+        } else {
+            import(report, drafts, index, (&what, &entry))
+        };
+        let settings = settings(report, (&what, &key), list, &entry, sources.folder);
+        if let (Some(port), Some(settings)) = (port, settings)
+            && let Some(resolved) = &mut drafts.list[index].resolved
+        {
+            resolved.listed.push(ListedPort {
+                list: number,
+                label: entry.label.text.to_owned(),
+                value_type: Arc::clone(&port.value_type),
+                settings,
+            });
+            resolved.schema = Arc::new(resolved.schema.with_ports([port]));
+        }
+    }
+}
+
+/// Returns the settings of an entry: those of the list, with what the entry states.
+fn settings(
+    report: &mut FaultReport,
+    (what, key): (&str, &str),
+    list: &PortList,
+    entry: &Entry,
+    folder: &Path,
+) -> Option<Vec<u8>> {
+    let mut bytes = list.initial.clone();
+    let Some(table) = entry.node.get_ref().as_table() else {
+        return Some(bytes);
+    };
+    let stated = table
+        .iter()
+        .filter(|(key, _)| !ENTRY_KEYS.contains(&&**key.get_ref()));
+    let stated: DeTable = stated.map(|(key, node)| (key.clone(), node.clone())).collect();
+    let target = ValueTarget {
+        name: entry.label.text.to_owned(),
+        owner: key,
+        unit: "",
+        folder,
+    };
+    let value = target.by_name(report, &list.settings, &stated)?;
+    match encode(&list.settings, &value, &mut bytes) {
+        Ok(()) => Some(bytes),
+        Err(error) => {
+            report.fault(&entry.node.span(), format!("{what}: {error}"));
+            None
+        }
+    }
+}
+
+fn import(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    index: usize,
+    (what, entry): (&str, &Entry),
+) -> Option<Port> {
+    if import_type(drafts.schema(index)?, entry.label.text).is_some() {
+        let label = &drafts.list[index].section.label;
+        let message = format!(
+            "{what}: {label} has an import {} already",
+            quote(entry.label.text)
+        );
+        report
+            .fault(&entry.label.span, message)
+            .advise("name it otherwise");
+        return None;
+    }
+    let from = source(report, (what, entry))?;
+    if from.text.contains(':') {
+        let message = format!(
+            "{what} is {}, and a list takes variables of this application",
+            quote(from.text)
+        );
+        report.fault(&from.span, message);
+        return None;
+    }
+    let (owner, port) = variable::find(report, drafts, what, &from, VariableKind::Readable, None)?;
+    Some(Port {
+        name: entry.label.text.to_owned(),
+        role: Role::Import { trigger: false },
+        optional: true,
+        ..drafts.schema(owner)?.ports[port].clone()
+    })
+}
+
+/// Returns the variable that an import of a list names.
+pub(super) fn source<'a>(report: &mut FaultReport, (what, entry): (&str, &Entry<'a>)) -> Option<Text<'a>> {
+    let node = match entry.node.get_ref() {
+        DeValue::Table(table) => table.get("from"),
+        _ => Some(entry.node),
+    };
+    let Some(node) = node else {
+        let fault = report.fault(&entry.label.span, format!("{what} has no `from`"));
+        fault.advise("name the variable, as in from = \"pioneer.laser\"");
+        return None;
+    };
+    text(report, what, node)
+}
+
+fn export(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    index: usize,
+    (what, entry): (&str, &Entry),
+    plugins: &[Arc<Plugin>],
+) -> Option<Port> {
+    let draft = &drafts.list[index];
+    let stated = |report: &mut FaultReport, key: &str| {
+        let node = entry.node.get_ref().as_table()?.get(key)?;
+        text(report, &format!("`{key}` of {what}"), node)
+    };
+    let name = match entry.node.get_ref() {
+        DeValue::String(_) => text(report, what, entry.node)?,
+        _ => match stated(report, "as") {
+            Some(name) => name,
+            None => {
+                let fault = report.fault(&entry.label.span, format!("{what} has no `as`"));
+                fault.advise("name the export, as in as = \"map\"");
+                return None;
+            }
+        },
+    };
+    if !refuse_bad_name(report, &name, "an export") {
+        return None;
+    }
+    let mut known = drafts.schema(index)?.ports.iter();
+    if known.any(|port| port.name == name.text && !matches!(port.role, Role::Import { .. })) {
+        let message = format!(
+            "{what}: {} has a variable {} already",
+            draft.section.label,
+            quote(name.text)
+        );
+        report.fault(&name.span, message).advise("name it otherwise");
+        return None;
+    }
+    let type_name = stated(report, "type");
+    let full = format!("{}.{}", draft.name, name.text);
+    let value_type = value_type(report, drafts, (what, &full), (type_name, &name.span), plugins)?;
+    Some(Port {
+        name: name.text.to_owned(),
+        doc: format!("From `{}`.", entry.label.text),
+        unit: String::new(),
+        value_type,
+        role: Role::Export,
+        optional: false,
+    })
+}
+
+/// Returns the type of an export: that of a port which reads it, otherwise the one of the stated name.
+fn value_type(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    (what, variable): (&str, &str),
+    (stated, span): (Option<Text>, &Range<usize>),
+    plugins: &[Arc<Plugin>],
+) -> Option<Arc<Type>> {
+    if let Some(value_type) = read_type(drafts, variable)
+        .filter(|found| stated.as_ref().is_none_or(|stated| stated.text == found.name))
+    {
+        return Some(value_type);
+    }
+    let Some(stated) = stated else {
+        report
+            .fault(
+                span,
+                format!(
+                    "{what}: no schema imports {}, so its type is not known",
+                    quote(variable)
+                ),
+            )
+            .advise("state it, as in type = \"sensor_msgs/msg/LaserScan\", or bind an import to it");
+        return None;
+    };
+    let standard = jde_types::standard();
+    let types = || {
+        plugins
+            .iter()
+            .flat_map(|plugin| &plugin.schemas)
+            .flat_map(|schema| &schema.ports)
+    };
+    let found = types().find(|port| port.value_type.name == stated.text);
+    let found = found.map(|port| Arc::clone(&port.value_type));
+    let found = found.or_else(|| {
+        standard
+            .iter()
+            .find(|ty| ty.name == stated.text)
+            .cloned()
+            .map(Arc::new)
+    });
+    if found.is_none() {
+        let known = standard.iter().map(|ty| ty.name.as_str());
+        report
+            .fault(
+                &stated.span,
+                format!(
+                    "{what}: no plugin of the application has the type {}",
+                    quote(stated.text)
+                ),
+            )
+            .suggest(stated.text, "types", known);
+    }
+    found
+}
+
+/// Returns the type of the first port that reads a variable.
+fn read_type(drafts: &Drafts, variable: &str) -> Option<Arc<Type>> {
+    (0..drafts.list.len()).find_map(|index| {
+        let imports = drafts.list[index].section.get("imports")?.get_ref().as_table()?;
+        let imports = Section::new("", 0..0, imports);
+        let mut entries = imports.entries();
+        let (role, _) = entries.find(|(_, node)| {
+            let from = match node.get_ref() {
+                DeValue::Table(table) => table.get("from").and_then(|node| node.get_ref().as_str()),
+                other => other.as_str(),
+            };
+            from == Some(variable)
+        })?;
+        import_type(drafts.schema(index)?, role.text)
+    })
+}
+
+fn import_type(schema: &Schema, role: &str) -> Option<Arc<Type>> {
+    let is_role = |port: &&Port| port.name == role && matches!(port.role, Role::Import { .. });
+    schema
+        .ports
+        .iter()
+        .find(is_role)
+        .map(|port| Arc::clone(&port.value_type))
+}

@@ -1,0 +1,167 @@
+//! Lists of ports: their entries, types and settings, and the faults of these.
+
+use jde_app::{Application, Binding, ImportSource};
+
+use super::catalogue::{check_text, read};
+
+/// A robot, a schema with these entries in its lists, and a reader of its export `there`.
+fn text(entries: &str) -> String {
+    format!(
+        r#"name = "lists"
+roots = ["stop"]
+
+[schemas.pioneer]
+type = "sim/robot"
+
+[schemas.topics]
+type = "topics"
+{entries}
+
+[schemas.stop]
+type      = "stop"
+imports   = {{ laser = "topics.there" }}
+actuators = {{ base = "pioneer.velocity" }}
+"#
+    )
+}
+
+fn application(entries: &str) -> Application {
+    read(&text(entries), &[]).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+#[track_caller]
+fn check(entries: &str, expected: &str) {
+    check_text(&text(entries), &[], expected);
+}
+
+#[test]
+fn imports_have_the_type_of_what_they_read_and_exports_that_of_their_reader() {
+    let application = application(
+        r#"publish."/a/scan" = "pioneer.laser"
+publish."/b" = { from = "topics.seen", theta = "90 deg" }
+subscribe."/there" = "there"
+subscribe."/seen" = { as = "seen", type = "nav_msgs/msg/Odometry", x = 2 }"#,
+    );
+    let topics = &application.instances[application.instance("topics").unwrap()];
+    let own = topics.schema.ports.len() - 4;
+    let found: Vec<_> = topics
+        .listed
+        .iter()
+        .zip(&topics.schema.ports[own..])
+        .map(|(listed, port)| (listed.list, &*listed.label, &*port.name, &*port.value_type.name))
+        .collect();
+    assert_eq!(
+        found,
+        [
+            (1, "/there", "there", "sensor_msgs/msg/LaserScan"),
+            (1, "/seen", "seen", "nav_msgs/msg/Odometry"),
+            (0, "/a/scan", "/a/scan", "sensor_msgs/msg/LaserScan"),
+            (0, "/b", "/b", "nav_msgs/msg/Odometry"),
+        ]
+    );
+    let settings = |place: usize| -> [f64; 3] {
+        let bytes = topics.listed[place].settings.as_chunks::<8>().0;
+        [0, 1, 2].map(|field| f64::from_ne_bytes(bytes[field]))
+    };
+    assert_eq!(settings(1), [2.0, 0.0, 0.0]);
+    assert_eq!(settings(0), [0.0; 3]);
+    assert_eq!(settings(3), [0.0, 0.0, std::f64::consts::FRAC_PI_2]);
+    let place = application.instance("topics").unwrap();
+    assert_eq!(
+        topics.bindings[own + 3],
+        Binding::Import {
+            source: Some(ImportSource::Local(place, own + 1)),
+            trigger: false
+        }
+    );
+    let stop = &application.instances[application.instance("stop").unwrap()];
+    let source = ImportSource::Local(place, own);
+    assert!(stop.bindings.contains(&Binding::Import {
+        source: Some(source),
+        trigger: true
+    }));
+}
+
+#[test]
+fn an_export_without_a_reader_needs_a_type() {
+    check(
+        r#"subscribe = { "/there" = "there", "/map" = "map" }"#,
+        r#"
+apps/good.toml:9:44: `/map` in `subscribe` of schema `topics`: no schema imports `topics.map`, so its type is not known
+    help: state it, as in type = "sensor_msgs/msg/LaserScan", or bind an import to it
+"#,
+    );
+    check(
+        r#"subscribe = { "/there" = "there", "/map" = { as = "map", type = "nav_msgs/msg/OccupancyGird" } }"#,
+        r#"
+apps/good.toml:9:65: `/map` in `subscribe` of schema `topics`: no plugin of the application has the type `nav_msgs/msg/OccupancyGird`
+    help: did you mean `nav_msgs/msg/OccupancyGrid`?
+"#,
+    );
+    check(
+        r#"subscribe = { "/there" = { as = "there", type = "nav_msgs/msg/Odometry" } }"#,
+        r#"
+apps/good.toml:13:23: `laser` in `imports` of schema `stop` is `sensor_msgs/msg/LaserScan`, and `topics.there` is `nav_msgs/msg/Odometry`
+    help: these fit: `pioneer.laser`
+"#,
+    );
+}
+
+#[test]
+fn wrong_entries_are_refused_with_their_lines() {
+    check(
+        r#"subscribe = { "/there" = "there", "/b" = "there" }"#,
+        r#"
+apps/good.toml:9:42: `/b` in `subscribe` of schema `topics`: schema `topics` has a variable `there` already
+    help: name it otherwise
+"#,
+    );
+    check(
+        r#"subscribe = { "/there" = { x = 1 } }"#,
+        r#"
+apps/good.toml:9:15: `/there` in `subscribe` of schema `topics` has no `as`
+    help: name the export, as in as = "map"
+apps/good.toml:13:23: `laser` in `imports` of schema `stop`: `topics` has no `there`
+    help: exports and modulations of `topics`: `connection`
+"#,
+    );
+    check(
+        r#"subscribe = { "/there" = "there" }
+publish = { "/a" = "pioneer.lasr", "/b" = { x = 1 }, "/c" = 7, laser = "pioneer.laser" }"#,
+        r#"
+apps/good.toml:10:20: `/a` in `publish` of schema `topics`: `pioneer` has no `lasr`
+    help: did you mean `laser`?
+apps/good.toml:10:36: `/b` in `publish` of schema `topics` has no `from`
+    help: name the variable, as in from = "pioneer.laser"
+apps/good.toml:10:61: `/c` in `publish` of schema `topics` must be a text, or a table such as { from = "SCHEMA.VARIABLE" }, not a whole number
+apps/good.toml:10:64: `laser` in `publish` of schema `topics`: schema `topics` has an import `laser` already
+    help: name it otherwise
+"#,
+    );
+    check(
+        r#"subscribe = { "/there" = "there" }
+publish = { "/a" = { from = "pioneer.laser", y = "1 s", z = 2 }, "/b" = "robot2:pioneer.laser" }"#,
+        r#"
+apps/good.toml:10:50: `/a.y` of `publish` of schema `topics` must be a number in m, and `s` does not convert to that
+apps/good.toml:10:57: `/a` of `publish` of schema `topics` has no field `z`
+    help: fields: `x`, `y` and `theta`
+apps/good.toml:10:73: `/b` in `publish` of schema `topics` is `robot2:pioneer.laser`, and a list takes variables of this application
+"#,
+    );
+    check(
+        r#"subscribe = "there""#,
+        r#"
+apps/good.toml:9:13: `subscribe` of schema `topics` must be a table, not a text
+apps/good.toml:13:23: `laser` in `imports` of schema `stop`: `topics` has no `there`
+    help: exports and modulations of `topics`: `connection`
+"#,
+    );
+    check(
+        r#"subscribe = { "/there" = "there" }
+published = {}"#,
+        r#"
+apps/good.toml:10:1: unknown key `published` in schema `topics`
+    help: did you mean `publish`?
+"#,
+    );
+}
