@@ -98,6 +98,8 @@ pub struct Application {
     pub seed: u64,
     /// The executor in real time.
     pub executor: Executor,
+    /// The perceptive schemas and drivers that every root needs (R6).
+    pub awake: Vec<usize>,
     /// The export of type `jde_msgs/msg/Mission` that states when it is done: instance and port.
     pub mission: Option<(usize, usize)>,
     /// How long the distance to the mission's target may fail to decrease before this is an event, ns; never

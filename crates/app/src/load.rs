@@ -151,6 +151,7 @@ fn check(
     needs::refuse_self_triggers(report, drafts, &instances);
     conflict::refuse_conflicts(report, drafts, &instances, &groups);
     guards::refuse_mismatches(report, drafts, &instances, &groups);
+    let awake = needs::of_the_roots(report, drafts, &outline.awake);
     let mission = outline
         .mission
         .as_ref()
@@ -161,6 +162,7 @@ fn check(
         path: input.file.to_owned(),
         seed: outline.seed,
         executor: outline.executor,
+        awake,
         mission,
         mission_stalls_ns: outline.mission_stalls_ns,
         plugins,

@@ -6,12 +6,37 @@ use jde_abi::describe::{Kind, Role, Schema};
 use super::cycle::{Edge, find_cycles};
 use super::drafts::Drafts;
 use super::{Binding, ImportSource, InstanceConfig};
+use jde_document::section::Text;
 use jde_document::{FaultReport, quote};
 
 /// Whether a schema that is bound to this port keeps the port's owner awake. A motor schema is woken by its
 /// father alone, and a modulation has its value whether its owner is awake or not.
 pub(super) fn keeps_awake(schema: &Schema, port: usize) -> bool {
     schema.kind != Kind::Motor && !matches!(schema.ports[port].role, Role::Modulation { .. })
+}
+
+/// Returns the perceptive schemas and drivers that `awake` names; reports other names.
+pub(super) fn of_the_roots(report: &mut FaultReport, drafts: &Drafts, awake: &[Text]) -> Vec<usize> {
+    let mut needed = Vec::new();
+    for name in awake {
+        let Some(index) = drafts.find(report, "`awake` of the application", name.text, &name.span) else {
+            continue;
+        };
+        if drafts
+            .schema(index)
+            .is_some_and(|schema| schema.kind == Kind::Motor)
+        {
+            report
+                .fault(
+                    &name.span,
+                    format!("`awake` names {}, which is a motor schema", drafts.quoted(index)),
+                )
+                .advise("name it among the `roots`, or as the child of a father");
+        } else if !needed.contains(&index) {
+            needed.push(index);
+        }
+    }
+    needed
 }
 
 /// Reports imports by which perceptive schemas need each other in a cycle: none of them could ever sleep.

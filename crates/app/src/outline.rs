@@ -12,7 +12,7 @@ use jde_document::section::{Section, Text, integer};
 use jde_document::{FaultReport, quote};
 
 const KEYS: &[&str] = &[
-    "name", "doc", "roots", "plugins", "seed", "mission", "executor", "root", "schemas", "link",
+    "name", "doc", "roots", "awake", "plugins", "seed", "mission", "executor", "root", "schemas", "link",
 ];
 
 /// The contents of the top level.
@@ -20,6 +20,8 @@ pub(super) struct Outline<'a> {
     pub(super) name: String,
     pub(super) doc: String,
     pub(super) roots: Roots<'a>,
+    /// The schemas that every root needs.
+    pub(super) awake: Vec<Text<'a>>,
     pub(super) plugin_dirs: Vec<PathBuf>,
     pub(super) seed: u64,
     pub(super) mission: Option<Text<'a>>,
@@ -67,6 +69,7 @@ impl<'a> Outline<'a> {
                 .map(|doc| doc.text.to_owned())
                 .unwrap_or_default(),
             roots: roots(report, &top),
+            awake: top.texts(report, "awake").unwrap_or_default(),
             plugin_dirs: top
                 .texts(report, "plugins")
                 .unwrap_or_default()

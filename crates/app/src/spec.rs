@@ -38,8 +38,8 @@ impl Application {
         }
     }
 
-    /// Returns the perceptive schemas and drivers whose exports it imports or which it commands, and the guards
-    /// of its commands, each once.
+    /// Returns the perceptive schemas and drivers whose exports it imports or which it commands, the guards
+    /// of its commands, and those that every root needs if it is one, each once.
     fn needs(&self, index: usize) -> Vec<SchemaId> {
         let mut needs = Vec::new();
         for binding in &self.instances[index].bindings {
@@ -65,8 +65,18 @@ impl Application {
                 }
             }
         }
+        let is_root = is_root(&self.instances[index]);
+        for need in self.awake.iter().filter(|_| is_root).copied().map(id) {
+            if !needs.contains(&need) {
+                needs.push(need);
+            }
+        }
         needs
     }
+}
+
+fn is_root(instance: &InstanceConfig) -> bool {
+    instance.schema.kind == describe::Kind::Motor && instance.father.is_none()
 }
 
 impl InstanceConfig {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use jde_app::{Application, Binding, ChildTarget, Executor, ImportSource};
 use jde_core::{Absence, Kind, Policy, Restart, SchemaId};
 
-use crate::catalogue::{self, application, application_with, read};
+use crate::catalogue::{self, application, application_with, check, read};
 
 fn at(application: &Application, name: &str) -> usize {
     application
@@ -414,6 +414,34 @@ fn an_imported_modulation_does_not_keep_its_schema_awake() {
     assert_eq!(
         application.spec().schemas[at(&application, "other")].needs,
         [SchemaId(pioneer)]
+    );
+}
+
+#[test]
+fn r6_every_root_needs_what_the_application_keeps_awake() {
+    let first = "[schemas.pioneer]";
+    let other = "[schemas.other]\ntype = \"look\"\nimports = { laser = \"pioneer.laser\" }\n";
+    let application = application(&[
+        ("mission =", "awake = [\"other\"]\nmission ="),
+        (first, &format!("{other}{first}")),
+    ]);
+    let (spec, other) = (application.spec(), at(&application, "other"));
+    let needing: Vec<_> = spec
+        .schemas
+        .iter()
+        .filter(|schema| schema.needs.iter().any(|need| need.index() == other))
+        .map(|schema| schema.name.as_str())
+        .collect();
+    assert_eq!(needing, ["teleop", "example"]);
+    assert_eq!(spec.validate(), Ok(()));
+    check(
+        &[("mission =", "awake = [\"other\", \"stop\"]\nmission =")],
+        r#"
+apps/good.toml:4:10: `awake` of the application names `other`, and there is no such schema
+    help: schemas: `pioneer`, `teleop`, `example`, `stop`, `vff`, `goon` and `look`
+apps/good.toml:4:19: `awake` names `stop`, which is a motor schema
+    help: name it among the `roots`, or as the child of a father
+"#,
     );
 }
 
