@@ -5,11 +5,10 @@ use core::time::Duration;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_device::{ConnectionReport, ConnectionState};
+use jde_ros_node::{Clock, Measured, Node, NodeConfig, NodeState};
 use jde_schema::prelude::*;
 
-use crate::clock::{Clock, Measured};
 use crate::messages::Codec;
-use crate::node::{Node, NodeConfig, NodeState};
 
 /// Most warnings until the driver wakes again.
 const MAX_WARNINGS: usize = 32;

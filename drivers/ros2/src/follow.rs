@@ -1,11 +1,11 @@
 //! The motor schema through which a ROS 2 program drives a robot. It competes like any other (R13), so the
 //! application can give a brake or a person precedence, and decide between several programs.
 
+use jde_ros_node::{NodeConfig, Settings, names};
 use jde_schema::prelude::*;
 
 use crate::connection::RosConnection;
-use crate::node::NodeConfig;
-use crate::settings::{Modulations, Settings, with_settings};
+use crate::settings::{Modulations, with_settings};
 use crate::velocity::{self, VelocitySubscription};
 
 /// Drives the base with a velocity from another program while it is fresh.
@@ -106,7 +106,7 @@ impl Inspect for Follow {
             node: &self.node,
             topics: vec![(&self.topic, self.topic.get(cx))],
         };
-        self.with_settings(cx, |settings| settings.inspect(&modulations, problems));
+        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
     }
 }
 
@@ -126,7 +126,7 @@ impl Follow {
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveFollow> {
         let name = settings.name()?;
         let (config, endpoint) = settings.connection_config()?;
-        let topic = crate::names::topic(&name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
+        let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
         Ok(ActiveFollow {
             connection: RosConnection::start(NodeConfig {
                 config,

@@ -4,20 +4,13 @@
 //!
 //! Only iterations submit messages, so a schema that hangs falls silent on the network as well.
 
-mod attachment;
 mod base;
-mod clock;
 mod connection;
 mod drive;
 mod follow;
-mod keys;
 mod messages;
-mod names;
-mod node;
 mod scan;
-mod session;
 mod settings;
-mod shared;
 mod tf;
 mod topics;
 mod velocity;

@@ -3,11 +3,9 @@
 use core::marker::PhantomData;
 use core::time::Duration;
 
-use jde_ros::{Type, cdr, definition, hash};
+use jde_ros::{Type, cdr};
+use jde_ros_node::{Clock, Quality, Topic};
 use jde_schema::prelude::*;
-
-use crate::clock::Clock;
-use crate::keys::{Announced, Quality, Topic};
 
 /// Position of the stamp in a message: after the encapsulation header, because every stamped interface begins
 /// with its header, and the header with its stamp.
@@ -106,13 +104,7 @@ impl<T: Value> Codec<T> {
 
     /// The topic of that name with these messages.
     pub(crate) fn topic(&self, name: String, quality: Quality) -> Topic {
-        Topic {
-            name,
-            type_name: definition::name(&self.value_type),
-            hash: hash::rihs01(&self.value_type),
-            quality,
-            announced: Announced::Always,
-        }
+        Topic::new(name, &self.value_type, quality)
     }
 
     pub(crate) fn encode(&self, value: &T) -> Vec<u8> {

@@ -1,34 +1,7 @@
-//! The application's settings of the node and its connections, validated without connecting.
+//! The modulations of the node and its connections, which every driver of this plugin has.
 
+use jde_ros_node::{Settings, environment_domain, names};
 use jde_schema::prelude::{Modulation, Problems, Text};
-use zenoh::Config;
-use zenoh::config::EndPoint;
-
-use crate::keys::NodeName;
-use crate::names;
-
-/// Protocols that this plugin is built with.
-const ENDPOINT_KEYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
-/// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
-const MAX_BYTES: usize = 16 << 20;
-
-/// The modulations that every driver of this plugin has.
-pub(crate) struct Settings<'a> {
-    /// Path of a Zenoh configuration file, or empty.
-    pub(crate) config: &'a str,
-    /// Addresses to connect to, separated by commas.
-    pub(crate) connect: &'a str,
-    /// Addresses to listen on, separated by commas.
-    pub(crate) listen: &'a str,
-    /// Whether the application sets `connect` or `listen`.
-    pub(crate) has_endpoint: bool,
-    /// Less than 0 for the environment's.
-    pub(crate) domain: i32,
-    pub(crate) namespace: &'a str,
-    pub(crate) node: &'a str,
-    /// The name of the schema.
-    pub(crate) schema: &'a str,
-}
 
 /// The modulations of these settings, and the names of topics.
 pub(crate) struct Modulations<'m> {
@@ -59,7 +32,7 @@ macro_rules! with_settings {
                     domain: self.domain.get(cx),
                     namespace: namespace.as_str(),
                     node: node.as_str(),
-                    schema: cx.name(),
+                    owner: cx.name(),
                 })
             }
         }
@@ -68,221 +41,25 @@ macro_rules! with_settings {
 
 pub(crate) use with_settings;
 
-impl Settings<'_> {
-    /// Returns the node's name.
-    pub(crate) fn name(&self) -> Result<NodeName, String> {
-        let environment = std::env::var("ROS_DOMAIN_ID").ok();
-        Ok(NodeName {
-            domain: names::domain(self.domain, environment.as_deref())?,
-            namespace: names::namespace(self.namespace)?,
-            node: names::node(self.node, self.schema)?,
-        })
-    }
-
+impl Modulations<'_> {
     /// Reports each invalid setting at its modulation.
-    pub(crate) fn inspect(&self, modulations: &Modulations<'_>, problems: &mut Problems<'_>) {
-        let environment = std::env::var("ROS_DOMAIN_ID").ok();
+    pub(crate) fn inspect(&self, settings: &Settings<'_>, problems: &mut Problems<'_>) {
+        let environment = environment_domain();
         problems.expect(
-            modulations.domain,
-            names::domain(self.domain, environment.as_deref()),
+            self.domain,
+            names::domain(settings.domain, environment.as_deref()),
         );
-        let namespace = problems.expect(modulations.namespace, names::namespace(self.namespace));
-        problems.expect(modulations.node, names::node(self.node, self.schema));
-        if let Err(error) = self.connection_config() {
-            match self.config {
-                "" => problems.wrong(modulations.connect, error),
-                _ => problems.wrong(modulations.config, error),
+        let namespace = problems.expect(self.namespace, names::namespace(settings.namespace));
+        problems.expect(self.node, names::node(settings.node, settings.owner));
+        if let Err(error) = settings.connection_config() {
+            match settings.config {
+                "" => problems.wrong(self.connect, error),
+                _ => problems.wrong(self.config, error),
             }
         }
         let namespace = namespace.unwrap_or_default();
-        for (modulation, name) in &modulations.topics {
+        for (modulation, name) in &self.topics {
             problems.expect(modulation, names::topic(&namespace, name.as_str()));
         }
-    }
-
-    /// Returns Zenoh's configuration, and its address for messages.
-    pub(crate) fn connection_config(&self) -> Result<(Config, String), String> {
-        if !self.config.is_empty() {
-            if self.has_endpoint {
-                return Err(
-                    "give either config, or connect and listen: the file contains the addresses".to_owned(),
-                );
-            }
-            let config = Config::from_file(self.config)
-                .map_err(|error| format!("config = \"{}\": {error}", self.config))?;
-            return Ok((config, self.config.to_owned()));
-        }
-        let (connect, listen) = (
-            endpoints("connect", self.connect)?,
-            endpoints("listen", self.listen)?,
-        );
-        let (mode, endpoint) = match (connect.is_empty(), listen.is_empty()) {
-            (true, true) => {
-                return Err(
-                    "no address is set; set connect = \"tcp/localhost:7447\" to connect to a router, or \
-                     listen = \"tcp/localhost:7448\" to accept connections"
-                        .to_owned(),
-                );
-            }
-            (false, true) => ("client", self.connect),
-            (_, false) => ("peer", self.listen),
-        };
-        let mut config = Config::default();
-        let lists = |endpoints: &[EndPoint]| {
-            let quoted: Vec<String> = endpoints
-                .iter()
-                .map(|endpoint| format!("{:?}", endpoint.to_string()))
-                .collect();
-            format!("[{}]", quoted.join(","))
-        };
-        // A client fails if it cannot connect, and its session's thread tries again. A peer fails only if it
-        // cannot listen, and connects to other nodes meanwhile.
-        let is_peer = mode == "peer";
-        let entries = [
-            ("mode", format!("{mode:?}")),
-            ("connect/endpoints", lists(&connect)),
-            ("connect/timeout_ms", if is_peer { "-1" } else { "0" }.to_owned()),
-            ("connect/exit_on_failure", (!is_peer).to_string()),
-            (
-                "connect/retry",
-                "{ period_init_ms: 200, period_max_ms: 1000, period_increase_factor: 2 }".to_owned(),
-            ),
-            ("listen/endpoints", lists(&listen)),
-            ("listen/timeout_ms", "0".to_owned()),
-            ("listen/exit_on_failure", "true".to_owned()),
-            // As in ROS 2: no multicast scouting; connected nodes report others by gossip.
-            ("scouting/multicast/enabled", "false".to_owned()),
-            ("scouting/gossip/enabled", "true".to_owned()),
-            ("transport/link/rx/max_message_size", MAX_BYTES.to_string()),
-        ];
-        for (key, value) in entries {
-            config
-                .insert_json5(key, &value)
-                .map_err(|error| format!("Zenoh does not accept {value} for `{key}`: {error}"))?;
-        }
-        Ok((config, endpoint.to_owned()))
-    }
-}
-
-/// Parses addresses separated by commas.
-fn endpoints(key: &str, text: &str) -> Result<Vec<EndPoint>, String> {
-    let addresses = text
-        .split(',')
-        .map(str::trim)
-        .filter(|address| !address.is_empty());
-    addresses
-        .map(|text| {
-            let error = || {
-                format!(
-                    "{key} = \"{text}\" is not an address; expected tcp/HOST:PORT, tls/HOST:PORT or unixsock-stream/PATH, as in \
-                     \"tcp/localhost:7447\""
-                )
-            };
-            let endpoint: EndPoint = text.parse().map_err(|_| error())?;
-            let protocol = endpoint.protocol();
-            let address = endpoint.address();
-            let has_port = protocol.as_str() == "unixsock-stream"
-                || address
-                    .as_str()
-                    .rsplit_once(':')
-                    .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
-            if ENDPOINT_KEYS.contains(&protocol.as_str()) && has_port {
-                Ok(endpoint)
-            } else {
-                Err(error())
-            }
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn settings<'a>(connect: &'a str, listen: &'a str) -> Settings<'a> {
-        Settings {
-            config: "",
-            connect,
-            listen,
-            has_endpoint: false,
-            domain: 3,
-            namespace: "fleet",
-            node: "",
-            schema: "one",
-        }
-    }
-
-    #[test]
-    fn a_node_that_listens_is_a_peer_and_others_are_clients() {
-        let mode = |connect, listen| {
-            let (config, endpoint) = settings(connect, listen).connection_config().unwrap();
-            (config.get_json("mode").unwrap(), endpoint)
-        };
-        assert_eq!(
-            mode("tcp/localhost:7447", ""),
-            ("\"client\"".to_owned(), "tcp/localhost:7447".to_owned())
-        );
-        assert_eq!(
-            mode("", "tcp/localhost:0"),
-            ("\"peer\"".to_owned(), "tcp/localhost:0".to_owned())
-        );
-        let (config, _) = settings("tcp/a:1, tls/b:2", "tcp/[::1]:3")
-            .connection_config()
-            .unwrap();
-        assert_eq!(
-            config.get_json("connect/endpoints").unwrap(),
-            "[\"tcp/a:1\",\"tls/b:2\"]"
-        );
-    }
-
-    #[test]
-    fn an_invalid_address_is_rejected_with_the_expected_format() {
-        for address in [
-            "localhost:7447",
-            "tcp/localhost",
-            "tcp/:7447",
-            "tcp/a:70000",
-            "udp/a:1",
-            "tcp",
-            "/",
-        ] {
-            let error = settings(address, "").connection_config().unwrap_err();
-            assert!(
-                error.contains(address) && error.contains("tcp/HOST:PORT"),
-                "{error}"
-            );
-        }
-        assert!(
-            settings("", "")
-                .connection_config()
-                .unwrap_err()
-                .contains("no address is set")
-        );
-    }
-
-    #[test]
-    fn a_configuration_file_excludes_other_addresses() {
-        let both = Settings {
-            config: "zenoh.json5",
-            has_endpoint: true,
-            ..settings("tcp/a:1", "")
-        };
-        assert!(both.connection_config().unwrap_err().contains("either"));
-        let missing = Settings {
-            config: "no-such-file.json5",
-            ..settings("", "")
-        };
-        assert!(
-            missing
-                .connection_config()
-                .unwrap_err()
-                .contains("no-such-file.json5")
-        );
-    }
-
-    #[test]
-    fn the_node_has_the_schema_name_in_its_namespace() {
-        let name = settings("", "").name().unwrap();
-        assert_eq!((name.domain, name.full().as_str()), (3, "/fleet/one"));
     }
 }

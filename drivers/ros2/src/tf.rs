@@ -1,9 +1,9 @@
 //! The transforms between a robot's frames, in the format of ROS 2. RViz and Nav2 need them to place a scan.
 //! Static frames are published together with the moving one.
 
+use jde_ros_node::Clock;
 use jde_schema::prelude::*;
 
-use crate::clock::Clock;
 use crate::messages::measured;
 
 /// Most transforms: the base, a scanner, and a ring of 32 sonars.
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn the_tree_has_the_type_name_and_hash_of_ros() {
         let topic = crate::messages::Codec::<Transforms>::new()
-            .topic("/tf".to_owned(), crate::keys::Quality::Reliable);
+            .topic("/tf".to_owned(), jde_ros_node::Quality::Reliable);
         assert_eq!(topic.type_name, "tf2_msgs/msg/TFMessage");
         // From ROS 2 Jazzy, as computed by `rosbags` 0.11.9.
         assert_eq!(

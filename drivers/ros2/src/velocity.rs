@@ -1,10 +1,10 @@
 //! Velocities on a topic: plain ones, and stamped ones where the other side has those, such as Nav2 since
 //! Kilted.
 
+use jde_ros_node::{Announced, Quality, Topic};
 use jde_schema::prelude::*;
 
 use crate::connection::{RosConnection, TopicSubscription};
-use crate::keys::{Announced, Quality, Topic};
 use crate::messages::Codec;
 
 /// A velocity with its time and frame.

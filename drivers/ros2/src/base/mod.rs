@@ -3,15 +3,14 @@
 
 mod active;
 
+use jde_ros_node::{NodeConfig, Quality, Settings, Topic, names};
 use jde_schema::prelude::*;
 
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
-use crate::keys::{Quality, Topic};
 use crate::messages::Codec;
-use crate::node::NodeConfig;
 use crate::scan::Sweep;
-use crate::settings::{Modulations, Settings, with_settings};
+use crate::settings::{Modulations, with_settings};
 use crate::velocity::{self, VelocityPublisher};
 use active::ActiveBase;
 
@@ -183,7 +182,7 @@ impl Inspect for Base {
             node: &self.node,
             topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
         };
-        self.with_settings(cx, |settings| settings.inspect(&modulations, problems));
+        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
     }
 }
 
@@ -206,7 +205,7 @@ impl Base {
         let imu = subscription(&mut topics, namespace, &self.imu_topic.get(cx))?;
         let position = subscription(&mut topics, namespace, &self.position_topic.get(cx))?;
         let battery = subscription(&mut topics, namespace, &self.battery_topic.get(cx))?;
-        let velocity = crate::names::topic(namespace, self.velocity_topic.get(cx).as_str())?;
+        let velocity = names::topic(namespace, self.velocity_topic.get(cx).as_str())?;
         let connection = RosConnection::start(NodeConfig {
             config,
             endpoint,
@@ -239,7 +238,7 @@ fn subscription<T: Value>(
     namespace: &str,
     name: &Text<128>,
 ) -> Result<Option<TopicSubscription<T>>> {
-    let Some(topic) = crate::names::topic(namespace, name.as_str())? else {
+    let Some(topic) = names::topic(namespace, name.as_str())? else {
         return Ok(None);
     };
     if topics.iter().any(|other| other.name == topic) {

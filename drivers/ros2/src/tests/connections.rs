@@ -1,10 +1,10 @@
 //! Connections: settings, losses, and nodes that do not communicate.
 
+use jde_ros_node::{Direction, Settings};
+
 use zenoh::liveliness::LivelinessToken;
 
 use super::*;
-use crate::keys::Direction;
-use crate::settings::Settings;
 use crate::{Base, Topics};
 
 #[test]
@@ -189,7 +189,7 @@ fn a_zenoh_configuration_file_states_the_addresses() {
         domain: 0,
         namespace: "",
         node: "",
-        schema: "x",
+        owner: "x",
     };
     assert!(
         settings.connection_config().is_err(),

@@ -8,6 +8,7 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::Instant;
 
+use jde_ros_node::{NodeName, Quality, Topic};
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
@@ -16,7 +17,6 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample as ReceivedSample;
 use zenoh::{Session, Wait};
 
-use crate::keys::{NodeName, Quality, Topic};
 use crate::messages::{Codec, PoseWithCovarianceStamped};
 use crate::scan::Sweep;
 

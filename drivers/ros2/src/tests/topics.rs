@@ -1,7 +1,8 @@
 //! The topics that a jde robot publishes, and the velocities that it executes.
 
+use jde_ros_node::Direction;
+
 use super::*;
-use crate::keys::Direction;
 use crate::messages::PoseWithCovarianceStamped;
 use crate::tf::Transforms;
 use crate::velocity::TwistStamped;

@@ -3,13 +3,12 @@
 
 mod publisher;
 
+use jde_ros_node::{NodeConfig, Quality, Settings, names};
 use jde_schema::prelude::*;
 
 use crate::connection::RosConnection;
-use crate::keys::Quality;
 use crate::messages::PoseWithCovarianceStamped;
-use crate::node::NodeConfig;
-use crate::settings::{Modulations, Settings, with_settings};
+use crate::settings::{Modulations, with_settings};
 use crate::tf::{Transforms, range_messages};
 use crate::velocity::{self, VelocitySubscription};
 use publisher::{Publications, Spread, TopicPublisher, publish_new, take_due};
@@ -220,7 +219,7 @@ impl Inspect for Topics {
             node: &self.node,
             topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
         };
-        self.with_settings(cx, |settings| settings.inspect(&modulations, problems));
+        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
     }
 }
 
@@ -251,7 +250,7 @@ impl Topics {
             self.tf_topic.get(cx),
             Quality::Reliable,
         )?;
-        let cmd_vel = crate::names::topic(namespace, self.cmd_vel_topic.get(cx).as_str())?;
+        let cmd_vel = names::topic(namespace, self.cmd_vel_topic.get(cx).as_str())?;
         let connection = RosConnection::start(NodeConfig {
             config,
             endpoint,

@@ -1,11 +1,9 @@
 //! The publications of a jde robot: each sends new values while it has subscribers.
 
+use jde_ros_node::{Clock, Node, Quality, Topic, names};
 use jde_schema::prelude::*;
 
-use crate::clock::Clock;
-use crate::keys::{Quality, Topic};
 use crate::messages::{Codec, Stamped};
-use crate::node::Node;
 
 /// Most messages of one topic at once. A subscription of ROS 2's profile for sensors keeps five.
 const MOST_AT_ONCE: usize = 4;
@@ -58,7 +56,7 @@ impl<'n> Publications<'n> {
         name: Text<128>,
         quality: Quality,
     ) -> Result<Option<TopicPublisher<T>>> {
-        let topic = crate::names::topic(self.namespace, name.as_str())?;
+        let topic = names::topic(self.namespace, name.as_str())?;
         let Some(topic) = topic.filter(|_| bound) else {
             return Ok(None);
         };

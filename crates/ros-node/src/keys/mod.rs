@@ -5,6 +5,7 @@
 //! <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
 
 use hiroz_schema::{dds_from_canonical, ros_from_dds_strict};
+use jde_ros::{Type, definition, hash};
 
 /// Prefix of tokens.
 const TOKENS: &str = "@ros2_lv";
@@ -13,30 +14,33 @@ const SLASH: &str = "%";
 
 /// A node, as ROS 2 identifies it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct NodeName {
+pub struct NodeName {
     /// Nodes of different domains do not communicate.
-    pub(crate) domain: u32,
+    pub domain: u32,
     /// Empty, or such as `/robot`.
-    pub(crate) namespace: String,
-    pub(crate) node: String,
+    pub namespace: String,
+    /// Its own name, such as `pioneer`.
+    pub node: String,
 }
 
 /// A topic that the node publishes or subscribes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Topic {
+pub struct Topic {
     /// Its full name.
-    pub(crate) name: String,
+    pub name: String,
     /// Its type, such as `sensor_msgs/msg/LaserScan`.
-    pub(crate) type_name: String,
+    pub type_name: String,
     /// The type's hash.
-    pub(crate) hash: String,
-    pub(crate) quality: Quality,
-    pub(crate) announced: Announced,
+    pub hash: String,
+    /// Its quality of service.
+    pub quality: Quality,
+    /// When other nodes discover it.
+    pub announced: Announced,
 }
 
 /// When other nodes discover a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Announced {
+pub enum Announced {
     /// From the beginning.
     Always,
     /// Once another node has the topic in the opposite direction, so that a name has one type as long as
@@ -46,7 +50,7 @@ pub(crate) enum Announced {
 
 /// Quality of service of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Quality {
+pub enum Quality {
     /// The newest five messages, best effort: ROS 2's profile for sensors.
     Sensor,
     /// The newest ten messages, reliable: ROS 2's default.
@@ -55,45 +59,53 @@ pub(crate) enum Quality {
 
 /// Direction of a topic, as seen from its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Direction {
+pub enum Direction {
+    /// The node sends its messages.
     Publish,
+    /// The node receives its messages.
     Subscribe,
 }
 
 impl NodeName {
     /// The full name, such as `/robot/pioneer`.
-    pub(crate) fn full(&self) -> String {
+    pub fn full(&self) -> String {
         format!("{}/{}", self.namespace, self.node)
     }
 
     /// The token by which others discover the node; `session` is the identifier of its Zenoh session.
-    pub(crate) fn token(&self, session: &str) -> String {
+    pub fn token(&self, session: &str) -> String {
         let (domain, namespace, node) = (self.domain, encode_name(&self.namespace), &self.node);
         // The node has number 0 in its session, and the entity of the token has it too.
         format!("{TOKENS}/{domain}/{session}/0/0/NN/{SLASH}/{namespace}/{node}")
     }
 
     /// The key expression of all tokens in the domain.
-    pub(crate) fn all_tokens(&self) -> String {
+    pub fn all_tokens(&self) -> String {
         format!("{TOKENS}/{}/**", self.domain)
     }
 }
 
 impl Topic {
+    /// A topic of that name whose messages are values of a type.
+    #[must_use]
+    pub fn new(name: String, value_type: &Type, quality: Quality) -> Self {
+        Self {
+            name,
+            type_name: definition::name(value_type),
+            hash: hash::rihs01(value_type),
+            quality,
+            announced: Announced::Always,
+        }
+    }
+
     /// The key of its messages.
-    pub(crate) fn key(&self, name: &NodeName) -> String {
+    pub fn key(&self, name: &NodeName) -> String {
         let topic = self.name.trim_matches('/');
         format!("{}/{topic}/{}/{}", name.domain, self.dds(), self.hash)
     }
 
     /// The token by which others discover the topic; `number` is unique within the node.
-    pub(crate) fn token(
-        &self,
-        name: &NodeName,
-        session: &str,
-        direction: Direction,
-        number: usize,
-    ) -> String {
+    pub fn token(&self, name: &NodeName, session: &str, direction: Direction, number: usize) -> String {
         let kind = direction.kind();
         let (domain, namespace, node) = (name.domain, encode_name(&name.namespace), &name.node);
         let (topic, hash, quality) = (encode_name(&self.name), &self.hash, self.quality.profile());
@@ -104,7 +116,8 @@ impl Topic {
     }
 
     /// Whether a token of another node announces this topic in the opposite direction.
-    pub(crate) fn meets(&self, direction: Direction, token: &str) -> bool {
+    #[must_use]
+    pub fn meets(&self, direction: Direction, token: &str) -> bool {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
         let [TOKENS, _, _, _, _, kind, _, _, _, topic, dds, hash, _] = parts[..] else {
             return false;

@@ -3,7 +3,7 @@
 
 use core::time::Duration;
 
-use jde_schema::prelude::Time;
+use jde_types::Time;
 
 /// Drift, ns, beyond which the offset is updated. Below it the stamps of one instant stay equal; an adjusted
 /// clock exceeds it.
@@ -14,11 +14,11 @@ const MAX_DIFFERENCE: i128 = 10_000_000_000;
 
 /// Wall-clock time at the application's start, ns.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Clock(Option<i128>);
+pub struct Clock(Option<i128>);
 
 /// The time at which a message was measured, in the application's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Measured {
+pub enum Measured {
     /// From its stamp.
     At(Duration),
     /// From its arrival, because its stamp differs by this many seconds; negative if the stamp is earlier.
@@ -26,8 +26,8 @@ pub(crate) enum Measured {
 }
 
 impl Clock {
-    /// Compares the two clocks. Called once per iteration.
-    pub(crate) fn compare(&mut self, now: Duration, wall: Duration) {
+    /// Compares the two clocks. Called regularly, such as once per iteration.
+    pub fn compare(&mut self, now: Duration, wall: Duration) {
         let offset = nanos(wall) - nanos(now);
         if self.0.is_none_or(|previous| (previous - offset).abs() > DRIFT) {
             self.0 = Some(offset);
@@ -35,13 +35,13 @@ impl Clock {
     }
 
     /// Converts the application's time to a stamp of ROS 2.
-    pub(crate) fn stamp(&self, time: Duration) -> Time {
+    pub fn stamp(&self, time: Duration) -> Time {
         let wall = nanos(time) + self.0.unwrap_or(0);
         Time::from(Duration::from_nanos(u64::try_from(wall).unwrap_or(0)))
     }
 
     /// Returns when a message with this stamp and arrival was measured; never after its arrival.
-    pub(crate) fn measured(&self, stamp: Time, arrived: Duration) -> Measured {
+    pub fn measured(&self, stamp: Time, arrived: Duration) -> Measured {
         let wall = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
         let difference = wall - self.0.unwrap_or(0) - nanos(arrived);
         if difference.abs() > MAX_DIFFERENCE {

@@ -6,7 +6,7 @@
 ///
 /// # Errors
 /// If the name is not valid in ROS 2.
-pub(crate) fn topic(namespace: &str, name: &str) -> Result<Option<String>, String> {
+pub fn topic(namespace: &str, name: &str) -> Result<Option<String>, String> {
     if name.is_empty() {
         return Ok(None);
     }
@@ -28,7 +28,7 @@ pub(crate) fn topic(namespace: &str, name: &str) -> Result<Option<String>, Strin
 ///
 /// # Errors
 /// If the name is not valid in ROS 2.
-pub(crate) fn namespace(name: &str) -> Result<String, String> {
+pub fn namespace(name: &str) -> Result<String, String> {
     let tokens = name.trim_matches('/');
     if tokens.is_empty() {
         return Ok(String::new());
@@ -41,11 +41,11 @@ pub(crate) fn namespace(name: &str) -> Result<String, String> {
     ))
 }
 
-/// Returns the name of a node: the one given, or the schema's name adapted to the rules of ROS 2.
+/// Returns the name of a node: the one given, or its owner's name adapted to the rules of ROS 2.
 ///
 /// # Errors
 /// If the name is not valid in ROS 2.
-pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
+pub fn node(name: &str, owner: &str) -> Result<String, String> {
     if name.is_empty() {
         let adapt = |letter: char| {
             if letter.is_ascii_alphanumeric() {
@@ -54,7 +54,7 @@ pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
                 '_'
             }
         };
-        let adapted: String = schema.chars().map(adapt).collect();
+        let adapted: String = owner.chars().map(adapt).collect();
         return Ok(if adapted.starts_with(|first: char| first.is_ascii_digit()) {
             format!("_{adapted}")
         } else {
@@ -73,7 +73,7 @@ pub(crate) fn node(name: &str, schema: &str) -> Result<String, String> {
 ///
 /// # Errors
 /// If the environment's value is not a number from 0 to 232.
-pub(crate) fn domain(number: i32, environment: Option<&str>) -> Result<u32, String> {
+pub fn domain(number: i32, environment: Option<&str>) -> Result<u32, String> {
     if let Ok(number) = u32::try_from(number) {
         return Ok(number);
     }
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_node_without_a_name_has_that_of_its_schema() {
+    fn a_node_without_a_name_has_that_of_its_owner() {
         assert_eq!(node("", "ros-topics"), Ok("ros_topics".to_owned()));
         assert_eq!(node("", "2"), Ok("_2".to_owned()));
         assert_eq!(node("jde", "x"), Ok("jde".to_owned()));

@@ -1,5 +1,5 @@
-//! The state shared by a driver, its node's thread and Zenoh's threads. No thread holds a lock while it waits
-//! for the network, so that no iteration waits for it either.
+//! The state shared by the owner of a node, the node's thread and Zenoh's threads. No thread holds a lock
+//! while it waits for the network, so the owner does not wait for it either.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

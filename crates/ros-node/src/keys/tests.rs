@@ -1,10 +1,9 @@
 //! Keys in the format of other implementations, and tokens of other nodes that match or do not.
 
-use jde_schema::prelude::*;
+use jde_types::{LaserScan, Odometry, Twist, Value};
 use proptest::prelude::*;
 
 use super::*;
-use crate::messages::Codec;
 
 fn name() -> NodeName {
     NodeName {
@@ -14,8 +13,12 @@ fn name() -> NodeName {
     }
 }
 
+fn topic<T: Value>(name: &str) -> Topic {
+    Topic::new(name.to_owned(), &T::describe(), Quality::Sensor)
+}
+
 fn scan() -> Topic {
-    Codec::<LaserScan>::new().topic("/fleet/scan".to_owned(), Quality::Sensor)
+    topic::<LaserScan>("/fleet/scan")
 }
 
 #[test]
@@ -60,16 +63,16 @@ fn equal_and_unrelated_topics_are_no_mismatch() {
     let token = scan().token(&name(), "cd34", Direction::Publish, 1);
     assert_eq!(scan().mismatch(Direction::Subscribe, &token), None);
     // Two publications of the same topic never exchange messages.
-    let other_type = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
+    let other_type = topic::<Odometry>("/fleet/scan");
     assert_eq!(other_type.mismatch(Direction::Publish, &token), None);
-    let different_name = Codec::<Odometry>::new().topic("/scan".to_owned(), Quality::Sensor);
+    let different_name = topic::<Odometry>("/scan");
     assert_eq!(different_name.mismatch(Direction::Subscribe, &token), None);
     assert_eq!(scan().mismatch(Direction::Subscribe, &name().token("cd34")), None);
 }
 
 #[test]
 fn another_type_and_another_version_are_reported() {
-    let odometry = Codec::<Odometry>::new().topic("/fleet/scan".to_owned(), Quality::Sensor);
+    let odometry = topic::<Odometry>("/fleet/scan");
     let token = odometry.token(&name(), "cd34", Direction::Publish, 1);
     assert_eq!(
         scan().mismatch(Direction::Subscribe, &token).unwrap(),
@@ -105,11 +108,8 @@ proptest! {
 
 #[test]
 fn a_topic_of_two_types_is_mismatched_only_by_a_third() {
-    let topic = |of: Topic| Topic {
-        name: "/cmd_vel".to_owned(),
-        ..of
-    };
-    let [plain, stamped] = crate::velocity::topics("/cmd_vel");
+    let plain = topic::<Twist>("/cmd_vel");
+    let stamped = topic::<Odometry>("/cmd_vel");
     let topics = [plain.clone(), stamped.clone()];
     let token = |topic: &Topic| topic.token(&name(), "cd34", Direction::Publish, 1);
     for other in &topics {
@@ -120,11 +120,12 @@ fn a_topic_of_two_types_is_mismatched_only_by_a_third() {
     assert!(!plain.meets(Direction::Subscribe, &token(&stamped)));
     let said = |other: Topic| mismatch(&topics, Direction::Subscribe, &token(&other)).unwrap();
     assert!(
-        said(topic(scan())).contains("is a sensor_msgs/msg/LaserScan, and a geometry_msgs/msg/Twist here")
+        said(topic::<LaserScan>("/cmd_vel"))
+            .contains("is a sensor_msgs/msg/LaserScan, and a geometry_msgs/msg/Twist here")
     );
     let old = Topic {
         hash: "TypeHashNotSupported".to_owned(),
         ..stamped
     };
-    assert!(said(old).contains("is another version of geometry_msgs/msg/TwistStamped"));
+    assert!(said(old).contains("is another version of nav_msgs/msg/Odometry"));
 }

@@ -47,7 +47,7 @@ impl Drop for EndGuard<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
             self.0
-                .failed("its session of Zenoh failed; stop the schema and start it again".to_owned());
+                .failed("its session of Zenoh failed; start the node again".to_owned());
         }
         self.0.end();
     }

@@ -1,0 +1,18 @@
+//! A ROS 2 node over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: its names and keys, its
+//! session, and the clocks of both sides. It knows no schema and no application.
+
+#![deny(missing_docs)]
+
+mod attachment;
+mod clock;
+mod keys;
+pub mod names;
+mod node;
+mod session;
+mod settings;
+mod shared;
+
+pub use clock::{Clock, Measured};
+pub use keys::{Announced, Direction, NodeName, Quality, Topic};
+pub use node::{Node, NodeConfig, NodeState, ReceivedMessage};
+pub use settings::{Settings, environment_domain};
