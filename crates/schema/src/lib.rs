@@ -70,6 +70,7 @@ pub use guard::Guard;
 pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};
 pub use inspect::{Inspect, Inspected, Problems};
+pub use jde_abi::describe;
 pub use jde_core::Policy;
 pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe};
 pub use jde_types as types;

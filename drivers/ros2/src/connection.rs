@@ -77,14 +77,24 @@ impl RosConnection {
         subscription: &mut TopicSubscription<T>,
         value: &mut T,
     ) -> Option<Duration> {
-        let arrived = self.node.take(subscription.number)?;
-        match subscription.codec.decode_into(&arrived.message.to_bytes(), value) {
-            Ok(()) => Some(cx.now().saturating_sub(arrived.received_at.elapsed())),
+        let (message, arrived) = self.take(cx, subscription.number)?;
+        match subscription.codec.decode_into(&message, value) {
+            Ok(()) => Some(arrived),
             Err(error) => {
                 self.warn_once(cx, format!("{}: {error}", subscription.topic));
                 None
             }
         }
+    }
+
+    /// Takes the newest message of the subscription of that number, and the time of its arrival.
+    pub(crate) fn take(&self, cx: &Context, number: usize) -> Option<(Vec<u8>, Duration)> {
+        let arrived = self.node.take(number)?;
+        let age = arrived.received_at.elapsed();
+        Some((
+            arrived.message.to_bytes().into_owned(),
+            cx.now().saturating_sub(age),
+        ))
     }
 
     /// Returns when a value with this arrival was measured, and sets its stamp to that time.
@@ -95,24 +105,28 @@ impl RosConnection {
         header: &mut Header,
         arrived: Duration,
     ) -> Duration {
-        let time = match self.clock.measured(header.stamp, arrived) {
+        let time = self.measured(cx, &subscription.topic, header.stamp, arrived);
+        header.stamp = time.into();
+        time
+    }
+
+    /// Returns when a message of a topic with this stamp and arrival was measured.
+    pub(crate) fn measured(&mut self, cx: &Context, topic: &str, stamp: Time, arrived: Duration) -> Duration {
+        match self.clock.measured(stamp, arrived) {
             Measured::At(time) => time,
             Measured::OnArrival(time, ahead) => {
                 let side = if ahead < 0.0 { "behind" } else { "ahead of" };
+                let prefix = format!("{topic} is stamped ");
                 let message = format!(
-                    "{} is stamped {:.0} s {side} this clock, perhaps in simulated time: the time of its arrival is used instead",
-                    subscription.topic,
+                    "{prefix}{:.0} s {side} this clock, perhaps in simulated time: the time of its arrival is used instead",
                     ahead.abs()
                 );
-                let prefix = format!("{} is stamped ", subscription.topic);
                 if !self.warnings.iter().any(|warning| warning.starts_with(&prefix)) {
                     self.warn_once(cx, message);
                 }
                 time
             }
-        };
-        header.stamp = time.into();
-        time
+        }
     }
 
     /// Reports the node's connection. `missing` names the missing counterpart of a connected node.

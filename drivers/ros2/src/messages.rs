@@ -9,7 +9,7 @@ use jde_schema::prelude::*;
 
 /// Position of the stamp in a message: after the encapsulation header, because every stamped interface begins
 /// with its header, and the header with its stamp.
-const STAMP: core::ops::Range<usize> = 4..12;
+pub(crate) const STAMP: core::ops::Range<usize> = 4..12;
 
 /// Encodes and decodes messages of one type.
 #[derive(Debug)]

@@ -61,13 +61,7 @@ impl VelocitySubscription {
             connection.warn_once(cx, message);
             return None;
         }
-        self.plain.mark_received(arrived);
         Some((twist, arrived))
-    }
-
-    /// Returns whether its newest velocity has just become older than `timeout`.
-    pub(crate) fn falls_silent(&mut self, now: Duration, timeout: Duration) -> bool {
-        self.plain.falls_silent(now, timeout)
     }
 }
 

@@ -5,12 +5,14 @@ use jde_ros_node::{Direction, Settings};
 use zenoh::liveliness::LivelinessToken;
 
 use super::*;
+use crate::topics::{Publication, Subscription};
 use crate::{Base, Topics};
 
 #[test]
 fn a_lost_connection_is_restored_automatically() {
     let address = unused_address();
-    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    let velocity = Entry::new::<Twist>("subscribe", "cmd_vel");
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &[velocity]).awake();
     fixture.until_note(
         Connection::LOST,
         "no router answers at this address; is it running?",
@@ -81,12 +83,8 @@ fn invalid_settings_are_rejected_on_awakening() {
         "no address is set",
     );
     assert_rejected(
-        &|bench| bench.set("laser_topic", Text::<128>::new("my scan")),
-        "`my scan`",
-    );
-    assert_rejected(
-        &|bench| bench.set("laser_topic", Text::<128>::new("odom")),
-        "two of its topics have the name /odom",
+        &|bench| bench.set("tf_topic", Text::<128>::new("my tf")),
+        "`my tf`",
     );
     assert_rejected(
         &|bench| bench.set("namespace", Text::<128>::new("a-b")),
@@ -115,8 +113,8 @@ fn an_inspection_names_the_modulation_without_connecting() {
         ["connect"]
     );
     assert_eq!(
-        problem_names(&|bench| bench.set("laser_topic", Text::<128>::new("my scan"))),
-        ["laser_topic"]
+        problem_names(&|bench| bench.set("tf_topic", Text::<128>::new("my tf"))),
+        ["tf_topic"]
     );
     assert_eq!(
         problem_names(&|bench| bench.set("namespace", Text::<128>::new("a-b"))),
@@ -130,6 +128,76 @@ fn an_inspection_names_the_modulation_without_connecting() {
         problem_names(&|bench| bench.set("config", Text::<1024>::new("no.json5"))),
         ["config"]
     );
+}
+
+#[test]
+fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
+    let published = |settings: Publication| Entry::new::<LaserScan>("publish", "scan").settings(&settings);
+    let default = Publication::DEFAULT;
+    let qos = Subscription {
+        qos: Text::new("fast"),
+        ..Subscription::DEFAULT
+    };
+    let yaw = Subscription {
+        yaw: 1.0,
+        ..Subscription::DEFAULT
+    };
+    let mount = Publication {
+        mount: Pose2D::new(0.1, 0.0, 0.0),
+        ..default
+    };
+    let frame = Publication {
+        frame: Text::new("map"),
+        ..default
+    };
+    for (entries, place, expected) in [
+        (
+            vec![Entry::new::<Twist>("publish", "my scan")],
+            "my scan",
+            "`my scan` is not a valid name",
+        ),
+        (
+            vec![published(default), Entry::new::<Twist>("publish", "/scan")],
+            "/scan",
+            "are the same topic",
+        ),
+        (
+            vec![Entry::new::<Odometry>("publish", "odom").settings(&mount)],
+            "odom",
+            "`mount` is of laser",
+        ),
+        (
+            vec![Entry::new::<Twist>("publish", "speed").settings(&frame)],
+            "speed",
+            "`frame` is of messages",
+        ),
+        (
+            vec![published(Publication {
+                period: -1.0,
+                ..default
+            })],
+            "scan",
+            "`period` is -1",
+        ),
+        (
+            vec![Entry::new::<Imu>("subscribe", "imu").settings(&qos)],
+            "imu",
+            "expected one of sensor_data",
+        ),
+        (
+            vec![Entry::new::<Imu>("subscribe", "imu").settings(&yaw)],
+            "imu",
+            "`yaw` is of laser",
+        ),
+    ] {
+        let mut fixture = Fixture::<Topics>::with_lists("tcp/localhost:7447", &entries);
+        let failure = fixture.bench.awake().unwrap_err().to_string();
+        assert!(failure.contains(expected), "{failure}");
+        let mut fixture = Fixture::<Topics>::with_lists("tcp/localhost:7447", &entries);
+        let problems = fixture.bench.inspect().unwrap();
+        let places: Vec<_> = problems.iter().map(|problem| &*problem.modulation).collect();
+        assert_eq!(places, [place], "{expected}");
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Instant;
 
 use jde_ros_node::{NodeName, Quality, Topic};
-use jde_schema::bench::Bench;
+use jde_schema::bench::{Bench, Entry};
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 use zenoh::handlers::FifoChannelHandler;
@@ -30,7 +30,12 @@ struct Fixture<S: Schema> {
 impl<S: Schema> Fixture<S> {
     /// A driver that connects to an address, in a domain of this test only.
     fn connecting_to(address: &str) -> Self {
-        let mut bench = Bench::new();
+        Self::with_lists(address, &[])
+    }
+
+    /// The same, with these entries in its lists.
+    fn with_lists(address: &str, entries: &[Entry]) -> Self {
+        let mut bench = Bench::with_lists(entries);
         bench.set("connect", Text::<512>::new(address));
         bench.set("domain", 3_i32);
         Self {

@@ -5,24 +5,38 @@ use jde_ros_node::Direction;
 use super::*;
 use crate::messages::PoseWithCovarianceStamped;
 use crate::tf::Transforms;
+use crate::topics::{Publication, Subscription};
 use crate::velocity::TwistStamped;
 use crate::{Follow, Topics};
+
+/// The topic of velocities, exported as `cmd_vel`.
+fn velocity(label: &str) -> Entry {
+    Entry::new::<Twist>("subscribe", label).named("cmd_vel")
+}
 
 #[test]
 fn sensors_are_published_to_subscribers_with_wall_clock_stamps() {
     let address = unused_address();
     let session = open_router(&address);
-    let mut fixture = Fixture::<Topics>::connecting_to(&address);
+    let mut fixture = Fixture::<Topics>::with_lists(
+        &address,
+        &[
+            Entry::new::<Odometry>("publish", "odom"),
+            Entry::new::<RangeRing>("publish", "sonar"),
+            Entry::new::<PositionFix>("publish", "position"),
+            Entry::new::<Imu>("publish", "imu"),
+        ],
+    );
     let odometry = Odometry::planar(
         Duration::from_millis(1),
         Pose2D::new(1.0, 2.0, 0.5),
         Twist::planar(0.2, 0.1),
     );
-    fixture.bench.import("odometry", &odometry);
+    fixture.bench.import("odom", &odometry);
     let mut ring = RangeRing::default();
     ring.ranges.extend_from_slice(&[1.0, 2.0]).unwrap();
     ring.poses.extend_from_slice(&[Pose2D::ORIGIN; 2]).unwrap();
-    fixture.bench.import("sonars", &ring);
+    fixture.bench.import("sonar", &ring);
     let fix = PositionFix {
         x: 3.0,
         y: 4.0,
@@ -33,9 +47,6 @@ fn sensors_are_published_to_subscribers_with_wall_clock_stamps() {
     let mut imu = Imu::default();
     imu.angular_velocity.z = 0.5;
     fixture.bench.import("imu", &imu);
-    for port in ["image", "depth"] {
-        fixture.bench.unbind(port);
-    }
     let mut fixture = fixture.awake();
     fixture.until_note(Connection::CONNECTED, &address);
 
@@ -102,16 +113,11 @@ fn sensors_are_published_to_subscribers_with_wall_clock_stamps() {
 fn each_sonar_of_a_ring_is_sent_once() {
     let address = unused_address();
     let session = open_router(&address);
-    let mut fixture = Fixture::<Topics>::connecting_to(&address);
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &[Entry::new::<RangeRing>("publish", "sonar")]);
     let mut ring = RangeRing::default();
     ring.ranges.extend_from_slice(&[1.0; 16]).unwrap();
     ring.poses.extend_from_slice(&[Pose2D::ORIGIN; 16]).unwrap();
-    fixture.bench.import("sonars", &ring);
-    for port in [
-        "laser", "odometry", "image", "depth", "battery", "imu", "position",
-    ] {
-        fixture.bench.unbind(port);
-    }
+    fixture.bench.import("sonar", &ring);
     let mut fixture = fixture.awake();
     let subscriber = listen::<Range>(&session, "/sonar");
     let mut frames = Vec::new();
@@ -131,14 +137,14 @@ fn a_value_is_published_once() {
     let address = unused_address();
     let session = open_router(&address);
     let subscriber = listen::<LaserScan>(&session, "/scan");
-    let mut fixture = Fixture::<Topics>::connecting_to(&address);
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &[Entry::new::<LaserScan>("publish", "scan")]);
     let mut scans = 0;
     for number in 1..=3_u8 {
         let scan = LaserScan {
             range_min: f32::from(number),
             ..LaserScan::default()
         };
-        fixture.bench.import("laser", &scan);
+        fixture.bench.import("scan", &scan);
         if number == 1 {
             fixture = fixture.awake();
         }
@@ -165,13 +171,12 @@ fn the_node_and_its_topics_are_announced() {
         .declare_subscriber("@ros2_lv/3/**")
         .wait()
         .unwrap();
-    let mut fixture = Fixture::<Topics>::connecting_to(&address);
+    let mut fixture = Fixture::<Topics>::with_lists(
+        &address,
+        &[Entry::new::<Odometry>("publish", "odom"), velocity("/cmd_vel")],
+    );
     fixture.bench.set("node", Text::<128>::new("pioneer"));
     fixture.bench.set("namespace", Text::<128>::new("fleet"));
-    for port in ["laser", "image", "depth", "sonars", "battery", "imu", "position"] {
-        fixture.bench.unbind(port);
-    }
-    fixture.bench.set("cmd_vel_topic", Text::<128>::new("/cmd_vel"));
     let mut fixture = fixture.awake();
     let mut seen = Vec::new();
     fixture.until(|_| {
@@ -200,8 +205,12 @@ fn the_node_and_its_topics_are_announced() {
 fn a_velocity_is_exported_while_it_is_fresh() {
     let address = unused_address();
     let session = open_router(&address);
-    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
-    fixture.bench.set("stale", 0.05);
+    let settings = Subscription {
+        stale: 0.05,
+        ..Subscription::DEFAULT
+    };
+    let quick = velocity("cmd_vel").settings(&settings);
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &[quick]).awake();
     fixture.until_note(Connection::CONNECTED, &address);
     let twist = Twist::planar(0.3, 0.1);
     fixture.until(|bench| {
@@ -227,7 +236,7 @@ fn a_stamped_velocity_is_received_and_announced_once_another_node_has_one() {
         .declare_subscriber("@ros2_lv/3/**")
         .wait()
         .unwrap();
-    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &[velocity("cmd_vel")]).awake();
     fixture.until_note(Connection::CONNECTED, &address);
     let stamped = TwistStamped {
         twist: Twist::planar(0.3, 0.1),
@@ -253,7 +262,7 @@ fn a_stamped_velocity_is_received_and_announced_once_another_node_has_one() {
 fn an_invalid_velocity_is_reported_once_and_ignored() {
     let address = unused_address();
     let session = open_router(&address);
-    let mut fixture = Fixture::<Topics>::connecting_to(&address).awake();
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &[velocity("cmd_vel")]).awake();
     fixture.until_note(Connection::CONNECTED, &address);
     let key = topic::<Twist>("/cmd_vel").key(&name());
     for (garbage, expected) in [
@@ -347,4 +356,110 @@ fn velocities_come_from_one_source() {
         assert_eq!(problems[0].modulation, "topic");
         assert!(bench.awake().is_err());
     }
+}
+
+#[test]
+fn any_type_is_published_with_its_frame_and_period_and_exported_while_it_is_fresh() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let published = Publication {
+        period: 10.0,
+        frame: Text::new("world"),
+        ..Publication::DEFAULT
+    };
+    let fresh = Subscription {
+        stale: 0.05,
+        ..Subscription::DEFAULT
+    };
+    let kept = Subscription {
+        stale: 0.0,
+        ..Subscription::DEFAULT
+    };
+    let mut fixture = Fixture::<Topics>::with_lists(
+        &address,
+        &[
+            Entry::new::<Path>("publish", "plan").settings(&published),
+            Entry::new::<Mission>("publish", "/mission"),
+            Entry::new::<PoseStamped>("subscribe", "goal_pose")
+                .settings(&fresh)
+                .named("goal"),
+            Entry::new::<Pose2D>("subscribe", "place").settings(&kept),
+        ],
+    )
+    .awake();
+    fixture.until_note(Connection::CONNECTED, &address);
+    let (plans, missions) = (
+        listen::<Path>(&session, "/plan"),
+        listen::<Mission>(&session, "/mission"),
+    );
+    let mut path = Path::default();
+    path.poses
+        .push(PoseStamped {
+            header: Header::new(Time::default(), "odom"),
+            pose: Pose2D::new(1.0, 2.0, 0.5).into(),
+        })
+        .unwrap();
+    let mission = Mission {
+        reached: 3,
+        ..Mission::default()
+    };
+    fixture.bench.import("plan", &path);
+    fixture.bench.import("/mission", &mission);
+    let (mut plan, mut seen) = (None, None);
+    fixture.until(|_| {
+        plan = plan.take().or_else(|| receive::<Path>(&plans));
+        seen = seen.or_else(|| receive::<Mission>(&missions));
+        plan.is_some() && seen.is_some()
+    });
+    let plan = plan.unwrap();
+    assert_eq!((plan.header.frame_id.as_str(), plan.poses.len()), ("world", 1));
+    assert_eq!(plan.poses[0].pose, path.poses[0].pose);
+    assert_eq!(seen.unwrap(), mission);
+
+    fixture.bench.import("plan", &path);
+    fixture.bench.import("/mission", &mission);
+    fixture.until(|_| receive::<Mission>(&missions).is_some());
+    assert_eq!(receive::<Path>(&plans), None, "ten seconds have not passed");
+
+    let goal = PoseStamped {
+        header: Header::new(stamp(), "map"),
+        pose: Pose2D::new(3.0, 4.0, 1.0).into(),
+    };
+    let place = Pose2D::new(5.0, 6.0, 0.0);
+    fixture.until(|bench| {
+        put(&session, "/goal_pose", &goal);
+        put(&session, "/place", &place);
+        bench.exported::<PoseStamped>("goal").is_some() && bench.exported::<Pose2D>("place").is_some()
+    });
+    let exported = fixture.bench.exported::<PoseStamped>("goal").unwrap();
+    assert_eq!(
+        (exported.pose, exported.header.frame_id),
+        (goal.pose, goal.header.frame_id)
+    );
+    assert!(exported.header.stamp.sec < 3600, "the application's time");
+    fixture.until(|bench| bench.exported::<PoseStamped>("goal").is_none());
+    assert_eq!(fixture.bench.exported("place"), Some(place), "it stays");
+    fixture.bench.sleep().unwrap();
+    assert_eq!(fixture.bench.exported::<Pose2D>("place"), None);
+}
+
+#[test]
+fn a_message_that_does_not_fit_is_reported_once() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture =
+        Fixture::<Topics>::with_lists(&address, &[Entry::new::<PoseStamped>("subscribe", "goal")]).awake();
+    fixture.until_note(Connection::CONNECTED, &address);
+    let key = topic::<PoseStamped>("/goal").key(&name());
+    for garbage in [
+        vec![],
+        vec![0, 1, 0, 0, 7],
+        vec![0, 1, 0, 0, 7, 7, 7, 7, 7, 7, 7, 7, 255, 255, 255, 255],
+    ] {
+        fixture.until(|bench| {
+            session.put(&key, garbage.clone()).wait().unwrap();
+            count_log(bench, "/goal: the message") > 0
+        });
+    }
+    assert_eq!(fixture.bench.exported::<PoseStamped>("goal"), None);
 }

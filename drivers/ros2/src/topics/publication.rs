@@ -1,0 +1,204 @@
+//! A topic that the application file publishes: new values of a variable, while somebody subscribes.
+
+use jde_ros_node::Topic;
+use jde_schema::ListedImport;
+use jde_schema::describe::Type;
+use jde_schema::prelude::*;
+
+use super::described::DescribedCodec;
+use super::quality::quality;
+use super::settings::Publication;
+use crate::connection::RosConnection;
+use crate::messages::{Codec, PoseWithCovarianceStamped};
+use crate::tf::range_messages;
+use crate::velocity::{self, VelocityPublisher};
+
+/// Most messages of one topic at once. A subscription of ROS 2's profile for sensors keeps five.
+const MOST_AT_ONCE: usize = 4;
+
+/// A topic, and what of its variable was sent.
+pub(super) struct TopicPublication {
+    /// Its number among the publications of the node.
+    number: usize,
+    form: MessageForm,
+    period: Duration,
+    sent: u64,
+    sent_at: Option<Duration>,
+}
+
+/// How a value becomes messages.
+enum MessageForm {
+    /// As it is.
+    Described(DescribedCodec),
+    /// A ring of sonars, one message for each; those of the newest ring that were not sent yet.
+    Ranges(Codec<Range>, Spread),
+    /// A measured position, as a pose.
+    Position(Codec<PoseWithCovarianceStamped>),
+    /// A velocity, plain and stamped.
+    Velocity(VelocityPublisher),
+}
+
+/// Messages of one topic that are sent in several iterations.
+#[derive(Debug, Default)]
+struct Spread(std::vec::IntoIter<Vec<u8>>);
+
+impl Spread {
+    fn new(messages: Vec<Vec<u8>>) -> Self {
+        Self(messages.into_iter())
+    }
+
+    /// Takes the messages of one iteration.
+    fn part(&mut self) -> Vec<Vec<u8>> {
+        self.0.by_ref().take(MOST_AT_ONCE).collect()
+    }
+}
+
+/// Checks the settings of an entry.
+pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Result<(), String> {
+    topic_name(namespace, import.label())?;
+    let (settings, value_type) = (import.settings(), import.value_type());
+    quality(settings.qos.as_str(), value_type)?;
+    if settings.mount != Pose2D::ORIGIN && !is_of::<LaserScan>(value_type) {
+        return Err("`mount` is of laser scans, and this is none".to_owned());
+    }
+    if !settings.period.is_finite() || !(0.0..=3600.0).contains(&settings.period) {
+        return Err(format!("`period` is {}; expected 0 s to 3600 s", settings.period));
+    }
+    if !settings.frame.is_empty() && !DescribedCodec::new(value_type).has_header() {
+        return Err("`frame` is of messages with a header, and this type has none".to_owned());
+    }
+    Ok(())
+}
+
+/// The full name of an entry's topic.
+pub(super) fn topic_name(namespace: &str, label: &str) -> Result<String, String> {
+    jde_ros_node::names::topic(namespace, label)?.ok_or_else(|| "a topic has a name".to_owned())
+}
+
+/// Whether a type is that one, of the same layout.
+pub(super) fn is_of<T: Value>(value_type: &Type) -> bool {
+    value_type.same_as(&T::describe())
+}
+
+/// The value in bytes of that type.
+pub(super) fn typed<T: Value>(bytes: &[u8]) -> T {
+    let mut value = T::zeroed();
+    value.as_bytes_mut().copy_from_slice(bytes);
+    value
+}
+
+impl TopicPublication {
+    /// Adds the topics of an entry to those of the node.
+    pub(super) fn new(
+        namespace: &str,
+        import: &ListedImport<Publication>,
+        topics: &mut Vec<Topic>,
+    ) -> Result<Self, String> {
+        check(namespace, import).map_err(|error| format!("`{}` in `publish`: {error}", import.label()))?;
+        let (number, value_type) = (topics.len(), import.value_type());
+        let (name, settings) = (topic_name(namespace, import.label())?, import.settings());
+        let quality = quality(settings.qos.as_str(), value_type)?;
+        let form = if is_of::<RangeRing>(value_type) {
+            let codec = Codec::new();
+            topics.push(codec.topic(name, quality));
+            MessageForm::Ranges(codec, Spread::default())
+        } else if is_of::<PositionFix>(value_type) {
+            let codec = Codec::new();
+            topics.push(codec.topic(name, quality));
+            MessageForm::Position(codec)
+        } else if is_of::<Twist>(value_type) {
+            topics.extend(velocity::topics(&name));
+            MessageForm::Velocity(VelocityPublisher::new(number))
+        } else {
+            let codec = DescribedCodec::new(value_type);
+            topics.push(codec.topic(name, quality));
+            MessageForm::Described(codec)
+        };
+        Ok(Self {
+            number,
+            form,
+            period: Duration::from_secs_f64(settings.period),
+            sent: 0,
+            sent_at: None,
+        })
+    }
+
+    /// Submits the messages of a new value.
+    pub(super) fn publish(
+        &mut self,
+        cx: &Context,
+        connection: &RosConnection,
+        import: &ListedImport<Publication>,
+    ) {
+        let (node, clock) = (&connection.node, &connection.clock);
+        if let MessageForm::Ranges(_, spread) = &mut self.form
+            && spread.0.len() > 0
+        {
+            if node.has_sent(self.number) {
+                node.publish(self.number, spread.part());
+            }
+            return;
+        }
+        let Some(value) = import.get(cx) else { return };
+        if !self.is_due(cx.now(), value.sequence()) || !self.is_wanted(connection) {
+            return;
+        }
+        (self.sent, self.sent_at) = (value.sequence(), Some(cx.now()));
+        let frame = import.settings().frame;
+        match &mut self.form {
+            MessageForm::Described(codec) => {
+                let message = codec.encode(&value, frame.as_str(), value.time(), clock);
+                node.publish(self.number, vec![message]);
+            }
+            MessageForm::Ranges(codec, spread) => {
+                let ring = typed::<RangeRing>(&value);
+                let message = |(range, _)| codec.encode_stamped(&range, value.time(), clock);
+                *spread = Spread::new(range_messages(&ring).map(message).collect());
+                node.publish(self.number, spread.part());
+            }
+            MessageForm::Position(codec) => {
+                let mut pose = PoseWithCovarianceStamped::from(&typed::<PositionFix>(&value));
+                if !frame.is_empty() {
+                    pose.header.frame_id = Frame::truncated(frame.as_str());
+                }
+                node.publish(
+                    self.number,
+                    vec![codec.encode_stamped(&pose, value.time(), clock)],
+                );
+            }
+            MessageForm::Velocity(publisher) => publisher.publish(cx, connection, &typed(&value)),
+        }
+    }
+
+    fn is_due(&self, now: Duration, sequence: u64) -> bool {
+        let rested = self.sent_at.is_none_or(|sent_at| now >= sent_at + self.period);
+        self.sent != sequence && rested
+    }
+
+    fn is_wanted(&self, connection: &RosConnection) -> bool {
+        let numbers = match self.form {
+            MessageForm::Velocity(_) => self.number..=self.number + 1,
+            _ => self.number..=self.number,
+        };
+        numbers
+            .into_iter()
+            .any(|number| connection.node.has_subscribers(number))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_spread_in_order_and_fit_a_queue_of_five() {
+        let mut spread = Spread::new((0..16).map(|number| vec![number]).collect());
+        let mut sent = Vec::new();
+        while spread.0.len() > 0 {
+            let part = spread.part();
+            assert!(part.len() < 5, "{}", part.len());
+            sent.extend(part.into_iter().flatten());
+        }
+        assert_eq!(sent, Vec::from_iter(0..16));
+    }
+}

@@ -1,0 +1,58 @@
+//! The settings of a topic in the application file.
+
+use jde_schema::prelude::*;
+
+/// How a variable is published.
+#[derive(Clone, Copy, Debug, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/RosPublication")]
+pub(crate) struct Publication {
+    /// Least time between two messages; 0 for every new value.
+    #[value(unit = "s")]
+    pub(crate) period: f64,
+    /// Pose on the base of the sensor whose laser scans these are.
+    pub(crate) mount: Pose2D,
+    /// Quality of service: "sensor_data" or "default"; empty for that of the type.
+    pub(crate) qos: Text<28>,
+    /// Frame of the messages instead of that of the values; empty for theirs.
+    pub(crate) frame: Text<60>,
+    /// Whether an odometry is also the transform from its frame to the base.
+    pub(crate) transform: Flag,
+    pub(crate) padding: Padding<7>,
+}
+
+/// How a topic is exported.
+#[derive(Clone, Copy, Debug, Value)]
+#[repr(C)]
+#[value(name = "jde_msgs/msg/RosSubscription")]
+pub(crate) struct Subscription {
+    /// Age at which a value without a successor is retracted; 0 for never, negative for that of the type.
+    #[value(unit = "s")]
+    pub(crate) stale: f64,
+    /// Rotation to the left of the scanner whose scans these are.
+    #[value(unit = "rad")]
+    pub(crate) yaw: f64,
+    /// Quality of service: "sensor_data" or "default"; empty for that of the type.
+    pub(crate) qos: Text<28>,
+}
+
+impl Publication {
+    /// Every value, at the quality of its type.
+    pub(crate) const DEFAULT: Self = Self {
+        period: 0.0,
+        mount: Pose2D::ORIGIN,
+        qos: Text::new(""),
+        frame: Text::new(""),
+        transform: Flag::TRUE,
+        padding: Padding::ZERO,
+    };
+}
+
+impl Subscription {
+    /// At the quality of its type.
+    pub(crate) const DEFAULT: Self = Self {
+        stale: -1.0,
+        yaw: 0.0,
+        qos: Text::new(""),
+    };
+}

@@ -1,0 +1,179 @@
+//! A topic that the application file exports: its newest message, while it is fresh.
+
+use jde_ros_node::Topic;
+use jde_schema::ListedExport;
+use jde_schema::describe::Type;
+use jde_schema::prelude::*;
+
+use super::described::DescribedCodec;
+use super::publication::{is_of, topic_name};
+use super::quality::quality;
+use super::settings::Subscription;
+use crate::connection::{RosConnection, TopicSubscription};
+use crate::messages::{Codec, PoseWithCovarianceStamped};
+use crate::scan::Sweep;
+use crate::velocity::{self, VelocitySubscription};
+
+/// Age at which a value is retracted, unless the file or the type states another one.
+const STALE: Duration = Duration::from_secs(1);
+/// That age of a velocity.
+const STALE_VELOCITY: Duration = Duration::from_millis(500);
+
+/// A topic and its export.
+pub(super) struct TopicExport {
+    name: String,
+    form: MessageForm,
+    /// `None` for a value that stays.
+    stale: Option<Duration>,
+    last_received: Option<Duration>,
+}
+
+/// How a message becomes a value.
+enum MessageForm {
+    /// As it is, from the subscription of that number.
+    Described(usize, DescribedCodec),
+    /// A scan of any number of beams.
+    Scan(TopicSubscription<Sweep>, Box<Sweep>, f32),
+    /// A pose, as a measured position.
+    Position(TopicSubscription<PoseWithCovarianceStamped>),
+    /// A velocity, plain or stamped.
+    Velocity(VelocitySubscription),
+}
+
+/// Checks the settings of an entry.
+pub(super) fn check(namespace: &str, export: &ListedExport<Subscription>) -> Result<(), String> {
+    topic_name(namespace, export.label())?;
+    let (settings, value_type) = (export.settings(), export.value_type());
+    quality(settings.qos.as_str(), value_type)?;
+    if settings.yaw != 0.0 && !is_of::<LaserScan>(value_type) {
+        return Err("`yaw` is of laser scans, and this is none".to_owned());
+    }
+    if settings.stale > 3600.0 {
+        return Err(format!(
+            "`stale` is {} s; expected at most 3600 s",
+            settings.stale
+        ));
+    }
+    Ok(())
+}
+
+/// The age at which a value is retracted.
+fn stale(stated: f64, value_type: &Type) -> Option<Duration> {
+    if stated >= 0.0 {
+        return (stated > 0.0).then(|| Duration::from_secs_f64(stated));
+    }
+    Some(if is_of::<Twist>(value_type) {
+        STALE_VELOCITY
+    } else {
+        STALE
+    })
+}
+
+impl TopicExport {
+    /// Adds the topics of an entry to those of the node.
+    pub(super) fn new(
+        namespace: &str,
+        export: &ListedExport<Subscription>,
+        topics: &mut Vec<Topic>,
+    ) -> Result<Self, String> {
+        check(namespace, export).map_err(|error| format!("`{}` in `subscribe`: {error}", export.label()))?;
+        let (number, value_type) = (topics.len(), export.value_type());
+        let (name, settings) = (topic_name(namespace, export.label())?, export.settings());
+        let quality = quality(settings.qos.as_str(), value_type)?;
+        let form = if is_of::<LaserScan>(value_type) {
+            let codec = Codec::new();
+            topics.push(codec.topic(name.clone(), quality));
+            let subscription = TopicSubscription::new(number, name.clone(), codec);
+            MessageForm::Scan(subscription, Sweep::boxed(), settings.yaw as f32)
+        } else if is_of::<PositionFix>(value_type) {
+            let codec = Codec::new();
+            topics.push(codec.topic(name.clone(), quality));
+            MessageForm::Position(TopicSubscription::new(number, name.clone(), codec))
+        } else if is_of::<Twist>(value_type) {
+            topics.extend(velocity::topics(&name));
+            MessageForm::Velocity(VelocitySubscription::new(number, &name))
+        } else {
+            let codec = DescribedCodec::new(value_type);
+            topics.push(codec.topic(name.clone(), quality));
+            MessageForm::Described(number, codec)
+        };
+        Ok(Self {
+            name,
+            form,
+            stale: stale(settings.stale, value_type),
+            last_received: None,
+        })
+    }
+
+    /// Exports a new message, and retracts one that is stale.
+    pub(super) fn receive(
+        &mut self,
+        cx: &Context,
+        connection: &mut RosConnection,
+        export: &mut ListedExport<Subscription>,
+    ) {
+        if let Some(arrived) = self.take(cx, connection, export) {
+            self.last_received = Some(arrived);
+        }
+        let is_stale = |(received, stale): (Duration, Duration)| cx.now() > received + stale;
+        if self.last_received.zip(self.stale).is_some_and(is_stale) {
+            self.last_received = None;
+            export.retract(cx);
+        }
+    }
+
+    /// Exports a new message. Returns when it arrived.
+    fn take(
+        &mut self,
+        cx: &Context,
+        connection: &mut RosConnection,
+        export: &mut ListedExport<Subscription>,
+    ) -> Option<Duration> {
+        let name = &self.name;
+        match &mut self.form {
+            MessageForm::Described(number, codec) => {
+                let (message, arrived) = connection.take(cx, *number)?;
+                let stamp = codec.stamp(&message);
+                let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
+                let written =
+                    export.write_with(cx, Some(time), |value| codec.decode_into(&message, time, value));
+                if let Err(error) = written {
+                    connection.warn_once(cx, format!("{name}: {error}"));
+                    return None;
+                }
+                Some(arrived)
+            }
+            MessageForm::Scan(subscription, sweep, yaw) => {
+                let arrived = connection.receive(cx, subscription, &mut **sweep)?;
+                let time = connection.stamp(cx, subscription, &mut sweep.header, arrived);
+                let mut scan = LaserScan::boxed();
+                if let Err(error) = sweep.fill(*yaw, &mut scan) {
+                    connection.warn_once(cx, format!("{name}: {error}"));
+                    return None;
+                }
+                write(cx, export, time, &*scan);
+                Some(arrived)
+            }
+            MessageForm::Position(subscription) => {
+                let mut pose = PoseWithCovarianceStamped::default();
+                let arrived = connection.receive(cx, subscription, &mut pose)?;
+                let time = connection.stamp(cx, subscription, &mut pose.header, arrived);
+                write(cx, export, time, &PositionFix::from(&pose));
+                Some(arrived)
+            }
+            MessageForm::Velocity(subscription) => {
+                let (twist, arrived) = subscription.receive(cx, connection)?;
+                write(cx, export, arrived, &twist);
+                Some(arrived)
+            }
+        }
+    }
+}
+
+fn write<T: Value>(cx: &Context, export: &mut ListedExport<Subscription>, time: Duration, value: &T) {
+    let written = export.write_with(cx, Some(time), |bytes| {
+        bytes.copy_from_slice(value.as_bytes());
+        Ok::<(), core::convert::Infallible>(())
+    });
+    let Ok(()) = written;
+}
