@@ -5,14 +5,21 @@
 
 mod attachment;
 mod clock;
+mod declare;
 mod keys;
+mod latched;
 pub mod names;
 mod node;
+mod services;
 mod session;
 mod settings;
 mod shared;
 
 pub use clock::{Clock, Measured};
-pub use keys::{Announced, Direction, NodeName, Quality, Topic};
+pub use keys::{Announced, Direction, NodeName, Quality, Service, Topic};
 pub use node::{Node, NodeConfig, NodeState, ReceivedMessage};
+pub use services::{Client, Request, Response};
 pub use settings::{Settings, environment_domain};
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,7 @@
 //! A ROS 2 node, as its owner uses it: the owner submits messages and takes those that arrived, and never
 //! waits for the network. The node's own thread does, and sends only what was submitted.
 
+use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 use std::thread;
@@ -9,7 +10,8 @@ use std::time::{Duration, Instant};
 use zenoh::Config;
 use zenoh::bytes::ZBytes;
 
-use crate::keys::{Direction, NodeName, Topic};
+use crate::keys::{Direction, NodeName, Service, Topic};
+use crate::services::{Client, Request, Response};
 use crate::session;
 use crate::shared::Shared;
 
@@ -29,15 +31,42 @@ pub struct NodeConfig {
     pub publications: Vec<Topic>,
     /// What it subscribes to; a subscription's number is its index.
     pub subscriptions: Vec<Topic>,
+    /// What it offers; a service's number is its index.
+    pub services: Vec<Service>,
+    /// What it calls; a client's number is its index.
+    pub clients: Vec<Client>,
 }
 
 impl NodeConfig {
-    /// Its topics of that direction.
-    pub fn topics(&self, direction: Direction) -> &[Topic] {
-        match direction {
-            Direction::Publish => &self.publications,
-            Direction::Subscribe => &self.subscriptions,
+    /// A node without topics and services, which connects by this configuration. `endpoint` is its address in
+    /// messages.
+    #[must_use]
+    pub fn new(name: NodeName, (config, endpoint): (Config, String)) -> Self {
+        Self {
+            config,
+            endpoint,
+            name,
+            publications: Vec::new(),
+            subscriptions: Vec::new(),
+            services: Vec::new(),
+            clients: Vec::new(),
         }
+    }
+
+    /// Its topics of each direction. Services have the keys of topics.
+    pub(crate) fn all_topics(&self) -> [(Direction, Vec<Topic>); 4] {
+        [
+            (Direction::Publish, self.publications.clone()),
+            (Direction::Subscribe, self.subscriptions.clone()),
+            (
+                Direction::Serve,
+                self.services.iter().map(Service::topic).collect(),
+            ),
+            (
+                Direction::Call,
+                self.clients.iter().map(|client| client.service.topic()).collect(),
+            ),
+        ]
     }
 }
 
@@ -73,7 +102,7 @@ impl Node {
     /// # Errors
     /// If the system cannot start a thread.
     pub fn start(config: NodeConfig) -> io::Result<Self> {
-        let shared = Arc::new(Shared::new(config.publications.len(), config.subscriptions.len()));
+        let shared = Arc::new(Shared::new(&config));
         let thread_shared = Arc::clone(&shared);
         thread::Builder::new()
             .name("ros2".to_owned())
@@ -96,9 +125,46 @@ impl Node {
         self.0.submit(publication, messages);
     }
 
+    /// Submits a message to send after those that wait, at most as many as the depth of the publication.
+    pub fn append(&self, publication: usize, message: Vec<u8>) {
+        self.0.append(publication, message);
+    }
+
     /// Takes the newest message of this subscription.
     pub fn take(&self, subscription: usize) -> Option<ReceivedMessage> {
-        self.0.take(subscription)
+        self.0.take_all(subscription).pop_back()
+    }
+
+    /// Takes the messages of this subscription that wait, the oldest first: as many as the depth of a latched
+    /// topic, and the newest of any other.
+    pub fn take_all(&self, subscription: usize) -> VecDeque<ReceivedMessage> {
+        self.0.take_all(subscription)
+    }
+
+    /// Takes the next request to a service. Waits for one for at most `timeout`. A request that is dropped has
+    /// no response.
+    pub fn take_request(&self, timeout: Duration) -> Option<Request> {
+        self.0.take_request(timeout)
+    }
+
+    /// Submits the response to a request.
+    pub fn reply(&self, request: Request, message: Vec<u8>) {
+        self.0.reply(request, message);
+    }
+
+    /// Whether a node offers the service of this client.
+    pub fn has_server(&self, client: usize) -> bool {
+        self.0.has_server(client)
+    }
+
+    /// Submits a request. Returns its number, which its response has.
+    pub fn call(&self, client: usize, message: Vec<u8>) -> i64 {
+        self.0.call(client, message)
+    }
+
+    /// Takes the oldest outcome of this client's requests.
+    pub fn take_response(&self, client: usize) -> Option<Response> {
+        self.0.take_response(client)
     }
 
     /// Returns the state of the connection, and the failed attempts since it was last connected.

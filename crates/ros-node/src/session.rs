@@ -1,20 +1,17 @@
-//! The thread of a node: it opens a Zenoh session, announces the node and its topics, sends submitted
-//! messages and stores those that arrive. The robot's control does not depend on it, so it lowers its
+//! The thread of a node: it opens a Zenoh session, declares the node in it, and sends submitted messages. The robot's control does not depend on it, so it lowers its
 //! scheduling priority.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
-use zenoh::liveliness::LivelinessToken;
-use zenoh::pubsub::{Publisher, Subscriber};
-use zenoh::qos::CongestionControl;
-use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
-use crate::attachment::{attachment, gid};
-use crate::keys::{Announced, Direction, mismatch};
+use crate::attachment::gid;
+use crate::declare::{Declared, announce, declare, entity};
+use crate::keys::{Announced, Direction};
 use crate::node::{NodeConfig, NodeState};
-use crate::shared::Shared;
+use crate::shared::{Shared, Work};
+use crate::{latched, services};
 
 /// Niceness of this thread and of Zenoh's threads, which inherit it, so that the robot's own threads take
 /// precedence.
@@ -24,21 +21,6 @@ const FIRST_PAUSE: Duration = Duration::from_millis(200);
 const LONGEST_PAUSE: Duration = Duration::from_secs(2);
 /// Period of the checks for connected nodes.
 const CHECK_PERIOD: Duration = Duration::from_millis(200);
-
-/// All declarations. Dropping them undeclares them.
-struct Declared {
-    publishers: Vec<DeclaredPublisher>,
-    _subscribers: Vec<Subscriber<()>>,
-    tokens: Vec<LivelinessToken>,
-}
-
-/// A publication, and the state of its attachments.
-struct DeclaredPublisher {
-    publisher: Publisher<'static>,
-    sequence: i64,
-    /// Identifier of the publication for ROS 2.
-    gid: [u8; 16],
-}
 
 /// Reports the end of the thread, also after a panic.
 struct EndGuard<'a>(&'a Shared);
@@ -81,121 +63,8 @@ fn open(shared: &Arc<Shared>, config: &NodeConfig) -> zenoh::Result<(Session, De
     Ok((session, declared))
 }
 
-/// Declares the node, then its topics, then a subscription to the tokens of other nodes.
-fn declare(shared: &Arc<Shared>, config: &NodeConfig, session: &Session) -> zenoh::Result<Declared> {
-    let (name, id) = (&config.name, session.zid());
-    let session_id = id.to_string();
-    let mut tokens = vec![
-        session
-            .liveliness()
-            .declare_token(name.token(&session_id))
-            .wait()?,
-    ];
-    let mut publishers = Vec::new();
-    for (number, topic) in config.publications.iter().enumerate() {
-        let publisher = session
-            .declare_publisher(topic.key(name))
-            .congestion_control(CongestionControl::Drop)
-            .wait()?;
-        let shared_in_callback = Arc::clone(shared);
-        publisher
-            .matching_listener()
-            .callback(move |status| shared_in_callback.set_subscribed(number, status.matching()))
-            .background()
-            .wait()?;
-        shared.set_subscribed(number, publisher.matching_status().wait()?.matching());
-        publishers.push(DeclaredPublisher {
-            publisher,
-            sequence: 0,
-            gid: gid(id.to_le_bytes(), 1 + number),
-        });
-        tokens.extend(announce(
-            config,
-            session,
-            Direction::Publish,
-            number,
-            Announced::Always,
-        )?);
-    }
-    let mut subscribers = Vec::new();
-    for (number, topic) in config.subscriptions.iter().enumerate() {
-        let shared_in_callback = Arc::clone(shared);
-        let subscriber = session
-            .declare_subscriber(topic.key(name))
-            .callback(move |sample| {
-                if sample.kind() == SampleKind::Put {
-                    shared_in_callback.arrive(number, sample.payload().clone());
-                }
-            })
-            .wait()?;
-        subscribers.push(subscriber);
-        tokens.extend(announce(
-            config,
-            session,
-            Direction::Subscribe,
-            number,
-            Announced::Always,
-        )?);
-    }
-    let (shared_in_callback, topics_of_node) = (Arc::clone(shared), config.clone());
-    let all_tokens = session
-        .liveliness()
-        .declare_subscriber(name.all_tokens())
-        .history(true)
-        .callback(move |sample| {
-            if sample.kind() != SampleKind::Put {
-                return;
-            }
-            let token = sample.key_expr();
-            for direction in [Direction::Publish, Direction::Subscribe] {
-                let topics = topics_of_node.topics(direction);
-                for (number, topic) in topics.iter().enumerate() {
-                    if topic.announced == Announced::OnceMet && topic.meets(direction, token) {
-                        shared_in_callback.meet(direction, number);
-                    }
-                }
-                if let Some(remark) = mismatch(topics, direction, token) {
-                    shared_in_callback.remark(remark);
-                }
-            }
-        })
-        .wait()?;
-    subscribers.push(all_tokens);
-    Ok(Declared {
-        publishers,
-        _subscribers: subscribers,
-        tokens,
-    })
-}
-
-/// Announces a topic if it is one that is announced at that time.
-fn announce(
-    config: &NodeConfig,
-    session: &Session,
-    direction: Direction,
-    number: usize,
-    at: Announced,
-) -> zenoh::Result<Option<LivelinessToken>> {
-    let Some(topic) = config
-        .topics(direction)
-        .get(number)
-        .filter(|topic| topic.announced == at)
-    else {
-        return Ok(None);
-    };
-    // The node has number 0.
-    let number = 1
-        + number
-        + match direction {
-            Direction::Publish => 0,
-            Direction::Subscribe => config.publications.len(),
-        };
-    let token = topic.token(&config.name, &session.zid().to_string(), direction, number);
-    session.liveliness().declare_token(token).wait().map(Some)
-}
-
 /// Sends messages and checks the connection until the node must end.
-fn serve(shared: &Shared, config: &NodeConfig, session: &Session, mut declared: Declared) {
+fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut declared: Declared) {
     let mut last_check: Option<Instant> = None;
     let mut was_connected = false;
     let mut announced = Vec::new();
@@ -215,35 +84,53 @@ fn serve(shared: &Shared, config: &NodeConfig, session: &Session, mut declared: 
             was_connected |= others > 0;
             shared.set_state(state);
         }
-        let work = shared.work(CHECK_PERIOD);
-        for (direction, number) in work.met {
+        let Work {
+            batches,
+            calls,
+            replies,
+            caches,
+            met,
+            ending,
+        } = shared.work(CHECK_PERIOD);
+        for (direction, number) in met {
             if !announced.contains(&(direction, number)) {
                 announced.push((direction, number));
                 // Without it only tools do not see the topic; its messages pass.
-                let token = announce(config, session, direction, number, Announced::OnceMet);
+                let topic = match direction {
+                    Direction::Publish => &config.publications[number],
+                    _ => &config.subscriptions[number],
+                };
+                let token = announce(config, session, (direction, number), topic, Announced::OnceMet);
                 declared.tokens.extend(token.ok().flatten());
             }
         }
-        for (number, batch) in work.batches {
+        // What cannot be sent is lost, as on an unreliable network; the check of the connection reports the
+        // reason.
+        for (number, batch) in batches {
             let publisher = &mut declared.publishers[number];
             for message in batch {
-                publisher.put(message);
+                let _ = publisher.put(message);
             }
         }
-        if work.ending {
+        for (request, response) in replies {
+            let _ = request.reply(response);
+        }
+        for (number, sequence, message) in calls {
+            let client = &config.clients[number];
+            let gid = gid(
+                session.zid().to_le_bytes(),
+                entity(config, Direction::Call, number),
+            );
+            let key = client.service.topic().key(&config.name);
+            services::call(session, &key, shared, (number, client), (sequence, message), gid);
+        }
+        for (number, key) in caches {
+            let depth = config.subscriptions[number].quality.depth;
+            let _ = latched::query(session, &key, shared, number, depth);
+        }
+        if ending {
             return;
         }
-    }
-}
-
-impl DeclaredPublisher {
-    fn put(&mut self, message: Vec<u8>) {
-        self.sequence += 1;
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let attachment = attachment(self.sequence, since.as_nanos() as i64, self.gid);
-        // A message that cannot be sent is lost, as on an unreliable network; the check of the connection
-        // reports the reason.
-        let _ = self.publisher.put(message).attachment(attachment).wait();
     }
 }
 

@@ -1,17 +1,25 @@
 //! The state shared by the owner of a node, the node's thread and Zenoh's threads. No thread holds a lock
 //! while it waits for the network, so the owner does not wait for it either.
 
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use zenoh::bytes::ZBytes;
+use zenoh::sample::Sample;
 
+use crate::attachment::{Gid, parse};
 use crate::keys::Direction;
-use crate::node::{NodeState, ReceivedMessage};
+use crate::node::{NodeConfig, NodeState, ReceivedMessage};
+use crate::services::{Request, Response};
 
 /// Most remarks per node. They are remembered so that none is repeated.
 const MAX_REMARKS: usize = 64;
+/// Most requests or responses of one service that wait; later ones replace the oldest.
+const MAX_WAITING: usize = 10;
+/// Most publications of a latched topic whose order is known.
+const MAX_SOURCES: usize = 256;
 
 /// Submitted messages, arrived messages and status.
 #[derive(Debug)]
@@ -19,7 +27,10 @@ pub(crate) struct Shared {
     queue: Mutex<SendQueue>,
     changed: Condvar,
     subscribed: Vec<AtomicBool>,
-    arrived: Vec<Mutex<Option<ReceivedMessage>>>,
+    arrived: Vec<Mutex<Inbox>>,
+    requests: Mutex<VecDeque<Request>>,
+    requested: Condvar,
+    clients: Vec<Mutex<ClientState>>,
     status: Mutex<NodeStatus>,
 }
 
@@ -27,10 +38,36 @@ pub(crate) struct Shared {
 struct SendQueue {
     /// The messages to send next, per publication. New ones replace those that were not sent in time.
     waiting: Vec<Vec<Vec<u8>>>,
+    /// The greatest number of waiting messages, per publication.
+    depths: Vec<usize>,
+    /// Requests to send: client, number and message.
+    calls: Vec<(usize, i64, Vec<u8>)>,
+    /// Responses to send.
+    replies: Vec<(Request, Vec<u8>)>,
+    /// Publications to query for their newest messages: subscription, and key.
+    caches: Vec<(usize, String)>,
     /// Topics that other nodes have in the opposite direction, and that are to be announced.
     met: Vec<(Direction, usize)>,
     ending: bool,
     ended: bool,
+}
+
+/// The messages of a subscription that were not taken.
+#[derive(Debug)]
+struct Inbox {
+    messages: VecDeque<ReceivedMessage>,
+    depth: usize,
+    is_latched: bool,
+    /// The numbers of the newest messages of a latched topic, by publication.
+    newest: BTreeMap<Gid, i64>,
+}
+
+#[derive(Debug, Default)]
+struct ClientState {
+    last_sequence: i64,
+    responses: VecDeque<Response>,
+    /// The tokens of the nodes that offer its service.
+    servers: BTreeSet<String>,
 }
 
 #[derive(Debug)]
@@ -46,6 +83,12 @@ struct NodeStatus {
 pub(crate) struct Work {
     /// Numbers of publications, and their messages to send.
     pub(crate) batches: Vec<(usize, Vec<Vec<u8>>)>,
+    /// Requests to send: client, number and message.
+    pub(crate) calls: Vec<(usize, i64, Vec<u8>)>,
+    /// Responses to send.
+    pub(crate) replies: Vec<(Request, Vec<u8>)>,
+    /// Publications to query for their newest messages: subscription, and key.
+    pub(crate) caches: Vec<(usize, String)>,
     /// Directions and numbers of topics to announce.
     pub(crate) met: Vec<(Direction, usize)>,
     /// Whether the node must end afterwards.
@@ -53,17 +96,41 @@ pub(crate) struct Work {
 }
 
 impl Shared {
-    pub(crate) fn new(publications: usize, subscriptions: usize) -> Self {
+    pub(crate) fn new(config: &NodeConfig) -> Self {
+        let publications = &config.publications;
         Self {
             queue: Mutex::new(SendQueue {
-                waiting: vec![Vec::new(); publications],
+                waiting: vec![Vec::new(); publications.len()],
+                depths: publications.iter().map(|topic| topic.quality.depth).collect(),
+                calls: Vec::new(),
+                replies: Vec::new(),
+                caches: Vec::new(),
                 met: Vec::new(),
                 ending: false,
                 ended: false,
             }),
             changed: Condvar::new(),
-            subscribed: (0..publications).map(|_| AtomicBool::new(false)).collect(),
-            arrived: (0..subscriptions).map(|_| Mutex::new(None)).collect(),
+            subscribed: publications.iter().map(|_| AtomicBool::new(false)).collect(),
+            arrived: config
+                .subscriptions
+                .iter()
+                .map(|topic| {
+                    Mutex::new(Inbox {
+                        messages: VecDeque::new(),
+                        // Of other topics only the newest message counts.
+                        depth: if topic.quality.latched {
+                            topic.quality.depth
+                        } else {
+                            1
+                        },
+                        is_latched: topic.quality.latched,
+                        newest: BTreeMap::new(),
+                    })
+                })
+                .collect(),
+            requests: Mutex::default(),
+            requested: Condvar::new(),
+            clients: config.clients.iter().map(|_| Mutex::default()).collect(),
             status: Mutex::new(NodeStatus {
                 state: NodeState::Connecting,
                 attempts: 0,
@@ -91,8 +158,56 @@ impl Shared {
         self.changed.notify_one();
     }
 
-    pub(crate) fn take(&self, subscription: usize) -> Option<ReceivedMessage> {
-        lock(&self.arrived[subscription]).take()
+    /// Submits a message to send after those that wait, up to the depth of the publication.
+    pub(crate) fn append(&self, publication: usize, message: Vec<u8>) {
+        let mut queue = lock(&self.queue);
+        let depth = queue.depths[publication];
+        let waiting = &mut queue.waiting[publication];
+        waiting.push(message);
+        let surplus = waiting.len().saturating_sub(depth);
+        waiting.drain(..surplus);
+        drop(queue);
+        self.changed.notify_one();
+    }
+
+    /// Submits a request. Returns its number.
+    pub(crate) fn call(&self, client: usize, message: Vec<u8>) -> i64 {
+        let sequence = {
+            let mut state = lock(&self.clients[client]);
+            state.last_sequence += 1;
+            state.last_sequence
+        };
+        lock(&self.queue).calls.push((client, sequence, message));
+        self.changed.notify_one();
+        sequence
+    }
+
+    /// Submits a response.
+    pub(crate) fn reply(&self, request: Request, message: Vec<u8>) {
+        lock(&self.queue).replies.push((request, message));
+        self.changed.notify_one();
+    }
+
+    /// Takes all messages of a subscription that wait, the oldest first.
+    pub(crate) fn take_all(&self, subscription: usize) -> VecDeque<ReceivedMessage> {
+        std::mem::take(&mut lock(&self.arrived[subscription]).messages)
+    }
+
+    /// Takes the next request. Waits for one for at most `timeout`.
+    pub(crate) fn take_request(&self, timeout: Duration) -> Option<Request> {
+        let mut requests = lock(&self.requests);
+        if requests.is_empty() && !timeout.is_zero() {
+            requests = wait(&self.requested, requests, timeout);
+        }
+        requests.pop_front()
+    }
+
+    pub(crate) fn take_response(&self, client: usize) -> Option<Response> {
+        lock(&self.clients[client]).responses.pop_front()
+    }
+
+    pub(crate) fn has_server(&self, client: usize) -> bool {
+        !lock(&self.clients[client]).servers.is_empty()
     }
 
     pub(crate) fn state(&self) -> (NodeState, u32) {
@@ -122,13 +237,19 @@ impl Shared {
     /// Returns the work to do. Waits for some for at most `timeout`.
     pub(crate) fn work(&self, timeout: Duration) -> Work {
         let mut queue = lock(&self.queue);
-        if !queue.ending && queue.met.is_empty() && queue.waiting.iter().all(Vec::is_empty) {
+        if !queue.has_work() {
             queue = wait(&self.changed, queue, timeout);
         }
         let met = std::mem::take(&mut queue.met);
+        let calls = std::mem::take(&mut queue.calls);
+        let replies = std::mem::take(&mut queue.replies);
+        let caches = std::mem::take(&mut queue.caches);
         let batches = queue.waiting.iter_mut().enumerate();
         Work {
             met,
+            calls,
+            replies,
+            caches,
             batches: batches
                 .filter(|(_, batch)| !batch.is_empty())
                 .map(|(number, batch)| (number, std::mem::take(batch)))
@@ -159,12 +280,66 @@ impl Shared {
         self.subscribed[publication].store(subscribed, Ordering::Relaxed);
     }
 
-    pub(crate) fn arrive(&self, subscription: usize, message: ZBytes) {
-        let arrived = ReceivedMessage {
-            message,
+    /// Stores a message. One of the past, from a cache, is dropped if a newer one of its publication came before.
+    pub(crate) fn arrive(&self, subscription: usize, sample: &Sample, is_past: bool) {
+        let mut inbox = lock(&self.arrived[subscription]);
+        let attachment = sample.attachment().map(ZBytes::to_bytes);
+        if let Some((sequence, gid)) = attachment.as_deref().and_then(parse)
+            && inbox.is_latched
+        {
+            if is_past && inbox.newest.get(&gid).is_some_and(|newest| *newest >= sequence) {
+                return;
+            }
+            if inbox.newest.len() >= MAX_SOURCES {
+                inbox.newest.clear();
+            }
+            inbox.newest.insert(gid, sequence);
+        }
+        if inbox.messages.len() >= inbox.depth {
+            inbox.messages.pop_front();
+        }
+        inbox.messages.push_back(ReceivedMessage {
+            message: sample.payload().clone(),
             received_at: Instant::now(),
-        };
-        *lock(&self.arrived[subscription]) = Some(arrived);
+        });
+    }
+
+    /// Stores a request.
+    pub(crate) fn request(&self, request: Request) {
+        let mut requests = lock(&self.requests);
+        let of_service = |other: &&Request| other.service == request.service;
+        if requests.iter().filter(of_service).count() >= MAX_WAITING
+            && let Some(oldest) = requests.iter().position(|other| other.service == request.service)
+        {
+            requests.remove(oldest);
+        }
+        requests.push_back(request);
+        self.requested.notify_one();
+    }
+
+    /// Stores the outcome of a request of this node.
+    pub(crate) fn respond(&self, client: usize, sequence: i64, outcome: Result<Vec<u8>, String>) {
+        let mut state = lock(&self.clients[client]);
+        if state.responses.len() >= MAX_WAITING {
+            state.responses.pop_front();
+        }
+        state.responses.push_back(Response { sequence, outcome });
+    }
+
+    /// Reports that a node begins or ends to offer the service of a client.
+    pub(crate) fn set_server(&self, client: usize, token: &str, offers: bool) {
+        let mut state = lock(&self.clients[client]);
+        if offers {
+            state.servers.insert(token.to_owned());
+        } else {
+            state.servers.remove(token);
+        }
+    }
+
+    /// Reports a publication that can be queried for its newest messages.
+    pub(crate) fn found_cache(&self, subscription: usize, key: String) {
+        lock(&self.queue).caches.push((subscription, key));
+        self.changed.notify_one();
     }
 
     pub(crate) fn set_state(&self, state: NodeState) {
@@ -198,15 +373,23 @@ impl Shared {
     }
 }
 
-fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+impl SendQueue {
+    fn has_work(&self) -> bool {
+        self.ending
+            || !self.met.is_empty()
+            || !self.calls.is_empty()
+            || !self.replies.is_empty()
+            || !self.caches.is_empty()
+            || self.waiting.iter().any(|batch| !batch.is_empty())
+    }
+}
+
+/// Locks a mutex; a thread that panicked leaves it usable.
+pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn wait<'a>(
-    changed: &Condvar,
-    queue: MutexGuard<'a, SendQueue>,
-    timeout: Duration,
-) -> MutexGuard<'a, SendQueue> {
-    let waited = changed.wait_timeout(queue, timeout);
+fn wait<'a, T>(changed: &Condvar, guard: MutexGuard<'a, T>, timeout: Duration) -> MutexGuard<'a, T> {
+    let waited = changed.wait_timeout(guard, timeout);
     waited.unwrap_or_else(PoisonError::into_inner).0
 }

@@ -42,15 +42,20 @@ fn referenced(value_type: &Type, parts: &mut BTreeMap<String, TypeDescription>) 
 fn describe_type(value_type: &Type) -> TypeDescription {
     let mut fields: Vec<_> = value_type.fields.iter().map(describe_field).collect();
     if fields.is_empty() {
-        fields.push(FieldDescription {
-            name: "structure_needs_at_least_one_member".to_owned(),
-            field_type: FieldTypeDescription::primitive(TypeId::UINT8),
-            default_value: String::new(),
-        });
+        fields.push(placeholder());
     }
     TypeDescription {
         type_name: name(value_type),
         fields,
+    }
+}
+
+/// The field that a structure without fields has in ROS 2.
+pub(crate) fn placeholder() -> FieldDescription {
+    FieldDescription {
+        name: "structure_needs_at_least_one_member".to_owned(),
+        field_type: FieldTypeDescription::primitive(TypeId::UINT8),
+        default_value: String::new(),
     }
 }
 
@@ -77,7 +82,8 @@ fn describe_field(field: &Field) -> FieldDescription {
     }
 }
 
-fn number(scalar: Scalar) -> u8 {
+/// The identifier of a number's type.
+pub(crate) fn number(scalar: Scalar) -> u8 {
     match scalar {
         Scalar::Bool => TypeId::BOOL,
         Scalar::U8 => TypeId::UINT8,

@@ -125,15 +125,12 @@ impl Follow {
 
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveFollow> {
         let name = settings.name()?;
-        let (config, endpoint) = settings.connection_config()?;
+        let connection = settings.connection_config()?;
         let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
         Ok(ActiveFollow {
             connection: RosConnection::start(NodeConfig {
-                config,
-                endpoint,
-                publications: Vec::new(),
                 subscriptions: velocity::topics(&topic).to_vec(),
-                name,
+                ..NodeConfig::new(name, connection)
             })?,
             subscription: VelocitySubscription::new(0, &topic),
             newest: None,

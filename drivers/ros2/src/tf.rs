@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn the_tree_has_the_type_name_and_hash_of_ros() {
         let topic = crate::messages::Codec::<Transforms>::new()
-            .topic("/tf".to_owned(), jde_ros_node::Quality::Reliable);
+            .topic("/tf".to_owned(), jde_ros_node::Quality::DEFAULT);
         assert_eq!(topic.type_name, "tf2_msgs/msg/TFMessage");
         // From ROS 2 Jazzy, as computed by `rosbags` 0.11.9.
         assert_eq!(

@@ -18,9 +18,9 @@ pub(crate) struct TwistStamped {
 
 /// The two topics of a name: plain, then stamped. The second is announced once another node has it.
 pub(crate) fn topics(name: &str) -> [Topic; 2] {
-    let stamped = Codec::<TwistStamped>::new().topic(name.to_owned(), Quality::Reliable);
+    let stamped = Codec::<TwistStamped>::new().topic(name.to_owned(), Quality::DEFAULT);
     [
-        Codec::<Twist>::new().topic(name.to_owned(), Quality::Reliable),
+        Codec::<Twist>::new().topic(name.to_owned(), Quality::DEFAULT),
         Topic {
             announced: Announced::OnceMet,
             ..stamped

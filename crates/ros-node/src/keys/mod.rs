@@ -5,6 +5,7 @@
 //! <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
 
 use hiroz_schema::{dds_from_canonical, ros_from_dds_strict};
+use jde_ros::interface::Interfaces;
 use jde_ros::{Type, definition, hash};
 
 /// Prefix of tokens.
@@ -48,22 +49,39 @@ pub enum Announced {
     OnceMet,
 }
 
-/// Quality of service of a topic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quality {
-    /// The newest five messages, best effort: ROS 2's profile for sensors.
-    Sensor,
-    /// The newest ten messages, reliable: ROS 2's default.
-    Reliable,
+/// A service that the node offers or calls.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Service {
+    /// Its full name.
+    pub name: String,
+    /// Its type, such as `std_srvs/srv/Trigger`.
+    pub type_name: String,
+    /// The type's hash.
+    pub hash: String,
 }
 
-/// Direction of a topic, as seen from its node.
+/// Quality of service of a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quality {
+    /// Whether it is reliable; otherwise best effort.
+    pub reliable: bool,
+    /// Whether a subscription that begins later receives the newest messages: transient local.
+    pub latched: bool,
+    /// The number of messages that are kept.
+    pub depth: usize,
+}
+
+/// Direction of a topic or a service, as seen from its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// The node sends its messages.
     Publish,
     /// The node receives its messages.
     Subscribe,
+    /// The node answers its requests.
+    Serve,
+    /// The node requests.
+    Call,
 }
 
 impl NodeName {
@@ -163,6 +181,29 @@ impl Topic {
     }
 }
 
+impl Service {
+    /// A service of that name; `None` if its type is none of the interfaces.
+    #[must_use]
+    pub fn new(name: String, type_name: &str, interfaces: &Interfaces) -> Option<Self> {
+        Some(Self {
+            name,
+            type_name: type_name.to_owned(),
+            hash: interfaces.hash(type_name)?,
+        })
+    }
+
+    /// The topic that has the keys and tokens of this service.
+    pub(crate) fn topic(&self) -> Topic {
+        Topic {
+            name: self.name.clone(),
+            type_name: self.type_name.clone(),
+            hash: self.hash.clone(),
+            quality: Quality::SERVICES,
+            announced: Announced::Always,
+        }
+    }
+}
+
 /// Returns the reason why none of a node's topics of a direction exchanges messages with the one of that name that a
 /// token of another node announces; `None` if one does, or if the token is unrelated.
 pub(crate) fn mismatch(topics: &[Topic], direction: Direction, token: &str) -> Option<String> {
@@ -181,6 +222,8 @@ impl Direction {
         match self {
             Self::Publish => Self::Subscribe,
             Self::Subscribe => Self::Publish,
+            Self::Serve => Self::Call,
+            Self::Call => Self::Serve,
         }
     }
 
@@ -189,17 +232,49 @@ impl Direction {
         match self {
             Self::Publish => "MP",
             Self::Subscribe => "MS",
+            Self::Serve => "SS",
+            Self::Call => "SC",
         }
     }
 }
 
 impl Quality {
-    /// The encoding in tokens, which omits default values.
-    fn profile(self) -> &'static str {
-        match self {
-            Self::Sensor => "2::,5:,:,:,,",
-            Self::Reliable => "::,10:,:,:,,",
+    /// ROS 2's profile of this name.
+    pub const DEFAULT: Self = Self::reliable(10);
+    /// ROS 2's profile of this name: best effort.
+    pub const SENSOR_DATA: Self = Self {
+        reliable: false,
+        latched: false,
+        depth: 5,
+    };
+    /// The newest message, also for subscriptions that begin later, as of a map.
+    pub const LATCHED: Self = Self {
+        latched: true,
+        ..Self::reliable(1)
+    };
+    /// ROS 2's profile for requests and responses.
+    pub const SERVICES: Self = Self::DEFAULT;
+    /// ROS 2's profile for parameters and their events.
+    pub const PARAMETERS: Self = Self::reliable(1000);
+    /// ROS 2's profile for `/rosout`.
+    pub const LOG: Self = Self {
+        latched: true,
+        ..Self::reliable(1000)
+    };
+
+    const fn reliable(depth: usize) -> Self {
+        Self {
+            reliable: true,
+            latched: false,
+            depth,
         }
+    }
+
+    /// The encoding in tokens, which omits default values.
+    fn profile(self) -> String {
+        let reliability = if self.reliable { "" } else { "2" };
+        let durability = if self.latched { "1" } else { "" };
+        format!("{reliability}:{durability}:,{}:,:,:,,", self.depth)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Keys in the format of other implementations, and tokens of other nodes that match or do not.
 
+use jde_ros::interface::standard;
 use jde_types::{LaserScan, Odometry, Twist, Value};
 use proptest::prelude::*;
 
@@ -14,7 +15,7 @@ fn name() -> NodeName {
 }
 
 fn topic<T: Value>(name: &str) -> Topic {
-    Topic::new(name.to_owned(), &T::describe(), Quality::Sensor)
+    Topic::new(name.to_owned(), &T::describe(), Quality::SENSOR_DATA)
 }
 
 fn scan() -> Topic {
@@ -44,6 +45,38 @@ fn keys_have_the_layout_of_rmw_zenoh() {
         "@ros2_lv/2/ab12/0/0/NN/%/%/pioneer"
     );
     assert_eq!(without_namespace.full(), "/pioneer");
+}
+
+#[test]
+fn a_service_has_keys_and_tokens_of_its_own() {
+    let hash = "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f";
+    let stop = Service::new(
+        "/fleet/pioneer/stop".to_owned(),
+        "std_srvs/srv/Trigger",
+        standard(),
+    )
+    .unwrap();
+    assert_eq!(
+        stop.topic().key(&name()),
+        format!("2/fleet/pioneer/stop/std_srvs::srv::dds_::Trigger_/{hash}")
+    );
+    let token = |direction| stop.topic().token(&name(), "ab12", direction, 3);
+    assert_eq!(
+        token(Direction::Serve),
+        format!(
+            "@ros2_lv/2/ab12/0/3/SS/%/%fleet/pioneer/%fleet%pioneer%stop/std_srvs::srv::dds_::Trigger_/{hash}/::,10:,:,:,,"
+        )
+    );
+    assert!(stop.topic().meets(Direction::Call, &token(Direction::Serve)));
+    assert!(!stop.topic().meets(Direction::Call, &token(Direction::Call)));
+    assert_eq!(Service::new("/x".to_owned(), "a/srv/B", standard()), None);
+}
+
+#[test]
+fn a_profile_is_encoded_without_default_values() {
+    assert_eq!(Quality::SENSOR_DATA.profile(), "2::,5:,:,:,,");
+    assert_eq!(Quality::LATCHED.profile(), ":1:,1:,:,:,,");
+    assert_eq!(Quality::PARAMETERS.profile(), "::,1000:,:,:,,");
 }
 
 #[test]

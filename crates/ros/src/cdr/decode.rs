@@ -28,26 +28,13 @@ pub fn decode_into(value_type: &Type, message: &[u8], value: &mut [u8]) -> Resul
         "the bytes of a `{}`",
         value_type.name
     );
-    let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
-    // The second half contains options, which do not affect the body.
-    if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
-        return Err(Error::Encapsulation(head.to_vec()));
-    }
-    let mut reader = CdrReader {
-        bytes: body,
-        position: 0,
-    };
+    let mut reader = CdrReader::new(message)?;
     structure(value_type, value, &mut reader)?;
-    let surplus = body.len() - reader.position;
-    // Some writers pad the body to a multiple of four bytes.
-    if surplus >= 4 {
-        return Err(Error::Long(surplus));
-    }
-    Ok(())
+    reader.end()
 }
 
 /// The bytes after the header, and the position of the reader.
-struct CdrReader<'a> {
+pub(crate) struct CdrReader<'a> {
     bytes: &'a [u8],
     position: usize,
 }
@@ -78,16 +65,10 @@ fn one_field(field: &Field, value: &mut [u8], reader: &mut CdrReader<'_>) -> Res
             capacity,
             length_offset,
         } => {
-            let count = reader.length(&field.name)?;
-            let Some((0, text)) = reader.take(1, count, &field.name)?.split_last() else {
-                return Err(Error::Text(field.name.clone()));
-            };
+            let text = reader.text(&field.name)?;
             fits(field, text.len(), capacity)?;
-            if std::str::from_utf8(text).is_err() {
-                return Err(Error::Text(field.name.clone()));
-            }
             set_length(value, length_offset, text.len());
-            value[field.offset..][..text.len()].copy_from_slice(text);
+            value[field.offset..][..text.len()].copy_from_slice(text.as_bytes());
             return Ok(());
         }
     };
@@ -129,8 +110,35 @@ fn set_length(value: &mut [u8], offset: usize, length: usize) {
 }
 
 impl<'a> CdrReader<'a> {
+    /// A reader of the bytes after the header.
+    pub(crate) fn new(message: &'a [u8]) -> Result<Self, Error> {
+        let (head, bytes) = message.split_at(message.len().min(ENCAPSULATION.len()));
+        // The second half contains options, which do not affect the body.
+        if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
+            return Err(Error::Encapsulation(head.to_vec()));
+        }
+        Ok(Self { bytes, position: 0 })
+    }
+
+    /// Checks that nothing is left. Some writers pad the body to a multiple of four bytes.
+    pub(crate) fn end(&self) -> Result<(), Error> {
+        match self.bytes.len() - self.position {
+            surplus if surplus >= 4 => Err(Error::Long(surplus)),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn text(&mut self, field: &str) -> Result<&'a str, Error> {
+        let error = || Error::Text(field.to_owned());
+        let count = self.length(field)?;
+        let Some((0, text)) = self.take(1, count, field)?.split_last() else {
+            return Err(error());
+        };
+        std::str::from_utf8(text).map_err(|_| error())
+    }
+
     /// Returns `count` bytes from the next multiple of `align`.
-    fn take(&mut self, align: usize, count: usize, field: &str) -> Result<&'a [u8], Error> {
+    pub(crate) fn take(&mut self, align: usize, count: usize, field: &str) -> Result<&'a [u8], Error> {
         let start = self.position.next_multiple_of(align);
         let bytes = start
             .checked_add(count)
@@ -140,7 +148,7 @@ impl<'a> CdrReader<'a> {
         Ok(bytes)
     }
 
-    fn length(&mut self, field: &str) -> Result<usize, Error> {
+    pub(crate) fn length(&mut self, field: &str) -> Result<usize, Error> {
         let mut bytes = [0; 4];
         bytes.copy_from_slice(self.take(4, 4, field)?);
         Ok(u32::from_le_bytes(bytes) as usize)

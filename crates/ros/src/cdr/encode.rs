@@ -79,13 +79,15 @@ fn text(bytes: &[u8], message: &mut Vec<u8>) {
     }
 }
 
-fn length(length: usize, message: &mut Vec<u8>) {
+/// Writes the number of elements that follow, or of the bytes of a text.
+pub(crate) fn length(length: usize, message: &mut Vec<u8>) {
     align(4, message);
     // A capacity is a `u32` in the descriptions.
     message.extend_from_slice(&(length as u32).to_le_bytes());
 }
 
-fn align(alignment: usize, message: &mut Vec<u8>) {
+/// Writes zeros up to the next multiple of this number.
+pub(crate) fn align(alignment: usize, message: &mut Vec<u8>) {
     let body = message.len() - ENCAPSULATION.len();
     message.resize(ENCAPSULATION.len() + body.next_multiple_of(alignment), 0);
 }

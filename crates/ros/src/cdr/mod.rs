@@ -11,8 +11,11 @@ mod encode;
 pub use decode::{decode, decode_into};
 pub use encode::encode;
 
+pub(crate) use decode::CdrReader;
+pub(crate) use encode::{align, length};
+
 /// CDR, little endian, no options.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+pub(crate) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Why a message is not a value of a type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

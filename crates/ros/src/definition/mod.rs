@@ -5,6 +5,8 @@ mod read;
 
 pub use read::{ReadError, read};
 
+pub(crate) use read::scalar;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 

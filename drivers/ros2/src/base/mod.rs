@@ -195,7 +195,7 @@ impl Base {
 
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveBase> {
         let name = settings.name()?;
-        let (config, endpoint) = settings.connection_config()?;
+        let connection = settings.connection_config()?;
         let mut topics = Vec::new();
         let namespace = name.namespace.as_str();
         let laser = subscription(&mut topics, namespace, &self.laser_topic.get(cx))?;
@@ -207,14 +207,12 @@ impl Base {
         let battery = subscription(&mut topics, namespace, &self.battery_topic.get(cx))?;
         let velocity = names::topic(namespace, self.velocity_topic.get(cx).as_str())?;
         let connection = RosConnection::start(NodeConfig {
-            config,
-            endpoint,
             publications: velocity
                 .iter()
                 .flat_map(|topic| velocity::topics(topic))
                 .collect(),
             subscriptions: topics,
-            name,
+            ..NodeConfig::new(name, connection)
         })?;
         Ok(ActiveBase {
             connection,
@@ -248,7 +246,7 @@ fn subscription<T: Value>(
         .into());
     }
     let codec = Codec::new();
-    topics.push(codec.topic(topic.clone(), Quality::Sensor));
+    topics.push(codec.topic(topic.clone(), Quality::SENSOR_DATA));
     Ok(Some(TopicSubscription::new(topics.len() - 1, topic, codec)))
 }
 

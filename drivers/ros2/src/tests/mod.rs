@@ -113,7 +113,7 @@ fn name() -> NodeName {
 }
 
 fn topic<T: Value>(name: &str) -> Topic {
-    Codec::<T>::new().topic(name.to_owned(), Quality::Sensor)
+    Codec::<T>::new().topic(name.to_owned(), Quality::SENSOR_DATA)
 }
 
 fn listen<T: Value>(session: &Session, name: &str) -> Subscriber<FifoChannelHandler<ReceivedSample>> {

@@ -153,7 +153,7 @@ impl Topics {
 
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTopics> {
         let name = settings.name()?;
-        let (config, endpoint) = settings.connection_config()?;
+        let connection = settings.connection_config()?;
         if let Some((import, twin)) = self.twins(&name.namespace).first() {
             let label = import.label();
             return Err(format!("`{twin}` and `{label}` in `publish` are the same topic").into());
@@ -170,11 +170,9 @@ impl Topics {
         let tf = jde_ros_node::names::topic(&name.namespace, self.tf_topic.get(cx).as_str())?;
         let transforms = tf.and_then(|topic| TransformPublisher::new(topic, &self.publish, &mut published));
         let connection = RosConnection::start(NodeConfig {
-            config,
-            endpoint,
             publications: published,
             subscriptions: subscribed,
-            name,
+            ..NodeConfig::new(name, connection)
         })?;
         Ok(ActiveTopics {
             connection,

@@ -4,7 +4,10 @@ use jde_ros_node::Quality;
 use jde_schema::describe::Type;
 
 /// The names, and the qualities of service that they mean.
-const NAMES: [(&str, Quality); 2] = [("sensor_data", Quality::Sensor), ("default", Quality::Reliable)];
+const NAMES: [(&str, Quality); 2] = [
+    ("sensor_data", Quality::SENSOR_DATA),
+    ("default", Quality::DEFAULT),
+];
 
 /// The types whose topics have the quality of sensors.
 const SENSORS: [&str; 9] = [
@@ -26,8 +29,8 @@ const SENSORS: [&str; 9] = [
 pub(super) fn quality(name: &str, value_type: &Type) -> Result<Quality, String> {
     if name.is_empty() {
         return Ok(match value_type.name.as_str() {
-            name if SENSORS.contains(&name) => Quality::Sensor,
-            _ => Quality::Reliable,
+            name if SENSORS.contains(&name) => Quality::SENSOR_DATA,
+            _ => Quality::DEFAULT,
         });
     }
     let known = NAMES.iter().find(|(known, _)| *known == name);

@@ -27,7 +27,7 @@ impl TransformPublisher {
     ) -> Option<Self> {
         publish.iter().find(|import| is_transform(import))?;
         let codec = Codec::new();
-        topics.push(codec.topic(topic, Quality::Reliable));
+        topics.push(codec.topic(topic, Quality::DEFAULT));
         Some(Self {
             number: topics.len() - 1,
             codec,

@@ -56,7 +56,8 @@ pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(&'a str, Shape), ReadError> 
     }
 }
 
-pub(super) fn scalar(element: &str) -> Option<Scalar> {
+/// The number of this name; `None` for a structure or a text.
+pub(crate) fn scalar(element: &str) -> Option<Scalar> {
     Some(match element {
         "bool" => Scalar::Bool,
         "uint8" | "byte" | "char" => Scalar::U8,

@@ -13,7 +13,8 @@ use std::sync::Arc;
 use jde_abi::describe::{FieldKind, Type};
 
 use super::parts;
-use layout::{Layout, scalar, shape};
+pub(crate) use layout::scalar;
+use layout::{Layout, shape};
 use section::{Line, Section, sections};
 
 /// The longest definition, in bytes; the standard types need 5 kB at most.

@@ -1,0 +1,201 @@
+//! What a node declares in its session: its topics and services, and the tokens by which others discover them.
+
+use std::sync::Arc;
+
+use zenoh::bytes::ZBytes;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::qos::CongestionControl;
+use zenoh::query::Queryable;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use crate::attachment::{Gid, attachment_now, gid};
+use crate::keys::{Announced, Direction, Topic, mismatch};
+use crate::latched::{self, Cache};
+use crate::node::NodeConfig;
+use crate::services;
+use crate::shared::Shared;
+
+/// All declarations. Dropping them undeclares them.
+pub(crate) struct Declared {
+    pub(crate) publishers: Vec<DeclaredPublisher>,
+    _subscribers: Vec<Subscriber<()>>,
+    _services: Vec<Queryable<()>>,
+    pub(crate) tokens: Vec<LivelinessToken>,
+}
+
+/// A publication, and the state of its attachments.
+pub(crate) struct DeclaredPublisher {
+    publisher: Publisher<'static>,
+    sequence: i64,
+    /// Identifier of the publication for ROS 2.
+    gid: Gid,
+    /// The newest messages of a latched topic.
+    cache: Option<Cache>,
+}
+
+/// Declares the node, then its topics and services, then a subscription to the tokens of other nodes.
+pub(crate) fn declare(
+    shared: &Arc<Shared>,
+    config: &NodeConfig,
+    session: &Session,
+) -> zenoh::Result<Declared> {
+    let (name, id) = (&config.name, session.zid());
+    let token = session.liveliness().declare_token(name.token(&id.to_string()));
+    let mut declared = Declared {
+        publishers: Vec::new(),
+        _subscribers: Vec::new(),
+        _services: Vec::new(),
+        tokens: vec![token.wait()?],
+    };
+    let all_topics = config.all_topics();
+    for (direction, topics) in &all_topics {
+        for (number, topic) in topics.iter().enumerate() {
+            let key = topic.key(name);
+            match direction {
+                Direction::Publish => {
+                    declared
+                        .publishers
+                        .push(publish(shared, config, session, (number, topic), key)?)
+                }
+                Direction::Subscribe => {
+                    if topic.quality.latched {
+                        let caches = latched::find_caches(session, &key, shared, number)?;
+                        declared._subscribers.push(caches);
+                    }
+                    declared
+                        ._subscribers
+                        .push(subscribe(shared, session, number, key)?);
+                }
+                Direction::Serve => declared
+                    ._services
+                    .push(services::serve(session, &key, shared, number)?),
+                Direction::Call => {}
+            }
+            let token = announce(config, session, (*direction, number), topic, Announced::Always)?;
+            declared.tokens.extend(token);
+        }
+    }
+    let shared = Arc::clone(shared);
+    let all_tokens = session
+        .liveliness()
+        .declare_subscriber(name.all_tokens())
+        .history(true)
+        .callback(move |sample| {
+            let appears = sample.kind() == SampleKind::Put;
+            all_topics.iter().for_each(|(direction, topics)| {
+                compare(&shared, *direction, topics, sample.key_expr(), appears)
+            });
+        })
+        .wait()?;
+    declared._subscribers.push(all_tokens);
+    Ok(declared)
+}
+
+/// Compares the token of another node that appears or disappears with own topics of a direction.
+fn compare(shared: &Shared, direction: Direction, topics: &[Topic], token: &str, appears: bool) {
+    for (number, topic) in topics.iter().enumerate() {
+        if !topic.meets(direction, token) {
+            continue;
+        }
+        if direction == Direction::Call {
+            shared.set_server(number, token, appears);
+        }
+        if appears && topic.announced == Announced::OnceMet {
+            shared.meet(direction, number);
+        }
+    }
+    if let Some(remark) = mismatch(topics, direction, token).filter(|_| appears) {
+        shared.remark(remark);
+    }
+}
+
+fn publish(
+    shared: &Arc<Shared>,
+    config: &NodeConfig,
+    session: &Session,
+    (number, topic): (usize, &Topic),
+    key: String,
+) -> zenoh::Result<DeclaredPublisher> {
+    let entity = entity(config, Direction::Publish, number);
+    let cache = topic
+        .quality
+        .latched
+        .then(|| Cache::declare(session, &key, entity, topic.quality.depth))
+        .transpose()?;
+    let publisher = session
+        .declare_publisher(key)
+        .congestion_control(CongestionControl::Drop)
+        .wait()?;
+    let shared_in_callback = Arc::clone(shared);
+    publisher
+        .matching_listener()
+        .callback(move |status| shared_in_callback.set_subscribed(number, status.matching()))
+        .background()
+        .wait()?;
+    shared.set_subscribed(number, publisher.matching_status().wait()?.matching());
+    Ok(DeclaredPublisher {
+        publisher,
+        sequence: 0,
+        gid: gid(session.zid().to_le_bytes(), entity),
+        cache,
+    })
+}
+
+fn subscribe(
+    shared: &Arc<Shared>,
+    session: &Session,
+    number: usize,
+    key: String,
+) -> zenoh::Result<Subscriber<()>> {
+    let shared = Arc::clone(shared);
+    session
+        .declare_subscriber(key)
+        .callback(move |sample| {
+            if sample.kind() == SampleKind::Put {
+                shared.arrive(number, &sample, false);
+            }
+        })
+        .wait()
+}
+
+/// Announces a topic if it is one that is announced at that time.
+pub(crate) fn announce(
+    config: &NodeConfig,
+    session: &Session,
+    (direction, number): (Direction, usize),
+    topic: &Topic,
+    at: Announced,
+) -> zenoh::Result<Option<LivelinessToken>> {
+    if topic.announced != at {
+        return Ok(None);
+    }
+    let entity = entity(config, direction, number);
+    let token = topic.token(&config.name, &session.zid().to_string(), direction, entity);
+    session.liveliness().declare_token(token).wait().map(Some)
+}
+
+/// The number of a topic or service among all of the node, which has number 0.
+pub(crate) fn entity(config: &NodeConfig, direction: Direction, number: usize) -> usize {
+    let before = match direction {
+        Direction::Publish => 0,
+        Direction::Subscribe => config.publications.len(),
+        Direction::Serve => config.publications.len() + config.subscriptions.len(),
+        Direction::Call => config.publications.len() + config.subscriptions.len() + config.services.len(),
+    };
+    1 + before + number
+}
+
+impl DeclaredPublisher {
+    /// Sends a message.
+    pub(crate) fn put(&mut self, message: Vec<u8>) -> zenoh::Result<()> {
+        self.sequence += 1;
+        let message = ZBytes::from(message);
+        let attachment = ZBytes::from(attachment_now(self.sequence, self.gid));
+        if let Some(cache) = &self.cache {
+            cache.keep(message.clone(), attachment.clone());
+        }
+        self.publisher.put(message).attachment(attachment).wait()
+    }
+}

@@ -1,0 +1,106 @@
+//! Latched topics (transient local), with the keys of Zenoh's advanced publishers and subscribers, which
+//! rmw_zenoh uses: a publication answers queries for its newest messages, and announces that it does; a
+//! subscription queries each such publication once.
+//!
+//! The extension crate of Zenoh is not used: its interface is unstable, and would make that of Zenoh unstable
+//! for the whole workspace.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
+
+use zenoh::bytes::ZBytes;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
+use zenoh::query::{ConsolidationMode, Queryable, ReplyKeyExpr};
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use crate::shared::{Shared, lock};
+
+/// The parameter of a query that states the greatest number of messages.
+const MAX: &str = "_max";
+
+/// The newest messages of a publication.
+pub(crate) struct Cache {
+    newest: Arc<Mutex<VecDeque<(ZBytes, ZBytes)>>>,
+    depth: usize,
+    _queryable: Queryable<()>,
+    _token: LivelinessToken,
+}
+
+impl Cache {
+    /// Answers queries for the messages of a key; `number` is unique within the session.
+    pub(crate) fn declare(session: &Session, key: &str, number: usize, depth: usize) -> zenoh::Result<Self> {
+        let newest: Arc<Mutex<VecDeque<(ZBytes, ZBytes)>>> = Arc::default();
+        let own_key = format!("{key}/@adv/pub/{}/{number}/_", session.zid());
+        let (messages, message_key) = (Arc::clone(&newest), key.to_owned());
+        let queryable = session
+            .declare_queryable(&own_key)
+            .callback(move |query| {
+                let max = query.parameters().get(MAX).and_then(|max| max.parse().ok());
+                let messages = lock(&messages).clone();
+                let skipped = messages.len().saturating_sub(max.unwrap_or(usize::MAX));
+                for (message, attachment) in messages.into_iter().skip(skipped) {
+                    // One that cannot be sent is lost, as on an unreliable network.
+                    let _ = query.reply(&message_key, message).attachment(attachment).wait();
+                }
+            })
+            .wait()?;
+        Ok(Self {
+            newest,
+            depth,
+            _queryable: queryable,
+            _token: session.liveliness().declare_token(own_key).wait()?,
+        })
+    }
+
+    /// Keeps a message and its attachment.
+    pub(crate) fn keep(&self, message: ZBytes, attachment: ZBytes) {
+        let mut newest = lock(&self.newest);
+        if newest.len() >= self.depth {
+            newest.pop_front();
+        }
+        newest.push_back((message, attachment));
+    }
+}
+
+/// Reports every publication of a key that answers such queries.
+pub(crate) fn find_caches(
+    session: &Session,
+    key: &str,
+    shared: &Arc<Shared>,
+    subscription: usize,
+) -> zenoh::Result<Subscriber<()>> {
+    let shared = Arc::clone(shared);
+    session
+        .liveliness()
+        .declare_subscriber(format!("{key}/@adv/pub/**"))
+        .history(true)
+        .callback(move |sample| {
+            if sample.kind() == SampleKind::Put {
+                shared.found_cache(subscription, sample.key_expr().to_string());
+            }
+        })
+        .wait()
+}
+
+/// Queries the newest messages of a publication. Their arrival is reported later.
+pub(crate) fn query(
+    session: &Session,
+    cache: &str,
+    shared: &Arc<Shared>,
+    subscription: usize,
+    depth: usize,
+) -> zenoh::Result<()> {
+    let shared = Arc::clone(shared);
+    session
+        .get(format!("{cache}?{MAX}={depth}"))
+        .consolidation(ConsolidationMode::None)
+        .accept_replies(ReplyKeyExpr::Any)
+        .callback(move |reply| {
+            if let Ok(sample) = reply.into_result() {
+                shared.arrive(subscription, &sample, true);
+            }
+        })
+        .wait()
+}

@@ -1,0 +1,135 @@
+//! Services, as rmw_zenoh has them: a request is a query, and its response is the reply.
+
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use zenoh::bytes::ZBytes;
+use zenoh::query::{ConsolidationMode, Query, QueryTarget, Queryable};
+use zenoh::{Session, Wait};
+
+use crate::attachment::{Gid, attachment_now, parse};
+use crate::keys::Service;
+use crate::shared::{Shared, lock};
+
+/// A service that the node calls.
+#[derive(Clone, Debug)]
+pub struct Client {
+    /// The service.
+    pub service: Service,
+    /// How long it waits for a response.
+    pub timeout: Duration,
+}
+
+/// A request to a service of this node.
+#[derive(Debug)]
+pub struct Request {
+    /// The number of the service.
+    pub service: usize,
+    query: Query,
+}
+
+/// The outcome of a request of this node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Response {
+    /// The number of the request.
+    pub sequence: i64,
+    /// The message, or the reason why there is none.
+    pub outcome: Result<Vec<u8>, String>,
+}
+
+impl Request {
+    /// Its message.
+    #[must_use]
+    pub fn message(&self) -> Cow<'_, [u8]> {
+        self.query.payload().map_or(Cow::Borrowed(&[]), ZBytes::to_bytes)
+    }
+
+    /// Sends the response.
+    pub(crate) fn reply(self, response: Vec<u8>) -> zenoh::Result<()> {
+        let attachment = self.query.attachment().map(ZBytes::to_bytes);
+        let (sequence, gid) = attachment.as_deref().and_then(parse).unwrap_or_default();
+        self.query
+            .reply(self.query.key_expr(), response)
+            .attachment(attachment_now(sequence, gid))
+            .wait()
+    }
+}
+
+/// Offers a service of that key. Requests without a message or an attachment are ignored.
+pub(crate) fn serve(
+    session: &Session,
+    key: &str,
+    shared: &Arc<Shared>,
+    service: usize,
+) -> zenoh::Result<Queryable<()>> {
+    let shared = Arc::clone(shared);
+    session
+        .declare_queryable(key)
+        .complete(true)
+        .callback(move |query| {
+            let attachment = query.attachment().map(ZBytes::to_bytes);
+            if query.payload().is_some() && attachment.as_deref().and_then(parse).is_some() {
+                shared.request(Request { service, query });
+            }
+        })
+        .wait()
+}
+
+/// What reports the outcome of a call, at the latest when Zenoh drops it.
+struct Pending {
+    shared: Arc<Shared>,
+    client: usize,
+    sequence: i64,
+    error: Mutex<Option<String>>,
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        if let Some(error) = lock(&self.error).take() {
+            self.shared.respond(self.client, self.sequence, Err(error));
+        }
+    }
+}
+
+/// Sends a request. Its outcome is reported later: the first response, or the reason why there is none.
+pub(crate) fn call(
+    session: &Session,
+    key: &str,
+    shared: &Arc<Shared>,
+    (number, client): (usize, &Client),
+    (sequence, message): (i64, Vec<u8>),
+    gid: Gid,
+) {
+    let pending = Pending {
+        shared: Arc::clone(shared),
+        client: number,
+        sequence,
+        error: Mutex::new(Some(format!("no node answers `{}`", client.service.name))),
+    };
+    // If it cannot be sent, the callback is dropped.
+    let _ = session
+        .get(key)
+        .target(QueryTarget::AllComplete)
+        .consolidation(ConsolidationMode::None)
+        .timeout(client.timeout)
+        .payload(message)
+        .attachment(attachment_now(sequence, gid))
+        .callback(move |reply| {
+            let mut error = lock(&pending.error);
+            match reply.into_result() {
+                Ok(sample) => {
+                    if error.take().is_some() {
+                        let message = sample.payload().to_bytes().into_owned();
+                        pending.shared.respond(number, sequence, Ok(message));
+                    }
+                }
+                Err(refusal) => {
+                    if let (Some(error), Ok(text)) = (&mut *error, refusal.payload().try_to_string()) {
+                        *error = format!("{error}: {text}");
+                    }
+                }
+            }
+        })
+        .wait();
+}

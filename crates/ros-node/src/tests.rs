@@ -1,0 +1,209 @@
+//! Two nodes, over a router of Zenoh in this process, and real sockets of the loopback interface.
+
+use std::net::TcpListener;
+use std::thread;
+use std::time::Duration;
+
+use jde_ros::interface::standard;
+use jde_types::{Twist, Value};
+use jde_watchdog::Watchdog;
+use serde_json::json;
+use zenoh::{Session, Wait};
+
+use super::*;
+
+const TRIGGER: &str = "std_srvs/srv/Trigger";
+
+/// A router at an unused address.
+struct Router {
+    address: String,
+    _session: Session,
+    _watchdog: Watchdog,
+}
+
+impl Router {
+    fn open() -> Self {
+        let watchdog = Watchdog::for_test();
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+        let address = format!("tcp/{port}");
+        let mut config = zenoh::Config::default();
+        for (key, value) in [
+            ("mode", "\"router\"".to_owned()),
+            ("listen/endpoints", format!("[\"{address}\"]")),
+            ("scouting/multicast/enabled", "false".to_owned()),
+        ] {
+            config.insert_json5(key, &value).unwrap();
+        }
+        Self {
+            address,
+            _session: zenoh::open(config).wait().unwrap(),
+            _watchdog: watchdog,
+        }
+    }
+
+    /// A node without topics and services.
+    fn node(&self, node: &str) -> NodeConfig {
+        let settings = Settings {
+            config: "",
+            connect: &self.address,
+            listen: "",
+            has_endpoint: true,
+            domain: 5,
+            namespace: "",
+            node,
+            owner: "",
+        };
+        NodeConfig::new(settings.name().unwrap(), settings.connection_config().unwrap())
+    }
+}
+
+fn until<T>(mut result: impl FnMut() -> Option<T>) -> T {
+    loop {
+        if let Some(result) = result() {
+            return result;
+        }
+        thread::yield_now();
+    }
+}
+
+fn stop() -> Service {
+    Service::new("/pioneer/stop".to_owned(), TRIGGER, standard()).unwrap()
+}
+
+fn client(timeout: Duration) -> Client {
+    Client {
+        service: stop(),
+        timeout,
+    }
+}
+
+fn request() -> Vec<u8> {
+    standard()
+        .encode("std_srvs/srv/Trigger_Request", &json!({}))
+        .unwrap()
+}
+
+#[test]
+fn a_request_has_the_response_of_the_node_that_offers_the_service() {
+    let router = Router::open();
+    let caller = Node::start(NodeConfig {
+        clients: vec![client(Duration::from_secs(60))],
+        ..router.node("caller")
+    })
+    .unwrap();
+    let server = Node::start(NodeConfig {
+        services: vec![stop()],
+        ..router.node("server")
+    })
+    .unwrap();
+    until(|| caller.has_server(0).then_some(()));
+    for expected in 1..=3 {
+        assert_eq!(caller.call(0, request()), expected);
+        let request = until(|| server.take_request(Duration::from_millis(10)));
+        assert_eq!((request.service, &*request.message()), (0, &*self::request()));
+        let text = format!("stop {expected}");
+        let response = json!({ "success": true, "message": text });
+        let message = standard()
+            .encode("std_srvs/srv/Trigger_Response", &response)
+            .unwrap();
+        server.reply(request, message.clone());
+        let response = until(|| caller.take_response(0));
+        assert_eq!((response.sequence, response.outcome), (expected, Ok(message)));
+    }
+    server.close();
+    until(|| (!caller.has_server(0)).then_some(()));
+}
+
+#[test]
+fn a_request_without_a_response_fails_with_the_reason() {
+    let router = Router::open();
+    let caller = Node::start(NodeConfig {
+        clients: vec![client(Duration::from_millis(300))],
+        ..router.node("caller")
+    })
+    .unwrap();
+    let outcome = |caller: &Node| until(|| caller.take_response(0)).outcome.unwrap_err();
+    caller.call(0, request());
+    assert!(outcome(&caller).contains("no node answers `/pioneer/stop`"));
+    let server = Node::start(NodeConfig {
+        services: vec![stop()],
+        ..router.node("server")
+    })
+    .unwrap();
+    until(|| caller.has_server(0).then_some(()));
+    caller.call(0, request());
+    let kept = until(|| server.take_request(Duration::from_millis(10)));
+    assert!(outcome(&caller).contains("no node answers `/pioneer/stop`"));
+    drop(kept);
+}
+
+#[test]
+fn a_latched_topic_has_its_newest_messages_for_subscriptions_of_any_time() {
+    let router = Router::open();
+    let topic = Topic::new(
+        "/map".to_owned(),
+        &Twist::describe(),
+        Quality {
+            depth: 2,
+            ..Quality::LATCHED
+        },
+    );
+    let publisher = Node::start(NodeConfig {
+        publications: vec![topic.clone()],
+        ..router.node("publisher")
+    })
+    .unwrap();
+    let subscribe = |node: &str| {
+        Node::start(NodeConfig {
+            subscriptions: vec![topic.clone()],
+            ..router.node(node)
+        })
+        .unwrap()
+    };
+    let early = subscribe("early");
+    for number in 0..3 {
+        publisher.append(0, vec![number]);
+        until(|| publisher.has_sent(0).then_some(()));
+    }
+    let receive = |node: &Node, last: u8| {
+        let mut received = Vec::new();
+        until(|| {
+            let messages = node.take_all(0).into_iter();
+            received.extend(messages.map(|message| message.message.to_bytes()[0]));
+            (received.last() == Some(&last)).then_some(())
+        });
+        received
+    };
+    assert!(receive(&early, 2).is_sorted());
+    assert_eq!(receive(&subscribe("late"), 2), [1, 2]);
+    publisher.append(0, vec![3]);
+    assert_eq!(receive(&early, 3), [3]);
+}
+
+#[test]
+fn appended_messages_wait_up_to_the_depth_of_their_topic() {
+    let router = Router::open();
+    let topic = Topic::new("/log".to_owned(), &Twist::describe(), Quality::DEFAULT);
+    let publisher = Node::start(NodeConfig {
+        publications: vec![topic.clone()],
+        ..router.node("publisher")
+    })
+    .unwrap();
+    let config = &router.node("subscriber");
+    let session = zenoh::open(config.config.clone()).wait().unwrap();
+    let subscriber = session
+        .declare_subscriber(topic.key(&config.name))
+        .wait()
+        .unwrap();
+    until(|| publisher.has_subscribers(0).then_some(()));
+    // More than the depth, faster than they can be sent: the newest ones arrive in order.
+    (0..100).for_each(|number| publisher.append(0, vec![number]));
+    let mut received = Vec::new();
+    while received.last() != Some(&99) {
+        received.push(subscriber.recv().unwrap().payload().to_bytes()[0]);
+    }
+    assert!(
+        received.is_sorted() && received.ends_with(&Vec::from_iter(90..100)),
+        "{received:?}"
+    );
+}

@@ -1,0 +1,165 @@
+//! Hashes and values of interfaces, against those of ROS 2.
+
+use proptest::prelude::*;
+use serde_json::json;
+
+use super::*;
+
+/// Hashes of ROS 2 Jazzy, from the descriptions that `rosidl_generator_type_description` makes.
+const JAZZY: &[(&str, &str)] = &[
+    (
+        "service_msgs/msg/ServiceEventInfo",
+        "41bcbbe07a75c9b52bc96bfd5c24d7f0fc0a08c0cb7921b3373c5732345a6f45",
+    ),
+    (
+        "rcl_interfaces/msg/ParameterEvent",
+        "043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204",
+    ),
+    (
+        "rcl_interfaces/msg/Log",
+        "e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac",
+    ),
+    (
+        "lifecycle_msgs/msg/TransitionEvent",
+        "d5f8873a2f0146498f812d7885c7327ce27e463d36811d8792f35ee38c0d6c38",
+    ),
+    (
+        "rcl_interfaces/srv/ListParameters",
+        "3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d",
+    ),
+    (
+        "rcl_interfaces/srv/GetParameters",
+        "bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc",
+    ),
+    (
+        "rcl_interfaces/srv/GetParameterTypes",
+        "da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca",
+    ),
+    (
+        "rcl_interfaces/srv/DescribeParameters",
+        "845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff",
+    ),
+    (
+        "rcl_interfaces/srv/SetParameters",
+        "56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0",
+    ),
+    (
+        "rcl_interfaces/srv/SetParametersAtomically",
+        "0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd",
+    ),
+    (
+        "lifecycle_msgs/srv/ChangeState",
+        "356fe34f0475a43acf54542013af4167b0e729f77ea22ffb045c6ad8e20668e5",
+    ),
+    (
+        "lifecycle_msgs/srv/GetState",
+        "800a0a5aae599782b02932de0caf563f6dc4e7e94b794eadde075ba2cbef9795",
+    ),
+    (
+        "lifecycle_msgs/srv/GetAvailableStates",
+        "00a07d79d2207d71e81a8cbc1880e5d924cc16d4688ea8e8e06e443dc8f8aa1d",
+    ),
+    (
+        "lifecycle_msgs/srv/GetAvailableTransitions",
+        "59b7ecefce0982a8a844b9f2c4f14764c1c4543cc55e72924e2aa4adad83e9bc",
+    ),
+    (
+        "std_srvs/srv/Empty",
+        "5888399dedec5ccc85ea6451949fd2c9f97bfdf963f9a588821639fcd31b5d19",
+    ),
+    (
+        "std_srvs/srv/Trigger",
+        "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f",
+    ),
+    (
+        "std_srvs/srv/SetBool",
+        "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a",
+    ),
+];
+
+#[test]
+fn interfaces_have_the_hashes_of_ros() {
+    for (name, hash) in JAZZY {
+        assert_eq!(standard().hash(name), Some(format!("RIHS01_{hash}")), "{name}");
+    }
+    assert_eq!(standard().hash("std_srvs/srv/Other"), None);
+}
+
+#[test]
+fn a_value_is_a_message_in_the_layout_of_cdr() {
+    let value = json!({ "sec": -2, "nanosec": 7 });
+    let message = standard().encode("builtin_interfaces/msg/Time", &value).unwrap();
+    assert_eq!(message, [0, 1, 0, 0, 0xfe, 0xff, 0xff, 0xff, 7, 0, 0, 0]);
+    let empty = standard()
+        .encode("std_srvs/srv/Trigger_Request", &json!({}))
+        .unwrap();
+    assert_eq!(empty, [0, 1, 0, 0, 0]);
+    let text = standard()
+        .encode(
+            "std_srvs/srv/Trigger_Response",
+            &json!({ "success": true, "message": "é" }),
+        )
+        .unwrap();
+    assert_eq!(text, [0, 1, 0, 0, 1, 0, 0, 0, 3, 0, 0, 0, 0xc3, 0xa9, 0]);
+}
+
+#[test]
+fn a_value_of_every_kind_survives() {
+    let parameter = json!({ "name": "goon.fast", "value": {
+        "type": 9, "bool_value": true, "integer_value": i64::MIN, "double_value": -0.5, "string_value": "a",
+        "byte_array_value": [255], "bool_array_value": [], "integer_array_value": [1, -1],
+        "double_array_value": [1e300], "string_array_value": ["", "b"] } });
+    let event = json!({ "stamp": { "sec": 1, "nanosec": 2 }, "node": "/x", "new_parameters": [],
+        "changed_parameters": [parameter.clone(), parameter], "deleted_parameters": [] });
+    let message = standard()
+        .encode("rcl_interfaces/msg/ParameterEvent", &event)
+        .unwrap();
+    assert_eq!(
+        standard().decode("rcl_interfaces/msg/ParameterEvent", &message),
+        Ok(event)
+    );
+}
+
+#[test]
+fn what_does_not_fit_is_refused_by_name() {
+    let said = |name: &str, value| standard().encode(name, &value).unwrap_err().to_string();
+    assert_eq!(
+        said("builtin_interfaces/msg/Time", json!({ "sec": 1.5 })),
+        "`sec`: 1.5 is no int32"
+    );
+    assert_eq!(
+        said("builtin_interfaces/msg/Time", json!({ "sec": 3_000_000_000_u32 })),
+        "`sec`: 3000000000 is no int32"
+    );
+    assert_eq!(
+        said("lifecycle_msgs/msg/State", json!({ "name": "x" })),
+        "`lifecycle_msgs/msg/State` has no field `name`"
+    );
+    let two = json!({ "integer_range": [{}, {}] });
+    assert!(said("rcl_interfaces/msg/ParameterDescriptor", two).contains("list of this length"));
+    let mut interfaces = Interfaces::default();
+    let refused = |interfaces: &mut Interfaces, text| interfaces.message("a/msg/B", text).unwrap_err().reason;
+    assert_eq!(
+        refused(&mut interfaces, "Other x"),
+        "this type is not defined before"
+    );
+    assert_eq!(refused(&mut interfaces, "float64"), "expected a type and a name");
+    assert_eq!(refused(&mut interfaces, "float64[ x"), "a `]` is missing");
+    assert!(
+        interfaces
+            .message("a/msg/B", "# none\nuint8 A=1\nuint8 B = 2\n")
+            .is_ok()
+    );
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_bytes_cause_no_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        bytes.splice(..0, [0, 1, 0, 0]);
+        for name in ["rcl_interfaces/srv/SetParameters_Request", "diagnostic_msgs/msg/DiagnosticArray"] {
+            if let Ok(value) = standard().decode(name, &bytes) {
+                prop_assert!(standard().encode(name, &value).is_ok());
+            }
+        }
+    }
+}
