@@ -182,7 +182,7 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
         (
             vec![Entry::new::<Imu>("subscribe", "imu").settings(&qos)],
             "imu",
-            "expected one of sensor_data",
+            "`qos` is \"fast\"",
         ),
         (
             vec![Entry::new::<Imu>("subscribe", "imu").settings(&yaw)],

@@ -463,3 +463,25 @@ fn a_message_that_does_not_fit_is_reported_once() {
     }
     assert_eq!(fixture.bench.exported::<PoseStamped>("goal"), None);
 }
+
+#[test]
+fn a_latched_value_reaches_who_subscribes_later_both_ways() {
+    let address = unused_address();
+    let _router = open_router(&address);
+    let map = |list: &str| Entry::new::<OccupancyGrid>(list, "map");
+    let mut early = Fixture::<Topics>::with_lists(&address, &[map("publish")]).awake();
+    early.until_note(Connection::CONNECTED, &address);
+    let mut grid = OccupancyGrid::boxed();
+    grid.info.width = 3;
+    early.bench.import("map", &*grid);
+    for _ in 0..50 {
+        early.step();
+    }
+    let mut late = Fixture::<Topics>::with_lists(&address, &[map("subscribe")]).awake();
+    late.until(|bench| {
+        early.step();
+        bench
+            .exported_in_place::<OccupancyGrid>("map")
+            .is_some_and(|map| map.info.width == 3)
+    });
+}

@@ -21,6 +21,8 @@ pub(super) struct TopicPublication {
     /// Its number among the publications of the node.
     number: usize,
     form: MessageForm,
+    /// Whether a value is sent without a subscriber too, for those that begin later.
+    is_latched: bool,
     period: Duration,
     sent: u64,
     sent_at: Option<Duration>,
@@ -57,7 +59,7 @@ impl Spread {
 pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Result<(), String> {
     topic_name(namespace, import.label())?;
     let (settings, value_type) = (import.settings(), import.value_type());
-    quality(settings.qos.as_str(), value_type)?;
+    quality(settings.quality(), value_type)?;
     if settings.mount != Pose2D::ORIGIN && !is_of::<LaserScan>(value_type) {
         return Err("`mount` is of laser scans, and this is none".to_owned());
     }
@@ -97,7 +99,7 @@ impl TopicPublication {
         check(namespace, import).map_err(|error| format!("`{}` in `publish`: {error}", import.label()))?;
         let (number, value_type) = (topics.len(), import.value_type());
         let (name, settings) = (topic_name(namespace, import.label())?, import.settings());
-        let quality = quality(settings.qos.as_str(), value_type)?;
+        let quality = quality(settings.quality(), value_type)?;
         let form = if is_of::<RangeRing>(value_type) {
             let codec = Codec::new();
             topics.push(codec.topic(name, quality));
@@ -117,6 +119,7 @@ impl TopicPublication {
         Ok(Self {
             number,
             form,
+            is_latched: quality.latched,
             period: Duration::from_secs_f64(settings.period),
             sent: 0,
             sent_at: None,
@@ -180,9 +183,10 @@ impl TopicPublication {
             MessageForm::Velocity(_) => self.number..=self.number + 1,
             _ => self.number..=self.number,
         };
-        numbers
-            .into_iter()
-            .any(|number| connection.node.has_subscribers(number))
+        self.is_latched
+            || numbers
+                .into_iter()
+                .any(|number| connection.node.has_subscribers(number))
     }
 }
 

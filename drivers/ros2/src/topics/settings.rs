@@ -2,6 +2,8 @@
 
 use jde_schema::prelude::*;
 
+use super::quality::QualitySettings;
+
 /// How a variable is published.
 #[derive(Clone, Copy, Debug, Value)]
 #[repr(C)]
@@ -12,13 +14,19 @@ pub(crate) struct Publication {
     pub(crate) period: f64,
     /// Pose on the base of the sensor whose laser scans these are.
     pub(crate) mount: Pose2D,
-    /// Quality of service: "sensor_data" or "default"; empty for that of the type.
+    /// Quality of service: "sensor_data", "default" or "latched"; empty for that of the type.
     pub(crate) qos: Text<28>,
+    /// "reliable" or "best_effort" instead of that of the quality.
+    pub(crate) reliability: Text<12>,
+    /// "volatile" or "transient_local" instead of that of the quality.
+    pub(crate) durability: Text<24>,
+    /// The messages that are kept, instead of that of the quality.
+    pub(crate) depth: u32,
     /// Frame of the messages instead of that of the values; empty for theirs.
-    pub(crate) frame: Text<60>,
+    pub(crate) frame: Text<64>,
     /// Whether an odometry is also the transform from its frame to the base.
     pub(crate) transform: Flag,
-    pub(crate) padding: Padding<7>,
+    pub(crate) padding: Padding<3>,
 }
 
 /// How a topic is exported.
@@ -32,8 +40,14 @@ pub(crate) struct Subscription {
     /// Rotation to the left of the scanner whose scans these are.
     #[value(unit = "rad")]
     pub(crate) yaw: f64,
-    /// Quality of service: "sensor_data" or "default"; empty for that of the type.
+    /// Quality of service: "sensor_data", "default" or "latched"; empty for that of the type.
     pub(crate) qos: Text<28>,
+    /// "reliable" or "best_effort" instead of that of the quality.
+    pub(crate) reliability: Text<12>,
+    /// "volatile" or "transient_local" instead of that of the quality.
+    pub(crate) durability: Text<24>,
+    /// The messages that are kept, instead of that of the quality.
+    pub(crate) depth: u32,
 }
 
 impl Publication {
@@ -42,10 +56,22 @@ impl Publication {
         period: 0.0,
         mount: Pose2D::ORIGIN,
         qos: Text::new(""),
+        reliability: Text::new(""),
+        durability: Text::new(""),
+        depth: 0,
         frame: Text::new(""),
         transform: Flag::TRUE,
         padding: Padding::ZERO,
     };
+
+    pub(super) fn quality(&self) -> QualitySettings<'_> {
+        QualitySettings {
+            qos: self.qos.as_str(),
+            reliability: self.reliability.as_str(),
+            durability: self.durability.as_str(),
+            depth: self.depth,
+        }
+    }
 }
 
 impl Subscription {
@@ -54,5 +80,17 @@ impl Subscription {
         stale: -1.0,
         yaw: 0.0,
         qos: Text::new(""),
+        reliability: Text::new(""),
+        durability: Text::new(""),
+        depth: 0,
     };
+
+    pub(super) fn quality(&self) -> QualitySettings<'_> {
+        QualitySettings {
+            qos: self.qos.as_str(),
+            reliability: self.reliability.as_str(),
+            durability: self.durability.as_str(),
+            depth: self.depth,
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! A topic that the application file exports: its newest message, while it is fresh.
 
-use jde_ros_node::Topic;
+use jde_ros_node::{Quality, Topic};
 use jde_schema::ListedExport;
 use jde_schema::describe::Type;
 use jde_schema::prelude::*;
@@ -44,7 +44,7 @@ enum MessageForm {
 pub(super) fn check(namespace: &str, export: &ListedExport<Subscription>) -> Result<(), String> {
     topic_name(namespace, export.label())?;
     let (settings, value_type) = (export.settings(), export.value_type());
-    quality(settings.qos.as_str(), value_type)?;
+    quality(settings.quality(), value_type)?;
     if settings.yaw != 0.0 && !is_of::<LaserScan>(value_type) {
         return Err("`yaw` is of laser scans, and this is none".to_owned());
     }
@@ -58,15 +58,15 @@ pub(super) fn check(namespace: &str, export: &ListedExport<Subscription>) -> Res
 }
 
 /// The age at which a value is retracted.
-fn stale(stated: f64, value_type: &Type) -> Option<Duration> {
+fn stale(stated: f64, value_type: &Type, quality: Quality) -> Option<Duration> {
     if stated >= 0.0 {
         return (stated > 0.0).then(|| Duration::from_secs_f64(stated));
     }
-    Some(if is_of::<Twist>(value_type) {
-        STALE_VELOCITY
-    } else {
-        STALE
-    })
+    match quality.latched {
+        true => None,
+        false if is_of::<Twist>(value_type) => Some(STALE_VELOCITY),
+        false => Some(STALE),
+    }
 }
 
 impl TopicExport {
@@ -79,7 +79,7 @@ impl TopicExport {
         check(namespace, export).map_err(|error| format!("`{}` in `subscribe`: {error}", export.label()))?;
         let (number, value_type) = (topics.len(), export.value_type());
         let (name, settings) = (topic_name(namespace, export.label())?, export.settings());
-        let quality = quality(settings.qos.as_str(), value_type)?;
+        let quality = quality(settings.quality(), value_type)?;
         let form = if is_of::<LaserScan>(value_type) {
             let codec = Codec::new();
             topics.push(codec.topic(name.clone(), quality));
@@ -100,7 +100,7 @@ impl TopicExport {
         Ok(Self {
             name,
             form,
-            stale: stale(settings.stale, value_type),
+            stale: stale(settings.stale, value_type, quality),
             last_received: None,
         })
     }
