@@ -110,8 +110,11 @@ impl RosConnection {
         time
     }
 
-    /// Returns when a message of a topic with this stamp and arrival was measured.
+    /// Returns when a message of a topic with this stamp and arrival was measured: at its arrival if it has no stamp.
     pub(crate) fn measured(&mut self, cx: &Context, topic: &str, stamp: Time, arrived: Duration) -> Duration {
+        if stamp == Time::default() {
+            return arrived;
+        }
         match self.clock.measured(stamp, arrived) {
             Measured::At(time) => time,
             Measured::OnArrival(time, ahead) => {
