@@ -3,6 +3,7 @@
 
 #![deny(missing_docs)]
 
+mod action;
 mod attachment;
 mod clock;
 mod declare;
@@ -15,6 +16,7 @@ mod session;
 mod settings;
 mod shared;
 
+pub use action::{Action, ActionClient, ActionServer, GoalEvent, GoalId, GoalStatus, ServerEvent};
 pub use clock::{Clock, Measured};
 pub use keys::{Announced, Direction, NodeName, Quality, Service, Topic};
 pub use node::{Node, NodeConfig, NodeState, ReceivedMessage};

@@ -15,14 +15,14 @@ use super::*;
 const TRIGGER: &str = "std_srvs/srv/Trigger";
 
 /// A router at an unused address.
-struct Router {
+pub(crate) struct Router {
     address: String,
     _session: Session,
     _watchdog: Watchdog,
 }
 
 impl Router {
-    fn open() -> Self {
+    pub(crate) fn open() -> Self {
         let watchdog = Watchdog::for_test();
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
         let address = format!("tcp/{port}");
@@ -42,7 +42,7 @@ impl Router {
     }
 
     /// A node without topics and services.
-    fn node(&self, node: &str) -> NodeConfig {
+    pub(crate) fn node(&self, node: &str) -> NodeConfig {
         let settings = Settings {
             config: "",
             connect: &self.address,
@@ -57,7 +57,7 @@ impl Router {
     }
 }
 
-fn until<T>(mut result: impl FnMut() -> Option<T>) -> T {
+pub(crate) fn until<T>(mut result: impl FnMut() -> Option<T>) -> T {
     loop {
         if let Some(result) = result() {
             return result;

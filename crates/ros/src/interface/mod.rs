@@ -1,5 +1,5 @@
-//! Interfaces of ROS 2 as their definitions state them, with texts and sequences of any length: messages and
-//! services, their hashes (REP-2016), and their values in JSON. The values of schemas have a fixed size, and use
+//! Interfaces of ROS 2 as their definitions state them, with texts and sequences of any length: messages, services
+//! and actions, their hashes (REP-2016), and their values in JSON. The values of schemas have a fixed size, and use
 //! [`definition`](crate::definition) and [`cdr`](crate::cdr) instead.
 
 mod standard;
@@ -107,7 +107,7 @@ impl Interfaces {
         let response: Vec<_> = lines.collect();
         self.message(&format!("{name}_Request"), &request.join("\n"))?;
         self.message(&format!("{name}_Response"), &response.join("\n"))?;
-        let short = name.replace("/srv/", "/");
+        let short = name.replace("/srv/", "/").replace("/action/", "/");
         let event = format!(
             "service_msgs/ServiceEventInfo info\n{short}_Request[<=1] request\n{short}_Response[<=1] response"
         );
@@ -116,6 +116,33 @@ impl Interfaces {
             "{short}_Request request_message\n{short}_Response response_message\n{short}_Event event_message"
         );
         self.message(name, &whole)
+    }
+
+    /// Adds an action: its messages `NAME_Goal`, `NAME_Result`, `NAME_Feedback` and `NAME_FeedbackMessage`, and its
+    /// services `NAME_SendGoal` and `NAME_GetResult`.
+    ///
+    /// # Errors
+    /// [`InterfaceError`].
+    pub fn action(&mut self, name: &str, definition: &str) -> Result<(), InterfaceError> {
+        let mut lines = definition.lines();
+        for part in ["Goal", "Result", "Feedback"] {
+            let own: Vec<_> = lines.by_ref().take_while(|line| line.trim() != RULE).collect();
+            self.message(&format!("{name}_{part}"), &own.join("\n"))?;
+        }
+        let short = name.replace("/action/", "/");
+        let id = "unique_identifier_msgs/UUID goal_id";
+        self.service(
+            &format!("{name}_SendGoal"),
+            &format!("{id}\n{short}_Goal goal\n{RULE}\nbool accepted\nbuiltin_interfaces/Time stamp"),
+        )?;
+        self.service(
+            &format!("{name}_GetResult"),
+            &format!("{id}\n{RULE}\nint8 status\n{short}_Result result"),
+        )?;
+        self.message(
+            &format!("{name}_FeedbackMessage"),
+            &format!("{id}\n{short}_Feedback feedback"),
+        )
     }
 
     /// Returns the hash of an interface, as in `RIHS01_eeff2cd6...`; `None` for one that was not added.
@@ -164,7 +191,7 @@ impl Interfaces {
         let package = interface.split('/').next().unwrap_or_default();
         let (package, name) = element.rsplit_once('/').unwrap_or((package, element));
         let package = package.trim_end_matches("/msg");
-        ["msg", "srv"]
+        ["msg", "srv", "action"]
             .iter()
             .map(|folder| format!("{package}/{folder}/{name}"))
             .find(|name| self.0.contains_key(name))

@@ -76,6 +76,23 @@ const MESSAGES: &[(&str, &str)] = &[
         "diagnostic_msgs/msg/DiagnosticArray",
         "std_msgs/Header header\nDiagnosticStatus[] status",
     ),
+    ("unique_identifier_msgs/msg/UUID", "uint8[16] uuid"),
+    (
+        "action_msgs/msg/GoalInfo",
+        "unique_identifier_msgs/UUID goal_id\nbuiltin_interfaces/Time stamp",
+    ),
+    ("action_msgs/msg/GoalStatus", "GoalInfo goal_info\nint8 status"),
+    ("action_msgs/msg/GoalStatusArray", "GoalStatus[] status_list"),
+    ("geometry_msgs/msg/Point", "float64 x\nfloat64 y\nfloat64 z"),
+    (
+        "geometry_msgs/msg/Quaternion",
+        "float64 x\nfloat64 y\nfloat64 z\nfloat64 w",
+    ),
+    ("geometry_msgs/msg/Pose", "Point position\nQuaternion orientation"),
+    (
+        "geometry_msgs/msg/PoseStamped",
+        "std_msgs/Header header\nPose pose",
+    ),
 ];
 
 const SERVICES: &[(&str, &str)] = &[
@@ -116,6 +133,10 @@ const SERVICES: &[(&str, &str)] = &[
         "lifecycle_msgs/srv/GetAvailableTransitions",
         "---\nTransitionDescription[] available_transitions",
     ),
+    (
+        "action_msgs/srv/CancelGoal",
+        "GoalInfo goal_info\n---\nint8 return_code\nGoalInfo[] goals_canceling",
+    ),
     ("std_srvs/srv/Empty", "---"),
     ("std_srvs/srv/Trigger", "---\nbool success\nstring message"),
     (
@@ -124,7 +145,16 @@ const SERVICES: &[(&str, &str)] = &[
     ),
 ];
 
-/// The interfaces of time, services, parameters, life cycles, logs, diagnostics, and of `std_srvs`.
+/// The one of Nav2 has this form in Jazzy and Kilted.
+const ACTIONS: &[(&str, &str)] = &[(
+    "nav2_msgs/action/NavigateToPose",
+    "geometry_msgs/PoseStamped pose\nstring behavior_tree\n---\nuint16 error_code\nstring error_msg\n---\n\
+     geometry_msgs/PoseStamped current_pose\nbuiltin_interfaces/Duration navigation_time\n\
+     builtin_interfaces/Duration estimated_time_remaining\nint16 number_of_recoveries\nfloat32 distance_remaining",
+)];
+
+/// The interfaces of time, services, parameters, life cycles, logs, diagnostics, actions, of `std_srvs`,
+/// and the action of Nav2.
 pub fn standard() -> &'static Interfaces {
     static STANDARD: LazyLock<Interfaces> = LazyLock::new(|| {
         let mut interfaces = Interfaces::default();
@@ -134,7 +164,13 @@ pub fn standard() -> &'static Interfaces {
         let services = SERVICES
             .iter()
             .try_for_each(|(name, definition)| interfaces.service(name, definition));
-        messages.and(services).expect("the definitions above are valid");
+        let actions = ACTIONS
+            .iter()
+            .try_for_each(|(name, definition)| interfaces.action(name, definition));
+        messages
+            .and(services)
+            .and(actions)
+            .expect("the definitions above are valid");
         interfaces
     });
     &STANDARD

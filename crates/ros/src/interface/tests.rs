@@ -75,7 +75,62 @@ const JAZZY: &[(&str, &str)] = &[
         "std_srvs/srv/SetBool",
         "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a",
     ),
+    (
+        "action_msgs/srv/CancelGoal",
+        "573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a",
+    ),
+    (
+        "action_msgs/msg/GoalStatusArray",
+        "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
+    ),
 ];
+
+#[test]
+fn the_parts_of_an_action_have_the_hashes_of_ros() {
+    let mut interfaces = standard().clone();
+    for (name, definition) in [
+        ("geometry_msgs/msg/Vector3", "float64 x\nfloat64 y\nfloat64 z"),
+        (
+            "geometry_msgs/msg/Transform",
+            "Vector3 translation\nQuaternion rotation",
+        ),
+        (
+            "geometry_msgs/msg/TransformStamped",
+            "std_msgs/Header header\nstring child_frame_id\nTransform transform",
+        ),
+        (
+            "tf2_msgs/msg/TF2Error",
+            "uint8 NO_ERROR=0\nuint8 error\nstring error_string",
+        ),
+    ] {
+        interfaces.message(name, definition).unwrap();
+    }
+    interfaces
+        .action(
+            "tf2_msgs/action/LookupTransform",
+            "string target_frame\nstring source_frame\nbuiltin_interfaces/Time source_time\n\
+             builtin_interfaces/Duration timeout\nbuiltin_interfaces/Time target_time\nstring fixed_frame\n\
+             bool advanced\n---\ngeometry_msgs/TransformStamped transform\ntf2_msgs/TF2Error error\n---\n",
+        )
+        .unwrap();
+    for (part, hash) in [
+        (
+            "SendGoal",
+            "4646ff5706c86b04d0a1098d329951a9731a7517e16702905de6073cc72c8530",
+        ),
+        (
+            "GetResult",
+            "3cd1715751899e3167b5aec3e4ac194f7da9e8493a77285f9f6a4c914f5e8b24",
+        ),
+        (
+            "FeedbackMessage",
+            "10cb89922dcb103e95c185d43e8a5efa3d38db996f733151a2f3e2ac133f4839",
+        ),
+    ] {
+        let name = format!("tf2_msgs/action/LookupTransform_{part}");
+        assert_eq!(interfaces.hash(&name), Some(format!("RIHS01_{hash}")), "{part}");
+    }
+}
 
 #[test]
 fn interfaces_have_the_hashes_of_ros() {

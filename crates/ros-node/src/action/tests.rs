@@ -1,0 +1,152 @@
+//! Both ends of an action, over a router of Zenoh in this process.
+
+use std::time::Duration;
+
+use jde_ros::interface::standard;
+use serde_json::json;
+
+use super::*;
+use crate::Node;
+use crate::tests::{Router, until};
+
+fn action() -> Action {
+    Action {
+        name: "/navigate_to_pose".to_owned(),
+        type_name: "nav2_msgs/action/NavigateToPose",
+        interfaces: standard(),
+    }
+}
+
+/// A node at each end, which know each other.
+struct Ends {
+    client: ActionClient,
+    caller: Node,
+    server: ActionServer,
+    worker: Node,
+    _router: Router,
+}
+
+impl Ends {
+    fn new() -> Self {
+        let router = Router::open();
+        let mut config = router.node("caller");
+        let client = ActionClient::declare(action(), &mut config);
+        let caller = Node::start(config).unwrap();
+        let mut config = router.node("worker");
+        let server = ActionServer::declare(action(), &mut config);
+        let worker = Node::start(config).unwrap();
+        until(|| client.has_server(&caller).then_some(()));
+        Self {
+            client,
+            caller,
+            server,
+            worker,
+            _router: router,
+        }
+    }
+
+    /// Waits for the next request at the server, which accepts goals without a behaviour tree.
+    fn requested(&mut self) -> ServerEvent {
+        let accepts = |goal: &Value| goal["behavior_tree"] == "";
+        until(|| {
+            let events = self.server.poll(&self.worker, Duration::from_secs(9), accepts);
+            assert!(events.len() < 2, "{events:?}");
+            events.into_iter().next()
+        })
+    }
+
+    /// Waits for the next event at the client. The server answers requests meanwhile.
+    fn happened(&mut self) -> GoalEvent {
+        until(|| {
+            let requests = self.server.poll(&self.worker, Duration::from_secs(9), |_| false);
+            assert_eq!(requests, []);
+            self.client.poll(&self.caller).into_iter().next()
+        })
+    }
+
+    /// Sends a goal, which the server accepts.
+    fn goal(&mut self) -> GoalId {
+        self.client.send(
+            &self.caller,
+            &json!({ "pose": { "pose": { "position": { "x": 2.5 } } } }),
+        );
+        let ServerEvent::Accepted(id, goal) = self.requested() else {
+            panic!("a goal was sent");
+        };
+        assert_eq!(goal["pose"]["pose"]["position"]["x"], 2.5);
+        assert_eq!(self.happened(), GoalEvent::Accepted);
+        id
+    }
+}
+
+#[test]
+fn a_goal_is_accepted_has_feedback_and_ends_with_its_result() {
+    let mut ends = Ends::new();
+    let id = ends.goal();
+    until(|| ends.worker.has_subscribers(0).then_some(()));
+    ends.server
+        .feedback(&ends.worker, id, &json!({ "distance_remaining": 1.5 }));
+    let GoalEvent::Feedback(feedback) = ends.happened() else {
+        panic!("there is feedback");
+    };
+    assert_eq!(feedback["distance_remaining"], 1.5);
+    let result = json!({ "error_code": 3, "error_msg": "no way" });
+    ends.server
+        .end(&ends.worker, id, GoalStatus::Aborted, result.clone());
+    assert_eq!(ends.happened(), GoalEvent::Ended(GoalStatus::Aborted, result));
+    assert!(!ends.client.is_active());
+}
+
+#[test]
+fn a_goal_is_canceled_once_the_server_says_so() {
+    let mut ends = Ends::new();
+    let id = ends.goal();
+    for _ in 0..2 {
+        ends.client.cancel(&ends.caller);
+    }
+    assert_eq!(ends.requested(), ServerEvent::Canceled(id));
+    assert!(ends.client.is_active());
+    ends.server.end(&ends.worker, id, GoalStatus::Canceled, json!({}));
+    let GoalEvent::Ended(status, result) = ends.happened() else {
+        panic!("it has ended");
+    };
+    assert_eq!((status, &result["error_code"]), (GoalStatus::Canceled, &json!(0)));
+}
+
+#[test]
+fn a_goal_that_is_canceled_before_it_is_accepted_is_canceled_afterwards() {
+    let mut ends = Ends::new();
+    ends.client.send(&ends.caller, &json!({}));
+    ends.client.cancel(&ends.caller);
+    let mut seen = Vec::new();
+    until(|| {
+        seen.extend(ends.server.poll(&ends.worker, Duration::ZERO, |_| true));
+        let _ = ends.client.poll(&ends.caller);
+        matches!(seen.last(), Some(ServerEvent::Canceled(_))).then_some(())
+    });
+}
+
+#[test]
+fn a_rejected_goal_and_one_whose_server_is_gone_end_with_the_reason() {
+    let mut ends = Ends::new();
+    ends.client
+        .send(&ends.caller, &json!({ "behavior_tree": "mine.xml" }));
+    assert_eq!(ends.happened(), GoalEvent::Rejected);
+    ends.goal();
+    let Ends {
+        client,
+        caller,
+        worker,
+        ..
+    } = &mut ends;
+    let gone = Router::open();
+    drop(std::mem::replace(
+        worker,
+        Node::start(gone.node("other")).unwrap(),
+    ));
+    let lost = until(|| client.poll(caller).into_iter().next());
+    assert!(
+        matches!(&lost, GoalEvent::Lost(why) if why.contains("navigate_to_pose")),
+        "{lost:?}"
+    );
+}
