@@ -1,5 +1,5 @@
-//! ROS 2 over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: the topics of a jde robot,
-//! and a ROS 2 robot as a base. The plugin is built separately, so each driver has its own Zenoh session
+//! ROS 2 over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: topics of an application, a ROS 2
+//! robot as a base, and Nav2's action from both ends. The plugin is built separately, so each driver has its own Zenoh session
 //! beside the executable's.
 //!
 //! Only iterations submit messages, so a schema that hangs falls silent on the network as well.
@@ -8,7 +8,10 @@ mod base;
 mod connection;
 mod drive;
 mod follow;
+mod goal;
+mod goals;
 mod messages;
+mod navigate;
 mod scan;
 mod settings;
 mod tf;
@@ -17,9 +20,15 @@ mod velocity;
 
 pub use base::Base;
 pub use follow::Follow;
+pub use goals::Goals;
+pub use navigate::Navigate;
 pub use topics::Topics;
 
-jde_schema::export!("ros2", "Connects to ROS 2 over Zenoh.", [Topics, Base, Follow]);
+jde_schema::export!(
+    "ros2",
+    "Connects to ROS 2 over Zenoh.",
+    [Topics, Base, Follow, Navigate, Goals]
+);
 
 #[cfg(test)]
 mod tests;

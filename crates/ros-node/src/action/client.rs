@@ -68,6 +68,12 @@ impl ActionClient {
         }
     }
 
+    /// The name of the action.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.action.name
+    }
+
     /// Whether a node carries out such goals.
     #[must_use]
     pub fn has_server(&self, node: &Node) -> bool {

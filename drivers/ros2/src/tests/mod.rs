@@ -2,6 +2,7 @@
 
 mod base;
 mod connections;
+mod goals;
 mod topics;
 
 use std::net::TcpListener;

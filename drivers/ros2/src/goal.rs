@@ -1,0 +1,88 @@
+//! Poses in the values of Nav2's action.
+
+use jde_ros::interface::standard;
+use jde_ros_node::{Action, names};
+use jde_schema::prelude::*;
+use serde_json::{Value as Json, json};
+
+/// The type of the action.
+const TYPE: &str = "nav2_msgs/action/NavigateToPose";
+
+/// The action of that name.
+///
+/// # Errors
+/// If the name is empty, or not valid in ROS 2.
+pub(crate) fn action(namespace: &str, name: &str) -> Result<Action, String> {
+    let name = names::topic(namespace, name)?.ok_or("an action has a name, as in \"navigate_to_pose\"")?;
+    Ok(Action {
+        name,
+        type_name: TYPE,
+        interfaces: standard(),
+    })
+}
+
+/// A `geometry_msgs/msg/PoseStamped` of a pose.
+pub(crate) fn stamped(pose: Pose2D, frame: &str, stamp: Time) -> Json {
+    let Pose {
+        position,
+        orientation,
+    } = pose.into();
+    json!({
+        "header": { "stamp": { "sec": stamp.sec, "nanosec": stamp.nanosec }, "frame_id": frame },
+        "pose": {
+            "position": { "x": position.x, "y": position.y },
+            "orientation": { "z": orientation.z, "w": orientation.w },
+        },
+    })
+}
+
+/// The pose of a `geometry_msgs/msg/PoseStamped`, in that frame or without one.
+///
+/// # Errors
+/// Why it cannot be driven to.
+pub(crate) fn pose(stamped: &Json, frame: &str) -> Result<Pose2D, String> {
+    let stated = stamped["header"]["frame_id"].as_str().unwrap_or_default();
+    if !stated.is_empty() && stated.trim_start_matches('/') != frame {
+        return Err(format!(
+            "it is in the frame \"{stated}\", and targets here are in \"{frame}\""
+        ));
+    }
+    let number = |part: &str, axis: &str| stamped["pose"][part][axis].as_f64();
+    let orientation = || {
+        Some(Quaternion {
+            x: number("orientation", "x")?,
+            y: number("orientation", "y")?,
+            z: number("orientation", "z")?,
+            w: number("orientation", "w")?,
+        })
+    };
+    let pose = || {
+        Some(Pose2D::new(
+            number("position", "x")?,
+            number("position", "y")?,
+            orientation()?.yaw(),
+        ))
+    };
+    pose().ok_or_else(|| "its numbers are not finite".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_survives_and_another_frame_is_refused() {
+        let expected = Pose2D::new(1.0, -2.0, 0.5);
+        let value = stamped(expected, "map", Time { sec: 3, nanosec: 4 });
+        let interface = "geometry_msgs/msg/PoseStamped";
+        let message = standard().encode(interface, &value).expect("it is one");
+        let value = standard().decode(interface, &message).expect("it is one");
+        let found = pose(&value, "map").expect("it has a pose");
+        assert!(found.distance_to(&expected) < 1e-12 && (found.theta - 0.5).abs() < 1e-12);
+        let error = pose(&value, "odom").expect_err("another frame");
+        assert!(error.contains("\"map\"") && error.contains("\"odom\""), "{error}");
+        let mut endless = value;
+        endless["pose"]["position"]["x"] = Json::Null;
+        assert!(pose(&endless, "map").is_err());
+    }
+}

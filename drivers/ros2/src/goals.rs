@@ -1,0 +1,284 @@
+//! The driver by which programs of ROS 2 send targets: the server of Nav2's action, and RViz's topic of goals.
+
+use jde_ros_node::{ActionServer, GoalId, GoalStatus, NodeConfig, Quality, ServerEvent, Settings, names};
+use jde_schema::prelude::*;
+use serde_json::json;
+
+use crate::connection::{RosConnection, TopicSubscription};
+use crate::goal;
+use crate::messages::Codec;
+use crate::settings::{Modulations, with_settings};
+
+/// The time between two messages of feedback.
+const FEEDBACK: Duration = Duration::from_millis(100);
+/// Nav2's code of an error without a code of its own.
+const UNKNOWN: u16 = 9000;
+
+/// Takes targets from ROS 2, one at a time, and tells what has become of them.
+///
+/// It is the server of `NavigateToPose`, and takes poses of a topic as well, which RViz publishes. A new target takes the
+/// place of the one before, whose goal is aborted. The mission of the schema that drives, such as `navigate`, says when a
+/// target is reached or given up.
+#[derive(Describe)]
+#[schema(driver, period = "50ms", budget = "10ms")]
+pub struct Goals {
+    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
+    #[modulation(default = "tcp/localhost:7447", fixed)]
+    connect: Modulation<Text<512>>,
+    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
+    /// through the router.
+    #[modulation(default = "", fixed)]
+    listen: Modulation<Text<512>>,
+    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
+    #[modulation(default = "", unit = "path", fixed)]
+    config: Modulation<Text<1024>>,
+    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
+    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
+    domain: Modulation<i32>,
+    /// Namespace of the node, its action and its topic.
+    #[modulation(default = "", fixed)]
+    namespace: Modulation<Text<128>>,
+    /// Name of the node; empty for that of this schema.
+    #[modulation(default = "", fixed)]
+    node: Modulation<Text<128>>,
+    /// The action that it offers.
+    #[modulation(default = "navigate_to_pose", fixed)]
+    action: Modulation<Text<128>>,
+    /// The topic of poses to drive to, `geometry_msgs/msg/PoseStamped`; empty for none.
+    #[modulation(default = "goal_pose", fixed)]
+    topic: Modulation<Text<128>>,
+    /// The frame of the targets. Those in another one are refused.
+    #[modulation(default = "map")]
+    frame: Modulation<Text<52>>,
+    /// Progress of the schema that drives to `target`.
+    #[import]
+    mission: Import<Mission>,
+    /// Pose of the robot in the frame of the targets, for the feedback.
+    #[import(optional)]
+    pose: Import<Odometry>,
+    /// Where to drive.
+    #[export]
+    target: Export<Target>,
+    /// Whether the router or other nodes are connected.
+    #[export]
+    connection: Export<Connection>,
+    active: Option<ActiveGoals>,
+}
+
+/// The node, and the present target.
+struct ActiveGoals {
+    connection: RosConnection,
+    server: ActionServer,
+    poses: Option<TopicSubscription<PoseStamped>>,
+    current: Option<CurrentTarget>,
+}
+
+/// A target that was not reached or given up.
+struct CurrentTarget {
+    pose: Pose2D,
+    /// The goal of the action; none for a pose of the topic.
+    id: Option<GoalId>,
+    since: Duration,
+    feedback_at: Duration,
+}
+
+impl Schema for Goals {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()?;
+        if self.active.is_none() {
+            self.active = Some(self.with_settings(cx, |settings| self.start(cx, &settings))?);
+            self.target.write(cx, Target::NONE);
+        }
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let frame = self.frame.get(cx);
+        let Some(active) = &mut self.active else {
+            return Err("it is not awake".into());
+        };
+        active.connection.begin(cx);
+        let before = active.current.as_ref().map(|current| current.since);
+        active.take_requests(cx, frame.as_str());
+        active.take_pose(cx, frame.as_str());
+        active.judge(self.mission.get(cx));
+        active.report(cx, self.mission.get(cx), self.pose.get(cx), frame.as_str());
+        let current = active.current.as_ref();
+        if current.map(|current| current.since) != before {
+            let target = current.map_or(Target::NONE, |current| Target::at(current.pose));
+            self.target.write(cx, target);
+        }
+        active
+            .connection
+            .export_connection(cx, &mut self.connection, None);
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Some(mut active) = self.active.take() {
+            active.end(GoalStatus::Aborted, "the robot takes no targets any more");
+            active.connection.close(cx, &mut self.connection);
+            self.target.retract(cx);
+        }
+    }
+}
+
+impl Inspect for Goals {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let modulations = Modulations {
+            config: &self.config,
+            connect: &self.connect,
+            domain: &self.domain,
+            namespace: &self.namespace,
+            node: &self.node,
+            topics: vec![(&self.topic, self.topic.get(cx))],
+        };
+        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
+        problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
+    }
+}
+
+with_settings!(Goals);
+
+impl Goals {
+    fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveGoals> {
+        let name = settings.name()?;
+        let action = goal::action(&name.namespace, self.action.get(cx).as_str())?;
+        let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?;
+        let mut config = NodeConfig::new(name, settings.connection_config()?);
+        let poses = topic.map(|topic| {
+            let codec = Codec::new();
+            config
+                .subscriptions
+                .push(codec.topic(topic.clone(), Quality::DEFAULT));
+            TopicSubscription::new(0, topic, codec)
+        });
+        Ok(ActiveGoals {
+            server: ActionServer::declare(action, &mut config),
+            connection: RosConnection::start(config)?,
+            poses,
+            current: None,
+        })
+    }
+}
+
+impl ActiveGoals {
+    /// Takes the goals of the action and their cancellations.
+    fn take_requests(&mut self, cx: &Context, frame: &str) {
+        let now: Duration = self.connection.clock.stamp(cx.now()).into();
+        let mut refused = None;
+        let events = self.server.poll(&self.connection.node, now, |goal| {
+            let pose = goal::pose(&goal["pose"], frame);
+            pose.map_err(|error| refused = Some(error)).is_ok()
+        });
+        if let Some(error) = refused {
+            let message = format!("a goal is rejected: {error}");
+            self.connection.warn_once(cx, message);
+        }
+        for event in events {
+            match event {
+                ServerEvent::Accepted(id, goal) => {
+                    if let Ok(pose) = goal::pose(&goal["pose"], frame) {
+                        self.choose(cx, pose, Some(id));
+                    }
+                }
+                ServerEvent::Canceled(id)
+                    if self.current.as_ref().and_then(|current| current.id) == Some(id) =>
+                {
+                    self.end(GoalStatus::Canceled, "");
+                }
+                ServerEvent::Canceled(_) => {}
+            }
+        }
+    }
+
+    /// Takes a pose of the topic.
+    fn take_pose(&mut self, cx: &Context, frame: &str) {
+        let Some(subscription) = &mut self.poses else {
+            return;
+        };
+        let mut goal = PoseStamped::default();
+        if self.connection.receive(cx, subscription, &mut goal).is_none() {
+            return;
+        }
+        let pose = Pose2D::from(goal.pose);
+        let stated = goal.header.frame_id;
+        let error = if !stated.is_empty() && stated.as_str() != frame {
+            format!("it is in the frame \"{stated}\", and targets here are in \"{frame}\"")
+        } else if [pose.x, pose.y, pose.theta]
+            .iter()
+            .any(|number| !number.is_finite())
+        {
+            "its numbers are not finite".to_owned()
+        } else {
+            return self.choose(cx, pose, None);
+        };
+        let message = format!("{}: a pose is ignored: {error}", subscription.topic());
+        self.connection.warn_once(cx, message);
+    }
+
+    /// Takes a target in the place of the one before.
+    fn choose(&mut self, cx: &Context, pose: Pose2D, id: Option<GoalId>) {
+        self.end(GoalStatus::Aborted, "another target took its place");
+        self.current = Some(CurrentTarget {
+            pose,
+            id,
+            since: cx.now(),
+            feedback_at: cx.now(),
+        });
+    }
+
+    /// Ends the target if the mission of this target has ended.
+    fn judge(&mut self, mission: Option<Sample<'_, Mission>>) {
+        let (Some(current), Some(mission)) = (&self.current, mission) else {
+            return;
+        };
+        if mission.time() <= current.since || mission.target != current.pose {
+            return;
+        }
+        match mission.state {
+            Mission::DONE => self.end(GoalStatus::Succeeded, ""),
+            Mission::FAILED => self.end(GoalStatus::Aborted, mission.note.as_str()),
+            _ => {}
+        }
+    }
+
+    /// Sends the feedback of the goal.
+    fn report(
+        &mut self,
+        cx: &Context,
+        mission: Option<Sample<'_, Mission>>,
+        pose: Option<Sample<'_, Odometry>>,
+        frame: &str,
+    ) {
+        let Some(current) = self
+            .current
+            .as_mut()
+            .filter(|current| cx.now() >= current.feedback_at)
+        else {
+            return;
+        };
+        let Some(id) = current.id else { return };
+        current.feedback_at = cx.now() + FEEDBACK;
+        let time = cx.now().saturating_sub(current.since);
+        let mut feedback = json!({
+            "navigation_time": { "sec": time.as_secs(), "nanosec": time.subsec_nanos() },
+            "distance_remaining": mission.map_or(0.0, |mission| mission.distance),
+        });
+        if let Some(pose) = pose {
+            let stamp = self.connection.clock.stamp(pose.time());
+            feedback["current_pose"] = goal::stamped(Pose2D::from(pose.pose.pose), frame, stamp);
+        }
+        self.server.feedback(&self.connection.node, id, &feedback);
+    }
+
+    /// Ends the target, if there is one.
+    fn end(&mut self, status: GoalStatus, note: &str) {
+        let Some(id) = self.current.take().and_then(|current| current.id) else {
+            return;
+        };
+        let code = if note.is_empty() { 0 } else { UNKNOWN };
+        let result = json!({ "error_code": code, "error_msg": note });
+        self.server.end(&self.connection.node, id, status, result);
+    }
+}

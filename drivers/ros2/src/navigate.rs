@@ -1,0 +1,292 @@
+//! The motor schema that lets Nav2 drive: it sends the goal when it wins, and cancels it when it loses.
+
+use jde_ros_node::{ActionClient, GoalEvent, GoalStatus, NodeConfig, Settings, names};
+use jde_schema::prelude::*;
+use serde_json::json;
+
+use crate::connection::RosConnection;
+use crate::goal;
+use crate::settings::{Modulations, with_settings};
+use crate::velocity::{self, VelocitySubscription};
+
+/// Checks without an iteration between them, after which the schema does not drive any more.
+const LOST: u32 = 2;
+
+/// Lets Nav2 drive to a target.
+///
+/// It is READY while there is a target that was not reached or given up and Nav2 answers. As WINNER it sends the target
+/// as a goal of `NavigateToPose`, and commands the base with the velocities that Nav2 publishes. When it loses the base, it
+/// cancels the goal, and sends it again when it wins.
+#[derive(Describe)]
+#[schema(motor, period = "50ms", budget = "10ms")]
+pub struct Navigate {
+    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
+    #[modulation(default = "tcp/localhost:7447", fixed)]
+    connect: Modulation<Text<512>>,
+    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
+    /// through the router.
+    #[modulation(default = "", fixed)]
+    listen: Modulation<Text<512>>,
+    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
+    #[modulation(default = "", unit = "path", fixed)]
+    config: Modulation<Text<1024>>,
+    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
+    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
+    domain: Modulation<i32>,
+    /// Namespace of the node, its action and its topic.
+    #[modulation(default = "", fixed)]
+    namespace: Modulation<Text<128>>,
+    /// Name of the node; empty for that of this schema.
+    #[modulation(default = "", fixed)]
+    node: Modulation<Text<128>>,
+    /// The action of Nav2.
+    #[modulation(default = "navigate_to_pose", fixed)]
+    action: Modulation<Text<128>>,
+    /// The topic of Nav2's velocities, which must not reach the base by another way.
+    #[modulation(default = "nav/cmd_vel", fixed)]
+    topic: Modulation<Text<128>>,
+    /// The frame of the target.
+    #[modulation(default = "map")]
+    frame: Modulation<Text<52>>,
+    /// Oldest velocity that counts; longer than the time between two velocities.
+    #[modulation(default = 0.5, unit = "s", min = 0.01, max = 3600.0)]
+    patience: Modulation<f64>,
+    /// Where to drive.
+    #[modulation(default = Target::NONE)]
+    target: Modulation<Target>,
+    /// Where to drive, if another schema chooses it; replaces the modulation. Driven to again when it is chosen again.
+    #[import(optional)]
+    chosen: Import<Target>,
+    /// Speeds of the base.
+    #[actuator]
+    base: Actuator<Twist>,
+    /// Progress: DONE or FAILED for the newest target.
+    #[export]
+    mission: Export<Mission>,
+    /// Whether the router or other nodes are connected.
+    #[export]
+    connection: Export<Connection>,
+    active: Option<ActiveNavigate>,
+}
+
+/// The node, and what it knows of the target.
+struct ActiveNavigate {
+    connection: RosConnection,
+    client: ActionClient,
+    velocities: VelocitySubscription,
+    newest: Option<(Twist, Duration)>,
+    /// The newest target. It differs from the one before by its number, or by its pose if it is a modulation.
+    target: Option<(u64, Pose2D)>,
+    /// Whether the present goal is the newest target.
+    is_sent: bool,
+    /// Whether the newest target was reached, or why it was given up.
+    outcome: Option<Result<(), String>>,
+    /// What Nav2 lacks.
+    missing: Option<String>,
+    distance: f64,
+    reached: u32,
+    /// The checks since the last iteration.
+    checks: u32,
+    exported: Option<Mission>,
+}
+
+impl Schema for Navigate {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()?;
+        if self.active.is_none() {
+            self.active = Some(self.with_settings(cx, |settings| self.start(cx, &settings))?);
+        }
+        Ok(())
+    }
+
+    fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        let target = self.target(cx);
+        let Some(active) = &mut self.active else {
+            return Ok(false.into());
+        };
+        active.connection.begin(cx);
+        active.choose(target);
+        active.receive(cx);
+        active.checks += 1;
+        if active.checks >= LOST || active.target.is_none() {
+            active.client.cancel(&active.connection.node);
+            active.is_sent = false;
+        }
+        let mission = active.mission();
+        if active.exported.replace(mission) != Some(mission) {
+            self.mission.write(cx, mission);
+        }
+        let missing = active.missing.as_deref();
+        active
+            .connection
+            .export_connection(cx, &mut self.connection, missing);
+        Ok(active.is_ready().into())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let (frame, patience) = (self.frame.get(cx), self.patience.get(cx));
+        let Some(active) = &mut self.active else {
+            return Err("it is not awake".into());
+        };
+        active.checks = 0;
+        let Some((_, target)) = active.target else {
+            return Ok(());
+        };
+        let node = &active.connection.node;
+        if !active.is_sent {
+            let stamp = active.connection.clock.stamp(cx.now());
+            let pose = goal::stamped(target, frame.as_str(), stamp);
+            active.client.send(node, &json!({ "pose": pose }));
+            active.is_sent = true;
+        }
+        let is_fresh = |time: Duration| cx.now().saturating_sub(time).as_secs_f64() <= patience;
+        if let Some((twist, time)) = active.newest
+            && is_fresh(time)
+        {
+            self.base.command(cx, twist);
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        if let Some(mut active) = self.active.take() {
+            active.client.cancel(&active.connection.node);
+            active.connection.close(cx, &mut self.connection);
+            self.mission.retract(cx);
+        }
+    }
+}
+
+impl Inspect for Navigate {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        let modulations = Modulations {
+            config: &self.config,
+            connect: &self.connect,
+            domain: &self.domain,
+            namespace: &self.namespace,
+            node: &self.node,
+            topics: vec![(&self.topic, self.topic.get(cx))],
+        };
+        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
+        problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
+    }
+}
+
+with_settings!(Navigate);
+
+impl Navigate {
+    /// The target and its number.
+    fn target(&self, cx: &Context) -> Option<(u64, Pose2D)> {
+        let finite = |pose: Pose2D| {
+            [pose.x, pose.y, pose.theta]
+                .iter()
+                .all(|number| number.is_finite())
+        };
+        let target = match self.chosen.is_bound(cx) {
+            true => self
+                .chosen
+                .get(cx)
+                .and_then(|target| Some((target.sequence(), target.get()?))),
+            false => self.target.get(cx).get().map(|pose| (0, pose)),
+        };
+        target.filter(|(_, pose)| finite(*pose))
+    }
+
+    fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveNavigate> {
+        let name = settings.name()?;
+        let action = goal::action(&name.namespace, self.action.get(cx).as_str())?;
+        let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?;
+        let topic = topic.ok_or("it commands the base with the velocities of a topic: state `topic`")?;
+        let mut config = NodeConfig {
+            subscriptions: velocity::topics(&topic).to_vec(),
+            ..NodeConfig::new(name, settings.connection_config()?)
+        };
+        Ok(ActiveNavigate {
+            client: ActionClient::declare(action, &mut config),
+            velocities: VelocitySubscription::new(0, &topic),
+            connection: RosConnection::start(config)?,
+            newest: None,
+            target: None,
+            is_sent: false,
+            outcome: None,
+            missing: None,
+            distance: 0.0,
+            reached: 0,
+            checks: 0,
+            exported: None,
+        })
+    }
+}
+
+impl ActiveNavigate {
+    /// Takes the newest target. Another one has no outcome yet.
+    fn choose(&mut self, target: Option<(u64, Pose2D)>) {
+        if self.target != target {
+            (self.target, self.outcome, self.is_sent) = (target, None, false);
+            self.distance = 0.0;
+        }
+    }
+
+    /// Takes the newest velocity, and what has happened to the goal.
+    fn receive(&mut self, cx: &Context) {
+        let received = self.velocities.receive(cx, &mut self.connection);
+        self.newest = received.or(self.newest);
+        for event in self.client.poll(&self.connection.node) {
+            match event {
+                GoalEvent::Feedback(feedback) => {
+                    self.distance = feedback["distance_remaining"].as_f64().unwrap_or_default();
+                }
+                // The goal of an earlier target, or one that was canceled here.
+                _ if !self.is_sent => {}
+                GoalEvent::Accepted => {}
+                GoalEvent::Rejected => self.end(Err("Nav2 rejects the target".to_owned())),
+                GoalEvent::Ended(GoalStatus::Succeeded, _) => self.end(Ok(())),
+                GoalEvent::Ended(GoalStatus::Canceled, _) => {
+                    self.end(Err("another program canceled it".to_owned()));
+                }
+                GoalEvent::Ended(_, result) => {
+                    let code = result["error_code"].as_u64().unwrap_or_default();
+                    let text = result["error_msg"].as_str().unwrap_or_default();
+                    self.end(Err(format!("Nav2 gave up: error {code} {text}")
+                        .trim_end()
+                        .to_owned()));
+                }
+                GoalEvent::Lost(why) => {
+                    self.connection.warn_once(cx, why);
+                    self.is_sent = false;
+                }
+            }
+        }
+        let is_missing = !self.client.has_server(&self.connection.node);
+        self.missing = is_missing.then(|| self.client.name().to_owned());
+    }
+
+    fn end(&mut self, outcome: Result<(), String>) {
+        self.reached += u32::from(outcome.is_ok());
+        (self.outcome, self.is_sent) = (Some(outcome), false);
+    }
+
+    fn is_ready(&self) -> bool {
+        self.target.is_some() && self.outcome.is_none() && self.missing.is_none()
+    }
+
+    fn mission(&self) -> Mission {
+        let (state, note) = match (&self.outcome, &self.missing) {
+            (Some(Ok(())), _) => (Mission::DONE, String::from("reached")),
+            (Some(Err(why)), _) => (Mission::FAILED, why.clone()),
+            (None, Some(name)) => (Mission::RUNNING, format!("no node offers {name}")),
+            (None, None) if self.target.is_none() => (Mission::RUNNING, String::from("no target")),
+            (None, None) if self.client.is_active() => (Mission::RUNNING, String::from("Nav2 drives")),
+            (None, None) => (Mission::RUNNING, String::from("waits for the base")),
+        };
+        Mission {
+            state,
+            reached: self.reached,
+            total: self.reached + u32::from(self.target.is_some() && state != Mission::DONE),
+            note: Text::truncated(&note),
+            target: self.target.map_or(Pose2D::ORIGIN, |(_, pose)| pose),
+            distance: self.distance,
+            ..Mission::default()
+        }
+    }
+}
