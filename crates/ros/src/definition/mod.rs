@@ -1,8 +1,10 @@
 //! Writes and reads the ROS 2 definition of a described type, in the form `ros2msg` of MCAP: the type's own
 //! fields, then those of every type that it contains. It knows messages only, no services or actions.
 
+mod gather;
 mod read;
 
+pub use gather::{GatherError, gather};
 pub use read::{ReadError, read};
 
 pub(crate) use read::scalar;
