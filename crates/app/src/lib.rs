@@ -55,6 +55,7 @@ mod groups;
 mod guards;
 mod hierarchy;
 mod inspect;
+mod interfaces;
 mod isolation;
 pub mod link;
 mod lists;

@@ -6,16 +6,17 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_abi::describe::{Plugin, Port, PortList, Role, Schema, Type};
+use jde_abi::describe::{Port, PortList, Role, Schema, Type};
 use jde_abi::lists::ListedPort;
 use jde_abi::read::ENTRY_KEYS;
 use jde_board::value::encode;
 use toml::de::{DeTable, DeValue};
 
 use super::drafts::{Drafts, refuse_bad_name};
+use super::interfaces::{Capacities, Types};
 use super::values::ValueTarget;
 use super::variable::{self, VariableKind};
-use jde_document::section::{Node, Section, Text, expect, report_wrong_shape, text};
+use jde_document::section::{Node, Section, Text, expect, integer, report_wrong_shape, text};
 use jde_document::{FaultReport, quote};
 
 /// An entry of a list.
@@ -25,12 +26,15 @@ pub(super) struct Entry<'a> {
     node: &'a Node<'a>,
 }
 
-/// The plugins of the application, and the folder of its file.
+/// The types that the file may name, and its folder.
 #[derive(Clone, Copy)]
 pub(super) struct Sources<'s> {
-    pub(super) plugins: &'s [Arc<Plugin>],
+    pub(super) types: Types<'s>,
     pub(super) folder: &'s Path,
 }
+
+/// The largest capacity that an entry states.
+const MOST_ELEMENTS: usize = 1 << 26;
 
 /// Gives every schema whose type has lists the ports that the file states. Exports come first: an import of a list may
 /// read an export of another one.
@@ -87,7 +91,7 @@ fn state_list(
             continue;
         }
         let port = if list.exports {
-            export(report, drafts, index, (&what, &entry), sources.plugins)
+            export(report, drafts, index, (&what, &entry), sources.types)
         } else {
             import(report, drafts, index, (&what, &entry))
         };
@@ -192,7 +196,7 @@ fn export(
     drafts: &Drafts,
     index: usize,
     (what, entry): (&str, &Entry),
-    plugins: &[Arc<Plugin>],
+    types: Types<'_>,
 ) -> Option<Port> {
     let draft = &drafts.list[index];
     let stated = |report: &mut FaultReport, key: &str| {
@@ -225,7 +229,9 @@ fn export(
     }
     let type_name = stated(report, "type");
     let full = format!("{}.{}", draft.name, name.text);
-    let value_type = value_type(report, drafts, (what, &full), (type_name, &name.span), plugins)?;
+    let capacities = capacities(report, (what, entry))?;
+    let stated = (type_name, &name.span);
+    let value_type = value_type(report, drafts, (what, &full), stated, (types, capacities))?;
     Some(Port {
         name: name.text.to_owned(),
         doc: format!("From `{}`.", entry.label.text),
@@ -242,7 +248,7 @@ fn value_type(
     drafts: &Drafts,
     (what, variable): (&str, &str),
     (stated, span): (Option<Text>, &Range<usize>),
-    plugins: &[Arc<Plugin>],
+    (types, capacities): (Types<'_>, Capacities),
 ) -> Option<Arc<Type>> {
     if let Some(value_type) = read_type(drafts, variable)
         .filter(|found| stated.as_ref().is_none_or(|stated| stated.text == found.name))
@@ -261,35 +267,56 @@ fn value_type(
             .advise("state it, as in type = \"sensor_msgs/msg/LaserScan\", or bind an import to it");
         return None;
     };
-    let standard = jde_types::standard();
-    let types = || {
-        plugins
-            .iter()
-            .flat_map(|plugin| &plugin.schemas)
-            .flat_map(|schema| &schema.ports)
-    };
-    let found = types().find(|port| port.value_type.name == stated.text);
-    let found = found.map(|port| Arc::clone(&port.value_type));
-    let found = found.or_else(|| {
-        standard
-            .iter()
-            .find(|ty| ty.name == stated.text)
-            .cloned()
-            .map(Arc::new)
-    });
-    if found.is_none() {
-        let known = standard.iter().map(|ty| ty.name.as_str());
-        report
-            .fault(
-                &stated.span,
-                format!(
-                    "{what}: no plugin of the application has the type {}",
-                    quote(stated.text)
-                ),
-            )
-            .suggest(stated.text, "types", known);
+    match types.find(stated.text, &capacities) {
+        Ok(Some(found)) => return Some(found),
+        Ok(None) => {
+            let message = format!("{what}: nothing defines the type {}", quote(stated.text));
+            let standard = jde_types::standard();
+            let known = standard.iter().map(|ty| ty.name.as_str());
+            report
+                .fault(&stated.span, message)
+                .suggest(stated.text, "standard types", known);
+        }
+        Err(error) => {
+            let message = format!(
+                "{what}: the definition of {} cannot be used: {error}",
+                quote(stated.text)
+            );
+            report.fault(&stated.span, message);
+        }
     }
-    found
+    None
+}
+
+/// Reads `capacity` of an entry: a number, or a table of fields with a number each.
+fn capacities(report: &mut FaultReport, (what, entry): (&str, &Entry)) -> Option<Capacities> {
+    let stated = entry
+        .node
+        .get_ref()
+        .as_table()
+        .and_then(|table| table.get("capacity"));
+    let Some(node) = stated else {
+        return Some(Capacities::Some(Vec::new()));
+    };
+    let what = format!("`capacity` of {what}");
+    let number = |report: &mut FaultReport, node: &Node| {
+        let number = integer(node.get_ref()).and_then(|number| usize::try_from(number).ok());
+        let number = number.filter(|number| (1..=MOST_ELEMENTS).contains(number));
+        expect(
+            report,
+            &what,
+            &format!("a number from 1 to {MOST_ELEMENTS}"),
+            node,
+            number,
+        )
+    };
+    let Some(table) = node.get_ref().as_table() else {
+        return number(report, node).map(Capacities::All);
+    };
+    let fields = table
+        .iter()
+        .map(|(field, node)| Some((field.get_ref().to_string(), number(report, node)?)));
+    fields.collect::<Option<_>>().map(Capacities::Some)
 }
 
 /// Returns the type of the first port that reads a variable.

@@ -9,6 +9,7 @@ use jde_abi::describe::Plugin;
 use super::children::{self, NamedChild};
 use super::drafts::InstanceContext;
 use super::hierarchy::DeclaredHierarchy;
+use super::interfaces::Types;
 use super::outline::Outline;
 use super::remote::RemoteVariables;
 use super::settings::Settings;
@@ -67,7 +68,10 @@ fn read(
     variadic::name_children(&mut report, &mut outline.drafts);
     let folder = file.parent().unwrap_or(Path::new("/"));
     let plugins_and_folder = lists::Sources {
-        plugins: &plugins,
+        types: Types {
+            plugins: &plugins,
+            folders: &outline.interfaces,
+        },
         folder,
     };
     lists::state_ports(&mut report, &mut outline.drafts, plugins_and_folder);

@@ -12,7 +12,18 @@ use jde_document::section::{Section, Text, integer};
 use jde_document::{FaultReport, quote};
 
 const KEYS: &[&str] = &[
-    "name", "doc", "roots", "awake", "plugins", "seed", "mission", "executor", "root", "schemas", "link",
+    "name",
+    "doc",
+    "roots",
+    "awake",
+    "interfaces",
+    "plugins",
+    "seed",
+    "mission",
+    "executor",
+    "root",
+    "schemas",
+    "link",
 ];
 
 /// The contents of the top level.
@@ -23,6 +34,8 @@ pub(super) struct Outline<'a> {
     /// The schemas that every root needs.
     pub(super) awake: Vec<Text<'a>>,
     pub(super) plugin_dirs: Vec<PathBuf>,
+    /// The folders of definitions of types.
+    pub(super) interfaces: Vec<PathBuf>,
     pub(super) seed: u64,
     pub(super) mission: Option<Text<'a>>,
     pub(super) mission_stalls_ns: Option<u64>,
@@ -61,6 +74,10 @@ impl<'a> Outline<'a> {
             .text(report, "name")
             .map_or_else(|| stem.into_owned(), |name| name.text.to_owned());
         let (mission, mission_stalls_ns) = mission(report, &top);
+        let folders = |report: &mut FaultReport, key: &str| -> Vec<PathBuf> {
+            let stated = top.texts(report, key).unwrap_or_default().into_iter();
+            stated.map(|dir| folder.join(dir.text)).collect()
+        };
         Self {
             link: link::read(report, &top, &name, folder),
             name,
@@ -70,12 +87,8 @@ impl<'a> Outline<'a> {
                 .unwrap_or_default(),
             roots: roots(report, &top),
             awake: top.texts(report, "awake").unwrap_or_default(),
-            plugin_dirs: top
-                .texts(report, "plugins")
-                .unwrap_or_default()
-                .into_iter()
-                .map(|dir| folder.join(dir.text))
-                .collect(),
+            plugin_dirs: folders(report, "plugins"),
+            interfaces: folders(report, "interfaces"),
             seed: seed(report, &top),
             mission,
             mission_stalls_ns,

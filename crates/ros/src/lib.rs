@@ -3,7 +3,9 @@
 
 pub mod cdr;
 pub mod definition;
+#[cfg(feature = "network")]
 pub mod hash;
+#[cfg(feature = "network")]
 pub mod interface;
 
 pub use jde_abi::describe::Type;

@@ -13,7 +13,7 @@ use crate::{lists, raw};
 const MOST: u32 = 16;
 
 /// The keys of an entry that are no settings.
-pub const ENTRY_KEYS: &[&str] = &["from", "as", "type"];
+pub const ENTRY_KEYS: &[&str] = &["from", "as", "type", "capacity"];
 
 /// Returns the lists of ports of a type with these ports of its own.
 ///

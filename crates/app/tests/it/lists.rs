@@ -94,7 +94,7 @@ apps/good.toml:9:44: `/map` in `subscribe` of schema `topics`: no schema imports
     check(
         r#"subscribe = { "/there" = "there", "/map" = { as = "map", type = "nav_msgs/msg/OccupancyGird" } }"#,
         r#"
-apps/good.toml:9:65: `/map` in `subscribe` of schema `topics`: no plugin of the application has the type `nav_msgs/msg/OccupancyGird`
+apps/good.toml:9:65: `/map` in `subscribe` of schema `topics`: nothing defines the type `nav_msgs/msg/OccupancyGird`
     help: did you mean `nav_msgs/msg/OccupancyGrid`?
 "#,
     );
@@ -164,4 +164,47 @@ apps/good.toml:10:1: unknown key `published` in schema `topics`
     help: did you mean `publish`?
 "#,
     );
+}
+
+#[test]
+fn a_type_without_a_reader_is_that_of_its_file_with_the_stated_capacities() {
+    let folder = tempfile::tempdir().unwrap();
+    let messages = folder.path().join("my_msgs/msg");
+    std::fs::create_dir_all(&messages).unwrap();
+    for (name, text) in [
+        (
+            "Cloud",
+            "std_msgs/Header header\nPoint[] points\nfloat32[] weights\nstring name\n",
+        ),
+        ("Point", "float64 x\nfloat64 y\n"),
+        ("Wide", "wstring name\n"),
+    ] {
+        std::fs::write(messages.join(format!("{name}.msg")), text).unwrap();
+    }
+    let text = |name: &str, capacity: &str| {
+        let entry = format!(
+            "subscribe = {{ \"/there\" = \"there\", \"/c\" = {{ as = \"c\", type = \"my_msgs/msg/{name}\"{capacity} }} }}"
+        );
+        format!(
+            "interfaces = [{:?}]\n{}",
+            folder.path().display().to_string(),
+            text(&entry)
+        )
+    };
+    let application = read(&text("Cloud", ", capacity = { points = 100, name = 20 }"), &[]).unwrap();
+    let topics = &application.instances[application.instance("topics").unwrap()];
+    let cloud = &topics.listed[1].value_type;
+    let fields: Vec<_> = cloud
+        .fields
+        .iter()
+        .map(|field| (&*field.name, field.form.capacity()))
+        .collect();
+    assert_eq!(
+        fields,
+        [("header", 1), ("points", 100), ("weights", 256), ("name", 20)]
+    );
+    let of = |name: &str, capacity: &str| read(&text(name, capacity), &[]).unwrap_err().to_string();
+    assert!(of("Wide", "").contains("`my_msgs/msg/Wide` cannot be used: line 1"));
+    assert!(of("Cloud", ", capacity = 0").contains("must be a number from 1 to"));
+    assert!(of("Other", "").contains("nothing defines the type `my_msgs/msg/Other`"));
 }

@@ -11,7 +11,9 @@ mod encode;
 pub use decode::{decode, decode_into};
 pub use encode::encode;
 
+#[cfg(feature = "network")]
 pub(crate) use decode::CdrReader;
+#[cfg(feature = "network")]
 pub(crate) use encode::{align, length};
 
 /// CDR, little endian, no options.

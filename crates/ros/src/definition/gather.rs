@@ -4,8 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use super::read::scalar;
-use super::{RULE, parts};
+use super::{RULE, parts, scalar};
 
 /// Why a definition cannot be collected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -49,7 +48,7 @@ pub fn gather(
             };
             text.push_str(&bounded);
             text.push('\n');
-            if scalar(element).is_some() || element.starts_with("string") {
+            if scalar(element).is_some() || ["string", "wstring"].contains(&element) {
                 continue;
             }
             let (stated, short) = element.rsplit_once('/').unwrap_or((&package, element));

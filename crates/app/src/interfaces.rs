@@ -1,0 +1,86 @@
+//! Types by name: those of the plugins in use, the standard ones, and those that files define, as ROS 2 installs them:
+//! `PACKAGE/msg/NAME.msg` in the folders that the application states, and in `share` of each `AMENT_PREFIX_PATH`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use jde_abi::describe::{Plugin, Type};
+use jde_ros::definition::{definition, gather, read};
+
+/// The most elements or bytes of a field whose definition and entry state no bound.
+const CAPACITY: usize = 256;
+
+/// Where types are found.
+#[derive(Clone, Copy)]
+pub(super) struct Types<'s> {
+    pub(super) plugins: &'s [Arc<Plugin>],
+    /// The folders that the application states.
+    pub(super) folders: &'s [PathBuf],
+}
+
+/// The most elements or bytes of the fields without a bound.
+pub(super) enum Capacities {
+    /// Of each.
+    All(usize),
+    /// Of these; others have the usual one.
+    Some(Vec<(String, usize)>),
+}
+
+impl Capacities {
+    fn of(&self, field: &str) -> usize {
+        match self {
+            Self::All(capacity) => *capacity,
+            Self::Some(stated) => {
+                let own = stated.iter().find(|(name, _)| name == field);
+                own.map_or(CAPACITY, |(_, capacity)| *capacity)
+            }
+        }
+    }
+}
+
+impl Types<'_> {
+    /// Returns the type of that name; `None` if nothing defines it.
+    ///
+    /// # Errors
+    /// Why its definition does not give a type that can be shared.
+    pub(super) fn find(&self, name: &str, capacities: &Capacities) -> Result<Option<Arc<Type>>, String> {
+        let schemas = self.plugins.iter().flat_map(|plugin| &plugin.schemas);
+        let mut ports = schemas.flat_map(|schema| &schema.ports);
+        if let Some(port) = ports.find(|port| port.value_type.name == name) {
+            return Ok(Some(Arc::clone(&port.value_type)));
+        }
+        let standard = jde_types::standard();
+        let own = |name: &str| standard.iter().find(|ty| ty.name == name);
+        if let Some(found) = own(name) {
+            return Ok(Some(Arc::new(found.clone())));
+        }
+        let Some(text) = self.file(name) else {
+            return Ok(None);
+        };
+        let find = |inner: &str| match own(inner) {
+            // The type's own fields come before those of what it contains.
+            Some(found) => definition(found).split("\n====").next().map(str::to_owned),
+            None if inner == name => Some(text.clone()),
+            None => self.file(inner),
+        };
+        let gathered = gather(name, find, |field| capacities.of(field)).map_err(|error| error.to_string())?;
+        let found = read(name, &gathered).map_err(|error| error.to_string())?;
+        Ok(Some(Arc::new(found)))
+    }
+
+    /// Returns the text of the file that defines a message.
+    fn file(&self, name: &str) -> Option<String> {
+        let (package, short) = name.split_once("/msg/")?;
+        let is_name =
+            |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if !is_name(package) || !is_name(short) {
+            return None;
+        }
+        let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
+        let installed = std::env::split_paths(&prefixes).map(|prefix| prefix.join("share"));
+        let folders = self.folders.iter().cloned().chain(installed);
+        let file = Path::new(package).join("msg").join(format!("{short}.msg"));
+        let mut files = folders.map(|folder| folder.join(&file));
+        files.find_map(|file| std::fs::read_to_string(file).ok())
+    }
+}
