@@ -1,15 +1,17 @@
-//! Tests the ROS 2 driver against an independent implementation, over a Zenoh router and sockets of the
-//! loopback interface. A ROS 2 program drives a robot of jde by its topics, and schemas of jde drive a robot
-//! of ROS 2. A part of the step `peers`.
+//! Tests the ROS 2 drivers over a Zenoh router and sockets of the loopback interface. A ROS 2 program drives a
+//! robot of jde by its topics, and schemas of jde drive a robot of ROS 2. The step `ros2` does so with ROS 2 itself and
+//! its tools, the step `peers` with an independent implementation.
 
 use std::fs;
 use std::io::{self, BufRead, BufReader};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{ChildStdout, Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 
 use crate::shell::{self, ChildGuard};
+use crate::step::StepOutcome;
 use crate::test::Context;
 
 /// The Python package to install, and the module to import as a check.
@@ -17,6 +19,10 @@ pub(crate) const PACKAGE: &str = "zenoh_ros2_sdk==0.1.8";
 pub(crate) const IMPORT: &str = "zenoh_ros2_sdk";
 /// The peers, which use no code of jde: a router, a program that drives, and a robot.
 const PEER: &str = "drivers/ros2/tests/peers/ros2_peer.py";
+/// The tools of ROS 2, which list, show and drive a robot of jde.
+const TOOLS: &str = "drivers/ros2/tests/peers/ros2_tools.py";
+/// Succeeds where ROS 2 with its Zenoh middleware is sourced.
+const SOURCED: &str = "command -v ros2 && ros2 pkg prefix rmw_zenoh_cpp && python3 -c 'import rclpy'";
 /// The limit for one run of `jde`.
 const LIMIT: &str = "180s";
 
@@ -26,7 +32,37 @@ struct Peer {
     output: BufReader<ChildStdout>,
 }
 
+/// The programs of ROS 2, the library by which they use it, and the port of their router.
+struct Peers<'a> {
+    context: &'a Context,
+    python: &'a Path,
+    library: &'static str,
+    port: String,
+}
+
+/// With an independent implementation, a part of the step `peers`.
 pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
+    in_folder(context, || Peers::new(context, python, "sdk")?.run())
+}
+
+/// With ROS 2 itself, where it is sourced.
+pub(crate) fn step(context: &Context) -> Result<StepOutcome> {
+    if !shell::succeeds(Command::new("sh").args(["-c", SOURCED])) {
+        let why = "no ROS 2 with rmw_zenoh_cpp is sourced in this terminal: source /opt/ros/jazzy/setup.bash";
+        return Ok(StepOutcome::Skipped(why.to_owned()));
+    }
+    in_folder(context, || {
+        let peers = Peers::new(context, Path::new("python3"), "rclpy")?;
+        peers.run()?;
+        peers.run_tools()?;
+        let peers = Peers::new(context, Path::new("python3"), "rclpy")?;
+        peers.among("restart", &mut peers.jde("ros2", &["topics"]))
+    })?;
+    Ok(StepOutcome::Passed)
+}
+
+/// Runs something while the folder of the peers exists.
+fn in_folder(context: &Context, run: impl FnOnce() -> Result<()>) -> Result<()> {
     let folder = folder(context);
     // A run that was killed may have left files.
     let clear = || match fs::remove_dir_all(&folder) {
@@ -35,7 +71,7 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
     };
     clear()?;
     fs::create_dir_all(&folder)?;
-    let result = run_peers(context, python);
+    let result = run();
     clear()?;
     result
 }
@@ -45,41 +81,82 @@ fn folder(context: &Context) -> PathBuf {
     context.target.join("peers/ros2")
 }
 
-/// Returns the command for a ROS 2 peer.
-fn peer(context: &Context, python: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(python);
-    command.arg(context.root.join(PEER)).args(arguments);
-    shell::show(&command, context.paint);
-    command.env("TMPDIR", folder(context));
-    command
+impl<'a> Peers<'a> {
+    /// Chooses a free port.
+    fn new(context: &'a Context, python: &'a Path, library: &'static str) -> Result<Self> {
+        Ok(Self {
+            context,
+            python,
+            library,
+            port: TcpListener::bind("127.0.0.1:0")?.local_addr()?.port().to_string(),
+        })
+    }
+
+    fn run(&self) -> Result<()> {
+        let _router = Peer::start(self, "router")?;
+        // With this range the laser sees the end of the corridor. The program compares the wheels' odometry with
+        // it.
+        let range = ["--set", "pioneer.laser_range=30"];
+        self.among("drive", self.jde("ros2", &["topics"]).args(range))?;
+        let sources = ["robot", "teleop", "docking", "navigation"];
+        self.among("arbitrate", &mut self.jde("ros2-arbiter", &sources))?;
+        self.serve()
+    }
+
+    /// Runs the tools of ROS 2 beside an application.
+    fn run_tools(&self) -> Result<()> {
+        let _router = Peer::start(self, "router")?;
+        let tools = self.python_file(TOOLS, &[&self.port]);
+        beside(self.context, &mut self.jde("ros2", &["topics"]), tools)
+    }
+
+    /// Runs an application while a ROS 2 program, which has this role, uses it.
+    fn among(&self, role: &str, command: &mut Command) -> Result<()> {
+        beside(self.context, command, self.command(role))
+    }
+
+    /// Drives a robot of ROS 2 with the schemas of safe-navigation.
+    fn serve(&self) -> Result<()> {
+        let mut robot = Peer::start(self, "serve")?;
+        let mut command = self.jde("ros2-robot", &["robot"]);
+        shell::show(&command, self.context.paint);
+        // It succeeds if the robot has reached all its targets.
+        shell::read(&mut command).context("our schemas did not drive the robot of ROS 2")?;
+        println!("{}", robot.end()?);
+        Ok(())
+    }
+
+    /// Returns the command for a ROS 2 program with this role.
+    fn command(&self, role: &str) -> Command {
+        self.python_file(PEER, &[self.library, role, &self.port])
+    }
+
+    fn python_file(&self, file: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(self.python);
+        command.arg(self.context.root.join(file)).args(arguments);
+        shell::show(&command, self.context.paint);
+        command.env("TMPDIR", folder(self.context));
+        command
+    }
+
+    /// Returns the command for an application, of which these schemas connect to the router.
+    fn jde(&self, application: &str, schemas: &[&str]) -> Command {
+        let mut command = Command::new(self.context.target.join("debug/jde"));
+        command
+            .args(["run", application, "--plain", "--for", LIMIT])
+            .args(
+                schemas
+                    .iter()
+                    .map(|schema| format!("--set={schema}.connect=tcp/127.0.0.1:{}", self.port)),
+            )
+            .env_remove("ROS_DOMAIN_ID")
+            .current_dir(&self.context.root);
+        command
+    }
 }
 
-fn run_peers(context: &Context, python: &Path) -> Result<()> {
-    let mut router = Peer::start(context, python, &["router"])?;
-    let port = router.line()?;
-    // With this range the laser sees the end of the corridor. The program compares the wheels' odometry with
-    // it.
-    let range = ["--set", "pioneer.laser_range=30"];
-    among(
-        context,
-        python,
-        &port,
-        "drive",
-        jde(context, "ros2", &["topics"], &port).args(range),
-    )?;
-    let sources = ["robot", "teleop", "docking", "navigation"];
-    among(
-        context,
-        python,
-        &port,
-        "arbitrate",
-        &mut jde(context, "ros2-arbiter", &sources, &port),
-    )?;
-    serve(context, python, &port)
-}
-
-/// Runs an application while a ROS 2 program, which has this role, uses it.
-fn among(context: &Context, python: &Path, port: &str, role: &str, command: &mut Command) -> Result<()> {
+/// Runs an application while a ROS 2 program uses it.
+fn beside(context: &Context, command: &mut Command, mut program: Command) -> Result<()> {
     shell::show(command, context.paint);
     let application = command
         .stdin(Stdio::null())
@@ -87,7 +164,6 @@ fn among(context: &Context, python: &Path, port: &str, role: &str, command: &mut
         .spawn()
         .context("cannot start the application")?;
     let mut application = ChildGuard(application);
-    let mut program = peer(context, python, &[role, port]);
     print!(
         "{}",
         shell::read(&mut program).context("the program of ROS 2 failed")?
@@ -102,46 +178,23 @@ fn among(context: &Context, python: &Path, port: &str, role: &str, command: &mut
     Ok(())
 }
 
-/// Drives a robot of ROS 2 with the schemas of safe-navigation.
-fn serve(context: &Context, python: &Path, port: &str) -> Result<()> {
-    let mut robot = Peer::start(context, python, &["serve", port])?;
-    let ready = robot.line()?;
-    ensure!(ready == "ready", "the robot of ROS 2 printed {ready}");
-    let mut command = jde(context, "ros2-robot", &["robot"], port);
-    shell::show(&command, context.paint);
-    // It succeeds if the robot has reached all its targets.
-    shell::read(&mut command).context("our schemas did not drive the robot of ROS 2")?;
-    println!("{}", robot.end()?);
-    Ok(())
-}
-
-/// Returns the command for an application, of which these schemas connect to this port.
-fn jde(context: &Context, application: &str, schemas: &[&str], port: &str) -> Command {
-    let mut command = Command::new(context.target.join("debug/jde"));
-    command
-        .args(["run", application, "--plain", "--for", LIMIT])
-        .args(
-            schemas
-                .iter()
-                .map(|schema| format!("--set={schema}.connect=tcp/127.0.0.1:{port}")),
-        )
-        .env_remove("ROS_DOMAIN_ID")
-        .current_dir(&context.root);
-    command
-}
-
 impl Peer {
-    fn start(context: &Context, python: &Path, arguments: &[&str]) -> Result<Self> {
-        let mut process = peer(context, python, arguments)
+    /// Starts a program with this role and waits until it is ready.
+    fn start(peers: &Peers<'_>, role: &str) -> Result<Self> {
+        let mut process = peers
+            .command(role)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
             .context("cannot start the peer")?;
         let output = process.stdout.take().context("it has no standard output")?;
-        Ok(Self {
+        let mut peer = Self {
             process: ChildGuard(process),
             output: BufReader::new(output),
-        })
+        };
+        let ready = peer.line()?;
+        ensure!(ready == "ready", "the peer printed {ready}");
+        Ok(peer)
     }
 
     /// Returns the next line of the peer's output.

@@ -13,8 +13,8 @@ use crate::paint::Paint;
 use crate::programs::{self, Job};
 use crate::step::{self, Step, StepOutcome, StepSelection};
 use crate::{
-    clusters, demo, extending, headers, lints, manual, package, peers, prerequisites, pytest, shell, tidy,
-    tutorial, valgrind,
+    clusters, demo, extending, headers, lints, manual, package, peers, prerequisites, pytest, ros2, shell,
+    tidy, tutorial, valgrind,
 };
 
 /// The context of every step.
@@ -143,6 +143,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: peers::run,
+    },
+    Step {
+        name: "ros2",
+        title: "ROS 2 itself and jde drive each other's robots",
+        help: "see the output of the programs of ROS 2 above",
+        is_heavy: true,
+        needs: &["build"],
+        run: ros2::step,
     },
     Step {
         name: "python",

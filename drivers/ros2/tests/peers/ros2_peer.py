@@ -1,32 +1,24 @@
-"""A ROS 2 program for tests: it uses zenoh_ros2_sdk, which does not depend on jde, and the definitions of ROS 2 Jazzy from rosbags;
-types are identified by hashes that it computes itself.
+"""Programs of ROS 2 for tests, which contain no code of jde. The library by which they use ROS 2 is `sdk` (with_sdk.py) or `rclpy`
+(with_rclpy.py: ROS 2 itself).
 
-    ros2_peer.py router             a Zenoh router like ROS 2's rmw_zenohd; prints its port, ends with its standard input
-    ros2_peer.py drive PORT         receives the topics of a jde robot, drives it by /cmd_vel and checks the values
-    ros2_peer.py arbitrate PORT     two programs, one of them with stamped velocities, and the base for which they compete
-    ros2_peer.py serve PORT         a robot with /scan, /odom and /battery_state that executes /cmd_vel; ends with its input
+    ros2_peer.py LIBRARY router PORT      a Zenoh router like ROS 2's rmw_zenohd; ends with its standard input
+    ros2_peer.py LIBRARY drive PORT       receives the topics of a jde robot, drives it by /cmd_vel and checks the values
+    ros2_peer.py LIBRARY arbitrate PORT   two programs, one of them with stamped velocities, and the base for which they compete
+    ros2_peer.py LIBRARY serve PORT       a robot with /scan and /odom that executes /cmd_vel; ends with its input
+    ros2_peer.py rclpy restart PORT       a router, a program that drives a jde robot, and what they do when the router restarts
 
 It waits for each expected event, and fails with a message if the event has not occurred after LIMIT seconds.
 """
 
+import importlib
 import math
-import socket
 import sys
-import tempfile
 import threading
 import time
-from pathlib import Path
 
 import numpy
-import zenoh
-from rosbags.typesys import Stores, get_typestore
-from zenoh_ros2_sdk import ROS2Publisher, ROS2Subscriber
-from zenoh_ros2_sdk.discovery import get_topic_names_and_types
-from zenoh_ros2_sdk.message_registry import get_registry
-from zenoh_ros2_sdk.session import ZenohSession
 
 LIMIT = 30.0
-JAZZY = get_typestore(Stores.ROS2_JAZZY)
 TYPES = {
     "/scan": "sensor_msgs/msg/LaserScan",
     "/odom": "nav_msgs/msg/Odometry",
@@ -37,25 +29,6 @@ TYPES = {
     "/cmd_vel": "geometry_msgs/msg/Twist",
 }
 SOURCES = {"/teleop/cmd_vel": "geometry_msgs/msg/TwistStamped", "/nav/cmd_vel": "geometry_msgs/msg/Twist"}
-
-
-def definitions(types):
-    """Writes the definitions of these types and of their parts to a folder that the SDK reads."""
-    folder = Path(tempfile.mkdtemp(prefix="ros2-definitions-"))
-    separator = "=" * 80 + "\n"
-    for name in types:
-        text, _ = JAZZY.generate_msgdef(name, ros_version=2)
-        own, *parts = text.split(separator)
-        texts = {name: own}
-        for part in parts:
-            title, _, body = part.partition("\n")
-            texts[title.removeprefix("MSG: ").strip()] = body
-        for part_name, body in texts.items():
-            package, *_, kind = part_name.split("/")
-            file = folder / package / "msg" / f"{kind}.msg"
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(body)
-    get_registry(str(folder))
 
 
 def until(what, condition):
@@ -90,9 +63,7 @@ class Subscription:
 
     def __init__(self, topic, port, kind=None):
         self.newest, self.count, self.frames = None, 0, set()
-        self.subscriber = ROS2Subscriber(
-            topic, kind or TYPES[topic], self.receive, domain_id=0, router_port=port, node_name="peer"
-        )
+        library.subscribe(topic, kind or TYPES[topic], port, self.receive)
 
     def receive(self, message):
         self.newest = message
@@ -101,47 +72,42 @@ class Subscription:
             self.frames.add(message.header.frame_id)
 
 
-class Publication:
-    """A publication."""
+class Velocities:
+    """A publication of velocities."""
 
     def __init__(self, topic, port, kind=None):
         self.is_stamped = kind == "geometry_msgs/msg/TwistStamped"
-        self.publisher = ROS2Publisher(
-            topic, kind or TYPES[topic], domain_id=0, router_port=port, node_name="peer"
-        )
+        self.publication = library.Publication(topic, kind or TYPES["/cmd_vel"], port)
 
     def twist(self, linear, angular):
-        types = JAZZY.types
-        vector = types["geometry_msgs/msg/Vector3"]
-        parts = {"linear": vector(float(linear), 0.0, 0.0), "angular": vector(0.0, 0.0, float(angular))}
+        parts = planar(linear, angular)
         if self.is_stamped:
-            header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](0, 0), "base_link")
-            parts = {"header": header, "twist": types["geometry_msgs/msg/Twist"](**parts)}
-        self.publisher.publish(**parts)
+            twist = library.make("geometry_msgs/msg/Twist", **parts)
+            parts = {"header": header(0, "base_link"), "twist": twist}
+        self.publication.send(**parts)
 
 
-def router():
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    config = zenoh.Config()
-    for key, value in {
-        "mode": '"router"',
-        "listen/endpoints": f'["tcp/127.0.0.1:{port}"]',
-        "scouting/multicast/enabled": "false",
-    }.items():
-        config.insert_json5(key, value)
-    with zenoh.open(config):
-        print(port, flush=True)
-        sys.stdin.read()
+def vector(x=0.0, y=0.0, z=0.0):
+    return library.make("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
+
+
+def planar(linear, angular):
+    """Returns the fields of a velocity in the plane."""
+    return {"linear": vector(x=linear), "angular": vector(z=angular)}
+
+
+def header(nanoseconds, frame):
+    stamp = library.make("builtin_interfaces/msg/Time", sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+    return library.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
 
 def drive(port):
-    definitions(TYPES.values())
+    library.use(TYPES.values())
     subscriptions = {topic: Subscription(topic, port) for topic in TYPES if topic != "/cmd_vel"}
     for topic, subscription in subscriptions.items():
         until(f"{topic} is received", lambda subscription=subscription: subscription.count > 2)
     scan, odom, image = (subscriptions[topic] for topic in ("/scan", "/odom", "/image"))
-    listed = dict(get_topic_names_and_types(domain_id=0, router_port=port, timeout=2.0))
+    listed = library.topics(port)
     for topic, kind in TYPES.items():
         check(listed.get(topic) == [kind], f"{topic} is listed as {listed.get(topic)}, not {kind}")
 
@@ -168,7 +134,7 @@ def drive(port):
     check("sonar_15" in steps, "sonars have no frame")
 
     begin, ahead = odom.newest.pose.pose, first.ranges[90]
-    cmd_vel = Publication("/cmd_vel", port)
+    cmd_vel = Velocities("/cmd_vel", port)
 
     def distance():
         position = odom.newest.pose.pose.position
@@ -193,9 +159,9 @@ def drive(port):
     until("it has stopped turning", lambda: abs(odom.newest.twist.twist.angular.z) < 1e-6)
 
     # Invalid messages do no harm and cause no motion.
-    position, key = distance(), str(cmd_vel.publisher.keyexpr)
+    position = distance()
     for garbage in (b"", b"\0", b"\0\1\0\0" + b"\xff" * 47, b"\0\1\0\0" + b"\xff" * 48, b"x" * 100_000):
-        ZenohSession.get_instance().session.put(key, garbage)
+        cmd_vel.publication.send_bytes(garbage)
     before = odom.count
     until("it continues", lambda: odom.count > before + 20)
     check(abs(distance() - position) < 0.01, "an invalid message moved it")
@@ -204,9 +170,9 @@ def drive(port):
 
 
 def arbitrate(port):
-    definitions([*TYPES.values(), *SOURCES.values()])
+    library.use([*TYPES.values(), *SOURCES.values()])
     base = Subscription("/cmd_vel", port)
-    teleop, nav = (Publication(topic, port, kind) for topic, kind in SOURCES.items())
+    teleop, nav = (Velocities(topic, port, kind) for topic, kind in SOURCES.items())
     taken = []
 
     def until_driven(speed, sources):
@@ -220,7 +186,7 @@ def arbitrate(port):
         taken.append(speed)
 
     until_driven(0.2, [(nav, 0.2)])
-    listed = dict(get_topic_names_and_types(domain_id=0, router_port=port, timeout=2.0))
+    listed = library.topics(port)
     check(listed.get("/cmd_vel") == [TYPES["/cmd_vel"]], f"/cmd_vel is listed as {listed.get('/cmd_vel')}")
     until_driven(0.5, [(nav, 0.2), (teleop, 0.5)])
     until_driven(0.2, [(nav, 0.2)])
@@ -276,37 +242,32 @@ class Robot:
 
 
 def serve(port):
-    definitions(TYPES.values())
-    types, robot = JAZZY.types, Robot()
-    scan, odom, battery = (Publication(topic, port).publisher for topic in ("/scan", "/odom", "/battery_state"))
-    ROS2Subscriber(
-        "/cmd_vel", TYPES["/cmd_vel"], robot.command, domain_id=0, router_port=port, node_name="peer"
-    )
+    library.use(TYPES.values())
+    robot, make = Robot(), library.make
+    scan, odom = (library.Publication(topic, TYPES[topic], port) for topic in ("/scan", "/odom"))
+    library.subscribe("/cmd_vel", TYPES["/cmd_vel"], port, robot.command)
     ended = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
     print("ready", flush=True)
-    vector, point = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Point"]
     covariance = numpy.zeros(36)
     while not ended.wait(0.05):
         robot.step(0.05)
         now = time.time_ns()
-        stamp = types["builtin_interfaces/msg/Time"](now // 10**9, now % 10**9)
-        header = lambda frame: types["std_msgs/msg/Header"](stamp, frame)
-        rotation = types["geometry_msgs/msg/Quaternion"](
-            0.0, 0.0, math.sin(robot.heading / 2), math.cos(robot.heading / 2)
+        z, w = math.sin(robot.heading / 2), math.cos(robot.heading / 2)
+        pose = make(
+            "geometry_msgs/msg/Pose",
+            position=make("geometry_msgs/msg/Point", x=robot.x, y=robot.y, z=0.0),
+            orientation=make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=z, w=w),
         )
-        pose = types["geometry_msgs/msg/Pose"](point(robot.x, robot.y, 0.0), rotation)
-        twist = types["geometry_msgs/msg/Twist"](
-            vector(robot.linear, 0.0, 0.0), vector(0.0, 0.0, robot.angular)
-        )
-        odom.publish(
-            header=header("odom"),
+        twist = make("geometry_msgs/msg/Twist", **planar(robot.linear, robot.angular))
+        odom.send(
+            header=header(now, "odom"),
             child_frame_id="base_footprint",
-            pose=types["geometry_msgs/msg/PoseWithCovariance"](pose, covariance),
-            twist=types["geometry_msgs/msg/TwistWithCovariance"](twist, covariance),
+            pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=covariance),
+            twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=covariance),
         )
-        scan.publish(
-            header=header("base_scan"),
+        scan.send(
+            header=header(now, "base_scan"),
             angle_min=0.0,
             angle_max=math.tau * (1 - 1 / robot.BEAMS),
             angle_increment=math.tau / robot.BEAMS,
@@ -322,13 +283,39 @@ def serve(port):
     print(f"was driven {robot.travelled:.2f} m by {robot.commands} velocities, to {robot.x:.2f}, {robot.y:.2f}", flush=True)
 
 
+def restart(port):
+    server = library.start_router(port)
+    scan, odom = (Subscription(topic, port) for topic in ("/scan", "/odom"))
+    until("scans are received", lambda: scan.count > 2)
+    server.terminate()
+    server.wait()
+    until("no publication of /scan is known", lambda: library.publishers("/scan", port) == 0)
+    before = scan.count
+    server = library.start_router(port)
+    until("scans are received from the new router", lambda: scan.count > before + 2)
+    cmd_vel = Velocities("/cmd_vel", port)
+
+    def drives():
+        cmd_vel.twist(0.2, 0.0)
+        time.sleep(0.05)
+        return odom.newest.twist.twist.linear.x > 0.15
+
+    until("it drives by the new router", drives)
+    server.terminate()
+    server.wait()
+    print("the router restarted, and the robot was driven again")
+
+
 if __name__ == "__main__":
-    role = sys.argv[1]
-    if role == "router":
-        router()
-    else:
-        try:
-            {"drive": drive, "arbitrate": arbitrate, "serve": serve}[role](int(sys.argv[2]))
-        finally:
-            # Threads of an open session would prevent the program from ending.
-            ZenohSession.get_instance().close()
+    library = importlib.import_module(f"with_{sys.argv[1]}")
+    role, port = sys.argv[2], int(sys.argv[3])
+    try:
+        {
+            "router": library.router,
+            "drive": drive,
+            "arbitrate": arbitrate,
+            "serve": serve,
+            "restart": restart,
+        }[role](port)
+    finally:
+        library.close()
