@@ -16,12 +16,12 @@ from rosidl_runtime_py.utilities import get_message
 
 # Those that jde publishes for each value; the others have ROS 2's default, reliable and the newest ten.
 SENSORS = {"/scan", "/odom", "/image", "/sonar", "/battery_state"}
-node = None
+node = spinner = None
 
 
 def connect(port):
     """Starts the node of this program at its first use."""
-    global node
+    global node, spinner
     if node is None:
         os.environ.update(environment(port))
         rclpy.init()
@@ -35,7 +35,8 @@ def connect(port):
             except ExternalShutdownException:
                 pass
 
-        threading.Thread(target=spin, daemon=True).start()
+        spinner = threading.Thread(target=spin)
+        spinner.start()
     return node
 
 
@@ -131,3 +132,5 @@ def router(port):
 def close():
     """Ends the node."""
     rclpy.try_shutdown()
+    if spinner:
+        spinner.join()
