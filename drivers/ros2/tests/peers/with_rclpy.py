@@ -97,7 +97,7 @@ def publishers(topic, port):
 
 def start_router(port):
     """Starts ROS 2's router. Returns its process when it accepts connections."""
-    settings = {"ZENOH_CONFIG_OVERRIDE": f'listen/endpoints=["tcp/127.0.0.1:{port}"]'}
+    settings = {"ZENOH_CONFIG_OVERRIDE": f'listen/endpoints=["tcp/127.0.0.1:{port}"]', "RUST_LOG": "error"}
     prefix = subprocess.run(["ros2", "pkg", "prefix", "rmw_zenoh_cpp"], capture_output=True, text=True, check=True)
     program = os.path.join(prefix.stdout.strip(), "lib/rmw_zenoh_cpp/rmw_zenohd")
     process = subprocess.Popen(
