@@ -1,5 +1,5 @@
 //! Tests with independent programs, which contain no code of jde: clients of the Pioneer protocol drive the
-//! simulated robot, the libraries of MCAP and ROS 2 read recordings, the programs of `docs/protocol.md`
+//! simulated robot, the libraries of MCAP and ROS 2 read recordings and write a bag for jde, the programs of `docs/protocol.md`
 //! inspect a running application, ROS 2 and jde drive each other's robots, and schemas drive a robot of Stage.
 
 use std::io::{BufRead, BufReader};
@@ -25,6 +25,7 @@ const ENVIRONMENT: Environment = Environment {
         "cryptography==50.0.2",
         "mcap==1.6.0",
         "mcap-ros2-support==0.6.0",
+        "rosbags==0.11.9",
         ros2::PACKAGE,
     ],
     imports: &[
@@ -34,6 +35,7 @@ const ENVIRONMENT: Environment = Environment {
         "zenoh",
         "mcap.reader",
         "mcap_ros2.decoder",
+        "rosbags.highlevel",
         ros2::IMPORT,
     ],
 };
@@ -41,6 +43,12 @@ const ENVIRONMENT: Environment = Environment {
 const READER: &str = "crates/log/tests/peers/read_mcap.py";
 /// Reads the panels of a recording.
 const PANELS: &str = "crates/log/tests/peers/read_panels.py";
+/// Decodes every message of a recording, and compares the selections with those that the run reported.
+const ALL_READER: &str = "crates/log/tests/peers/read_all.py";
+/// Writes a bag of ROS 2.
+const BAG_WRITER: &str = "crates/log/tests/peers/write_bag.py";
+/// The page with an application that plays a bag.
+const BAG_PAGE: &str = "docs/replays.md";
 /// Drives ahead, turns and stops. Fails if the robot does not follow.
 const CLIENT: &str = "crates/p2os-server/tests/peers/soar_client.py";
 /// A client from outside the repository, used if the file exists. It drives ahead and prints.
@@ -67,6 +75,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
     }
     read_recording(context, &python)?;
     read_panels(context, &python)?;
+    play_bag(context, &python)?;
     clients::run(context, &python)?;
     ros2::run(context, &python)?;
     player::run(context)?;
@@ -108,13 +117,16 @@ fn read_recording(context: &Context, python: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Records the panels of a drive. Independent libraries read them.
+/// Records a drive with its panels. Independent libraries decode every message and read the panels.
 fn read_panels(context: &Context, python: &Path) -> Result<()> {
-    let recording = context.target.join("peers/panels.mcap");
+    let folder = context.target.join("peers");
+    let (recording, decisions) = (folder.join("panels.mcap"), folder.join("decisions.jsonl"));
     let mut record = Command::new(context.target.join("debug/jde"));
     record
         .args(["run", "safe-navigation", "--plain", "--panels", "--overwrite"])
-        .args(["--for", "3s", "--record"])
+        .args(["--for", "3s", "--decisions"])
+        .arg(&decisions)
+        .arg("--record")
         .arg(&recording)
         .current_dir(&context.root);
     shell::show(&record, context.paint);
@@ -130,6 +142,52 @@ fn read_panels(context: &Context, python: &Path) -> Result<()> {
         "{}",
         shell::read(&mut reader).context("the reader of panels failed")?
     );
+    let mut reader = Command::new(python);
+    reader
+        .arg(context.root.join(ALL_READER))
+        .args([&recording, &decisions])
+        .args(["/jde/decisions", "/jde/states", "/jde/events", "/jde/turns"])
+        .args(["/panels/example", "/pioneer/laser"]);
+    shell::show(&reader, context.paint);
+    print!(
+        "{}",
+        shell::read(&mut reader).context("the reader of all messages failed")?
+    );
+    Ok(())
+}
+
+/// Lets the application of `docs/replays.md` decide on a bag of ROS 2, and decides that run again.
+fn play_bag(context: &Context, python: &Path) -> Result<()> {
+    let page = std::fs::read_to_string(context.root.join(BAG_PAGE))?;
+    let is_of_bag = |block: &&str| block.contains("\"office\"");
+    let block = page.split("```").find(is_of_bag);
+    let text = block.and_then(|block| block.strip_prefix("toml\n"));
+    let text = text.with_context(|| format!("{BAG_PAGE} has no application with a bag"))?;
+    let folder = context.target.join("peers");
+    // The application names the bag relative to its own folder.
+    std::fs::write(folder.join("office.toml"), text)?;
+    if folder.join("office").exists() {
+        std::fs::remove_dir_all(folder.join("office"))?;
+    }
+    let mut writer = Command::new(python);
+    writer.arg(context.root.join(BAG_WRITER)).arg("office");
+    let mut run = Command::new(context.target.join("debug/jde"));
+    run.args(["run", "office.toml", "--lockstep", "--overwrite"])
+        .args(["--record", "decided.mcap"]);
+    let mut again = Command::new(context.target.join("debug/jde"));
+    again.args(["replay", "--decide", "decided.mcap"]);
+    let mut printed = String::new();
+    for command in [&mut writer, &mut run, &mut again] {
+        command
+            .current_dir(&folder)
+            .env("JDE_PLUGIN_PATH", context.target.join("debug"));
+        shell::show(command, context.paint);
+        let output = shell::read(command).context("the schemas did not decide on the bag twice alike")?;
+        print!("{output}");
+        printed += &output;
+    }
+    // The robot of the bag drives towards a wall.
+    ensure!(printed.contains("nobody -> stop"), "`stop` did not take over");
     Ok(())
 }
 

@@ -16,6 +16,7 @@ mod part;
 mod pattern;
 #[cfg(feature = "record")]
 mod pre_trigger_buffer;
+pub mod record;
 #[cfg(feature = "record")]
 mod recorder;
 mod recording;
@@ -54,4 +55,4 @@ pub use survey::{Cause, Damaged, GroupSurvey, PartsSurvey, SchemaProblems, Surve
 #[cfg(feature = "record")]
 pub use topic::{Stamps, Topic};
 pub use turns::{RecordedGroup, RecordedHierarchy, RecordedSchema};
-pub use variable::{RecordedVariable, recorded_variables};
+pub use variable::{RecordedVariable, recorded_variables, undecodable_topics, value_type};

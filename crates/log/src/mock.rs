@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use jde_abi::describe::Role;
 use jde_app::InstanceConfig;
 use jde_host::Mock;
-use jde_records::{RecordKind, RunRecord};
+use jde_records::RecordKind;
 use jde_ros::{cdr, definition};
 
+use crate::record;
 use crate::replay::{Drive, ReplayError};
 
 /// Returns a mock of a schema that publishes what the exports of the schema `recorded` were, at their times since
@@ -54,7 +55,7 @@ pub fn mock(drive: &Drive, recorded: &str, instance: &InstanceConfig) -> Result<
     for message in recording.messages()? {
         let message = message?;
         if message.channel.topic == RecordKind::Event.topic() {
-            let record = RunRecord::parse(RecordKind::Event, &message.data).ok();
+            let record = record::read(&message);
             let retracted = record
                 .as_ref()
                 .and_then(|record| Some((record.retracted_variable()?, record)));

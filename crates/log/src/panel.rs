@@ -1,14 +1,21 @@
-//! Panels in recordings: one channel for each schema, `/panels/<schema>`. A message is CBOR: a list of
+//! Panels in recordings: one channel for each schema, `/panels/<schema>`. A message contains CBOR: a list of
 //! widgets, or a text with the reason why there is none. This module draws nothing.
 
 use jde_panel::{Broken, List};
+use jde_ros::cdr::{self, Reader};
 
 use crate::Channel;
 
-/// The encoding of the messages.
-pub(crate) const ENCODING: &str = "cbor";
-/// The name of their type.
-pub(crate) const TYPE: &str = "jde/Panel";
+/// The name of the type of the messages.
+pub(crate) const TYPE: &str = "jde_msgs/msg/Panel";
+/// Their definition.
+#[cfg(feature = "record")]
+pub(crate) const DEFINITION: &str = "\
+# The drawing of a schema's panel.
+
+# The list of widgets, or a text with the reason why there is none, in CBOR.
+uint8[] cbor
+";
 /// The key in a channel's metadata that names the panel's schema.
 pub(crate) const SCHEMA: &str = "panel";
 
@@ -22,28 +29,48 @@ pub fn topic(schema: &str) -> String {
 #[must_use]
 pub fn schema(channel: &Channel) -> Option<&str> {
     let schema = channel.metadata.get(SCHEMA)?;
-    (channel.encoding == ENCODING && channel.type_name == TYPE).then_some(schema)
+    (channel.type_name == TYPE).then_some(schema)
 }
 
 /// Encodes the drawing of a panel, or the reason why there is none.
 #[cfg(feature = "record")]
 pub(crate) fn message(shown: &Result<List, String>) -> Vec<u8> {
-    match shown {
+    let cbor = match shown {
         Ok(list) => jde_panel::encode(list),
         Err(reason) => jde_panel::encode(reason),
-    }
+    };
+    let mut message = Vec::new();
+    let mut writer = cdr::Writer::new(&mut message);
+    writer.length(cbor.len());
+    writer.bytes(&cbor);
+    message
+}
+
+/// Why a message is not a panel.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PanelError {
+    /// It is of another type, or was cut.
+    #[error(transparent)]
+    Message(#[from] cdr::Error),
+    /// It contains no panel, or one that cannot be shown.
+    #[error(transparent)]
+    Broken(#[from] Broken),
 }
 
 /// Decodes the drawing of a panel, or the reason why there is none. The drawing is within all limits of
 /// `jde_panel`.
 ///
 /// # Errors
-/// [`Broken`]: the message is not a panel, or one that cannot be shown.
-pub fn read(message: &[u8]) -> Result<Result<List, String>, Broken> {
-    if let Ok(reason) = jde_panel::decode::<String>(message) {
+/// [`PanelError`].
+pub fn read(message: &[u8]) -> Result<Result<List, String>, PanelError> {
+    let mut reader = Reader::new(message)?;
+    let length = reader.length("cbor")?;
+    let cbor = reader.take(1, length, "cbor")?;
+    reader.finish()?;
+    if let Ok(reason) = jde_panel::decode::<String>(cbor) {
         return Ok(Err(reason));
     }
-    let list: List = jde_panel::decode(message)?;
+    let list: List = jde_panel::decode(cbor)?;
     jde_panel::check(&list)?;
     Ok(Ok(list))
 }

@@ -19,6 +19,8 @@ pub(crate) const BEGINS: &str = "jde/part/begins";
 pub(crate) const BYTE: &str = "byte";
 /// The file name extension of a recording in a folder.
 const EXTENSION: &str = "mcap";
+/// The file that makes a folder a bag of ROS 2.
+const BAG: &str = "metadata.yaml";
 /// The largest size of a metadata record up to the mark, in bytes.
 const MAX_METADATA_BYTES: u64 = 1 << 20;
 
@@ -78,16 +80,21 @@ impl Mark {
 }
 
 /// Finds the recordings that `path` denotes, each with its files in their order. A file denotes itself and
-/// the other parts of its recording in its folder. A folder denotes the recordings in it. The name from which
-/// parts were numbered denotes the parts of the newest recording.
+/// the other parts of its recording in its folder. A folder denotes the recordings in it, and that of a bag of ROS 2
+/// one recording. The name from which parts were numbered denotes the parts of the newest recording.
 ///
 /// # Errors
 /// The folder cannot be read.
 pub(crate) fn find_recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
     if path.is_dir() {
-        return find_in_folder(path, |path| {
-            path.extension().is_some_and(|extension| extension == EXTENSION)
-        });
+        let is_mcap = |path: &Path| path.extension().is_some_and(|extension| extension == EXTENSION);
+        if path.join(BAG).is_file() {
+            let mut files: Vec<_> = listed(path)?.into_iter().filter(|path| is_mcap(path)).collect();
+            // `bag_10` is behind `bag_9`.
+            files.sort_by_key(|file| file.as_os_str().len());
+            return Ok(Vec::from_iter((!files.is_empty()).then_some(files)));
+        }
+        return find_in_folder(path, is_mcap);
     }
     if !path.exists() {
         let parts: Vec<_> = find_parts(path)?.into_iter().map(|(_, path)| path).collect();

@@ -5,10 +5,10 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;
 
-use jde_records::{EventRecord, RecordKind, RunRecord};
+use jde_records::{EventRecord, RunRecord};
 use serde::Serialize;
 
-use crate::{Message, ReadError, Recording};
+use crate::{Message, ReadError, Recording, record};
 
 /// The largest number of schemas whose problems are reported, which is the largest number of schemas of an
 /// application.
@@ -255,10 +255,7 @@ impl Survey {
         if message.publish_time < first {
             return;
         }
-        let kind = RecordKind::ALL
-            .into_iter()
-            .find(|kind| kind.topic() == channel.topic);
-        match kind.and_then(|kind| RunRecord::parse(kind, &message.data).ok()) {
+        match record::read(message) {
             Some(RunRecord::Decision(decision)) => {
                 self.decisions += 1;
                 let is_group = |survey: &&mut GroupSurvey| survey.group == decision.group;

@@ -7,7 +7,7 @@ use jde_abi::describe::Type;
 use jde_ros::definition;
 
 use crate::turns::TOPIC;
-use crate::{Channel, Recording};
+use crate::{Channel, Recording, panel, record};
 
 /// A variable of a recording.
 pub struct RecordedVariable {
@@ -51,12 +51,55 @@ impl RecordedVariable {
 #[must_use]
 pub fn recorded_variables(recording: &Recording) -> BTreeMap<String, RecordedVariable> {
     let of = |channel: &Channel| {
-        let text = std::str::from_utf8(&channel.definition).ok()?;
-        if channel.encoding != "cdr" || channel.definition_encoding != "ros2msg" || channel.topic == TOPIC {
-            return None;
-        }
-        let value_type = definition::read(&channel.type_name, text).ok()?;
+        let value_type = value_type(channel).ok()?;
         Some((channel.topic.clone(), RecordedVariable::of(channel, value_type)))
     };
-    recording.channels().filter_map(of).collect()
+    recording
+        .channels()
+        .filter(|channel| is_variable(channel))
+        .filter_map(of)
+        .collect()
+}
+
+/// Describes the topics of a recording whose values cannot be decoded: each with its type and the reason.
+#[must_use]
+pub fn undecodable_topics(recording: &Recording) -> Vec<String> {
+    let of = |channel: &Channel| {
+        let reason = value_type(channel).err()?;
+        Some(format!("{} ({}): {reason}", channel.topic, channel.type_name))
+    };
+    recording
+        .channels()
+        .filter(|channel| is_variable(channel))
+        .filter_map(of)
+        .collect()
+}
+
+/// Returns the type of the values of a channel: the one that its definition describes or, if that has no bounds, as
+/// in ROS 2, the standard type of the same name and fields.
+///
+/// # Errors
+/// Why its values cannot be decoded.
+pub fn value_type(channel: &Channel) -> Result<Type, String> {
+    if channel.encoding != "cdr" {
+        return Err(format!("its messages are in `{}`, not in CDR", channel.encoding));
+    }
+    let text = String::from_utf8_lossy(&channel.definition);
+    let read = match channel.definition_encoding.as_str() {
+        "ros2msg" => definition::read(&channel.type_name, &text).map_err(|error| error.to_string()),
+        "" => Err("the recording contains no definition of it".to_owned()),
+        other => Err(format!("its definition is in `{other}`, not in `ros2msg`")),
+    };
+    read.or_else(|reason| {
+        let is_same = |standard: &Type| {
+            definition::name(standard) == channel.type_name
+                && (channel.definition_encoding != "ros2msg" || definition::has_fields(&text, standard))
+        };
+        jde_types::standard().into_iter().find(is_same).ok_or(reason)
+    })
+}
+
+/// Whether a channel contains values, instead of what a run reports of itself.
+fn is_variable(channel: &Channel) -> bool {
+    channel.topic != TOPIC && record::kind(channel).is_none() && panel::schema(channel).is_none()
 }

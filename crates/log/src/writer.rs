@@ -10,15 +10,27 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use jde_abi::describe::Type;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, WriteOptions};
 
-use jde_ros::definition;
-
 use crate::part::{Mark, PART};
-use crate::{Error, Origin, panel};
+use crate::{Error, Origin};
+
+/// The quality of service with which `ros2 bag play` offers each topic, as rosbag2 stores it: keep last, reliable,
+/// transient-local. A value holds until the next one, so a late subscriber gets the newest. Numbers instead of names,
+/// because all versions of rosbag2 read those.
+const OFFERED_QOS: &str = "\
+- history: 1
+  depth: 1
+  reliability: 1
+  durability: 1
+  deadline: {sec: 9223372036, nsec: 854775807}
+  lifespan: {sec: 9223372036, nsec: 854775807}
+  liveliness: 1
+  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
+  avoid_ros_namespace_conventions: false
+";
 
 /// The destination of a recording's bytes.
 pub(crate) type Output = Box<dyn Write + Send>;
@@ -103,6 +115,7 @@ impl Writer {
             bytes: Arc::clone(&bytes),
         };
         let options = WriteOptions::new()
+            .profile("ros2")
             .compression(Some(Compression::Lz4))
             .library(concat!("jde ", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true);
@@ -129,45 +142,19 @@ impl Writer {
         Ok(writer)
     }
 
-    /// Adds a channel of CDR messages. Calls with the same topic, type and metadata return the same channel.
-    pub(crate) fn variable(
+    /// Adds a channel of CDR messages, of a type with this name and definition. Calls with the same arguments
+    /// return the same channel.
+    pub(crate) fn channel(
         &mut self,
         topic: &str,
-        value_type: &Type,
-        metadata: &BTreeMap<String, String>,
+        (type_name, definition): (&str, &str),
+        mut metadata: BTreeMap<String, String>,
     ) -> io::Result<u16> {
-        let text = definition::definition(value_type);
-        self.channel(
-            topic,
-            &definition::name(value_type),
-            ("ros2msg", text.as_bytes()),
-            "cdr",
-            metadata,
-        )
-    }
-
-    /// Adds a channel of JSON messages.
-    pub(crate) fn json(&mut self, topic: &str, name: &str, schema: &str) -> io::Result<u16> {
-        let schema = ("jsonschema", schema.as_bytes());
-        self.channel(topic, name, schema, "json", &BTreeMap::new())
-    }
-
-    /// Adds a channel of a panel's drawings: CBOR, which needs no definition.
-    pub(crate) fn panel(&mut self, topic: &str, metadata: &BTreeMap<String, String>) -> io::Result<u16> {
-        self.channel(topic, panel::TYPE, ("", &[]), panel::ENCODING, metadata)
-    }
-
-    fn channel(
-        &mut self,
-        topic: &str,
-        name: &str,
-        (encoding, schema): (&str, &[u8]),
-        encoding_of_messages: &str,
-        metadata: &BTreeMap<String, String>,
-    ) -> io::Result<u16> {
-        let schema = self.mcap.add_schema(name, encoding, schema).map_err(plain)?;
+        metadata.insert("offered_qos_profiles".to_owned(), OFFERED_QOS.to_owned());
+        let schema = self.mcap.add_schema(type_name, "ros2msg", definition.as_bytes());
+        let schema = schema.map_err(plain)?;
         self.mcap
-            .add_channel(schema, topic, encoding_of_messages, metadata)
+            .add_channel(schema, topic, "cdr", &metadata)
             .map_err(plain)
     }
 

@@ -16,8 +16,8 @@ use crate::pre_trigger_buffer::StateKey;
 use crate::sink::{Effect, Sink, SinkChannel};
 use crate::subscriber::{SequenceTracker, ValueChange, retraction_notice};
 use crate::topic::{Notice, Shared, Slot, SlotForm, TopicContent, TopicQueue, lock};
-use crate::turns;
 use crate::writer::Times;
+use crate::{record, turns};
 use jde_conditions::{Firing, Triggers};
 
 /// The longest time between two rounds. A publisher may wake the thread earlier.
@@ -337,7 +337,8 @@ impl WriterThread {
             (None, RunRecord::State(change)) => Effect::State(StateKey::Named(change.schema.as_str().into())),
             (None, RunRecord::Event(_)) => Effect::State(StateKey::Stateless),
         };
-        self.sink.write_message(channel, times, &record.to_json(), effect);
+        record::encode(record.clone(), &mut self.message);
+        self.sink.write_message(channel, times, &self.message, effect);
         self.advance_to(log);
     }
 

@@ -1,6 +1,5 @@
-//! The decisions and events of a run, as JSON messages with one JSON schema per kind. JSON, because names and
-//! reasons have any length, and variables have types of fixed size. `--decisions`, recordings and the link
-//! all carry the same messages.
+//! The decisions and events of a run. `--decisions` and the link carry them as JSON, recordings as messages of
+//! ROS 2.
 
 pub mod chattering;
 mod decision_tracker;
@@ -63,16 +62,6 @@ impl RecordKind {
             Self::Decision => "/jde/decisions",
             Self::State => "/jde/states",
             Self::Event => "/jde/events",
-        }
-    }
-
-    /// The name of their JSON schema, and the schema.
-    #[must_use]
-    pub fn schema(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Decision => ("jde/Decision", include_str!("decision.json")),
-            Self::State => ("jde/State", include_str!("state.json")),
-            Self::Event => ("jde/Event", include_str!("event.json")),
         }
     }
 }
@@ -199,7 +188,7 @@ impl RunRecord {
         json.unwrap_or_default()
     }
 
-    /// Parses a message of a kind.
+    /// Parses a message of a kind in JSON.
     ///
     /// # Errors
     /// It is not such a message.

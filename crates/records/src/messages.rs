@@ -6,7 +6,7 @@ use jde_panel::Gesture;
 use serde::{Deserialize, Serialize};
 
 /// A selection with its why-record (R15).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Decision {
     /// Counts the selections of the run, from 1.
     pub number: u64,
@@ -86,7 +86,7 @@ impl Decision {
 }
 
 /// A candidate that was awake at a selection.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CandidateRecord {
     /// Its name.
     pub name: String,
@@ -99,7 +99,7 @@ pub struct CandidateRecord {
 }
 
 /// A schema changed its state.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StateRecord {
     /// When, s since the application's start.
     pub time_s: f64,

@@ -328,27 +328,24 @@ impl Recording {
     }
 
     fn publish(&mut self, cx: &Context, player: &mut Player, message: &reader::TimedMessage) {
-        let time = player
-            .playhead
-            .time_of(message.at, cx.now())
-            .saturating_sub(message.age);
-        let Some((output, bytes)) = player.outputs.read(message) else {
-            player.spoilt += 1;
-            if player.spoilt == 1 {
-                warn!(
-                    cx,
-                    "a message of {} does not match its type, and is left out",
-                    message.topic()
-                );
+        let published = player.playhead.time_of(message.at, cx.now());
+        let (output, bytes) = match player.outputs.read(message) {
+            Some(Ok(decoded)) => decoded,
+            Some(Err(error)) => {
+                player.spoilt += 1;
+                if player.spoilt == 1 {
+                    warn!(cx, "a message of {} is left out: {error}", message.topic());
+                }
+                return;
             }
-            return;
+            None => return,
         };
-        let header = Header::new(time, "");
         macro_rules! put {
             ($export:ident) => {{
                 let mut room = self.$export.loan(cx);
                 room.as_bytes_mut().copy_from_slice(bytes);
-                room.header.stamp = header.stamp;
+                let time = published.saturating_sub(message.age(room.header.stamp));
+                room.header.stamp = time.into();
                 room.publish_at(time);
             }};
         }

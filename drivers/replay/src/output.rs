@@ -2,13 +2,13 @@
 
 use jde_log::Channel;
 use jde_ros::{cdr, definition};
+use jde_schema::Error;
 use jde_schema::types::{Text, Value};
-use jde_schema::{Error, Result};
 
 use crate::reader::{RecordingReader, TimedMessage};
 
-/// Decodes a message into the bytes of a value; returns false if it does not match the type.
-type Decode = Box<dyn Fn(&[u8], &mut [u8]) -> bool + Send>;
+/// Decodes a message into the bytes of a value.
+type Decode = Box<dyn Fn(&[u8], &mut [u8]) -> Result<(), cdr::Error> + Send>;
 
 /// The sensors of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub(crate) enum Output {
     Depth,
 }
 
-/// The topics that are channel.
+/// The topics that are played.
 #[derive(Default)]
 pub(crate) struct Outputs {
     channels: Vec<OutputChannel>,
@@ -54,13 +54,20 @@ impl Outputs {
         reader: &RecordingReader,
         output: Output,
         topic: &Text<120>,
-    ) -> Result {
+    ) -> jde_schema::Result {
         let topic = topic.as_str();
         let value_type = T::describe();
         let name = definition::name(&value_type);
-        let is_suitable = |channel: &&Channel| channel.type_name == name && channel.encoding == "cdr";
+        let problem = |channel: &Channel| match jde_log::value_type(channel) {
+            _ if channel.type_name != name => Some(format!("is a {}", channel.type_name)),
+            Err(reason) => Some(format!("cannot be played: {reason}")),
+            Ok(recorded) if !definition::has_fields(&definition::definition(&recorded), &value_type) => {
+                Some(format!("is a {name} with other fields"))
+            }
+            Ok(_) => None,
+        };
         let found = if topic.is_empty() {
-            let mut channels = reader.channels().filter(is_suitable);
+            let mut channels = reader.channels().filter(|channel| problem(channel).is_none());
             channels.find(|channel| !self.has(&channel.topic))
         } else {
             let named = reader.channels().find(|channel| channel.topic == topic);
@@ -71,14 +78,8 @@ impl Outputs {
                     reader.topics()
                 ))
             })?;
-            if !is_suitable(&named) {
-                return Err(format!(
-                    "`{topic}` of {} is a {} in {}, expected a {name} in cdr",
-                    reader.path(),
-                    named.type_name,
-                    named.encoding
-                )
-                .into());
+            if let Some(problem) = problem(named) {
+                return Err(format!("`{topic}` of {} {problem}; expected a {name}", reader.path()).into());
             }
             Some(named)
         };
@@ -86,7 +87,7 @@ impl Outputs {
             topic: channel.topic.clone(),
             output,
             bytes: vec![0; value_type.bytes],
-            decode: Box::new(move |message, bytes| cdr::decode_into(&value_type, message, bytes).is_ok()),
+            decode: Box::new(move |message, bytes| cdr::decode_into(&value_type, message, bytes)),
         }));
         Ok(())
     }
@@ -105,13 +106,14 @@ impl Outputs {
         names.join(", ")
     }
 
-    /// Decodes a message; `None` if it does not match its type.
-    pub(crate) fn read(&mut self, message: &TimedMessage) -> Option<(Output, &[u8])> {
-        let channel = self
-            .channels
-            .iter_mut()
-            .find(|channel| channel.topic == message.topic())?;
-        let matches = (channel.decode)(&message.message.data, &mut channel.bytes);
-        matches.then_some((channel.output, &*channel.bytes))
+    /// Decodes a message of one of the topics; `None` for other topics.
+    ///
+    /// # Errors
+    /// It does not match its type.
+    pub(crate) fn read(&mut self, message: &TimedMessage) -> Option<Result<(Output, &[u8]), cdr::Error>> {
+        let mut channels = self.channels.iter_mut();
+        let channel = channels.find(|channel| channel.topic == message.topic())?;
+        let decoded = (channel.decode)(&message.message.data, &mut channel.bytes);
+        Some(decoded.map(|()| (channel.output, &*channel.bytes)))
     }
 }

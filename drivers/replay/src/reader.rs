@@ -6,9 +6,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use jde_log::{Channel, Message, Messages, ReadError, Recording};
+use jde_schema::types::Time;
 
 /// The time before a position in which the last values are searched.
 const SEARCH_TIME: Duration = Duration::from_secs(5);
+
+/// A header with an older time is not by the wall clock.
+const MAX_AGE: Duration = Duration::from_secs(10);
 
 /// A recording that is being played.
 pub(crate) struct RecordingReader {
@@ -24,8 +28,6 @@ pub(crate) struct RecordingReader {
 /// A message, with its position in the recording.
 pub(crate) struct TimedMessage {
     pub(crate) at: Duration,
-    /// Time from its measurement to its publication.
-    pub(crate) age: Duration,
     pub(crate) message: Message,
 }
 
@@ -133,7 +135,6 @@ impl RecordingReader {
             if selected(&message.channel.topic) {
                 return Ok(Some(TimedMessage {
                     at: Duration::from_nanos(message.log_time.saturating_sub(self.start)),
-                    age: Duration::from_nanos(message.log_time.saturating_sub(message.publish_time)),
                     message,
                 }));
             }
@@ -145,5 +146,15 @@ impl RecordingReader {
 impl TimedMessage {
     pub(crate) fn topic(&self) -> &str {
         &self.message.channel.topic
+    }
+
+    /// Returns the time from its measurement to its publication. Bags of ROS 2 state the measurement in the header
+    /// of the value, by the wall clock; others state it in the message.
+    pub(crate) fn age(&self, stamp: Time) -> Duration {
+        let published = Duration::from_nanos(self.message.log_time);
+        published
+            .checked_sub(stamp.into())
+            .filter(|age| *age <= MAX_AGE)
+            .unwrap_or_else(|| published.saturating_sub(Duration::from_nanos(self.message.publish_time)))
     }
 }

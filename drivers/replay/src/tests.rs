@@ -1,6 +1,8 @@
 //! Playback of recordings: times, speeds, pauses, steps and positions, with damaged, truncated and unsuitable
 //! files.
 
+mod bags;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -335,7 +337,7 @@ fn an_unplayable_recording_is_refused_with_its_reason() {
         .set("laser_topic", Text::<120>::new("/pioneer/odometry"));
     let reason = fixture.refused();
     assert!(
-        reason.contains("is a nav_msgs/msg/Odometry in cdr, expected a sensor_msgs/msg/LaserScan in cdr"),
+        reason.contains("is a nav_msgs/msg/Odometry; expected a sensor_msgs/msg/LaserScan"),
         "{reason}"
     );
 

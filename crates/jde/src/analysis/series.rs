@@ -2,17 +2,11 @@
 //! programs work too: their topics serve as variables if their types are described in the recording or are
 //! standard ones.
 
-use std::collections::BTreeMap;
-
 use jde_abi::describe::{FieldKind, Form, Type};
 use jde_link::message::VariableInfo;
-use jde_log::{Channel, RecordedVariable, Recording, recorded_variables};
+use jde_log::{RecordedVariable, Recording, recorded_variables};
 use jde_report::Series;
 use jde_ros::{cdr, definition};
-use jde_types::{
-    BatteryState, Image, LaserScan, Odometry, Path, Pose, Pose2D, PoseStamped, Range as Distance, Twist,
-    Value as _,
-};
 
 use crate::failure::{Failure, display_path};
 use crate::remote::field::VariableField;
@@ -27,7 +21,7 @@ const MAX_NAMES: usize = 2000;
 /// There is no such variable or field, in which case the error suggests the nearest; or the value is not a
 /// number.
 pub(crate) fn series(recording: &Recording, requested: &[String]) -> Result<Vec<Series>, Failure> {
-    let known = known_variables(recording);
+    let known = recorded_variables(recording);
     requested
         .iter()
         .map(|name| resolve_series(recording, &known, name))
@@ -37,7 +31,7 @@ pub(crate) fn series(recording: &Recording, requested: &[String]) -> Result<Vec<
 /// Returns the names of all numbers, each with the doc text of its variable; at most `MAX_NAMES`.
 pub(crate) fn names(recording: &Recording) -> Vec<(String, String)> {
     let mut names = Vec::new();
-    for recorded in known_variables(recording).into_values() {
+    for recorded in recorded_variables(recording).into_values() {
         visit_fields(&recorded.value_type, &recorded.name, &mut |name| {
             names.push((name, recorded.doc.clone()));
         });
@@ -98,40 +92,6 @@ fn example_field(recorded: &RecordedVariable) -> String {
         first.get_or_insert(name);
     });
     first.unwrap_or_else(|| format!("{}.FIELD", recorded.name))
-}
-
-/// Returns the variables and topics whose type is known, by topic.
-fn known_variables(recording: &Recording) -> BTreeMap<String, RecordedVariable> {
-    let mut known = recorded_variables(recording);
-    for channel in recording.channels().filter(|channel| channel.encoding == "cdr") {
-        if !known.contains_key(&channel.topic)
-            && let Some(recorded) = as_standard_type(channel)
-        {
-            known.insert(channel.topic.clone(), recorded);
-        }
-    }
-    known
-}
-
-/// Reads a foreign topic as a standard type of the same name. This covers definitions with unbounded strings
-/// or lists.
-fn as_standard_type(channel: &Channel) -> Option<RecordedVariable> {
-    let types = [
-        BatteryState::describe(),
-        Image::describe(),
-        LaserScan::describe(),
-        Odometry::describe(),
-        Path::describe(),
-        Pose::describe(),
-        Pose2D::describe(),
-        PoseStamped::describe(),
-        Distance::describe(),
-        Twist::describe(),
-    ];
-    let value_type = types
-        .into_iter()
-        .find(|value_type| definition::name(value_type) == channel.type_name)?;
-    Some(RecordedVariable::of(channel, value_type))
 }
 
 /// Returns the description that a running application would send.

@@ -6,10 +6,11 @@ use std::path::Path;
 
 use jde_core::Nanos;
 use jde_log::{
-    Channel, Message, Messages, RecordedHierarchy, RecordedVariable, Recording, recorded_variables,
+    Channel, Message, Messages, RecordedHierarchy, RecordedVariable, Recording, record, recorded_variables,
+    undecodable_topics,
 };
+use jde_records::RunRecord;
 use jde_records::turn::{Call, Turn};
-use jde_records::{RecordKind, RunRecord};
 use jde_ros::cdr;
 use jde_types::Value as _;
 
@@ -141,6 +142,11 @@ impl Index {
         ))
     }
 
+    /// Describes the topics that cannot be played.
+    pub(super) fn undecodable_topics(&self) -> Vec<String> {
+        undecodable_topics(&self.recording)
+    }
+
     /// Returns everything from a place on.
     pub(super) fn entries_from(&self, place: Nanos) -> Result<Entries, Failure> {
         let messages = self
@@ -213,12 +219,9 @@ impl Index {
 fn read_entry(message: Message, start: u64, topics: &[String]) -> Option<Entry> {
     let published = message.log_time.saturating_sub(start);
     let topic = &message.channel.topic;
-    if let Some(kind) = RecordKind::ALL.into_iter().find(|kind| kind.topic() == topic) {
+    if record::kind(&message.channel).is_some() {
         // Skip a line of a newer version that cannot be read.
-        return Some(Entry::Line(
-            published,
-            RunRecord::parse(kind, &message.data).ok()?,
-        ));
+        return Some(Entry::Line(published, record::read(&message)?));
     }
     if topic == TURNS_TOPIC {
         let bytes = cdr::decode(&Turn::describe(), &message.data).ok()?;

@@ -75,6 +75,9 @@ pub(crate) fn play(recording: &Path, from: Nanos, options: PlayOptions) -> Resul
             "{WARN}{file}{WARN:#}: {damage}; the part before it is played"
         )?;
     }
+    for topic in index.undecodable_topics() {
+        writeln!(output, "{WARN}not played{WARN:#}: {topic}")?;
+    }
     let board = Arc::new(Board::new());
     let panels = PanelStore::new(index.panels.values());
     let mut publisher = Publisher::new(&board, &index, Arc::clone(&panels));

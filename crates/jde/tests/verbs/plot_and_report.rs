@@ -5,8 +5,8 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use html5ever::tendril::TendrilSink;
-use jde_log::Recording;
-use jde_records::{RecordKind, RunRecord};
+use jde_log::{Recording, record};
+use jde_records::RunRecord;
 use jde_types::{Odometry, Pose2D, Twist, Value};
 use markup5ever_rcdom::{Handle, NodeData, RcDom};
 use mcap::WriteOptions;
@@ -238,14 +238,10 @@ fn r15_the_report_lists_every_switch_schema_and_group() {
     let file = record(folder.path(), &[]);
     let recording = Recording::open(&file).unwrap();
     let messages = recording.messages().unwrap().map(Result::unwrap);
-    let decisions = messages.filter(|message| message.channel.topic == RecordKind::Decision.topic());
-    let switches =
-        decisions.filter_map(
-            |message| match RunRecord::parse(RecordKind::Decision, &message.data) {
-                Ok(RunRecord::Decision(decision)) if decision.changed => Some(decision),
-                _ => None,
-            },
-        );
+    let switches = messages.filter_map(|message| match record::read(&message) {
+        Some(RunRecord::Decision(decision)) if decision.changed => Some(decision),
+        _ => None,
+    });
     let switches: Vec<_> = switches.collect();
     assert!(switches.len() > 2);
     let page = Page::of(&file);

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use jde_log::{Message, Recording};
+use jde_log::{Message, Recording, record};
+use jde_records::RunRecord;
 use jde_ros::cdr;
 use jde_types::{LaserScan, Mission, Value};
 
@@ -53,7 +54,7 @@ fn r15_r16_a_run_in_lockstep_is_recorded_completely() {
 
     let decided: Vec<u8> = on_topic(&messages, "/jde/decisions")
         .iter()
-        .flat_map(|message| [message.data.as_slice(), b"\n"].concat())
+        .flat_map(|message| [record::read(message).unwrap().to_json().as_slice(), b"\n"].concat())
         .collect();
     assert_eq!(
         decided,
@@ -77,9 +78,8 @@ fn r15_r16_a_run_in_lockstep_is_recorded_completely() {
     let missions = on_topic(&messages, "/guide/mission");
     let last: Mission = value(missions.last().unwrap());
     assert_eq!(summary["reached"], last.reached);
-    let ended: serde_json::Value =
-        serde_json::from_slice(&on_topic(&messages, "/jde/events").last().unwrap().data).unwrap();
-    assert_eq!(ended["kind"], "ended");
+    let ended = record::read(on_topic(&messages, "/jde/events").last().unwrap());
+    assert!(matches!(ended, Some(RunRecord::Event(event)) if event.kind == "ended"));
     assert!(!on_topic(&messages, "/jde/states").is_empty());
 }
 

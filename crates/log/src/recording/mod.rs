@@ -79,6 +79,10 @@ pub struct Damage {
     pub reason: String,
 }
 
+/// What to do with a bag of ROS 2 that is no MCAP file.
+const CONVERT: &str =
+    "; for another bag of ROS 2: rosbags-convert --src BAG --dst NEW_FOLDER --dst-storage mcap";
+
 /// Why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
@@ -91,7 +95,7 @@ pub enum ReadError {
         error: io::Error,
     },
     /// A folder that contains no recording.
-    #[error("{} holds no recording; name an MCAP file, or the folder of one", .0.display())]
+    #[error("{} holds no recording; name an MCAP file, or the folder of one{CONVERT}", .0.display())]
     Empty(PathBuf),
     /// A folder that contains several recordings.
     #[error("{} holds {count} recordings; name one, such as {}", path.display(), first.display())]
@@ -104,7 +108,7 @@ pub enum ReadError {
         first: PathBuf,
     },
     /// The file is not a recording.
-    #[error("{} is no MCAP file; give one that `jde run --record` has written", .0.display())]
+    #[error("{} is no MCAP file; give one that `jde run --record` has written{CONVERT}", .0.display())]
     NotMcap(PathBuf),
     /// A part of the recording is damaged.
     #[error("{} is damaged at byte {offset}: {reason}; the part before it can be read", path.display())]

@@ -10,13 +10,14 @@ use jde_core::Nanos;
 use jde_host::replay::{RecordedRun, RecordedSource, RecordedValue, ReplayStep};
 use jde_panel::Gesture;
 use jde_records::turn::{INPUTS, RecordedTurn, Turn};
-use jde_records::{Decision, GestureRecord, RecordKind, RunRecord};
+use jde_records::{Decision, EventRecord, GestureRecord, RunRecord};
 use jde_ros::{cdr, definition};
 use jde_types::Value;
 
 use super::steps::{Next, RecordingEnd, Steps};
 use super::translation::Translation;
 use super::{Drive, ReplayError};
+use crate::record;
 use crate::recording::{Message, Messages};
 use crate::turns::TOPIC;
 
@@ -306,12 +307,12 @@ impl Inner {
         let topic = message.channel.topic.as_str();
         if topic == TOPIC {
             self.process_turn(&message.data);
-        } else if topic == RecordKind::Decision.topic() {
-            if let Ok(RunRecord::Decision(decision)) = RunRecord::parse(RecordKind::Decision, &message.data) {
-                self.decisions.push(decision);
+        } else if record::kind(&message.channel).is_some() {
+            match record::read(message) {
+                Some(RunRecord::Decision(decision)) => self.decisions.push(decision),
+                Some(RunRecord::Event(event)) => self.process_event(&event),
+                Some(RunRecord::State(_)) | None => {}
             }
-        } else if topic == RecordKind::Event.topic() {
-            self.process_event(&message.data);
         } else if let Some(variable) = message.channel.metadata.get("variable") {
             self.process_value(variable, message);
         }
@@ -342,10 +343,7 @@ impl Inner {
         self.steps.put(&Arc::new(turn));
     }
 
-    fn process_event(&mut self, data: &[u8]) {
-        let Ok(RunRecord::Event(event)) = RunRecord::parse(RecordKind::Event, data) else {
-            return;
-        };
+    fn process_event(&mut self, event: &EventRecord) {
         if let (Some(GestureRecord { number, gesture }), by) = (&event.touched, &event.by) {
             let by = by.clone().unwrap_or_default();
             self.gestures.insert(*number, (by, gesture.clone()));

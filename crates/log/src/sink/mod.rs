@@ -16,10 +16,12 @@ use std::sync::atomic::Ordering;
 
 use jde_board::Nanos;
 use jde_records::RecordKind;
+use jde_ros::definition;
 
 use crate::pre_trigger_buffer::StateKey;
 use crate::topic::{Shared, TopicContent, TopicQueue};
 use crate::writer::{Times, Writer};
+use crate::{panel, record};
 use jde_conditions::Firing;
 
 pub(crate) use continuous::ContinuousSink;
@@ -69,14 +71,18 @@ pub(crate) enum SinkChannel {
 impl SinkChannel {
     fn add_to(&self, writer: &mut Writer) -> io::Result<u16> {
         match self {
-            Self::Records(kind) => {
-                let (name, schema) = kind.schema();
-                writer.json(kind.topic(), name, schema)
+            Self::Records(kind) => writer.channel(kind.topic(), record::schema(*kind), BTreeMap::new()),
+            Self::Topic(queue) => {
+                let (name, text);
+                let schema = match &queue.content {
+                    TopicContent::Values(value_type) => {
+                        (name, text) = (definition::name(value_type), definition::definition(value_type));
+                        (name.as_str(), text.as_str())
+                    }
+                    TopicContent::Panel => (panel::TYPE, panel::DEFINITION),
+                };
+                writer.channel(&queue.name, schema, queue.metadata.clone())
             }
-            Self::Topic(queue) => match &queue.content {
-                TopicContent::Values(value_type) => writer.variable(&queue.name, value_type, &queue.metadata),
-                TopicContent::Panel => writer.panel(&queue.name, &queue.metadata),
-            },
         }
     }
 

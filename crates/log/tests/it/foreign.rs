@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 
-use jde_log::{Recording, Survey};
+use jde_log::{ReadError, Recording, Survey, recorded_variables, undecodable_topics};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 
@@ -123,6 +123,91 @@ fn missing_parts_are_reported_as_ranges_for_any_numbers() {
     assert!(
         missing.ends_with("4294967288 parts from 5 to 4294967293 are missing"),
         "{missing}"
+    );
+}
+
+/// Writes a file of a bag of ROS 2 with one message, at this time.
+fn write_bag_file(path: &Path, log_time: u64) {
+    let mut writer = WriteOptions::new()
+        .create(BufWriter::new(File::create(path).unwrap()))
+        .unwrap();
+    let mut channels = Vec::new();
+    for (topic, name, encoding, text) in [
+        ("/front/number", "std_msgs/msg/UInt64", "ros2msg", "uint64 data\n"),
+        (
+            "/bounds",
+            "std_msgs/msg/Header",
+            "ros2msg",
+            "builtin_interfaces/Time stamp\nstring frame_id\n===\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
+        ),
+        ("/unknown", "acme_msgs/msg/Notes", "ros2msg", "\nstring[] notes\n"),
+        ("/fields", "std_msgs/msg/Header", "ros2msg", "string frame_id\n"),
+        ("/undefined", "std_msgs/msg/Bool", "", ""),
+        ("/idl", "acme_msgs/msg/Notes", "ros2idl", "module acme_msgs {};"),
+    ] {
+        let schema = writer.add_schema(name, encoding, text.as_bytes()).unwrap();
+        channels.push(
+            writer
+                .add_channel(schema, topic, "cdr", &BTreeMap::new())
+                .unwrap(),
+        );
+    }
+    let header = MessageHeader {
+        channel_id: channels[0],
+        sequence: 0,
+        log_time,
+        publish_time: log_time,
+    };
+    let message = [0, 1, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0];
+    writer.write_to_known_channel(&header, &message).unwrap();
+    writer.finish().unwrap();
+}
+
+#[test]
+fn the_files_of_a_bag_are_one_recording_of_the_types_that_are_known() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("metadata.yaml"), "").unwrap();
+    assert!(matches!(Recording::open(folder.path()), Err(ReadError::Empty(_))));
+    for number in [0, 9, 10] {
+        write_bag_file(&folder.path().join(format!("bag_{number}.mcap")), 100 + number);
+    }
+    let recording = Recording::open(folder.path()).unwrap();
+    let names: Vec<_> = recording.files().map(|file| file.file_name().unwrap()).collect();
+    assert_eq!(names, ["bag_0.mcap", "bag_9.mcap", "bag_10.mcap"]);
+    let times = recording
+        .messages()
+        .unwrap()
+        .map(|message| message.unwrap().log_time);
+    assert_eq!(times.collect::<Vec<_>>(), [100, 109, 110]);
+
+    let variables = recorded_variables(&recording);
+    let variables: Vec<_> = variables
+        .values()
+        .map(|variable| (variable.name.as_str(), variable.value_type.name.as_str()))
+        .collect();
+    assert_eq!(
+        variables,
+        [
+            ("bounds", "std_msgs/msg/Header"),
+            ("front.number", "std_msgs/msg/UInt64"),
+            ("undefined", "std_msgs/msg/Bool"),
+        ]
+    );
+    let others = undecodable_topics(&recording);
+    let [unknown, fields, idl] = &others[..] else {
+        panic!("{others:?}");
+    };
+    assert!(
+        unknown.starts_with("/unknown (acme_msgs/msg/Notes): line 2: a field of `string[]`"),
+        "{unknown}"
+    );
+    assert!(
+        fields.starts_with("/fields (std_msgs/msg/Header): line 1"),
+        "{fields}"
+    );
+    assert!(
+        idl.ends_with("its definition is in `ros2idl`, not in `ros2msg`"),
+        "{idl}"
     );
 }
 

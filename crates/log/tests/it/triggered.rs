@@ -7,7 +7,9 @@ use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
 use jde_conditions::{Condition, Names, Triggers};
-use jde_log::{FileEvent, Message, Options, Recorder, Recording, Stamps, Status, Topic, TriggerOptions};
+use jde_log::{
+    FileEvent, Message, Options, Recorder, Recording, Stamps, Status, Topic, TriggerOptions, record,
+};
 use jde_records::{CandidateRecord, Decision, EventRecord, RunRecord};
 use jde_ros::cdr;
 use jde_types::Value;
@@ -184,8 +186,7 @@ fn a_collision_makes_a_file_of_the_minute_before_and_ten_seconds_after() {
     );
     let events = on_topic(&messages, "/jde/events");
     assert_eq!(events.len(), 1);
-    let RunRecord::Event(event) = RunRecord::parse(jde_records::RecordKind::Event, &events[0].data).unwrap()
-    else {
+    let Some(RunRecord::Event(event)) = record::read(events[0]) else {
         panic!("the record is no event");
     };
     assert_eq!(

@@ -2,7 +2,7 @@
 
     read_mcap.py RECORDING NUMBERS
 
-Decodes every message of every variable by the definition that the recording holds, and compares all laser beams and
+Decodes every message by the definition that the recording holds, and compares all laser beams and
 odometry with NUMBERS, what the Rust example `numbers` printed of the same recording. Fails if anything differs.
 """
 
@@ -32,23 +32,16 @@ def main(recording, expected):
     with open(recording, "rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         summary = reader.get_summary()
-        variables = [c.topic for c in summary.channels.values() if c.message_encoding == "cdr"]
-        for schema, channel, message, value in reader.iter_decoded_messages(topics=variables):
+        for schema, channel, message, value in reader.iter_decoded_messages():
             decoded[channel.id] += 1
             found = numbers(schema.name, value)
             if found is not None:
                 read.append((channel.topic, message.log_time, found))
-        stories = 0
-        for _, channel, message in reader.iter_messages():
-            if channel.message_encoding == "json":
-                json.loads(message.data)
-                stories += 1
 
     counts = summary.statistics.channel_message_counts
     for channel in summary.channels.values():
-        if channel.message_encoding == "cdr":
-            assert decoded[channel.id] == counts.get(channel.id, 0), channel.topic
-    assert sum(decoded.values()) > 0 and stories > 0, "the recording is empty"
+        assert decoded[channel.id] == counts.get(channel.id, 0), channel.topic
+    assert sum(decoded.values()) > 0, "the recording is empty"
 
     order = lambda one: (one[1], one[0])
     wanted = [(one["topic"], one["log_time"], one["numbers"]) for one in expected]
@@ -59,7 +52,7 @@ def main(recording, expected):
         found = [number if math.isfinite(number) else None for number in found]
         assert (topic, time) == (topic_wanted, time_wanted), f"{topic} at {time}"
         assert found == numbers_wanted, f"{topic} at {time}: {found} is not {numbers_wanted}"
-    print(f"{sum(decoded.values())} values of {len(variables)} variables and {stories} events decoded, {len(read)} compared")
+    print(f"{sum(decoded.values())} messages of {len(summary.channels)} topics decoded, {len(read)} compared")
 
 
 main(*sys.argv[1:])

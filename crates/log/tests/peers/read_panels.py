@@ -1,4 +1,4 @@
-"""Reads the panels of a recording with the library of MCAP and one for CBOR, which know nothing of jde.
+"""Reads the panels of a recording with the libraries of MCAP and ROS 2 and one for CBOR, which know nothing of jde.
 
     read_panels.py RECORDING SCHEMA...
 
@@ -10,6 +10,7 @@ from collections import Counter
 
 import cbor2
 from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 
 WIDGETS = {
     "text", "value", "button", "toggle", "slider", "choice", "image", "plot", "table", "row", "group", "canvas", "scene",
@@ -29,11 +30,11 @@ def widgets(items):
 def main(recording, *schemas):
     lists, kinds = Counter(), Counter()
     with open(recording, "rb") as file:
-        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
-            if channel.message_encoding != "cbor":
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        for schema, channel, message, panel in reader.iter_decoded_messages():
+            if schema.name != "jde_msgs/msg/Panel":
                 continue
-            assert schema.name == "jde/Panel", schema.name
-            shown = cbor2.loads(message.data)
+            shown = cbor2.loads(panel.cbor)
             if isinstance(shown, str):
                 continue
             assert shown["time"] <= message.log_time, channel.topic

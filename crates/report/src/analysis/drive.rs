@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use jde_board::value::{self, Value};
 use jde_core::Nanos;
-use jde_log::{Channel, Message, Recording};
+use jde_log::{Channel, Message, Recording, value_type};
 use jde_ros::{cdr, definition};
 use jde_sim::World;
 use jde_types::{Body, LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
@@ -403,8 +403,7 @@ pub(super) fn number(message: &Message) -> Option<f64> {
 
 /// Decodes a message of one text or number, of any type.
 fn single(channel: &Channel, message: &Message) -> Option<Value> {
-    let text = std::str::from_utf8(&channel.definition).ok()?;
-    let value_type = definition::read(&channel.type_name, text).ok()?;
+    let value_type = value_type(channel).ok()?;
     let bytes = cdr::decode(&value_type, &message.data).ok()?;
     Some(value::decode(&value_type, &bytes).into_only_field())
 }

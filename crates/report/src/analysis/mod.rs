@@ -20,9 +20,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::{Nanos, State};
-use jde_log::{Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey};
+use jde_log::{Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey, record};
 use jde_records::turn::Turn;
-use jde_records::{Decision, RecordKind, RunRecord, state_named};
+use jde_records::{Decision, RunRecord, state_named};
 use jde_ros::cdr;
 use jde_types::{Mission, Value as _};
 
@@ -289,9 +289,9 @@ impl Reader {
         // Values in force at the beginning were written before it.
         let in_range = self.analysis.columns.has(time) && message.publish_time >= self.first;
         let topic = &message.channel.topic;
-        if let Some(kind) = RecordKind::ALL.into_iter().find(|kind| kind.topic() == topic) {
+        if record::kind(&message.channel).is_some() {
             // A line of a newer version that cannot be read is skipped.
-            if let Ok(line) = RunRecord::parse(kind, &message.data) {
+            if let Some(line) = record::read(message) {
                 self.line(time, line, in_range);
             }
             return;

@@ -2,7 +2,7 @@
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-use super::{ENCAPSULATION, Error};
+use super::{Error, Reader};
 
 /// Returns the bytes of the value in a message. Bytes that no field has are zero.
 ///
@@ -28,18 +28,12 @@ pub fn decode_into(value_type: &Type, message: &[u8], value: &mut [u8]) -> Resul
         "the bytes of a `{}`",
         value_type.name
     );
-    let mut reader = CdrReader::new(message)?;
+    let mut reader = Reader::new(message)?;
     structure(value_type, value, &mut reader)?;
-    reader.end()
+    reader.finish()
 }
 
-/// The bytes after the header, and the position of the reader.
-pub(crate) struct CdrReader<'a> {
-    bytes: &'a [u8],
-    position: usize,
-}
-
-fn structure(value_type: &Type, value: &mut [u8], reader: &mut CdrReader<'_>) -> Result<(), Error> {
+fn structure(value_type: &Type, value: &mut [u8], reader: &mut Reader<'_>) -> Result<(), Error> {
     if value_type.fields.is_empty() {
         reader.take(1, 1, &value_type.name)?;
     }
@@ -49,7 +43,7 @@ fn structure(value_type: &Type, value: &mut [u8], reader: &mut CdrReader<'_>) ->
         .try_for_each(|field| one_field(field, value, reader))
 }
 
-fn one_field(field: &Field, value: &mut [u8], reader: &mut CdrReader<'_>) -> Result<(), Error> {
+fn one_field(field: &Field, value: &mut [u8], reader: &mut Reader<'_>) -> Result<(), Error> {
     let count = match field.form {
         Form::One | Form::Array(_) => field.form.capacity(),
         Form::Sequence {
@@ -82,7 +76,7 @@ fn one_field(field: &Field, value: &mut [u8], reader: &mut CdrReader<'_>) -> Res
     }
 }
 
-fn scalars(scalar: Scalar, target: &mut [u8], reader: &mut CdrReader<'_>, field: &str) -> Result<(), Error> {
+fn scalars(scalar: Scalar, target: &mut [u8], reader: &mut Reader<'_>, field: &str) -> Result<(), Error> {
     if target.is_empty() {
         return Ok(());
     }
@@ -107,50 +101,4 @@ fn fits(field: &Field, length: usize, capacity: usize) -> Result<(), Error> {
 
 fn set_length(value: &mut [u8], offset: usize, length: usize) {
     value[offset..][..4].copy_from_slice(&(length as u32).to_ne_bytes());
-}
-
-impl<'a> CdrReader<'a> {
-    /// A reader of the bytes after the header.
-    pub(crate) fn new(message: &'a [u8]) -> Result<Self, Error> {
-        let (head, bytes) = message.split_at(message.len().min(ENCAPSULATION.len()));
-        // The second half contains options, which do not affect the body.
-        if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
-            return Err(Error::Encapsulation(head.to_vec()));
-        }
-        Ok(Self { bytes, position: 0 })
-    }
-
-    /// Checks that nothing is left. Some writers pad the body to a multiple of four bytes.
-    pub(crate) fn end(&self) -> Result<(), Error> {
-        match self.bytes.len() - self.position {
-            surplus if surplus >= 4 => Err(Error::Long(surplus)),
-            _ => Ok(()),
-        }
-    }
-
-    pub(crate) fn text(&mut self, field: &str) -> Result<&'a str, Error> {
-        let error = || Error::Text(field.to_owned());
-        let count = self.length(field)?;
-        let Some((0, text)) = self.take(1, count, field)?.split_last() else {
-            return Err(error());
-        };
-        std::str::from_utf8(text).map_err(|_| error())
-    }
-
-    /// Returns `count` bytes from the next multiple of `align`.
-    pub(crate) fn take(&mut self, align: usize, count: usize, field: &str) -> Result<&'a [u8], Error> {
-        let start = self.position.next_multiple_of(align);
-        let bytes = start
-            .checked_add(count)
-            .and_then(|end| self.bytes.get(start..end))
-            .ok_or_else(|| Error::Truncated(field.to_owned()))?;
-        self.position = start + count;
-        Ok(bytes)
-    }
-
-    pub(crate) fn length(&mut self, field: &str) -> Result<usize, Error> {
-        let mut bytes = [0; 4];
-        bytes.copy_from_slice(self.take(4, 4, field)?);
-        Ok(u32::from_le_bytes(bytes) as usize)
-    }
 }

@@ -1,5 +1,6 @@
 //! Values as ROS 2 transmits and records them: plain CDR, little endian, with its encapsulation header. A
-//! description gives the meaning of the bytes; no Rust type is needed.
+//! description gives the meaning of the bytes; no Rust type is needed. [`Writer`] and [`Reader`] are for messages
+//! that are no values, because their texts and sequences have no bounds.
 //!
 //! Form: OMG Common Data Representation as in DDS-RTPS 2.5, chapter 10. Every number is at a multiple of its
 //! size from the end of the header. A sequence follows the number of its elements. A text follows the number
@@ -7,6 +8,8 @@
 
 mod decode;
 mod encode;
+mod reader;
+mod writer;
 
 pub use decode::{decode, decode_into};
 pub use encode::encode;
@@ -15,9 +18,11 @@ pub use encode::encode;
 pub(crate) use decode::CdrReader;
 #[cfg(feature = "network")]
 pub(crate) use encode::{align, length};
+pub use reader::Reader;
+pub use writer::Writer;
 
 /// CDR, little endian, no options.
-pub(crate) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Why a message is not a value of a type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -5,7 +5,7 @@ mod gather;
 mod read;
 
 pub use gather::{GatherError, gather};
-pub use read::{ReadError, read};
+pub use read::{ReadError, has_fields, read};
 
 pub(crate) use read::scalar;
 

@@ -4,7 +4,7 @@ use jde_abi::describe::Scalar;
 use serde_json::{Map, Number, Value};
 
 use super::{Count, Interfaces, Kind, Member};
-use crate::cdr::{self, CdrReader, align, length};
+use crate::cdr::{self, Reader, Writer};
 
 /// A value that does not fit its interface.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -41,8 +41,8 @@ impl Interfaces {
     /// # Errors
     /// [`ValueError`].
     pub fn encode(&self, name: &str, value: &Value) -> Result<Vec<u8>, ValueError> {
-        let mut message = cdr::ENCAPSULATION.to_vec();
-        self.write(name, "", value, &mut message)?;
+        let mut message = Vec::new();
+        self.write(name, "", value, &mut Writer::new(&mut message))?;
         Ok(message)
     }
 
@@ -51,9 +51,9 @@ impl Interfaces {
     /// # Errors
     /// [`ValueError`]. For any bytes, the memory is proportional to their number.
     pub fn decode(&self, name: &str, message: &[u8]) -> Result<Value, ValueError> {
-        let mut reader = CdrReader::new(message)?;
+        let mut reader = Reader::new(message)?;
         let value = self.read(name, &mut reader)?;
-        reader.end()?;
+        reader.finish()?;
         Ok(value)
     }
 
@@ -62,7 +62,13 @@ impl Interfaces {
         members.ok_or_else(|| ValueError::Unknown(name.to_owned()))
     }
 
-    fn write(&self, name: &str, field: &str, value: &Value, message: &mut Vec<u8>) -> Result<(), ValueError> {
+    fn write(
+        &self,
+        name: &str,
+        field: &str,
+        value: &Value,
+        writer: &mut Writer<'_>,
+    ) -> Result<(), ValueError> {
         let members = self.members(name)?;
         let empty = Map::new();
         let object = match value {
@@ -77,18 +83,23 @@ impl Interfaces {
             });
         }
         if members.is_empty() {
-            message.push(0);
+            writer.bytes(&[0]);
         }
         for member in members {
             let value = object.get(&member.name).unwrap_or(&Value::Null);
-            self.write_member(member, value, message)?;
+            self.write_member(member, value, writer)?;
         }
         Ok(())
     }
 
-    fn write_member(&self, member: &Member, value: &Value, message: &mut Vec<u8>) -> Result<(), ValueError> {
+    fn write_member(
+        &self,
+        member: &Member,
+        value: &Value,
+        writer: &mut Writer<'_>,
+    ) -> Result<(), ValueError> {
         let elements = match (member.count, value) {
-            (Count::One, _) => return self.write_element(member, value, message),
+            (Count::One, _) => return self.write_element(member, value, writer),
             (_, Value::Null) => &[][..],
             (_, value) => value
                 .as_array()
@@ -96,7 +107,7 @@ impl Interfaces {
         };
         match member.count {
             Count::Array(count) if elements.is_empty() => {
-                return (0..count).try_for_each(|_| self.write_element(member, &Value::Null, message));
+                return (0..count).try_for_each(|_| self.write_element(member, &Value::Null, writer));
             }
             Count::Array(count) if elements.len() != count => {
                 return Err(kind(&member.name, value, "list of this length"));
@@ -104,38 +115,41 @@ impl Interfaces {
             Count::Sequence(bound) if bound > 0 && elements.len() > bound => {
                 return Err(kind(&member.name, value, "list of this length"));
             }
-            Count::Sequence(_) => length(elements.len(), message),
+            Count::Sequence(_) => writer.length(elements.len()),
             Count::One | Count::Array(_) => {}
         }
         elements
             .iter()
-            .try_for_each(|element| self.write_element(member, element, message))
+            .try_for_each(|element| self.write_element(member, element, writer))
     }
 
-    fn write_element(&self, member: &Member, value: &Value, message: &mut Vec<u8>) -> Result<(), ValueError> {
+    fn write_element(
+        &self,
+        member: &Member,
+        value: &Value,
+        writer: &mut Writer<'_>,
+    ) -> Result<(), ValueError> {
         match &member.kind {
-            Kind::Message(name) => self.write(name, &member.name, value, message),
+            Kind::Message(name) => self.write(name, &member.name, value, writer),
             Kind::Text => {
                 let text = match value {
                     Value::Null => "",
                     value => value.as_str().ok_or_else(|| kind(&member.name, value, "text"))?,
                 };
-                length(text.len() + 1, message);
-                message.extend_from_slice(text.as_bytes());
-                message.push(0);
+                writer.text(text.as_bytes());
                 Ok(())
             }
             Kind::Scalar(scalar, _) => {
                 let bytes = scalar_bytes(*scalar, value)
                     .ok_or_else(|| kind(&member.name, value, scalar.ros_name()))?;
-                align(bytes.len(), message);
-                message.extend(bytes);
+                writer.align(bytes.len());
+                writer.bytes(&bytes);
                 Ok(())
             }
         }
     }
 
-    fn read(&self, name: &str, reader: &mut CdrReader<'_>) -> Result<Value, ValueError> {
+    fn read(&self, name: &str, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
         let members = self.members(name)?;
         if members.is_empty() {
             reader.take(1, 1, name)?;
@@ -159,13 +173,13 @@ impl Interfaces {
         &self,
         member: &Member,
         count: usize,
-        reader: &mut CdrReader<'_>,
+        reader: &mut Reader<'_>,
     ) -> Result<Value, ValueError> {
         // Every element has at least one byte, so a wrong count ends with the bytes.
         (0..count).map(|_| self.read_element(member, reader)).collect()
     }
 
-    fn read_element(&self, member: &Member, reader: &mut CdrReader<'_>) -> Result<Value, ValueError> {
+    fn read_element(&self, member: &Member, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
         match &member.kind {
             Kind::Message(name) => self.read(name, reader),
             Kind::Text => Ok(Value::from(reader.text(&member.name)?)),

@@ -6,8 +6,8 @@ use std::sync::{Arc, OnceLock};
 use jde_app::Application;
 use jde_host::{Handle, Lockstep, Options, Running, StartHook};
 use jde_loader::{Plugins, SearchPath};
-use jde_log::{Origin, Recorder, Recording, Selection};
-use jde_records::{RecordKind, RunRecord};
+use jde_log::{Origin, Recorder, Recording, Selection, record};
+use jde_records::RunRecord;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 pub(crate) const SECOND: u64 = 1_000_000_000;
@@ -102,12 +102,9 @@ impl RecordedDrive {
     pub(crate) fn events(&self, kind: &str) -> Vec<String> {
         let recording = Recording::open(&self.file).unwrap();
         let messages = recording.messages().unwrap().map(Result::unwrap);
-        let lines = messages
-            .filter(|message| message.channel.topic == RecordKind::Event.topic())
-            .map(|message| RunRecord::parse(RecordKind::Event, &message.data).unwrap());
-        let texts = lines.filter_map(|line| match line {
-            RunRecord::Event(event) if event.kind == kind => Some(event.text),
-            RunRecord::Event(_) | RunRecord::Decision(_) | RunRecord::State(_) => None,
+        let texts = messages.filter_map(|message| match record::read(&message) {
+            Some(RunRecord::Event(event)) if event.kind == kind => Some(event.text),
+            _ => None,
         });
         texts.collect()
     }

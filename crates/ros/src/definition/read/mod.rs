@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{FieldKind, Type};
 
-use super::parts;
+use super::{definition, parts};
 pub(crate) use layout::scalar;
 use layout::{Layout, shape};
 use section::{Line, Section, sections};
@@ -100,6 +100,43 @@ pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
     })
 }
 
+/// Returns whether a definition has the fields of a type, and of each type that it contains, in their order. Bounds
+/// of sequences and texts may differ: they are no part of a message.
+#[must_use]
+pub fn has_fields(text: &str, value_type: &Type) -> bool {
+    let ours = definition(value_type);
+    let [ours, theirs] = [&ours, text].map(|text| sections(&value_type.name, text));
+    let (Ok(ours), Ok(theirs)) = (ours, theirs) else {
+        return false;
+    };
+    ours.iter().all(|(title, section)| {
+        let same = |other| fields(section) == fields(other);
+        theirs.get(title).is_some_and(same)
+    })
+}
+
+/// Returns the types and names of the fields of a definition.
+fn fields<'a>(section: &Section<'a>) -> Vec<(String, &'a str)> {
+    let lines = section.fields.iter();
+    lines.map(|line| (unbounded(section, line), line.name)).collect()
+}
+
+/// Returns the type of a field without bounds, and with the package of its structure.
+fn unbounded(section: &Section<'_>, line: &Line<'_>) -> String {
+    let (element, brackets) = line.kind.split_at(line.kind.find('[').unwrap_or(line.kind.len()));
+    let brackets = if brackets.starts_with("[<=") {
+        "[]"
+    } else {
+        brackets
+    };
+    let element = match element.split("<=").next().unwrap_or(element) {
+        "byte" | "char" => "uint8".to_owned(),
+        element if element == "string" || scalar(element).is_some() => element.to_owned(),
+        element => section.title(element),
+    };
+    element + brackets
+}
+
 /// A finished type, its nesting depth, and the number of its fields with those of contained types.
 #[derive(Clone)]
 struct ParsedType {
@@ -172,11 +209,7 @@ impl Reader<'_> {
         element: &str,
         depth: usize,
     ) -> Result<ParsedType, ReadError> {
-        let title = if element.contains('/') {
-            short(element)
-        } else {
-            format!("{}/{element}", section.package)
-        };
+        let title = section.title(element);
         if !self.sections.contains_key(&title) {
             return Err(ReadError::Unknown {
                 line: line.number,

@@ -64,6 +64,15 @@ impl<'a> Section<'a> {
         }
     }
 
+    /// Returns the title of the definition of a structure that one of the fields names.
+    pub(super) fn title(&self, element: &str) -> String {
+        if element.contains('/') {
+            short(element)
+        } else {
+            format!("{}/{element}", self.package)
+        }
+    }
+
     /// Processes one line. `comments` are those since the last field or empty line.
     fn line(&mut self, number: usize, line: &'a str, comments: &mut Vec<&'a str>) -> Result<(), ReadError> {
         if line.is_empty() {

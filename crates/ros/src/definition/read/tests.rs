@@ -1,7 +1,7 @@
 //! Definitions of every standard type and of random types are read back. Other definitions are read as in ROS
 //! 2, or refused.
 
-use jde_types::standard;
+use jde_types::{LaserScan, Value as _, standard};
 use proptest::prelude::*;
 
 use super::super::definition;
@@ -84,6 +84,50 @@ uint64 ns
         panic!("{read:?}");
     };
     assert_eq!((inner.name.as_str(), inner.bytes), ("my_msgs/msg/Inner", 1));
+}
+
+#[test]
+fn a_definition_without_bounds_has_the_fields_of_the_standard_type() {
+    let scan = LaserScan::describe();
+    let ros = "\
+# Single scan
+std_msgs/Header header
+float32 angle_min
+float32 angle_max
+float32 angle_increment
+float32 time_increment
+float32 scan_time # seconds
+float32 range_min
+float32 range_max
+float32[] ranges
+float32[] intensities
+===
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+===
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+    assert!(has_fields(ros, &scan));
+    assert!(has_fields(
+        &ros.replace("float32[] ranges", "float32[<=9] ranges"),
+        &scan
+    ));
+    for (from, to) in [
+        ("float32[] ranges", "float64[] ranges"),
+        ("float32[] ranges", "float32[9] ranges"),
+        ("float32 scan_time # seconds\n", ""),
+        ("string frame_id", "string frame"),
+        ("std_msgs/Header header", "Header header"),
+        ("MSG: builtin_interfaces/Time", "MSG: builtin_interfaces/Duration"),
+    ] {
+        assert!(!has_fields(&ros.replace(from, to), &scan), "{to}");
+    }
+    let constants = "byte GOOD=1\nchar x\n";
+    let plain = read("a/msg/A", "uint8 x").unwrap();
+    assert!(has_fields(constants, &plain));
 }
 
 #[track_caller]

@@ -7,7 +7,7 @@ use std::sync::mpsc::channel;
 use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_link::Remote;
-use jde_log::Recording;
+use jde_log::{Recording, record};
 use jde_records::{Decision, RecordKind, RunRecord};
 use serde::Serialize;
 
@@ -106,9 +106,7 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
     for message in recording.messages()? {
         let message = message?;
         until = message.log_time.saturating_sub(start);
-        if message.channel.topic == RecordKind::Decision.topic()
-            && let Ok(RunRecord::Decision(decision)) = RunRecord::parse(RecordKind::Decision, &message.data)
-        {
+        if let Some(RunRecord::Decision(decision)) = record::read(&message) {
             decisions.push(decision);
         }
     }
