@@ -91,11 +91,14 @@ pub fn value_type(channel: &Channel) -> Result<Type, String> {
         other => Err(format!("its definition is in `{other}`, not in `ros2msg`")),
     };
     read.or_else(|reason| {
-        let is_same = |standard: &Type| {
-            definition::name(standard) == channel.type_name
-                && (channel.definition_encoding != "ros2msg" || definition::has_fields(&text, standard))
+        let mut standard = jde_types::standard().into_iter();
+        let Some(standard) = standard.find(|standard| definition::name(standard) == channel.type_name) else {
+            return Err(reason);
         };
-        jde_types::standard().into_iter().find(is_same).ok_or(reason)
+        if channel.definition_encoding == "ros2msg" && !definition::has_fields(&text, &standard) {
+            return Err("its fields are not those of the standard type of this name".to_owned());
+        }
+        Ok(standard)
     })
 }
 
