@@ -69,6 +69,9 @@ def main(recording, decisions, *topics):
 
     decoded = Counter()
     with AnyReader([Path(recording)]) as bag:
+        for connection in bag.connections:
+            (offered,) = connection.ext.offered_qos_profiles
+            assert offered.durability.name == "TRANSIENT_LOCAL", connection.topic
         for connection, _, data in bag.messages():
             message = bag.deserialize(data, connection.msgtype)
             decoded[connection.topic] += 1
