@@ -17,7 +17,7 @@ use crate::footprint::Body;
 use crate::probe::Probe;
 use crate::shape::{Figure, Outline, Shape};
 use crate::solid::Solid;
-use crate::sweep::Sweep;
+use crate::sweep::{Echo, Sweep};
 
 /// A fixed thing, before it becomes a [`Solid`].
 #[derive(Clone, Debug)]
@@ -27,6 +27,8 @@ pub(crate) struct Fixture {
     pub(crate) color: Color,
     /// Metres from the floor.
     pub(crate) height: f64,
+    /// How bright it is to a laser: 1 for a white surface.
+    pub(crate) reflectivity: f64,
 }
 
 pub(crate) struct Scene {
@@ -39,7 +41,7 @@ impl Scene {
     pub(crate) fn new(fixtures: Vec<Fixture>) -> Self {
         let solids: Vec<Solid> = fixtures
             .iter()
-            .map(|fixture| Solid::new(&fixture.outline))
+            .map(|fixture| Solid::new(&fixture.outline).reflecting(fixture.reflectivity))
             .collect();
         // PLOC builds more slowly than binning and casts faster; a world rarely changes.
         let tree = Bvh::from_iter(BvhBuildStrategy::Ploc, solids.iter().map(Solid::aabb).enumerate());
@@ -72,6 +74,11 @@ impl Scene {
 
     /// Returns the distance along the ray to the first thing nearer than `max`.
     pub(crate) fn cast_ray(&self, ray: &Ray, max: f64) -> Option<f64> {
+        self.first(ray, max).map(|echo| echo.distance)
+    }
+
+    /// Returns the first thing on the ray that is nearer than `max`.
+    fn first(&self, ray: &Ray, max: f64) -> Option<Echo> {
         // A ray spends most of its time on boxes that it misses, and parry's own `cast_ray` divides at each
         // of them.
         let probe = Probe::of(ray);
@@ -81,7 +88,10 @@ impl Scene {
                 |node, best| probe.range_to_box(&node.aabb(), best).unwrap_or(f64::MAX),
                 |index, best| self.solids[index as usize].cast_ray(ray, best),
             )
-            .map(|(_, distance)| distance)
+            .map(|(index, distance)| Echo {
+                distance,
+                reflectivity: self.solids[index as usize].reflectivity(),
+            })
     }
 
     /// Lets the things meet the rays of a sweep, those nearer than its length.
@@ -98,9 +108,8 @@ impl Scene {
         let max = sweep.max();
         if near.len() > sweep.rays().len() {
             // Among many small things a ray meets few, and the tree finds them.
-            let distances: Vec<Option<f64>> =
-                sweep.rays().iter().map(|ray| self.cast_ray(ray, max)).collect();
-            sweep.distances_mut().copy_from_slice(&distances);
+            let echoes: Vec<Option<Echo>> = sweep.rays().iter().map(|ray| self.first(ray, max)).collect();
+            sweep.echoes_mut().copy_from_slice(&echoes);
             return;
         }
         // What is near hides what is behind it.
@@ -108,8 +117,8 @@ impl Scene {
         for (_, solid) in near {
             sweep.meet(solid);
         }
-        for distance in sweep.distances_mut() {
-            distance.take_if(|distance| *distance >= max);
+        for echo in sweep.echoes_mut() {
+            echo.take_if(|echo| echo.distance >= max);
         }
     }
 

@@ -17,11 +17,14 @@ use crate::shape::Outline;
 const OVERLAP: f64 = 1e-9;
 /// The least depth of an overlap, in metres: touching counts as one.
 const TOUCH: f64 = 1e-9;
+/// The reflectivity of what states none: paint, wood and cloth, by estimate.
+pub(crate) const REFLECTIVITY: f64 = 0.5;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Solid {
     pose: Pose,
     geometry: Geometry,
+    reflectivity: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -34,30 +37,44 @@ enum Geometry {
 
 impl Solid {
     pub(crate) fn new(outline: &Outline) -> Self {
-        match *outline {
+        let (pose, geometry) = match *outline {
             Outline::Segment { from, to } => {
                 let (from, to) = (Vector::from(from), Vector::from(to));
                 let extra = (to - from).normalize() * OVERLAP;
-                Self {
-                    pose: Pose::IDENTITY,
-                    geometry: Geometry::Segment(Segment::new(from - extra, to + extra)),
-                }
+                let segment = Segment::new(from - extra, to + extra);
+                (Pose::IDENTITY, Geometry::Segment(segment))
             }
-            Outline::Box { center, size, angle } => Self {
-                pose: Pose::from_parts(Vector::from(center), rotation(angle)),
-                geometry: Geometry::Box(Cuboid::new(Vector::from(size) / 2.0)),
-            },
-            Outline::Circle { center, radius } => Self {
-                pose: Pose::from_translation(Vector::from(center)),
-                geometry: Geometry::Circle(Ball::new(radius)),
-            },
+            Outline::Box { center, size, angle } => (
+                Pose::from_parts(Vector::from(center), rotation(angle)),
+                Geometry::Box(Cuboid::new(Vector::from(size) / 2.0)),
+            ),
+            Outline::Circle { center, radius } => (
+                Pose::from_translation(Vector::from(center)),
+                Geometry::Circle(Ball::new(radius)),
+            ),
+        };
+        Self {
+            pose,
+            geometry,
+            reflectivity: REFLECTIVITY,
         }
+    }
+
+    /// Returns the solid with a reflectivity.
+    pub(crate) fn reflecting(self, reflectivity: f64) -> Self {
+        Self { reflectivity, ..self }
+    }
+
+    /// Returns how bright it is to a laser: 1 for a white surface.
+    pub(crate) fn reflectivity(&self) -> f64 {
+        self.reflectivity
     }
 
     pub(crate) fn polygon(pose: Pose2, polygon: Arc<ConvexPolygon>) -> Self {
         Self {
             pose: Pose::from_parts(Vector::new(pose.x, pose.y), rotation(pose.heading)),
             geometry: Geometry::Polygon(polygon),
+            reflectivity: REFLECTIVITY,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Many rays from one point at equal angles, as a laser casts them. Each solid meets only the rays that can
 //! reach its bounding box, which costs far less than a search of the whole scene for each ray.
 //!
-//! The distances are the same to the bit as those of single rays. It refuses to know what the solids are.
+//! The distances are the same to the bit as those of single rays.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -17,11 +17,20 @@ const TOO_NEAR: f64 = 1e-3;
 /// By how much less the distance to a box counts, in metres: far more than the rounding of distances.
 const SLACK: f64 = 1e-9;
 
-/// Rays from one point, counter-clockwise, with the distance to the first solid on each.
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Echo {
+    /// Metres.
+    pub(crate) distance: f64,
+    /// Of the solid: 1 for a white surface.
+    pub(crate) reflectivity: f64,
+}
+
+/// Rays from one point, counter-clockwise, with the first solid on each.
 pub(crate) struct Sweep {
     origin: Vector,
     rays: Vec<Ray>,
-    nearest: Vec<Option<f64>>,
+    nearest: Vec<Option<Echo>>,
     /// The direction of the first ray, and the angle between neighbours, in radians.
     first: f64,
     increment: f64,
@@ -52,12 +61,12 @@ impl Sweep {
         self.max
     }
 
-    /// Returns the distance along each ray to the first solid that it met.
-    pub(crate) fn into_distances(self) -> Vec<Option<f64>> {
+    /// Returns the first solid that each ray met.
+    pub(crate) fn into_echoes(self) -> Vec<Option<Echo>> {
         self.nearest
     }
 
-    pub(crate) fn distances_mut(&mut self) -> &mut [Option<f64>] {
+    pub(crate) fn echoes_mut(&mut self) -> &mut [Option<Echo>] {
         &mut self.nearest
     }
 
@@ -77,11 +86,14 @@ impl Sweep {
         };
         for beams in self.beams_to_box(&area) {
             for (ray, nearest) in self.rays[beams.clone()].iter().zip(&mut self.nearest[beams]) {
-                let limit = nearest.unwrap_or(self.max);
+                let limit = nearest.map_or(self.max, |echo| echo.distance);
                 if range <= limit
                     && let Some(distance) = solid.cast_ray(ray, limit)
                 {
-                    *nearest = Some(distance);
+                    *nearest = Some(Echo {
+                        distance,
+                        reflectivity: solid.reflectivity(),
+                    });
                 }
             }
         }
@@ -175,8 +187,9 @@ mod tests {
                     let hits = solids.iter().filter_map(|solid| solid.cast_ray(&ray, 4.0));
                     hits.min_by(f64::total_cmp)
                 });
+                let echoes = sweep.into_echoes().into_iter();
                 assert_eq!(
-                    sweep.into_distances(),
+                    echoes.map(|echo| Some(echo?.distance)).collect::<Vec<_>>(),
                     alone.collect::<Vec<_>>(),
                     "{seed}: {beams} beams"
                 );

@@ -116,8 +116,17 @@ pub(crate) fn publish(
     scan.scan_time = 0.0;
     scan.range_min = laser.range_min as f32;
     scan.range_max = laser.range_max as f32;
-    scan.intensities.clear();
-    world.laser(robot, laser, scan.ranges.resize(laser.beams))?;
+    let LaserScan {
+        ranges, intensities, ..
+    } = &mut *scan;
+    let ranges = ranges.resize(laser.beams);
+    if laser.intensity > 0.0 {
+        let intensities = intensities.resize(laser.beams);
+        world.laser_with_intensities(robot, laser, (ranges, intensities))?;
+    } else {
+        intensities.clear();
+        world.laser(robot, laser, ranges)?;
+    }
     scan.publish();
     Ok(())
 }

@@ -66,6 +66,9 @@ pub struct Robot {
     /// Standard deviation of the lasers' ranges; negative for that of the file.
     #[modulation(default = -1.0, unit = "m", fixed)]
     laser_noise: Modulation<f64>,
+    /// Intensity that the lasers measure of a white surface; negative for that of the file, 0 for no intensities.
+    #[modulation(default = -1.0, fixed)]
+    laser_intensity: Modulation<f64>,
     /// Standard deviation of the sonars' ranges; negative for that of the file.
     #[modulation(default = -1.0, unit = "m", fixed)]
     sonar_noise: Modulation<f64>,
@@ -151,6 +154,7 @@ impl Robot {
         let overrides = Overrides {
             laser_range: self.laser_range.get(cx),
             laser_noise: self.laser_noise.get(cx),
+            laser_intensity: self.laser_intensity.get(cx),
             sonar_noise: self.sonar_noise.get(cx),
             wheel_error: self.wheel_error.get(cx),
             acceleration: self.acceleration.get(cx),

@@ -15,6 +15,8 @@ pub(crate) struct Overrides {
     pub(crate) laser_range: f64,
     /// Metres.
     pub(crate) laser_noise: f64,
+    /// Of a white surface, in units of the device.
+    pub(crate) laser_intensity: f64,
     /// Metres.
     pub(crate) sonar_noise: f64,
     /// A fraction.
@@ -38,6 +40,7 @@ impl Overrides {
         }
         for laser in &mut model.lasers {
             replace(&mut laser.config.sigma, self.laser_noise);
+            replace(&mut laser.config.intensity, self.laser_intensity);
             laser.config.check()?;
             if laser.config.beams > MAX_BEAMS {
                 let (name, beams) = (&laser.name, laser.config.beams);

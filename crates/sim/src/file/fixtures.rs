@@ -5,11 +5,12 @@
 
 use super::document::{Document, Table};
 use super::loose;
-use super::values;
+use super::values::{self, between};
 use crate::color::Color;
 use crate::loose::LooseBody;
 use crate::scene::Fixture;
 use crate::shape::Outline;
+use crate::solid::REFLECTIVITY;
 
 /// The appearance of a thing.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +43,7 @@ pub(crate) enum BoxPlan {
 }
 
 /// The keys of a box.
-pub(super) const BOX_KEYS: [&str; 8] = [
+pub(super) const BOX_KEYS: [&str; 9] = [
     "name",
     "center",
     "size",
@@ -51,6 +52,7 @@ pub(super) const BOX_KEYS: [&str; 8] = [
     "height",
     "movable",
     "mass",
+    "reflectivity",
 ];
 
 /// Reads the fixed things, and the boxes that are movable.
@@ -63,7 +65,7 @@ pub(crate) fn read(
         root,
         "walls",
         "wall",
-        &["name", "points", "closed", "color", "height"],
+        &["name", "points", "closed", "color", "height", "reflectivity"],
         wall,
     );
     let boxes = each(document, root, "boxes", "box", &BOX_KEYS, |table, name| {
@@ -74,7 +76,15 @@ pub(crate) fn read(
         root,
         "circles",
         "circle",
-        &["name", "center", "centers", "radius", "color", "height"],
+        &[
+            "name",
+            "center",
+            "centers",
+            "radius",
+            "color",
+            "height",
+            "reflectivity",
+        ],
         circles_of,
     );
     let (mut fixtures, mut movable) = (walls?.concat(), Vec::new());
@@ -106,6 +116,11 @@ pub(crate) fn read_appearance(table: &Table<'_>, default: Appearance) -> Option<
     })
 }
 
+/// Reads how bright a fixed thing is to a laser: up to 1000 times a white surface, as a retroreflector may be.
+fn read_reflectivity(table: &Table<'_>) -> Option<f64> {
+    table.optional("reflectivity", REFLECTIVITY, between(0.0, 1000.0, ""))
+}
+
 /// Reads every item of an array of tables, each with its name; `None` if any has a fault.
 pub(crate) fn each<'a, T>(
     document: &'a Document<'a>,
@@ -134,15 +149,18 @@ pub(crate) fn each<'a, T>(
 
 fn wall(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
     let appearance = read_appearance(table, WALL);
-    let points = polyline(table);
-    let (appearance, points) = (appearance?, points?);
+    let (points, reflectivity) = (polyline(table), read_reflectivity(table));
+    let (appearance, points, reflectivity) = (appearance?, points?, reflectivity?);
     let sides = points.windows(2).map(|pair| Outline::Segment {
         from: pair[0],
         to: pair[1],
     });
     Some(
         sides
-            .map(|outline| fixture(name.clone(), outline, appearance))
+            .map(|outline| Fixture {
+                reflectivity,
+                ..fixture(name.clone(), outline, appearance)
+            })
             .collect(),
     )
 }
@@ -181,8 +199,12 @@ fn fixed(table: &Table<'_>, name: String) -> Option<Fixture> {
         return None;
     }
     let (appearance, rectangle) = (read_appearance(table, BOX), rectangle(table));
+    let reflectivity = read_reflectivity(table);
     let (center, size, angle) = rectangle?;
-    Some(fixture(name, Outline::Box { center, size, angle }, appearance?))
+    Some(Fixture {
+        reflectivity: reflectivity?,
+        ..fixture(name, Outline::Box { center, size, angle }, appearance?)
+    })
 }
 
 /// Reads the center, the size and the angle in radians of a box.
@@ -207,8 +229,12 @@ fn circles_of(table: &Table<'_>, name: String) -> Option<Vec<Fixture>> {
             None
         }
     };
-    let (appearance, radius) = (appearance?, radius?);
-    let circle = |center| fixture(name.clone(), Outline::Circle { center, radius }, appearance);
+    let reflectivity = read_reflectivity(table);
+    let (appearance, radius, reflectivity) = (appearance?, radius?, reflectivity?);
+    let circle = |center| Fixture {
+        reflectivity,
+        ..fixture(name.clone(), Outline::Circle { center, radius }, appearance)
+    };
     Some(centers?.into_iter().map(circle).collect())
 }
 
@@ -218,5 +244,6 @@ pub(crate) fn fixture(name: String, outline: Outline, Appearance { color, height
         outline,
         color,
         height,
+        reflectivity: REFLECTIVITY,
     }
 }

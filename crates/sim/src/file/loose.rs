@@ -28,6 +28,13 @@ pub(crate) fn balls(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<Pla
 
 /// Reads a box that is `movable`.
 pub(crate) fn movable(table: &Table<'_>, name: String) -> Option<LooseBody> {
+    if let Some(reflectivity) = table.get("reflectivity") {
+        table.fault(
+            &reflectivity.span(),
+            "has a `reflectivity` and is `movable`: drop one",
+        );
+        return None;
+    }
     let rectangle = fixtures::rectangle(table);
     let (appearance, mass) = (
         fixtures::read_appearance(table, BOX),

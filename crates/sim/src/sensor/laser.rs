@@ -28,9 +28,17 @@ pub struct LaserConfig {
     pub range_max: f64,
     /// Standard deviation of a range, in metres.
     pub sigma: f64,
+    /// The intensity of a white surface, in units of the device; 0 if it measures no intensities. It is the same at
+    /// every distance and angle, as of a device that corrects for both.
+    pub intensity: f64,
     /// Separates the noise of several lasers of one robot.
     pub stream: u16,
 }
+
+/// Standard deviation of an intensity, as a fraction: an estimate.
+const INTENSITY_SIGMA: f64 = 0.05;
+/// The first draw of the noise of intensities: no laser has so many beams.
+const INTENSITY_DRAWS: u32 = 1 << 31;
 
 impl Default for LaserConfig {
     fn default() -> Self {
@@ -48,6 +56,7 @@ impl Default for LaserConfig {
             range_max: 8.0,
             // The statistical error of a SICK LMS200 on its 8 m range is 5 mm.
             sigma: 0.005,
+            intensity: 0.0,
             stream: 0,
         }
     }
@@ -101,15 +110,18 @@ impl LaserConfig {
             "more than range_min",
             |value| value > self.range_min,
         )?;
-        check("laser sigma", self.sigma, "0 m or more", |value| value >= 0.0)
+        check("laser sigma", self.sigma, "0 m or more", |value| value >= 0.0)?;
+        check("laser intensity", self.intensity, "0 or more", |value| {
+            value >= 0.0
+        })
     }
 
-    /// Fills a scan. `cast` lets the things meet the rays.
+    /// Fills a scan; the intensities are as many as the ranges, or none. `cast` lets the things meet the rays.
     pub(crate) fn scan(
         &self,
         robot: Pose2,
         noise: &Noise,
-        ranges: &mut [f32],
+        (ranges, intensities): (&mut [f32], &mut [f32]),
         cast: impl FnOnce(&mut Sweep),
     ) {
         let laser = robot.compose(self.mount);
@@ -117,17 +129,24 @@ impl LaserConfig {
         let increment = self.angle_increment();
         let mut sweep = Sweep::new([laser.x, laser.y], angles, increment, self.range_max);
         cast(&mut sweep);
-        let distances = sweep.into_distances();
-        let readings = ranges.chunks_mut(2).zip(distances.chunks(2));
-        for (pair, (ranges, distances)) in readings.enumerate() {
+        let echoes = sweep.into_echoes();
+        let readings = ranges.chunks_mut(2).zip(echoes.chunks(2));
+        for (pair, (ranges, echoes)) in readings.enumerate() {
             let errors = if self.sigma > 0.0 {
                 noise.normals(pair as u32)
             } else {
                 [0.0; 2]
             };
-            for ((range, distance), error) in ranges.iter_mut().zip(distances).zip(errors) {
-                *range = super::reading(*distance, self.sigma * error, self.range_min, self.range_max);
+            for ((range, echo), error) in ranges.iter_mut().zip(echoes).zip(errors) {
+                let distance = echo.map(|echo| echo.distance);
+                *range = super::reading(distance, self.sigma * error, self.range_min, self.range_max);
             }
+        }
+        for (beam, intensity) in intensities.iter_mut().enumerate() {
+            let error = noise.normals(INTENSITY_DRAWS + beam as u32 / 2)[beam % 2];
+            let reflectivity = echoes[beam].filter(|_| ranges[beam].is_finite());
+            let white = self.intensity * (1.0 + INTENSITY_SIGMA * error).max(0.0);
+            *intensity = reflectivity.map_or(0.0, |echo| (white * echo.reflectivity) as f32);
         }
     }
 }

@@ -24,10 +24,34 @@ impl World {
     /// # Errors
     /// A buffer whose length is not `beams`, an invalid number in the configuration.
     pub fn laser(&self, robot: RobotId, laser: &LaserConfig, ranges: &mut [f32]) -> Result<(), WorldError> {
+        self.scan(robot, laser, (ranges, &mut []))
+    }
+
+    /// Fills `ranges` as [`World::laser`] does, and `intensities` with [`LaserConfig::intensity`] times the reflectivity
+    /// of what each beam meets, with normal noise of 5 %; 0 without a return.
+    ///
+    /// # Errors
+    /// A buffer whose length is not `beams`, an invalid number in the configuration.
+    pub fn laser_with_intensities(
+        &self,
+        robot: RobotId,
+        laser: &LaserConfig,
+        (ranges, intensities): (&mut [f32], &mut [f32]),
+    ) -> Result<(), WorldError> {
+        check_buffer("laser intensities", intensities.len(), laser.beams)?;
+        self.scan(robot, laser, (ranges, intensities))
+    }
+
+    fn scan(
+        &self,
+        robot: RobotId,
+        laser: &LaserConfig,
+        (ranges, intensities): (&mut [f32], &mut [f32]),
+    ) -> Result<(), WorldError> {
         laser.check()?;
         check_buffer("laser", ranges.len(), laser.beams)?;
         let noise = self.noise(robot, Purpose::Laser, laser.stream);
-        laser.scan(self.truth(robot).pose, &noise, ranges, |sweep| {
+        laser.scan(self.truth(robot).pose, &noise, (ranges, intensities), |sweep| {
             self.scene.sweep(sweep);
             self.for_each_movable(RayKind::Light, Some(robot), |solid| sweep.meet(solid));
         });

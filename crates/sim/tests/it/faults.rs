@@ -359,6 +359,18 @@ fn movable_things_must_not_overlap_others() {
 }
 
 #[test]
+fn a_reflectivity_is_that_of_something_fixed() {
+    check(
+        "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmovable = true\nreflectivity = 3 # fault",
+        &["box 1", "`movable`"],
+    );
+    check(
+        "[[walls]]\npoints = [[0, 0], [1, 0]]\nreflectivity = -1 # fault",
+        &["wall 1", "`reflectivity` is -1", "0 to 1000"],
+    );
+}
+
+#[test]
 fn only_movable_things_have_a_mass() {
     check(
         "[[boxes]]\ncenter = [0, 0]\nsize = [1, 1]\nmass = 3 # fault",

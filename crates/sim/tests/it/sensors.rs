@@ -101,6 +101,43 @@ fn a_laser_detects_other_robots_but_not_its_own() {
 }
 
 #[test]
+fn intensities_are_those_of_what_each_beam_meets() {
+    let text = "boxes = [{ center = [2, 0], size = [0.1, 1], reflectivity = 20 }]
+        walls = [{ points = [[-4, 2], [4, 2]] }]
+        circles = [{ center = [0, -2], radius = 0.5, reflectivity = 0 }]
+        balls = [{ center = [-2, 0], radius = 0.3 }]
+        robots = { r = { start = { x = 0, y = 0 } } }";
+    let mut world = World::parse(text, "intensities.toml", 3).unwrap();
+    let robot = world.add_robot("r", RobotConfig::default()).unwrap();
+    let laser = LaserConfig {
+        beams: 360,
+        field_of_view: 360f64.to_radians(),
+        intensity: 10.0,
+        ..exact()
+    };
+    let (mut ranges, mut intensities) = (vec![0.0; 360], vec![0.0; 360]);
+    let buffers = (&mut ranges[..], &mut intensities[..]);
+    world.laser_with_intensities(robot, &laser, buffers).unwrap();
+    assert_eq!(ranges, scan(&world, robot, &laser), "the same ranges");
+    // Ahead a reflector, to the left a wall, behind a ball, to the right what reflects nothing.
+    let mean = |beams: std::ops::Range<usize>| {
+        let count = beams.len() as f64;
+        intensities[beams]
+            .iter()
+            .map(|value| f64::from(*value))
+            .sum::<f64>()
+            / count
+    };
+    for (middle, expected) in [(180, 200.0), (270, 5.0), (355, 5.0), (90, 0.0)] {
+        let found = mean(middle - 2..middle + 2);
+        assert!((found - expected).abs() <= 0.08 * expected, "{middle}: {found}");
+    }
+    assert_eq!((ranges[135], intensities[135]), (f32::INFINITY, 0.0), "no return");
+    let short = (&mut ranges[..], &mut intensities[1..]);
+    assert!(world.laser_with_intensities(robot, &laser, short).is_err());
+}
+
+#[test]
 fn noise_has_the_configured_mean_and_deviation() {
     let (mut world, robot) = hall(5);
     let noisy = LaserConfig {

@@ -199,6 +199,20 @@ fn numbers_of_the_application_replace_those_of_the_file() {
             .iter()
             .all(|range| *range <= 3.5 || *range == f32::INFINITY)
     );
+    assert!(scan.intensities.is_empty(), "the file's laser measures none");
+}
+
+#[test]
+fn a_laser_with_intensities_has_one_for_each_range() {
+    let (_folder, path) = file(ROOM);
+    let mut bench = robot("pioneer-3dx", &path);
+    bench.set("laser_intensity", 100.0);
+    bench.awake().expect("it enters the world");
+    drive(&mut bench, Duration::ZERO, Twist::ZERO, 1);
+    let scan: LaserScan = bench.exported("laser").expect("it has iterated");
+    assert_eq!(scan.intensities.len(), scan.ranges.len());
+    let bright = |(range, intensity): (&f32, &f32)| range.is_finite() == (*intensity > 0.0);
+    assert!(scan.ranges.iter().zip(&scan.intensities).all(bright), "{scan:?}");
 }
 
 #[test]

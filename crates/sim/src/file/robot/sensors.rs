@@ -39,13 +39,18 @@ const BRIGHTNESS_NOISE: f64 = 0.01;
 const MAX_BEAMS: f64 = 1e5;
 
 pub(super) fn lasers(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<LaserModel>> {
-    let keys = [&["name", "mount", "beams", "view_deg"][..], &RANGE_KEYS].concat();
+    let keys = [
+        &["name", "mount", "beams", "view_deg", "intensity"][..],
+        &RANGE_KEYS,
+    ]
+    .concat();
     let mut lasers = each(document, root, "lasers", "laser", &keys, |table, name| {
         let default = LaserConfig::default();
         let mount = mount(document, table);
         let beams = table.required("beams", beams);
         let view = table.required("view_deg", degrees(0.1, 360.0, "degrees"));
         let range = range(table, default.range_min, default.sigma);
+        let intensity = table.optional("intensity", 0.0, between(0.0, 1e6, ""));
         let (range, period) = range?;
         Some((
             LaserModel {
@@ -57,6 +62,7 @@ pub(super) fn lasers(document: &Document<'_>, root: &Table<'_>) -> Option<Vec<La
                     range_min: range.min,
                     range_max: range.max,
                     sigma: range.sigma,
+                    intensity: intensity?,
                     stream: 0,
                 },
                 period,
