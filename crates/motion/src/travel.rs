@@ -63,8 +63,7 @@ impl Travel {
 #[must_use]
 pub fn is_finite(odometry: &Odometry) -> bool {
     let (pose, Twist { linear, angular }) = (odometry.pose2d(), odometry.twist.twist);
-    let numbers = [pose.x, pose.y, pose.theta, linear.x, linear.y, angular.z];
-    numbers.into_iter().all(f64::is_finite)
+    pose.is_finite() && [linear.x, linear.y, angular.z].into_iter().all(f64::is_finite)
 }
 
 /// Returns whether a step of the odometry is a jump and no motion: it is longer than `way` m, or a turn by more than 90

@@ -120,10 +120,7 @@ impl Tracker {
         sensor: &Pose2D,
         scan: &LaserScan,
     ) -> Result<(), Blind> {
-        if ![now, sensor.x, sensor.y, sensor.theta]
-            .iter()
-            .all(|number| number.is_finite())
-        {
+        if !now.is_finite() || !sensor.is_finite() {
             return Err(Blind);
         }
         self.detector.detect(&settings.detector, scan)?;

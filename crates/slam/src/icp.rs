@@ -61,8 +61,7 @@ impl Surface {
             gate = (0.7 * gate).max(GATES.1);
         }
         let (information, _, share) = self.slope(points, &pose, GATES.1);
-        let is_finite = pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite();
-        is_finite.then_some(Fit {
+        pose.is_finite().then_some(Fit {
             pose,
             information,
             share,

@@ -302,6 +302,12 @@ impl Pose2D {
         Self { x, y, theta }
     }
 
+    /// Returns whether all three numbers are finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.theta.is_finite()
+    }
+
     /// Returns the distance to `other`, m.
     #[must_use]
     pub fn distance_to(&self, other: &Self) -> f64 {

@@ -275,7 +275,7 @@ impl Cover {
     /// Where the robot is; `None` also for numbers that are not finite.
     fn robot(&self, cx: &Context) -> Option<Pose2D> {
         let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
-        pose.filter(|pose| pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite())
+        pose.filter(Pose2D::is_finite)
     }
 }
 

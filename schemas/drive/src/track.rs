@@ -36,10 +36,7 @@ impl Track {
     pub(crate) fn replace(&mut self, poses: impl Iterator<Item = Pose2D>) -> bool {
         let mut count = 0;
         for pose in poses {
-            if ![pose.x, pose.y, pose.theta]
-                .iter()
-                .all(|number| number.is_finite())
-            {
+            if !pose.is_finite() {
                 count = 0;
                 break;
             }

@@ -102,7 +102,7 @@ impl Schema for Navigate {
         self.plan.wake(cx);
         self.drive.wake(cx);
         let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
-        let Some(pose) = pose.filter(|pose| pose.x.is_finite() && pose.y.is_finite()) else {
+        let Some(pose) = pose.filter(Pose2D::is_finite) else {
             return Ok(());
         };
         let mut terms = self.terms(cx);

@@ -158,9 +158,8 @@ impl Recover {
     fn situation(&self, cx: &Context) -> Option<(Pose2D, Pose2D)> {
         let (mission, pose) = (self.mission.get(cx)?, self.pose.get(cx)?.pose2d());
         self.surroundings.get(cx)?;
-        let is_finite = pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite();
         let has_target = mission.state == Mission::RUNNING && mission.distance > 0.0;
-        (is_finite && has_target).then_some((pose, mission.target))
+        (pose.is_finite() && has_target).then_some((pose, mission.target))
     }
 
     fn terms(&self, cx: &Context) -> Terms {

@@ -46,9 +46,7 @@ const GATE: f64 = 11.34;
 
 impl Seen {
     pub(super) fn is_finite(&self) -> bool {
-        let Pose2D { x, y, theta } = self.pose;
-        let mut numbers = [x, y, theta].into_iter().chain(self.deviations);
-        numbers.all(f64::is_finite)
+        self.pose.is_finite() && self.deviations.into_iter().all(f64::is_finite)
     }
 }
 
