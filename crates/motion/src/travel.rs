@@ -84,18 +84,18 @@ pub fn jumped(from: &Pose2D, to: &Pose2D) -> String {
     )
 }
 
-/// Checks that the velocity bridges the time of `since` s from the odometry to a picture: 0.5 s at most. Where the base was
-/// earlier is not known.
+/// Checks that the velocity bridges the time of `since` s from the odometry to what a sensor sees, its "pictures" or
+/// "scans": 0.5 s at most. Where the base was earlier is not known.
 ///
 /// # Errors
-/// What is said of the pictures.
-pub fn check_time(since: f64) -> Result<(), String> {
+/// What is said of them.
+pub fn check_time(what: &str, since: f64) -> Result<(), String> {
     if since.abs() <= BRIDGED {
         return Ok(());
     }
     let older = if since < 0.0 { "older" } else { "newer" };
     Err(format!(
-        "the pictures are {:.1} s {older} than the odometry",
+        "the {what} are {:.1} s {older} than the odometry",
         since.abs()
     ))
 }

@@ -1,4 +1,4 @@
-//! The drive to the docking place, in the frame of the tag: x away from the tag, so that the line to follow is y = 0.
+//! The drive to the docking place, in the frame of the mark: x away from the mark, so that the line to follow is y = 0.
 
 use jde_schema::prelude::*;
 
@@ -22,7 +22,7 @@ pub(crate) enum Step {
     Approach,
     /// Straight back.
     Back,
-    /// Turns toward the tag.
+    /// Turns toward the mark.
     Turn,
     /// It is where it shall be.
     There,
@@ -37,7 +37,7 @@ pub(crate) struct Course {
 
 /// How near the place is near enough, m: a tenth of what is promised.
 const NEAR: f64 = 0.002;
-/// A heading toward the tag that is exact enough, rad: a fifth of a degree.
+/// A heading toward the mark that is exact enough, rad: a fifth of a degree.
 const STRAIGHT: f64 = 0.0035;
 /// A heading at the docking place from which on it begins anew, rad: two degrees.
 const ASTRAY: f64 = 0.035;
@@ -85,7 +85,7 @@ impl Course {
             Step::There => [0.0; 2],
             Step::Turn => [0.0, rate(-heading, TURNING.1)],
             Step::Approach => {
-                // Facing the tag, +y is to the right: the way to the line is a turn to the left for a positive y.
+                // Facing the mark, +y is to the right: the way to the line is a turn to the left for a positive y.
                 let wanted = steer(local.y);
                 let error = wanted - heading;
                 let left = (local.x - goal.distance).max(0.0);
@@ -104,7 +104,7 @@ impl Course {
     }
 }
 
-/// Returns the heading, relative to that toward the tag, that leads to the line.
+/// Returns the heading, relative to that toward the mark, that leads to the line.
 fn steer(y: f64) -> f64 {
     (y / DECAY).atan().clamp(-STEEPEST, STEEPEST)
 }

@@ -1,33 +1,44 @@
-//! Docking at an AprilTag. The schema avoids no obstacles: another one must brake.
+//! Docking at an AprilTag or a reflector. The schema avoids no obstacles: another one must brake.
 
 mod approach;
 mod panel;
+mod reflector;
 mod sighting;
 
 use jde_motion::{Frozen, arc, check_time, is_finite, is_jump, jumped};
 use jde_schema::prelude::*;
-use jde_schema::types::{TagDetection, TagDetections, normalize_angle};
+use jde_schema::types::{Pose, PoseStamped, TagDetections, normalize_angle};
 use jde_vision::CameraMount;
 
 use approach::{Course, Step};
+pub use reflector::{Reflector, ReflectorStrips};
 use sighting::Sighting;
 
-/// A motion after which a tag that is the same to the bit is not seen, m and rad: no camera sees the same twice.
+/// A motion after which a mark that is the same to the bit is not seen, m and rad: no sensor sees the same twice.
 const UNCHANGED: f64 = 0.001;
+/// A reflector that is farther than this, m, from where it was is another one. A tag has a number.
+const ELSEWHERE: f64 = 0.5;
 
-/// Drives a base to a place straight before a tag, heading toward it, and off again.
+/// Drives a base to a place straight before a mark, an AprilTag or a reflector, heading toward it, and off again.
 ///
-/// It follows the line on which the tag faces, more slowly as it comes nearer, stops, and turns toward the tag. If it
-/// is too near, or near but beside the line, it drives back and begins anew. What it saw of the tag is kept in the
-/// frame of the odometry, so the tag may leave the picture for `patience`. The base must be able to turn on the spot.
+/// It follows the line on which the mark faces, more slowly as it comes nearer, stops, and turns toward the mark. If it
+/// is too near, or near but beside the line, it drives back and begins anew. What it saw of the mark is kept in the
+/// frame of the odometry, so the mark may be hidden for `patience`. The base must be able to turn on the spot. Bind
+/// either `tags` or `reflector`.
 ///
-/// READY while the tag was seen and the base is not where it shall be.
+/// READY while the mark was seen and the base is not where it shall be.
 #[derive(Describe)]
 #[schema(motor, period = "50ms", budget = "10ms")]
 pub struct Dock {
     /// The tags that a camera of the base sees, from `tags`.
-    #[import]
+    #[import(optional)]
     tags: Import<TagDetections>,
+    /// The reflector that a laser of the base sees, from `dock/reflector`.
+    #[import(optional)]
+    reflector: Import<PoseStamped>,
+    /// What the schema that finds the reflector says of it.
+    #[import(optional)]
+    state: Import<Text<160>>,
     /// The measured pose of the base.
     #[import(trigger)]
     pose: Import<Odometry>,
@@ -37,22 +48,22 @@ pub struct Dock {
     /// Whether it drives off instead: straight back, as far as `off`.
     #[modulation(default = Flag::FALSE)]
     leave: Modulation<Flag>,
-    /// Distance from the tag to the middle of the base where it docks.
+    /// Distance from the mark to the middle of the base where it docks.
     #[modulation(default = 0.5, unit = "m", min = 0.05)]
     distance: Modulation<f64>,
-    /// Distance from the tag at which it has left.
+    /// Distance from the mark at which it has left.
     #[modulation(default = 1.5, unit = "m", min = 0.1)]
     off: Modulation<f64>,
     /// How far it must be off the place where it shall be, to begin anew. It also does if it is turned by 2 degrees.
     #[modulation(default = 0.05, unit = "m", min = 0.015)]
     margin: Modulation<f64>,
-    /// How far the camera is ahead of the base.
+    /// How far the camera or the laser is ahead of the base.
     #[modulation(default = 0.0, unit = "m")]
     ahead: Modulation<f64>,
-    /// How far the camera is to the left of the base.
+    /// How far the camera or the laser is to the left of the base.
     #[modulation(default = 0.0, unit = "m")]
     left: Modulation<f64>,
-    /// How far the camera is turned to the left.
+    /// How far the camera or the laser is turned to the left.
     #[modulation(default = 0.0, unit = "rad")]
     yaw: Modulation<f64>,
     /// How far the camera looks down.
@@ -64,13 +75,13 @@ pub struct Dock {
     /// Highest turn rate.
     #[modulation(default = 0.8, unit = "rad/s", min = 0.01)]
     turn: Modulation<f64>,
-    /// How long the tag may be out of sight.
+    /// How long the mark may be out of sight.
     #[modulation(default = 10.0, unit = "s", min = 0.1, max = 3600.0)]
     patience: Modulation<f64>,
     /// A step of the odometry from which on it is a jump, and no motion. So is a turn by more than 90 degrees.
     #[modulation(default = 0.3, unit = "m", min = 0.1)]
     jump: Modulation<f64>,
-    /// DONE while the base is where it shall be, FAILED while a tag that was seen is out of sight for too long, else
+    /// DONE while the base is where it shall be, FAILED while a mark that was seen is out of sight for too long, else
     /// RUNNING; the note says what it does. The target is the docking place.
     #[export]
     docking: Export<Mission>,
@@ -81,24 +92,34 @@ pub struct Dock {
     followed: Option<u32>,
     sighting: Sighting,
     course: Course,
-    /// Sequence number of the last detections.
+    /// Sequence number of the last picture or scan.
     last: Option<u64>,
-    /// The tag as it was seen last.
-    seen: Option<TagDetection>,
+    /// The mark as it was seen last.
+    seen: Option<Pose>,
     frozen: Frozen,
-    /// Why the last picture of the tag says nothing.
-    late: Option<String>,
+    /// Why what was seen last says nothing.
+    useless: Option<String>,
     /// The last pose of the odometry.
     last_pose: Option<Pose2D>,
-    /// What it does now, and where the base is in the frame of the tag: x away from the tag, y to the right of one who
-    /// faces it, the heading 0 away from the tag.
-    state: Option<(Step, Pose2D)>,
+    /// What it does now, and where the base is in the frame of the mark: x away from the mark, y to the right of one who
+    /// faces it, the heading 0 away from the mark.
+    step: Option<(Step, Pose2D)>,
+}
+
+/// A mark as a sensor sees it.
+struct Mark {
+    pose: Pose,
+    /// How ambiguous its direction is, from 0 to 1.
+    ambiguity: f64,
 }
 
 impl Schema for Dock {
-    fn awake(&mut self, _: &Context) -> Result {
-        (self.followed, self.state) = (None, None);
-        (self.last_pose, self.late) = (None, None);
+    fn awake(&mut self, cx: &Context) -> Result {
+        (self.followed, self.step) = (None, None);
+        (self.last_pose, self.useless) = (None, None);
+        if self.tags.is_bound(cx) == self.reflector.is_bound(cx) {
+            return Err("bind one of the imports `tags` and `reflector`".into());
+        }
         Ok(())
     }
 
@@ -111,16 +132,16 @@ impl Schema for Dock {
         self.notice_jump(cx);
         self.look(cx, id);
         let local = self.local(cx);
-        self.state = local.map(|local| (self.course.step(&local, &self.goal(cx)), local));
+        self.step = local.map(|local| (self.course.step(&local, &self.goal(cx)), local));
         self.report(cx);
-        Ok(match self.state {
+        Ok(match self.step {
             None => Precondition::from(false),
             Some((step, _)) => (step != Step::There).into(),
         })
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let twist = self.state.map_or(Twist::ZERO, |(step, local)| {
+        let twist = self.step.map_or(Twist::ZERO, |(step, local)| {
             let [speed, turn] = self.course.command(step, &local, &self.goal(cx));
             Twist::planar(speed, turn)
         });
@@ -135,7 +156,7 @@ impl Dock {
         self.pose.get(cx).filter(|pose| is_finite(pose))
     }
 
-    /// Forgets where the tag is when the odometry jumps.
+    /// Forgets where the mark is when the odometry jumps.
     fn notice_jump(&mut self, cx: &Context) {
         let Some(pose) = self.odometry(cx).map(|odometry| odometry.pose2d()) else {
             return;
@@ -150,40 +171,75 @@ impl Dock {
         }
     }
 
-    /// Takes the newest sighting of the tag.
+    /// Returns the number and the time of the newest picture or scan, and the mark in it.
+    fn newest(&self, cx: &Context, id: u32) -> Option<(u64, Duration, Option<Mark>)> {
+        if let Some(seen) = self.reflector.get(cx) {
+            let mark = Mark {
+                pose: seen.pose,
+                ambiguity: 0.0,
+            };
+            return Some((seen.sequence(), seen.time(), Some(mark)));
+        }
+        let tags = self.tags.get(cx)?;
+        let tag = tags.tags.iter().find(|tag| tag.id == id);
+        let mark = tag.map(|tag| Mark {
+            pose: tag.pose,
+            ambiguity: tag.ambiguity,
+        });
+        Some((tags.sequence(), tags.time(), mark))
+    }
+
+    /// Takes the newest sighting of the mark.
     fn look(&mut self, cx: &Context, id: u32) {
-        let (Some(tags), Some(pose)) = (self.tags.get(cx), self.odometry(cx)) else {
+        let (Some((sequence, time, mark)), Some(pose)) = (self.newest(cx, id), self.odometry(cx)) else {
             return;
         };
-        if self.last.replace(tags.sequence()) == Some(tags.sequence()) {
+        if self.last.replace(sequence) == Some(sequence) {
             return;
         }
-        let Some(tag) = tags.tags.iter().find(|tag| tag.id == id) else {
+        let Some(Mark {
+            pose: mark,
+            ambiguity,
+        }) = mark
+        else {
             return;
         };
-        let last = self.seen.replace(*tag);
-        let differs = last.is_none_or(|last| last.as_bytes() != tag.as_bytes());
+        let last = self.seen.replace(mark);
+        let differs = last.is_none_or(|last| last.as_bytes() != mark.as_bytes());
         if self.frozen.is_frozen(differs, &pose.pose2d(), UNCHANGED) {
             return;
         }
-        // Where the base was when the picture was taken.
-        let since = tags.time().as_secs_f64() - pose.time().as_secs_f64();
-        self.late = check_time(since).err();
-        if self.late.is_some() {
+        let is_reflector = self.reflector.is_bound(cx);
+        // Where the base was when the picture or the scan was taken.
+        let since = time.as_secs_f64() - pose.time().as_secs_f64();
+        let sensor = if is_reflector { "scans" } else { "pictures" };
+        self.useless = check_time(sensor, since).err();
+        if self.useless.is_some() {
             return;
         }
-        let motion = arc(&pose.twist.twist, since);
-        let base = pose.pose2d().transform(&motion);
-        let mount = CameraMount {
-            position: [self.ahead.get(cx), self.left.get(cx), 0.0],
-            pan: self.yaw.get(cx),
-            tilt: self.tilt.get(cx),
+        let base = pose.pose2d().transform(&arc(&pose.twist.twist, since));
+        let [ahead, left, yaw] = [&self.ahead, &self.left, &self.yaw].map(|part| part.get(cx));
+        let seen = if is_reflector {
+            Pose2D::new(ahead, left, yaw).transform(&mark.into())
+        } else {
+            let mount = CameraMount {
+                position: [ahead, left, 0.0],
+                pan: yaw,
+                tilt: self.tilt.get(cx),
+            };
+            mount.facing(&mark)
         };
-        let seen = mount.facing(&tag.pose);
-        self.sighting.add(&base, &seen, tag.ambiguity, tags.time());
+        if is_reflector && let Some(known) = self.sighting.place(cx.now(), Duration::MAX) {
+            let off = known.distance_to(&base.transform(&seen));
+            if off > ELSEWHERE {
+                self.useless = Some(format!("another reflector, {off:.1} m beside it, is in sight"));
+                return;
+            }
+        }
+        self.sighting.add(&base, &seen, ambiguity, time);
     }
 
-    /// Returns the pose of the base in the frame of the tag; `None` while that is unknown.
+    /// Returns the pose of the base in the frame of the mark; `None` while that is unknown.
     fn local(&self, cx: &Context) -> Option<Pose2D> {
         let patience = Duration::from_secs_f64(self.patience.get(cx));
         let tag = self.sighting.place(cx.now(), patience)?;
@@ -201,10 +257,23 @@ impl Dock {
         }
     }
 
-    /// Returns what it says before it has seen its tag.
+    /// Returns what it says while it does not know where the mark is.
     fn waiting(&self, cx: &Context) -> String {
-        if let Some(late) = &self.late {
-            return format!("tag {}: {late}", self.id.get(cx));
+        if self.reflector.is_bound(cx) {
+            let words = self.state.get(cx);
+            let words = words.as_ref().map(|words| words.as_str());
+            // It is said of a reflector that is in sight.
+            let useless = self
+                .useless
+                .as_deref()
+                .filter(|_| self.reflector.get(cx).is_some());
+            return useless.or(words).unwrap_or("waiting for the reflector").into();
+        }
+        if self.sighting.is_known() {
+            return "the tag is not in sight".into();
+        }
+        if let Some(useless) = &self.useless {
+            return format!("tag {}: {useless}", self.id.get(cx));
         }
         let tags = self.tags.get(cx);
         let others = tags.iter().flat_map(|tags| tags.tags.iter());
@@ -214,25 +283,26 @@ impl Dock {
     }
 
     fn report(&mut self, cx: &Context) {
-        let waiting;
-        let (state, note) = match self.state {
-            None if self.odometry(cx).is_none() => (Mission::RUNNING, "waiting for the odometry"),
-            None if !self.sighting.is_known() => {
-                waiting = self.waiting(cx);
-                (Mission::RUNNING, waiting.as_str())
-            }
-            None => (Mission::FAILED, "the tag is not in sight"),
-            Some((Step::There, _)) if self.leave.get(cx).get() => (Mission::DONE, "off the tag"),
-            Some((Step::There, _)) => (Mission::DONE, "docked"),
-            Some((Step::Approach, _)) => (Mission::RUNNING, "driving to the tag"),
-            Some((Step::Back, _)) => (Mission::RUNNING, "driving back"),
-            Some((Step::Turn, _)) => (Mission::RUNNING, "turning toward the tag"),
+        let mark = if self.reflector.is_bound(cx) {
+            "reflector"
+        } else {
+            "tag"
         };
-        let tag = self.sighting.place(cx.now(), Duration::MAX);
-        let target =
-            tag.map(|tag| tag.transform(&Pose2D::new(self.distance.get(cx), 0.0, core::f64::consts::PI)));
+        let (state, note) = match self.step {
+            None if self.odometry(cx).is_none() => (Mission::RUNNING, "waiting for the odometry".into()),
+            None if !self.sighting.is_known() => (Mission::RUNNING, self.waiting(cx)),
+            None => (Mission::FAILED, self.waiting(cx)),
+            Some((Step::There, _)) if self.leave.get(cx).get() => (Mission::DONE, format!("off the {mark}")),
+            Some((Step::There, _)) => (Mission::DONE, "docked".into()),
+            Some((Step::Approach, _)) => (Mission::RUNNING, format!("driving to the {mark}")),
+            Some((Step::Back, _)) => (Mission::RUNNING, "driving back".into()),
+            Some((Step::Turn, _)) => (Mission::RUNNING, format!("turning toward the {mark}")),
+        };
+        let place = self.sighting.place(cx.now(), Duration::MAX);
+        let target = place
+            .map(|place| place.transform(&Pose2D::new(self.distance.get(cx), 0.0, core::f64::consts::PI)));
         let distance = self
-            .state
+            .step
             .map(|(_, local)| (local.x - self.distance.get(cx)).hypot(local.y));
         self.docking.write(
             cx,
@@ -240,7 +310,7 @@ impl Dock {
                 state,
                 reached: (state == Mission::DONE).into(),
                 total: 1,
-                note: Text::truncated(note),
+                note: Text::truncated(&note),
                 target: target.unwrap_or_default(),
                 distance: distance.unwrap_or_default(),
                 ..Mission::default()
@@ -249,12 +319,16 @@ impl Dock {
     }
 }
 
-/// Returns the heading relative to the direction toward the tag, rad.
+/// Returns the heading relative to the direction toward the mark, rad.
 fn astray(local: &Pose2D) -> f64 {
     normalize_angle(local.theta - core::f64::consts::PI)
 }
 
-jde_schema::export!("dock", "Drives to an AprilTag and off again.", [Dock]);
+jde_schema::export!(
+    "dock",
+    "Drives to an AprilTag or a reflector and off again, and finds reflectors.",
+    [Dock, Reflector]
+);
 
 #[cfg(test)]
 mod tests;

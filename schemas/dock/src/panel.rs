@@ -1,4 +1,4 @@
-//! The panel: the tag, the line before it, and the base.
+//! The panel: the mark, the line before it, and the base.
 
 use jde_schema::prelude::*;
 
@@ -6,8 +6,8 @@ use crate::{Dock, astray};
 
 impl Panel for Dock {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
-        let Some((_, local)) = self.state else {
-            pen.text("The tag is not in sight");
+        let Some((_, local)) = self.step else {
+            pen.text(self.waiting(cx));
             return;
         };
         let distance = self.distance.get(cx);

@@ -1,4 +1,4 @@
-//! Where the tag is, from all that was seen of it. Near sightings count more than far ones, and new ones more than old
+//! Where the mark is, from all that was seen of it. Near sightings count more than far ones, and new ones more than old
 //! ones, since the odometry drifts.
 
 use jde_schema::prelude::*;
@@ -6,14 +6,14 @@ use jde_schema::types::normalize_angle;
 
 /// The weight that is left of a sighting after the next one.
 const KEPT: f64 = 0.97;
-/// The least weight of a direction that is ambiguous: straight before a tag, all are.
+/// The least weight of a direction that is ambiguous: straight before a mark, all are.
 const AMBIGUOUS: f64 = 0.02;
 
-/// The place of the tag in the frame of the odometry.
+/// The place of the mark in the frame of the odometry.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sighting {
     place: [Mean; 2],
-    /// The direction in which the tag faces, relative to the first sighting.
+    /// The direction in which the mark faces, relative to the first sighting.
     facing: Mean,
     first: f64,
     last: Option<Duration>,
@@ -34,35 +34,34 @@ impl Mean {
 }
 
 impl Sighting {
-    /// Adds that a base at a pose saw the tag: its place and the direction in which it faces, in the frame of the base.
+    /// Adds that a base at a pose saw the mark: its place and the direction in which it faces, in the frame of the base.
     /// What is not finite is left out.
     pub(crate) fn add(&mut self, base: &Pose2D, seen: &Pose2D, ambiguity: f64, time: Duration) {
         let range = seen.x.hypot(seen.y);
-        let tag = base.transform(seen);
+        let mark = base.transform(seen);
         // The error of a range grows with the square of the range, and so does that of a direction.
         let variance = range.max(0.1).powi(4);
-        let numbers = [tag.x, tag.y, tag.theta, variance];
-        if !numbers.iter().all(|number| number.is_finite()) {
+        if !mark.is_finite() || !variance.is_finite() {
             return;
         }
         let weight = 1.0 / variance;
-        self.place[0].add(tag.x, weight);
-        self.place[1].add(tag.y, weight);
+        self.place[0].add(mark.x, weight);
+        self.place[1].add(mark.y, weight);
         if self.last.is_none() {
-            self.first = tag.theta;
+            self.first = mark.theta;
         }
         let clear = (1.0 - ambiguity).max(AMBIGUOUS);
         self.facing
-            .add(normalize_angle(tag.theta - self.first), weight * clear);
+            .add(normalize_angle(mark.theta - self.first), weight * clear);
         self.last = Some(time);
     }
 
-    /// Returns whether the tag was seen, however long ago.
+    /// Returns whether the mark was seen, however long ago.
     pub(crate) fn is_known(&self) -> bool {
         self.last.is_some()
     }
 
-    /// Returns the place of the tag and the direction in which it faces; `None` before it was seen, and when that is
+    /// Returns the place of the mark and the direction in which it faces; `None` before it was seen, and when that is
     /// longer ago than `patience`.
     pub(crate) fn place(&self, now: Duration, patience: Duration) -> Option<Pose2D> {
         let known = now.saturating_sub(self.last?) <= patience;

@@ -1,10 +1,11 @@
-//! The schema on a bench: a base that moves as it is commanded, and a camera that sees the tag exactly or with errors.
+//! The schema on a bench: a base that moves as it is commanded, and a camera that sees the tag exactly or with errors, or a
+//! laser that sees a reflector in its place.
 
 use core::f64::consts::PI;
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
-use jde_schema::types::{Point, Pose, Quaternion, TagDetection, TagDetections};
+use jde_schema::types::{Point, Pose, PoseStamped, Quaternion, TagDetection, TagDetections};
 
 use crate::Dock;
 
@@ -26,6 +27,10 @@ struct Drive {
     /// Whether the camera repeats its last picture.
     is_frozen: bool,
     picture: TagDetections,
+    /// Whether the mark is a reflector.
+    is_reflector: bool,
+    /// Where the reflector is.
+    reflector: Pose2D,
     /// The origin of the odometry.
     origin: Pose2D,
 }
@@ -34,6 +39,7 @@ impl Drive {
     fn from(x: f64, y: f64, theta: f64) -> Self {
         let mut bench = Bench::new();
         bench.set("id", 7_u32);
+        bench.unbind("reflector");
         Self {
             bench,
             base: Pose2D::new(x, y, theta),
@@ -45,8 +51,21 @@ impl Drive {
             has_odometry: true,
             is_frozen: false,
             picture: TagDetections::default(),
+            is_reflector: false,
+            reflector: TAG,
             origin: Pose2D::ORIGIN,
         }
+    }
+
+    /// A base whose laser, 10 cm behind its middle and turned to the left, sees a reflector.
+    fn to_reflector(x: f64, y: f64, theta: f64) -> Self {
+        let mut drive = Self::from(x, y, theta);
+        drive.bench = Bench::new();
+        drive.bench.unbind("tags");
+        drive.bench.set("ahead", -0.1);
+        drive.bench.set("yaw", 0.5);
+        drive.is_reflector = true;
+        drive
     }
 
     /// Shows the pose and the tag, checks, and moves the base as commanded if the schema is READY. Returns whether it is.
@@ -59,7 +78,14 @@ impl Drive {
         } else {
             self.bench.retract("pose");
         }
-        if self.sees {
+        if self.sees && self.is_reflector {
+            let laser = self.base.transform(&Pose2D::new(-0.1, 0.0, 0.5));
+            let seen = PoseStamped {
+                header: Header::new(self.now, "laser"),
+                pose: laser.localize(&self.reflector).into(),
+            };
+            self.bench.import("reflector", &seen);
+        } else if self.sees {
             self.error = -self.error;
             let seen = [(7, Some(TAG)), (8, self.other)].into_iter();
             let seen = seen.filter_map(|(id, tag)| Some(self.detection(id, &self.base.localize(&tag?))));
@@ -168,6 +194,75 @@ fn without_the_tag_it_is_not_ready_and_what_it_saw_lasts_for_its_patience() {
     let steps = (0..100).take_while(|_| drive.step()).count();
     assert_eq!(steps, 20, "a second");
     assert_eq!(drive.mission().state, Mission::FAILED);
+}
+
+#[test]
+fn it_docks_at_a_reflector_and_leaves_again() {
+    for (x, y, theta) in [(3.0, 2.0, 0.0), (3.5, 1.2, 0.5), (4.7, 2.0, 0.0)] {
+        let mut drive = Drive::to_reflector(x, y, theta);
+        drive.bench.awake().expect("it awakes");
+        drive.step();
+        assert!(drive.mission().note.as_str().starts_with("driving"));
+        drive.run();
+        let shown = format!("from {x}, {y}: {:?}", drive.base);
+        assert!((drive.base.x - 4.5).abs() < 0.01, "{shown}");
+        assert!((drive.base.y - 2.0).abs() < 0.02, "{shown}");
+        assert!(drive.base.theta.abs() < 1_f64.to_radians(), "{shown}");
+        drive.bench.set("leave", Flag::TRUE);
+        drive.run();
+        assert_eq!(drive.mission().note.as_str(), "off the reflector");
+    }
+}
+
+#[test]
+fn without_a_reflector_it_says_what_is_said_of_the_scans() {
+    let mut drive = Drive::to_reflector(3.0, 2.0, 0.0);
+    drive.sees = false;
+    let words = "the laser measures no intensities";
+    drive.bench.import("state", &Text::<160>::new(words));
+    assert!(!drive.step());
+    assert_eq!(drive.mission().note.as_str(), words);
+    assert_eq!(drive.mission().state, Mission::RUNNING);
+    drive.sees = true;
+    drive.bench.set("patience", 1.0);
+    assert!(drive.step());
+    drive.sees = false;
+    let words = "no reflector of 3 strips among 2 bright ones and 0 other things";
+    drive.bench.retract("reflector");
+    drive.bench.import("state", &Text::<160>::new(words));
+    drive.run();
+    assert_eq!(drive.mission().note.as_str(), words);
+    assert_eq!(drive.mission().state, Mission::FAILED);
+}
+
+#[test]
+fn another_reflector_is_not_followed_before_a_sleep() {
+    let mut drive = Drive::to_reflector(3.0, 2.0, 0.0);
+    (0..20).for_each(|_| assert!(drive.step()));
+    drive.bench.set("patience", 1.0);
+    drive.reflector.y -= 0.9;
+    drive.run();
+    let mission = drive.mission();
+    assert_eq!(
+        mission.note.as_str(),
+        "another reflector, 0.9 m beside it, is in sight"
+    );
+    assert_eq!(mission.state, Mission::FAILED);
+    assert!((drive.base.y - 2.0).abs() < 0.01, "{:?}", drive.base);
+    drive.bench.sleep().expect("it sleeps");
+    drive.bench.awake().expect("it awakes");
+    drive.run();
+    assert!((drive.base.y - 1.1).abs() < 0.02, "{:?}", drive.base);
+}
+
+#[test]
+fn it_needs_one_kind_of_mark() {
+    let mut both = Bench::<Dock>::new();
+    assert!(both.awake().is_err());
+    both.unbind("tags");
+    assert!(both.awake().is_ok());
+    both.unbind("reflector");
+    assert!(both.awake().is_err());
 }
 
 #[test]
@@ -330,7 +425,7 @@ fn numbers_that_are_not_finite_move_nothing() {
 fn the_panel_shows_what_it_knows() {
     let mut drive = Drive::from(3.0, 2.0, 0.0);
     let shown = |drive: &mut Drive| format!("{:?}", drive.bench.draw().expect("it draws"));
-    assert!(shown(&mut drive).contains("not in sight"));
+    assert!(shown(&mut drive).contains("waiting for tag 7"));
     drive.step();
     assert!(shown(&mut drive).contains("distance to go"));
 }

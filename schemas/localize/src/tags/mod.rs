@@ -263,7 +263,7 @@ impl Tags {
         }
         // Where the base was when the picture was taken, as the base sees it now.
         let since = tags.time().as_secs_f64() - odometry.time().as_secs_f64();
-        self.late = check_time(since).err();
+        self.late = check_time("pictures", since).err();
         if self.late.is_some() {
             return;
         }
