@@ -2,6 +2,8 @@
 //! programs work too: their topics serve as variables if their types are described in the recording or are
 //! standard ones.
 
+use std::collections::BTreeMap;
+
 use jde_abi::describe::{FieldKind, Form, Type};
 use jde_link::message::VariableInfo;
 use jde_log::{RecordedVariable, Recording, recorded_variables};

@@ -13,11 +13,6 @@ mod writer;
 
 pub use decode::{decode, decode_into};
 pub use encode::encode;
-
-#[cfg(feature = "network")]
-pub(crate) use decode::CdrReader;
-#[cfg(feature = "network")]
-pub(crate) use encode::{align, length};
 pub use reader::Reader;
 pub use writer::Writer;
 
