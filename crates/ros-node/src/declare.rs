@@ -19,7 +19,8 @@ use crate::shared::Shared;
 
 /// All declarations. Dropping them undeclares them.
 pub(crate) struct Declared {
-    pub(crate) publishers: Vec<DeclaredPublisher>,
+    /// None for a topic that a bridge cannot have.
+    pub(crate) publishers: Vec<Option<DeclaredPublisher>>,
     _subscribers: Vec<Subscriber<()>>,
     _services: Vec<Queryable<()>>,
     pub(crate) tokens: Vec<LivelinessToken>,
@@ -42,23 +43,32 @@ pub(crate) fn declare(
     session: &Session,
 ) -> zenoh::Result<Declared> {
     let (name, id) = (&config.name, session.zid());
-    let token = session.liveliness().declare_token(name.token(&id.to_string()));
+    let token = (!name.bridged).then(|| {
+        session
+            .liveliness()
+            .declare_token(name.token(&id.to_string()))
+            .wait()
+    });
     let mut declared = Declared {
         publishers: Vec::new(),
         _subscribers: Vec::new(),
         _services: Vec::new(),
-        tokens: vec![token.wait()?],
+        tokens: token.transpose()?.into_iter().collect(),
     };
     let all_topics = config.all_topics();
     for (direction, topics) in &all_topics {
         for (number, topic) in topics.iter().enumerate() {
             let key = topic.key(name);
+            // A key of a bridge has no type, so it has one topic only.
+            let is_possible = !name.bridged || topic.announced == Announced::Always;
             match direction {
                 Direction::Publish => {
-                    declared
-                        .publishers
-                        .push(publish(shared, config, session, (number, topic), key)?)
+                    let publisher = is_possible
+                        .then(|| publish(shared, config, session, (number, topic), key))
+                        .transpose()?;
+                    declared.publishers.push(publisher);
                 }
+                _ if !is_possible => {}
                 Direction::Subscribe => {
                     if topic.quality.latched {
                         let caches = latched::find_caches(session, &key, shared, number)?;
@@ -68,6 +78,7 @@ pub(crate) fn declare(
                         ._subscribers
                         .push(subscribe(shared, session, number, key)?);
                 }
+                Direction::Serve | Direction::Call if name.bridged => {}
                 Direction::Serve => declared
                     ._services
                     .push(services::serve(session, &key, shared, number)?),
@@ -76,6 +87,9 @@ pub(crate) fn declare(
             let token = announce(config, session, (*direction, number), topic, Announced::Always)?;
             declared.tokens.extend(token);
         }
+    }
+    if name.bridged {
+        return Ok(declared);
     }
     let shared = Arc::clone(shared);
     let all_tokens = session
@@ -168,7 +182,7 @@ pub(crate) fn announce(
     topic: &Topic,
     at: Announced,
 ) -> zenoh::Result<Option<LivelinessToken>> {
-    if topic.announced != at {
+    if topic.announced != at || config.name.bridged {
         return Ok(None);
     }
     let entity = entity(config, direction, number);

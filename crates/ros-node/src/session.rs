@@ -107,15 +107,16 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
         // What cannot be sent is lost, as on an unreliable network; the check of the connection reports the
         // reason.
         for (number, batch) in batches {
-            let publisher = &mut declared.publishers[number];
-            for message in batch {
-                let _ = publisher.put(message);
+            if let Some(publisher) = &mut declared.publishers[number] {
+                for message in batch {
+                    let _ = publisher.put(message);
+                }
             }
         }
         for (request, response) in replies {
             let _ = request.reply(response);
         }
-        for (number, sequence, message) in calls {
+        for (number, sequence, message) in calls.into_iter().filter(|_| !config.name.bridged) {
             let client = &config.clients[number];
             let gid = gid(
                 session.zid().to_le_bytes(),

@@ -11,11 +11,14 @@ const ENDPOINT_KEYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
 /// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
 const MAX_BYTES: usize = 16 << 20;
 
+/// What the address of a bridge of DDS begins with.
+const BRIDGE: &str = "ros2dds/";
+
 /// Where a node connects, and its names.
 pub struct Settings<'a> {
     /// Path of a Zenoh configuration file, or empty.
     pub config: &'a str,
-    /// Addresses to connect to, separated by commas.
+    /// Addresses to connect to, separated by commas. They begin with `ros2dds/` if a bridge of DDS is there.
     pub connect: &'a str,
     /// Addresses to listen on, separated by commas.
     pub listen: &'a str,
@@ -41,7 +44,14 @@ impl Settings<'_> {
             domain: names::domain(self.domain, environment_domain().as_deref())?,
             namespace: names::namespace(self.namespace)?,
             node: names::node(self.node, self.owner)?,
+            bridged: self.is_bridged(),
         })
+    }
+
+    /// Whether it connects to a bridge of DDS.
+    #[must_use]
+    pub fn is_bridged(&self) -> bool {
+        self.connect.starts_with(BRIDGE)
     }
 
     /// Returns Zenoh's configuration, and its address for messages.
@@ -60,7 +70,10 @@ impl Settings<'_> {
             return Ok((config, self.config.to_owned()));
         }
         let (connect, listen) = (
-            endpoints("connect", self.connect)?,
+            endpoints(
+                "connect",
+                self.connect.strip_prefix(BRIDGE).unwrap_or(self.connect),
+            )?,
             endpoints("listen", self.listen)?,
         );
         let (mode, endpoint) = match (connect.is_empty(), listen.is_empty()) {

@@ -1,7 +1,7 @@
 //! Poses in the values of Nav2's action.
 
 use jde_ros::interface::standard;
-use jde_ros_node::{Action, names};
+use jde_ros_node::{Action, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::{Value as Json, json};
 
@@ -19,6 +19,17 @@ pub(crate) fn action(namespace: &str, name: &str) -> Result<Action, String> {
         type_name: TYPE,
         interfaces: standard(),
     })
+}
+
+/// Refuses a connection that actions do not pass.
+///
+/// # Errors
+/// If it is one to a bridge of DDS.
+pub(crate) fn refuse_bridge(settings: &Settings<'_>) -> Result<(), &'static str> {
+    match settings.is_bridged() {
+        true => Err("actions do not pass a bridge of DDS: connect to a router of rmw_zenoh"),
+        false => Ok(()),
+    }
 }
 
 /// A `geometry_msgs/msg/PoseStamped` of a pose.

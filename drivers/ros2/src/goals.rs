@@ -133,7 +133,10 @@ impl Inspect for Goals {
             node: &self.node,
             topics: vec![(&self.topic, self.topic.get(cx))],
         };
-        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
+        self.with_settings(cx, |settings| {
+            modulations.inspect(&settings, problems);
+            problems.expect(&self.connect, goal::refuse_bridge(&settings));
+        });
         problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
     }
 }
@@ -142,6 +145,7 @@ with_settings!(Goals);
 
 impl Goals {
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveGoals> {
+        goal::refuse_bridge(settings)?;
         let name = settings.name()?;
         let action = goal::action(&name.namespace, self.action.get(cx).as_str())?;
         let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?;

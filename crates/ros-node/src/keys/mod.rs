@@ -18,6 +18,9 @@ const SLASH: &str = "%";
 pub struct NodeName {
     /// Nodes of different domains do not communicate.
     pub domain: u32,
+    /// Whether it speaks to a bridge of DDS, `zenoh-bridge-ros2dds`, whose keys are the names of topics alone, instead
+    /// of `rmw_zenoh`. It has no tokens then, and no services.
+    pub bridged: bool,
     /// Empty, or such as `/robot`.
     pub namespace: String,
     /// Its own name, such as `pioneer`.
@@ -119,6 +122,9 @@ impl Topic {
     /// The key of its messages.
     pub fn key(&self, name: &NodeName) -> String {
         let topic = self.name.trim_matches('/');
+        if name.bridged {
+            return topic.to_owned();
+        }
         format!("{}/{topic}/{}/{}", name.domain, self.dds(), self.hash)
     }
 

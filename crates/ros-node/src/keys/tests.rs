@@ -11,6 +11,7 @@ fn name() -> NodeName {
         domain: 2,
         namespace: "/fleet".to_owned(),
         node: "pioneer".to_owned(),
+        bridged: false,
     }
 }
 

@@ -6,7 +6,8 @@ use zenoh::liveliness::LivelinessToken;
 
 use super::*;
 use crate::topics::{Publication, Subscription};
-use crate::{Base, Topics};
+use crate::velocity::TwistStamped;
+use crate::{Base, Goals, Topics};
 
 #[test]
 fn a_lost_connection_is_restored_automatically() {
@@ -263,4 +264,65 @@ fn a_zenoh_configuration_file_states_the_addresses() {
         settings.connection_config().is_err(),
         "a folder is not a configuration"
     );
+}
+
+#[test]
+fn a_bridge_of_dds_has_topics_by_their_names_and_velocities_of_one_type() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let tokens = session
+        .liveliness()
+        .declare_subscriber("@ros2_lv/**")
+        .wait()
+        .unwrap();
+    let scans = session.declare_subscriber("fleet/scan").wait().unwrap();
+    let entries = [
+        Entry::new::<LaserScan>("publish", "scan"),
+        Entry::new::<Twist>("subscribe", "/cmd_vel").named("velocity"),
+    ];
+    let mut fixture = Fixture::<Topics>::with_lists(&format!("ros2dds/{address}"), &entries);
+    fixture.bench.set("namespace", Text::<128>::new("fleet"));
+    fixture.bench.import("scan", &LaserScan::default());
+    let mut fixture = fixture.awake();
+    fixture.until_note(Connection::CONNECTED, &address);
+    fixture.until(|_| receive::<LaserScan>(&scans).is_some());
+    let twist = Twist::planar(0.3, 0.1);
+    fixture.until(|bench| {
+        session
+            .put("cmd_vel", Codec::new().encode(&twist))
+            .wait()
+            .unwrap();
+        bench.exported("velocity") == Some(twist)
+    });
+    let stamped = TwistStamped {
+        twist: Twist::planar(9.0, 0.0),
+        ..TwistStamped::default()
+    };
+    fixture.until(|bench| {
+        session
+            .put("cmd_vel", Codec::new().encode(&stamped))
+            .wait()
+            .unwrap();
+        count_log(bench, "/cmd_vel: the message has") > 0
+    });
+    assert_ne!(fixture.bench.exported("velocity"), Some(stamped.twist));
+    assert_eq!(
+        tokens
+            .try_recv()
+            .unwrap()
+            .map(|token| token.key_expr().to_string()),
+        None
+    );
+}
+
+#[test]
+fn actions_are_refused_at_a_bridge_of_dds() {
+    let mut bench = Bench::<Goals>::new();
+    bench.set("connect", Text::<512>::new("ros2dds/tcp/localhost:7447"));
+    let problems = bench.inspect().unwrap();
+    assert!(
+        problems[0].words.contains("actions do not pass a bridge"),
+        "{problems:?}"
+    );
+    assert!(bench.awake().is_err());
 }

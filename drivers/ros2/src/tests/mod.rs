@@ -110,6 +110,7 @@ fn name() -> NodeName {
         domain: 3,
         namespace: String::new(),
         node: "other".to_owned(),
+        bridged: false,
     }
 }
 
