@@ -411,6 +411,50 @@ static const jde_type jde_pose2d_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_pose2d_fields), "geometry_msgs/msg/Pose2D", "A position and a heading in the plane.",
     sizeof(jde_pose2d), 8u, jde_pose2d_fields};
 
+/** geometry_msgs/msg/Transform: Translation and rotation of a frame in another one. */
+typedef struct jde_transform {
+    /** Position of the frame's origin. [m] */
+    jde_vector3 translation;
+    /** Orientation of the frame. */
+    jde_quaternion rotation;
+} jde_transform;
+
+typedef char jde_transform_has_its_size[sizeof(jde_transform) == 56 ? 1 : -1];
+
+static const jde_field jde_transform_fields[] = {
+    JDE_FIELD("translation", offsetof(jde_transform, translation), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Position of the frame's origin.", "m", &jde_vector3_type),
+    JDE_FIELD("rotation", offsetof(jde_transform, rotation), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Orientation of the frame.", "", &jde_quaternion_type),
+};
+static const jde_type jde_transform_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_transform_fields), "geometry_msgs/msg/Transform", "Translation and rotation of a frame in another one.",
+    sizeof(jde_transform), 8u, jde_transform_fields};
+
+/** geometry_msgs/msg/TransformStamped: Where a frame is in another one at a time. */
+typedef struct jde_transform_stamped {
+    /** Time, and the frame in which the transform is stated. */
+    jde_header header;
+    /** The frame that is there. */
+    struct { uint32_t length; char bytes[52]; } child_frame_id;
+    /** Where it is. */
+    jde_transform transform;
+} jde_transform_stamped;
+
+typedef char jde_transform_stamped_has_its_size[sizeof(jde_transform_stamped) == 176 ? 1 : -1];
+
+static const jde_field jde_transform_stamped_fields[] = {
+    JDE_FIELD("header", offsetof(jde_transform_stamped, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame in which the transform is stated.", "", &jde_header_type),
+    JDE_FIELD("child_frame_id", offsetof(jde_transform_stamped, child_frame_id.bytes), offsetof(jde_transform_stamped, child_frame_id.length), JDE_U8, JDE_TEXT, 52u,
+              "The frame that is there.", "", NULL),
+    JDE_FIELD("transform", offsetof(jde_transform_stamped, transform), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Where it is.", "", &jde_transform_type),
+};
+static const jde_type jde_transform_stamped_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_transform_stamped_fields), "geometry_msgs/msg/TransformStamped", "Where a frame is in another one at a time.",
+    sizeof(jde_transform_stamped), 8u, jde_transform_stamped_fields};
+
 /** geometry_msgs/msg/Twist: A velocity in space, commanded or measured. */
 typedef struct jde_twist {
     /** Linear velocity, m/s. [m/s] */

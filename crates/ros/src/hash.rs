@@ -188,6 +188,14 @@ mod tests {
             "d68efa5b46e70f7b16ca23085474fdac5a44b638783ec42f661da64da4724ccc",
         ),
         (
+            "geometry_msgs/msg/Transform",
+            "beb83fbe698636351461f6f35d1abb20010c43d55374d81bd041f1ba2581fddc",
+        ),
+        (
+            "geometry_msgs/msg/TransformStamped",
+            "0a241f87d04668d94099cbb5ba11691d5ad32c2f29682e4eb5653424bd275206",
+        ),
+        (
             "geometry_msgs/msg/Twist",
             "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
         ),

@@ -203,6 +203,30 @@ impl Quaternion {
         ]
     }
 
+    /// Returns the rotation of a frame that is rotated by `inner` in this one.
+    #[must_use]
+    pub fn compose(&self, inner: &Self) -> Self {
+        let ([a, b, c], w) = ([inner.x, inner.y, inner.z], inner.w);
+        Self {
+            x: self.w * a + self.x * w + self.y * c - self.z * b,
+            y: self.w * b + self.y * w + self.z * a - self.x * c,
+            z: self.w * c + self.z * w + self.x * b - self.y * a,
+            w: self.w * w - self.x * a - self.y * b - self.z * c,
+        }
+    }
+
+    /// Returns the rotation back.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let Self { x, y, z, w } = *self;
+        Self {
+            x: -x,
+            y: -y,
+            z: -z,
+            w,
+        }
+    }
+
     /// Returns the rotation about the axis up, rad, without the rotations about the other axes.
     #[must_use]
     pub fn yaw(&self) -> f64 {

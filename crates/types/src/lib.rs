@@ -24,6 +24,7 @@ mod seq;
 mod stamp;
 mod tags;
 mod text;
+mod transform;
 mod value;
 mod zones;
 
@@ -49,6 +50,7 @@ pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
 pub use tags::{TagDetection, TagDetections};
 pub use text::{Text, TooLong};
+pub use transform::{Transform, TransformStamped};
 pub use value::Value;
 pub use zones::{Lanes, Strip, Zone, Zones};
 
@@ -78,6 +80,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         PoseWithCovariance::describe(),
         Point2D::describe(),
         Pose2D::describe(),
+        Transform::describe(),
+        TransformStamped::describe(),
         Twist::describe(),
         TwistWithCovariance::describe(),
         Odometry::describe(),

@@ -55,6 +55,8 @@ __all__ = [
     "Target",
     "Thing",
     "Time",
+    "Transform",
+    "TransformStamped",
     "Truth",
     "Twist",
     "TwistWithCovariance",
@@ -185,6 +187,31 @@ class Pose2D(_standard.Pose2DFunctions):
 
     theta: float = 0.0
     """Heading, counter-clockwise from the x axis. [rad]"""
+
+
+@standard("geometry_msgs/msg/Transform")
+class Transform:
+    """Translation and rotation of a frame in another one."""
+
+    translation: Vector3 = field(default_factory=Vector3)
+    """Position of the frame's origin. [m]"""
+
+    rotation: Quaternion = field(default_factory=Quaternion)
+    """Orientation of the frame."""
+
+
+@standard("geometry_msgs/msg/TransformStamped")
+class TransformStamped:
+    """Where a frame is in another one at a time."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame in which the transform is stated."""
+
+    child_frame_id: str = ""
+    """The frame that is there."""
+
+    transform: Transform = field(default_factory=Transform)
+    """Where it is."""
 
 
 @standard("geometry_msgs/msg/Twist")

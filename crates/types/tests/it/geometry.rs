@@ -49,6 +49,26 @@ fn a_rotation_takes_the_axes_to_those_that_it_was_made_from() {
 }
 
 #[test]
+fn transforms_follow_each_other_and_back() {
+    let pose = |x, y, theta| Transform::from(Pose::from(Pose2D::new(x, y, theta)));
+    let (base, laser) = (pose(1.0, 2.0, FRAC_PI_2), pose(0.1, 0.0, PI));
+    let point = Point {
+        x: 3.0,
+        y: 0.0,
+        z: 0.5,
+    };
+    let seen = base.compose(&laser).apply(point);
+    for (found, expected) in [(seen.x, 1.0), (seen.y, 2.0 + 0.1 - 3.0), (seen.z, 0.5)] {
+        assert_near(found, expected);
+    }
+    assert_near(Pose::from(base.compose(&laser)).orientation.yaw(), -FRAC_PI_2);
+    let back = base.compose(&laser).inverse().apply(seen);
+    for (found, expected) in [(back.x, point.x), (back.y, point.y), (back.z, point.z)] {
+        assert_near(found, expected);
+    }
+}
+
+#[test]
 fn bearing_and_distance_are_relative_to_the_pose() {
     let pose = Pose2D::new(1.0, 1.0, FRAC_PI_2);
     assert_near(pose.distance_to(&Pose2D::new(4.0, 5.0, 0.0)), 5.0);
