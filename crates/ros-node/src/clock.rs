@@ -1,5 +1,5 @@
 //! Converts between the application's time, which starts with it, and that of ROS 2, which is wall-clock
-//! time. It reads no clock: both are arguments.
+//! time or that of a simulation. It reads no clock: both are arguments.
 
 use core::time::Duration;
 
@@ -12,9 +12,12 @@ const DRIFT: i128 = 1_000_000;
 /// simulated time.
 const MAX_DIFFERENCE: i128 = 10_000_000_000;
 
-/// Wall-clock time at the application's start, ns.
+/// The time of ROS 2 at the application's start, ns, and the newest that was compared.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Clock(Option<i128>);
+pub struct Clock {
+    offset: Option<i128>,
+    newest: Duration,
+}
 
 /// The time at which a message was measured, in the application's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,30 +29,51 @@ pub enum Measured {
 }
 
 impl Clock {
-    /// Compares the two clocks. Called regularly, such as once per iteration.
-    pub fn compare(&mut self, now: Duration, wall: Duration) {
-        let offset = nanos(wall) - nanos(now);
-        if self.0.is_none_or(|previous| (previous - offset).abs() > DRIFT) {
-            self.0 = Some(offset);
+    /// Compares the two clocks. Called regularly, such as once per iteration. Returns whether the time of ROS 2 has
+    /// gone back.
+    pub fn compare(&mut self, now: Duration, time: Duration) -> bool {
+        let offset = nanos(time) - nanos(now);
+        if self
+            .offset
+            .is_none_or(|previous| (previous - offset).abs() > DRIFT)
+        {
+            self.offset = Some(offset);
         }
+        core::mem::replace(&mut self.newest, time) > time
+    }
+
+    /// Whether the clocks were compared.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.offset.is_some()
+    }
+
+    /// Converts a stamp of ROS 2 to the application's time; one before its start to 0.
+    #[must_use]
+    pub fn time(&self, stamp: Time) -> Duration {
+        let time = stamp_nanos(stamp) - self.offset.unwrap_or(0);
+        Duration::from_nanos(u64::try_from(time.max(0)).unwrap_or(u64::MAX))
     }
 
     /// Converts the application's time to a stamp of ROS 2.
     pub fn stamp(&self, time: Duration) -> Time {
-        let wall = nanos(time) + self.0.unwrap_or(0);
+        let wall = nanos(time) + self.offset.unwrap_or(0);
         Time::from(Duration::from_nanos(u64::try_from(wall).unwrap_or(0)))
     }
 
     /// Returns when a message with this stamp and arrival was measured; never after its arrival.
     pub fn measured(&self, stamp: Time, arrived: Duration) -> Measured {
-        let wall = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
-        let difference = wall - self.0.unwrap_or(0) - nanos(arrived);
+        let difference = stamp_nanos(stamp) - self.offset.unwrap_or(0) - nanos(arrived);
         if difference.abs() > MAX_DIFFERENCE {
             return Measured::OnArrival(arrived, difference as f64 / 1e9);
         }
         let time = (nanos(arrived) + difference.min(0)).max(0);
         Measured::At(Duration::from_nanos(u64::try_from(time).unwrap_or(0)))
     }
+}
+
+fn stamp_nanos(stamp: Time) -> i128 {
+    i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec)
 }
 
 fn nanos(time: Duration) -> i128 {
@@ -77,6 +101,20 @@ mod tests {
             clock().measured(stamp, Duration::from_secs(13)),
             Measured::At(time)
         );
+    }
+
+    #[test]
+    fn time_that_goes_back_is_noticed_once() {
+        let mut clock = Clock::default();
+        assert!(!clock.is_known());
+        let at = Duration::from_secs;
+        let back: Vec<bool> = [(1, 50), (2, 51), (3, 2), (4, 3)]
+            .into_iter()
+            .map(|(now, time)| clock.compare(at(now), at(time)))
+            .collect();
+        assert_eq!(back, [false, false, true, false]);
+        assert_eq!(clock.time(Time { sec: 5, nanosec: 0 }), at(6));
+        assert_eq!(clock.time(Time { sec: -5, nanosec: 0 }), Duration::ZERO);
     }
 
     #[test]

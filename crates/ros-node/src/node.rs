@@ -130,13 +130,12 @@ impl Node {
         self.0.append(publication, message);
     }
 
-    /// Takes the newest message of this subscription.
+    /// Takes the newest message of this subscription, and drops those before it.
     pub fn take(&self, subscription: usize) -> Option<ReceivedMessage> {
         self.0.take_all(subscription).pop_back()
     }
 
-    /// Takes the messages of this subscription that wait, the oldest first: as many as the depth of a latched
-    /// topic, and the newest of any other.
+    /// Takes the messages of this subscription that wait, the oldest first: at most as many as its depth.
     pub fn take_all(&self, subscription: usize) -> VecDeque<ReceivedMessage> {
         self.0.take_all(subscription)
     }

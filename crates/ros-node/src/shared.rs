@@ -117,12 +117,7 @@ impl Shared {
                 .map(|topic| {
                     Mutex::new(Inbox {
                         messages: VecDeque::new(),
-                        // Of other topics only the newest message counts.
-                        depth: if topic.quality.latched {
-                            topic.quality.depth
-                        } else {
-                            1
-                        },
+                        depth: topic.quality.depth,
                         is_latched: topic.quality.latched,
                         newest: BTreeMap::new(),
                     })

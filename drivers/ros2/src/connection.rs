@@ -5,9 +5,10 @@ use core::time::Duration;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_device::{ConnectionReport, ConnectionState};
-use jde_ros_node::{Clock, Measured, Node, NodeConfig, NodeState};
+use jde_ros_node::{Clock, Measured, Node, NodeConfig, NodeState, Quality, ReceivedMessage};
 use jde_schema::prelude::*;
 
+use crate::clock_source::{self, ClockMessage, ClockSource};
 use crate::messages::Codec;
 
 /// Most warnings until the driver wakes again.
@@ -17,10 +18,19 @@ const MAX_WARNINGS: usize = 32;
 pub(crate) struct RosConnection {
     pub(crate) node: Node,
     pub(crate) clock: Clock,
+    time: TimeSource,
     report: ConnectionReport,
     warnings: Vec<String>,
     /// Its name, domain and address, for messages.
     description: String,
+}
+
+/// Where the time of ROS 2 comes from.
+enum TimeSource {
+    Wall,
+    Followed(TopicSubscription<ClockMessage>),
+    /// That of the application, published on the topic of this number.
+    Published(usize, Codec<ClockMessage>),
 }
 
 /// A subscription.
@@ -33,7 +43,21 @@ pub(crate) struct TopicSubscription<T> {
 }
 
 impl RosConnection {
-    pub(crate) fn start(config: NodeConfig) -> Result<Self> {
+    pub(crate) fn start(mut config: NodeConfig, source: ClockSource) -> Result<Self> {
+        let (codec, name) = (Codec::new(), clock_source::TOPIC.to_owned());
+        let time = match source {
+            ClockSource::Wall => TimeSource::Wall,
+            ClockSource::Follow => {
+                let topic = codec.topic(name.clone(), Quality::SENSOR_DATA);
+                config.subscriptions.push(topic);
+                let number = config.subscriptions.len() - 1;
+                TimeSource::Followed(TopicSubscription::new(number, name, codec))
+            }
+            ClockSource::Publish => {
+                config.publications.push(codec.topic(name, Quality::DEFAULT));
+                TimeSource::Published(config.publications.len() - 1, codec)
+            }
+        };
         let description = format!(
             "node {}, domain {}, {}",
             config.name.full(),
@@ -43,19 +67,39 @@ impl RosConnection {
         Ok(Self {
             node: Node::start(config)?,
             clock: Clock::default(),
+            time,
             report: ConnectionReport::default(),
             warnings: Vec::new(),
             description,
         })
     }
 
-    /// Compares the clocks and logs new remarks. Called first in each iteration.
-    pub(crate) fn begin(&mut self, cx: &Context) {
-        let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        self.clock.compare(cx.now(), wall);
+    /// Compares the clocks and logs new remarks. Called first in each iteration. Returns whether the time of ROS 2 has
+    /// jumped back.
+    pub(crate) fn begin(&mut self, cx: &Context) -> bool {
         for remark in self.node.remarks() {
             warn!(cx, "{remark}");
         }
+        let now = cx.now();
+        let mut time = core::mem::replace(&mut self.time, TimeSource::Wall);
+        let times = match &mut time {
+            TimeSource::Wall => Some((
+                now,
+                SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default(),
+            )),
+            TimeSource::Followed(subscription) => {
+                let mut message = ClockMessage::default();
+                let arrived = self.receive(cx, subscription, &mut message);
+                arrived.map(|arrived| (arrived, message.clock.into()))
+            }
+            TimeSource::Published(number, codec) => {
+                let message = ClockMessage { clock: now.into() };
+                self.node.publish(*number, vec![codec.encode(&message)]);
+                Some((now, now))
+            }
+        };
+        self.time = time;
+        times.is_some_and(|(now, time)| self.clock.compare(now, time))
     }
 
     /// Warns of an invalid message, once per text.
@@ -74,27 +118,62 @@ impl RosConnection {
     pub(crate) fn receive<T: Value>(
         &mut self,
         cx: &Context,
-        subscription: &mut TopicSubscription<T>,
+        subscription: &TopicSubscription<T>,
         value: &mut T,
     ) -> Option<Duration> {
         let (message, arrived) = self.take(cx, subscription.number)?;
-        match subscription.codec.decode_into(&message, value) {
-            Ok(()) => Some(arrived),
-            Err(error) => {
-                self.warn_once(cx, format!("{}: {error}", subscription.topic));
-                None
+        self.decode(cx, subscription, &message, value).then_some(arrived)
+    }
+
+    /// Takes all messages of a subscription, one after the other, into `value`, and calls `each` with the time of its
+    /// arrival.
+    pub(crate) fn receive_each<T: Value>(
+        &mut self,
+        cx: &Context,
+        subscription: &TopicSubscription<T>,
+        value: &mut T,
+        mut each: impl FnMut(&mut Self, &T, Duration),
+    ) {
+        for received in self.node.take_all(subscription.number) {
+            if self.decode(cx, subscription, &received.message.to_bytes(), value) {
+                let arrived = self.arrived(cx, &received);
+                each(self, value, arrived);
             }
         }
     }
 
     /// Takes the newest message of the subscription of that number, and the time of its arrival.
     pub(crate) fn take(&self, cx: &Context, number: usize) -> Option<(Vec<u8>, Duration)> {
-        let arrived = self.node.take(number)?;
-        let age = arrived.received_at.elapsed();
+        let received = self.node.take(number)?;
         Some((
-            arrived.message.to_bytes().into_owned(),
-            cx.now().saturating_sub(age),
+            received.message.to_bytes().into_owned(),
+            self.arrived(cx, &received),
         ))
+    }
+
+    fn arrived(&self, cx: &Context, received: &ReceivedMessage) -> Duration {
+        match self.time {
+            // Time that is not that of the machine passes otherwise.
+            TimeSource::Published(..) => cx.now(),
+            TimeSource::Wall | TimeSource::Followed(_) => {
+                cx.now().saturating_sub(received.received_at.elapsed())
+            }
+        }
+    }
+
+    /// Decodes a message. Returns whether it is valid, and reports it otherwise.
+    fn decode<T: Value>(
+        &mut self,
+        cx: &Context,
+        subscription: &TopicSubscription<T>,
+        message: &[u8],
+        value: &mut T,
+    ) -> bool {
+        let decoded = subscription.codec.decode_into(message, value);
+        if let Err(error) = &decoded {
+            self.warn_once(cx, format!("{}: {error}", subscription.topic));
+        }
+        decoded.is_ok()
     }
 
     /// Returns when a value with this arrival was measured, and sets its stamp to that time.
@@ -121,10 +200,11 @@ impl RosConnection {
                 let side = if ahead < 0.0 { "behind" } else { "ahead of" };
                 let prefix = format!("{topic} is stamped ");
                 let message = format!(
-                    "{prefix}{:.0} s {side} this clock, perhaps in simulated time: the time of its arrival is used instead",
+                    "{prefix}{:.0} s {side} this clock, perhaps in simulated time, which clock = \"follow\" takes: the time of its arrival is used instead",
                     ahead.abs()
                 );
-                if !self.warnings.iter().any(|warning| warning.starts_with(&prefix)) {
+                let is_new = !self.warnings.iter().any(|warning| warning.starts_with(&prefix));
+                if is_new && self.clock.is_known() {
                     self.warn_once(cx, message);
                 }
                 time
@@ -139,6 +219,11 @@ impl RosConnection {
         export: &mut Export<Connection>,
         missing: Option<&str>,
     ) {
+        let missing = if self.clock.is_known() {
+            missing
+        } else {
+            Some(clock_source::TOPIC)
+        };
         let (node_state, attempts) = self.node.state();
         let state = match (&node_state, missing) {
             (NodeState::Connecting, _) => ConnectionState::Connecting,

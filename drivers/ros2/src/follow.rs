@@ -4,6 +4,7 @@
 use jde_ros_node::{NodeConfig, Settings, names};
 use jde_schema::prelude::*;
 
+use crate::clock_source::ClockSource;
 use crate::connection::RosConnection;
 use crate::settings::{Modulations, with_settings};
 use crate::velocity::{self, VelocitySubscription};
@@ -127,11 +128,12 @@ impl Follow {
         let name = settings.name()?;
         let connection = settings.connection_config()?;
         let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
+        let config = NodeConfig {
+            subscriptions: velocity::topics(&topic).to_vec(),
+            ..NodeConfig::new(name, connection)
+        };
         Ok(ActiveFollow {
-            connection: RosConnection::start(NodeConfig {
-                subscriptions: velocity::topics(&topic).to_vec(),
-                ..NodeConfig::new(name, connection)
-            })?,
+            connection: RosConnection::start(config, ClockSource::Wall)?,
             subscription: VelocitySubscription::new(0, &topic),
             newest: None,
         })

@@ -4,6 +4,7 @@ use jde_ros_node::{ActionServer, GoalId, GoalStatus, NodeConfig, Quality, Server
 use jde_schema::prelude::*;
 use serde_json::json;
 
+use crate::clock_source::ClockSource;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::goal;
 use crate::messages::Codec;
@@ -159,7 +160,7 @@ impl Goals {
         });
         Ok(ActiveGoals {
             server: ActionServer::declare(action, &mut config),
-            connection: RosConnection::start(config)?,
+            connection: RosConnection::start(config, ClockSource::Wall)?,
             poses,
             current: None,
         })

@@ -1,10 +1,12 @@
 //! ROS 2 over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: topics of an application, a ROS 2
-//! robot as a base, and Nav2's action from both ends. The plugin is built separately, so each driver has its own Zenoh session
-//! beside the executable's.
+//! robot as a base, transforms, and Nav2's action from both ends. The plugin is built separately, so each driver has its
+//! own Zenoh session beside the executable's.
 //!
 //! Only iterations submit messages, so a schema that hangs falls silent on the network as well.
 
 mod base;
+mod camera_info;
+mod clock_source;
 mod connection;
 mod drive;
 mod follow;
@@ -16,6 +18,7 @@ mod scan;
 mod settings;
 mod tf;
 mod topics;
+mod transform;
 mod velocity;
 
 pub use base::Base;
@@ -23,11 +26,12 @@ pub use follow::Follow;
 pub use goals::Goals;
 pub use navigate::Navigate;
 pub use topics::Topics;
+pub use transform::Transform;
 
 jde_schema::export!(
     "ros2",
     "Connects to ROS 2 over Zenoh.",
-    [Topics, Base, Follow, Navigate, Goals]
+    [Topics, Base, Follow, Navigate, Goals, Transform]
 );
 
 #[cfg(test)]

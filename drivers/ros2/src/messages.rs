@@ -91,8 +91,16 @@ stamped!(
     Range,
     Imu,
     PoseWithCovarianceStamped,
+    crate::camera_info::CameraInfo,
     crate::scan::Sweep
 );
+
+/// The value in bytes of that type.
+pub(crate) fn typed<T: Value>(bytes: &[u8]) -> T {
+    let mut value = T::zeroed();
+    value.as_bytes_mut().copy_from_slice(bytes);
+    value
+}
 
 impl<T: Value> Codec<T> {
     pub(crate) fn new() -> Self {

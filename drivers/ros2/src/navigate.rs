@@ -4,6 +4,7 @@ use jde_ros_node::{ActionClient, GoalEvent, GoalStatus, NodeConfig, Settings, na
 use jde_schema::prelude::*;
 use serde_json::json;
 
+use crate::clock_source::ClockSource;
 use crate::connection::RosConnection;
 use crate::goal;
 use crate::settings::{Modulations, with_settings};
@@ -208,7 +209,7 @@ impl Navigate {
         Ok(ActiveNavigate {
             client: ActionClient::declare(action, &mut config),
             velocities: VelocitySubscription::new(0, &topic),
-            connection: RosConnection::start(config)?,
+            connection: RosConnection::start(config, ClockSource::Wall)?,
             newest: None,
             target: None,
             is_sent: false,

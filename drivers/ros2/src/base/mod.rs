@@ -6,6 +6,7 @@ mod active;
 use jde_ros_node::{NodeConfig, Quality, Settings, Topic, names};
 use jde_schema::prelude::*;
 
+use crate::clock_source::FollowedClock;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
 use crate::messages::Codec;
@@ -67,6 +68,9 @@ pub struct Base {
     /// Topic of the velocity.
     #[modulation(default = "cmd_vel", fixed)]
     velocity_topic: Modulation<Text<128>>,
+    /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
+    #[modulation(default = FollowedClock::Wall, fixed)]
+    clock: Modulation<FollowedClock>,
     /// Angle by which the laser is turned to the left on the base.
     #[modulation(default = 0.0, unit = "rad", fixed)]
     laser_yaw: Modulation<f64>,
@@ -206,14 +210,15 @@ impl Base {
         let position = subscription(&mut topics, namespace, &self.position_topic.get(cx))?;
         let battery = subscription(&mut topics, namespace, &self.battery_topic.get(cx))?;
         let velocity = names::topic(namespace, self.velocity_topic.get(cx).as_str())?;
-        let connection = RosConnection::start(NodeConfig {
+        let config = NodeConfig {
             publications: velocity
                 .iter()
                 .flat_map(|topic| velocity::topics(topic))
                 .collect(),
             subscriptions: topics,
             ..NodeConfig::new(name, connection)
-        })?;
+        };
+        let connection = RosConnection::start(config, self.clock.get(cx).into())?;
         Ok(ActiveBase {
             connection,
             laser,

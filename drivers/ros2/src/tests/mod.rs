@@ -4,6 +4,7 @@ mod base;
 mod connections;
 mod goals;
 mod topics;
+mod transform;
 
 use std::net::TcpListener;
 use std::thread;

@@ -1,6 +1,7 @@
 //! Topics by the application file: variables are published, and messages are exported.
 
 mod described;
+mod mounts;
 mod publication;
 mod quality;
 mod settings;
@@ -11,8 +12,10 @@ use jde_ros_node::{NodeConfig, Settings};
 use jde_schema::ListedImport;
 use jde_schema::prelude::*;
 
+use crate::clock_source::ClockSource;
 use crate::connection::RosConnection;
 use crate::settings::{Modulations, with_settings};
+use mounts::MountPublisher;
 use publication::TopicPublication;
 pub(crate) use settings::{Publication, Subscription};
 use subscription::TopicExport;
@@ -47,9 +50,16 @@ pub struct Topics {
     /// Name of the node; empty for that of this schema.
     #[modulation(default = "", fixed)]
     node: Modulation<Text<128>>,
-    /// Topic of the transforms between frames: the base by its odometry, and on it the laser and the sonars.
+    /// Topic of the transforms that change: the base by its odometry, and the poses with a `child`.
     #[modulation(default = "/tf", fixed)]
     tf_topic: Modulation<Text<128>>,
+    /// Topic of the transforms that do not: the lasers, the sonars and the cameras on the base.
+    #[modulation(default = "/tf_static", fixed)]
+    tf_static_topic: Modulation<Text<128>>,
+    /// The clock of the stamps: `wall`, `follow` for that of `/clock`, or `publish` for the time of the application,
+    /// which is then published there.
+    #[modulation(default = ClockSource::Wall, fixed)]
+    clock: Modulation<ClockSource>,
     /// The variables to publish.
     #[imports(default = Publication::DEFAULT)]
     publish: Imports<Publication>,
@@ -68,11 +78,15 @@ struct ActiveTopics {
     publications: Vec<TopicPublication>,
     exports: Vec<TopicExport>,
     transforms: Option<TransformPublisher>,
+    mounts: Option<MountPublisher>,
 }
 
 impl Schema for Topics {
     fn awake(&mut self, cx: &Context) -> Result {
-        cx.require_real_time()?;
+        // The time of an application that is that of ROS 2 too may pass as it likes.
+        if self.clock.get(cx) != ClockSource::Publish {
+            cx.require_real_time()?;
+        }
         if self.active.is_none() {
             self.active = Some(self.with_settings(cx, |settings| self.start(cx, &settings))?);
         }
@@ -84,11 +98,16 @@ impl Schema for Topics {
             return Err("it is not awake".into());
         };
         active.connection.begin(cx);
-        for (publication, import) in active.publications.iter_mut().zip(self.publish.iter()) {
-            publication.publish(cx, &active.connection, import);
-        }
-        if let Some(transforms) = &mut active.transforms {
-            transforms.publish(cx, &active.connection, &self.publish);
+        if active.connection.clock.is_known() {
+            for (publication, import) in active.publications.iter_mut().zip(self.publish.iter()) {
+                publication.publish(cx, &active.connection, import);
+            }
+            if let Some(transforms) = &mut active.transforms {
+                transforms.publish(cx, &active.connection, &self.publish);
+            }
+            if let Some(mounts) = &mut active.mounts {
+                mounts.publish(cx, &active.connection, &self.publish);
+            }
         }
         for (topic, export) in active.exports.iter_mut().zip(self.subscribe.iter_mut()) {
             topic.receive(cx, &mut active.connection, export);
@@ -115,7 +134,9 @@ impl Inspect for Topics {
             domain: &self.domain,
             namespace: &self.namespace,
             node: &self.node,
-            topics: vec![(&self.tf_topic, self.tf_topic.get(cx))],
+            topics: [&self.tf_topic, &self.tf_static_topic]
+                .map(|topic| (topic, topic.get(cx)))
+                .to_vec(),
         };
         let namespace = self.with_settings(cx, |settings| {
             modulations.inspect(&settings, problems);
@@ -167,18 +188,25 @@ impl Topics {
         let exports = exports
             .map(|export| TopicExport::new(&name.namespace, export, &mut subscribed))
             .collect::<Result<Vec<_>, String>>()?;
-        let tf = jde_ros_node::names::topic(&name.namespace, self.tf_topic.get(cx).as_str())?;
-        let transforms = tf.and_then(|topic| TransformPublisher::new(topic, &self.publish, &mut published));
-        let connection = RosConnection::start(NodeConfig {
+        let topic = |topic: &Modulation<Text<128>>| {
+            jde_ros_node::names::topic(&name.namespace, topic.get(cx).as_str())
+        };
+        let transforms = topic(&self.tf_topic)?
+            .and_then(|topic| TransformPublisher::new(topic, &self.publish, &mut published));
+        let mounts = topic(&self.tf_static_topic)?
+            .and_then(|topic| MountPublisher::new(topic, &self.publish, &mut published));
+        let config = NodeConfig {
             publications: published,
             subscriptions: subscribed,
             ..NodeConfig::new(name, connection)
-        })?;
+        };
+        let connection = RosConnection::start(config, self.clock.get(cx))?;
         Ok(ActiveTopics {
             connection,
             publications,
             exports,
             transforms,
+            mounts,
         })
     }
 }

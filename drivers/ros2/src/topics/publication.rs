@@ -8,8 +8,9 @@ use jde_schema::prelude::*;
 use super::described::DescribedCodec;
 use super::quality::quality;
 use super::settings::Publication;
+use crate::camera_info::{self, CameraInfo};
 use crate::connection::RosConnection;
-use crate::messages::{Codec, PoseWithCovarianceStamped};
+use crate::messages::{Codec, PoseWithCovarianceStamped, typed};
 use crate::tf::range_messages;
 use crate::velocity::{self, VelocityPublisher};
 
@@ -32,6 +33,8 @@ pub(super) struct TopicPublication {
 enum MessageForm {
     /// As it is.
     Described(DescribedCodec),
+    /// A picture, and the geometry of its camera with this field of view, as the next publication.
+    Picture(DescribedCodec, Codec<CameraInfo>, f64),
     /// A ring of sonars, one message for each; those of the newest ring that were not sent yet.
     Ranges(Codec<Range>, Spread),
     /// A measured position, as a pose.
@@ -60,8 +63,21 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
     topic_name(namespace, import.label())?;
     let (settings, value_type) = (import.settings(), import.value_type());
     quality(settings.quality(), value_type)?;
-    if settings.mount != Pose2D::ORIGIN && !is_of::<LaserScan>(value_type) {
-        return Err("`mount` is of laser scans, and this is none".to_owned());
+    let is_image = is_of::<Image>(value_type);
+    if settings.mount != Pose2D::ORIGIN && !is_image && !is_of::<LaserScan>(value_type) {
+        return Err("`mount` is of laser scans and pictures, and this is neither".to_owned());
+    }
+    let of_cameras = [settings.height, settings.tilt, settings.field_of_view];
+    if of_cameras != [0.0; 3] && !is_image {
+        return Err("`height`, `tilt` and `field_of_view` are of pictures, and this is none".to_owned());
+    }
+    if of_cameras.iter().any(|number| !number.is_finite()) || !(0.0..3.1).contains(&settings.field_of_view) {
+        return Err(
+            "`field_of_view` is an angle from 0 to 3.1 rad, and `height` and `tilt` are finite".to_owned(),
+        );
+    }
+    if !settings.child.is_empty() && !is_of::<PoseStamped>(value_type) {
+        return Err("`child` is of poses with a frame, and this is none".to_owned());
     }
     if !settings.period.is_finite() || !(0.0..=3600.0).contains(&settings.period) {
         return Err(format!("`period` is {}; expected 0 s to 3600 s", settings.period));
@@ -80,13 +96,6 @@ pub(super) fn topic_name(namespace: &str, label: &str) -> Result<String, String>
 /// Whether a type is that one, of the same layout.
 pub(super) fn is_of<T: Value>(value_type: &Type) -> bool {
     value_type.same_as(&T::describe())
-}
-
-/// The value in bytes of that type.
-pub(super) fn typed<T: Value>(bytes: &[u8]) -> T {
-    let mut value = T::zeroed();
-    value.as_bytes_mut().copy_from_slice(bytes);
-    value
 }
 
 impl TopicPublication {
@@ -113,8 +122,14 @@ impl TopicPublication {
             MessageForm::Velocity(VelocityPublisher::new(number))
         } else {
             let codec = DescribedCodec::new(value_type);
-            topics.push(codec.topic(name, quality));
-            MessageForm::Described(codec)
+            topics.push(codec.topic(name.clone(), quality));
+            if settings.field_of_view > 0.0 {
+                let info = Codec::new();
+                topics.push(info.topic(camera_info::topic(&name), quality));
+                MessageForm::Picture(codec, info, settings.field_of_view)
+            } else {
+                MessageForm::Described(codec)
+            }
         };
         Ok(Self {
             number,
@@ -153,6 +168,16 @@ impl TopicPublication {
                 let message = codec.encode(&value, frame.as_str(), value.time(), clock);
                 node.publish(self.number, vec![message]);
             }
+            MessageForm::Picture(codec, info, field_of_view) => {
+                let message = codec.encode(&value, frame.as_str(), value.time(), clock);
+                let mut geometry = CameraInfo::of(&value, *field_of_view);
+                if !frame.is_empty() {
+                    geometry.header.frame_id = Frame::truncated(frame.as_str());
+                }
+                let geometry = info.encode_stamped(&geometry, value.time(), clock);
+                node.publish(self.number, vec![message]);
+                node.publish(self.number + 1, vec![geometry]);
+            }
             MessageForm::Ranges(codec, spread) => {
                 let ring = typed::<RangeRing>(&value);
                 let message = |(range, _)| codec.encode_stamped(&range, value.time(), clock);
@@ -180,7 +205,7 @@ impl TopicPublication {
 
     fn is_wanted(&self, connection: &RosConnection) -> bool {
         let numbers = match self.form {
-            MessageForm::Velocity(_) => self.number..=self.number + 1,
+            MessageForm::Velocity(_) | MessageForm::Picture(..) => self.number..=self.number + 1,
             _ => self.number..=self.number,
         };
         self.is_latched

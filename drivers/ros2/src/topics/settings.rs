@@ -12,8 +12,17 @@ pub(crate) struct Publication {
     /// Least time between two messages; 0 for every new value.
     #[value(unit = "s")]
     pub(crate) period: f64,
-    /// Pose on the base of the sensor whose laser scans these are.
+    /// Pose on the base of the laser or the camera.
     pub(crate) mount: Pose2D,
+    /// How high a camera is above the base.
+    #[value(unit = "m")]
+    pub(crate) height: f64,
+    /// How far a camera looks down.
+    #[value(unit = "rad")]
+    pub(crate) tilt: f64,
+    /// Horizontal field of view of a camera, whose geometry is then published beside the pictures; 0 if it is unknown.
+    #[value(unit = "rad")]
+    pub(crate) field_of_view: f64,
     /// Quality of service: "sensor_data", "default" or "latched"; empty for that of the type.
     pub(crate) qos: Text<28>,
     /// "reliable" or "best_effort" instead of that of the quality.
@@ -24,6 +33,8 @@ pub(crate) struct Publication {
     pub(crate) depth: u32,
     /// Frame of the messages instead of that of the values; empty for theirs.
     pub(crate) frame: Text<64>,
+    /// Frame that is at a pose, which is then also the transform to it; empty for none.
+    pub(crate) child: Frame,
     /// Whether an odometry is also the transform from its frame to the base.
     pub(crate) transform: Flag,
     pub(crate) padding: Padding<3>,
@@ -55,11 +66,15 @@ impl Publication {
     pub(crate) const DEFAULT: Self = Self {
         period: 0.0,
         mount: Pose2D::ORIGIN,
+        height: 0.0,
+        tilt: 0.0,
+        field_of_view: 0.0,
         qos: Text::new(""),
         reliability: Text::new(""),
         durability: Text::new(""),
         depth: 0,
         frame: Text::new(""),
+        child: Frame::EMPTY,
         transform: Flag::TRUE,
         padding: Padding::ZERO,
     };

@@ -1,14 +1,14 @@
-//! The transforms of what is published: the base in the frame of its odometry, and the laser and the sonars on it.
+//! The transforms that change: the base in the frame of its odometry, and frames whose poses are published.
 
 use jde_ros_node::{Quality, Topic};
 use jde_schema::prelude::*;
 use jde_schema::{Imports, ListedImport};
 
-use super::publication::{is_of, typed};
+use super::publication::is_of;
 use super::settings::Publication;
 use crate::connection::RosConnection;
-use crate::messages::Codec;
-use crate::tf::{Transforms, range_messages};
+use crate::messages::{Codec, measured, typed};
+use crate::tf::{Placed, Transforms, message};
 
 /// The topic of the transforms.
 pub(super) struct TransformPublisher {
@@ -19,13 +19,13 @@ pub(super) struct TransformPublisher {
 }
 
 impl TransformPublisher {
-    /// Adds the topic to those of the node; `None` if no odometry is published.
+    /// Adds the topic to those of the node; `None` if nothing that is published is a transform.
     pub(super) fn new(
         topic: String,
         publish: &Imports<Publication>,
         topics: &mut Vec<Topic>,
     ) -> Option<Self> {
-        publish.iter().find(|import| is_transform(import))?;
+        publish.iter().find(|import| is_base(import) || is_pose(import))?;
         let codec = Codec::new();
         topics.push(codec.topic(topic, Quality::DEFAULT));
         Some(Self {
@@ -35,7 +35,7 @@ impl TransformPublisher {
         })
     }
 
-    /// Publishes the transforms of each new odometry, if somebody subscribes to them.
+    /// Publishes the transform of each new value, if somebody subscribes to them.
     pub(super) fn publish(
         &mut self,
         cx: &Context,
@@ -45,46 +45,33 @@ impl TransformPublisher {
         if !connection.node.has_subscribers(self.number) {
             return;
         }
-        let mut messages = Vec::new();
-        for (import, sent) in publish
-            .iter()
-            .zip(&mut self.sent)
-            .filter(|(import, _)| is_transform(import))
-        {
+        for (import, sent) in publish.iter().zip(&mut self.sent) {
             let Some(value) = import.get(cx).filter(|value| value.sequence() != *sent) else {
                 continue;
             };
+            let (header, placed) = if is_base(import) {
+                let odometry = typed::<Odometry>(&value);
+                (odometry.header, Placed::base(&odometry))
+            } else if is_pose(import) {
+                let pose = typed::<PoseStamped>(&value);
+                (pose.header, Placed::new(&pose, import.settings().child))
+            } else {
+                continue;
+            };
             *sent = value.sequence();
-            let mut tree = Transforms::of(&typed(&value), value.time(), &connection.clock);
-            publish.iter().for_each(|import| mount(cx, import, &mut tree));
-            messages.push(self.codec.encode(&tree));
-        }
-        if !messages.is_empty() {
-            connection.node.publish(self.number, messages);
+            let stamp = connection.clock.stamp(measured(&header, value.time()));
+            let message = self.codec.encode(&message([placed], stamp));
+            connection.node.append(self.number, message);
         }
     }
 }
 
-fn is_transform(import: &ListedImport<Publication>) -> bool {
+/// Whether an entry is an odometry that is the transform of its base.
+pub(super) fn is_base(import: &ListedImport<Publication>) -> bool {
     import.settings().transform.get() && is_of::<Odometry>(import.value_type())
 }
 
-/// Adds the frames of a sensor.
-fn mount(cx: &Context, import: &ListedImport<Publication>, tree: &mut Transforms) {
-    let Some(value) = import.get(cx) else { return };
-    if is_of::<LaserScan>(import.value_type()) {
-        let stated = Frame::truncated(import.settings().frame.as_str());
-        let own = typed_header(&value).frame_id;
-        tree.mount(
-            if stated.is_empty() { own } else { stated },
-            import.settings().mount,
-        );
-    } else if is_of::<RangeRing>(import.value_type()) {
-        range_messages(&typed(&value)).for_each(|(range, pose)| tree.mount(range.header.frame_id, pose));
-    }
-}
-
-/// The header with which a value begins.
-fn typed_header(value: &[u8]) -> Header {
-    typed(&value[..size_of::<Header>()])
+/// Whether an entry is the pose of a frame.
+fn is_pose(import: &ListedImport<Publication>) -> bool {
+    !import.settings().child.is_empty() && is_of::<PoseStamped>(import.value_type())
 }

@@ -25,7 +25,9 @@ TYPES = {
     "/image": "sensor_msgs/msg/Image",
     "/sonar": "sensor_msgs/msg/Range",
     "/battery_state": "sensor_msgs/msg/BatteryState",
+    "/camera_info": "sensor_msgs/msg/CameraInfo",
     "/tf": "tf2_msgs/msg/TFMessage",
+    "/tf_static": "tf2_msgs/msg/TFMessage",
     "/cmd_vel": "geometry_msgs/msg/Twist",
 }
 SOURCES = {"/teleop/cmd_vel": "geometry_msgs/msg/TwistStamped", "/nav/cmd_vel": "geometry_msgs/msg/Twist"}
@@ -105,7 +107,9 @@ def drive(port):
     library.use(TYPES.values())
     subscriptions = {topic: Subscription(topic, port) for topic in TYPES if topic != "/cmd_vel"}
     for topic, subscription in subscriptions.items():
-        until(f"{topic} is received", lambda subscription=subscription: subscription.count > 2)
+        # What is latched comes once.
+        least = 1 if topic == "/tf_static" else 3
+        until(f"{topic} is received", lambda subscription=subscription, least=least: subscription.count >= least)
     scan, odom, image = (subscriptions[topic] for topic in ("/scan", "/odom", "/image"))
     listed = library.topics(port)
     for topic, kind in TYPES.items():
@@ -126,10 +130,17 @@ def drive(port):
     shape = (image.newest.height, image.newest.width, 3)
     pixels = numpy.asarray(image.newest.data).reshape(shape)
     check(shape == (240, 320, 3) and pixels.std() > 5, f"a picture of {shape} that shows nothing")
+    info = subscriptions["/camera_info"].newest
+    check((info.width, info.height) == (320, 240), f"a geometry of {info.width} x {info.height} pixels")
+    focal = 160 / math.tan(0.829 / 2)
+    check(abs(info.k[0] - focal) < 1e-6, f"a focal length of {info.k[0]}, not {focal}")
     check(11 < subscriptions["/battery_state"].newest.voltage < 15, "an unexpected battery voltage")
     until("all sonars are received", lambda: len(subscriptions["/sonar"].frames) == 16)
     steps = {step.child_frame_id: step for step in subscriptions["/tf"].newest.transforms}
     check(steps["base_link"].header.frame_id == "odom", "the base is not in odom")
+    until("sonars have frames", lambda: len(subscriptions["/tf_static"].newest.transforms) >= 18)
+    steps = {step.child_frame_id: step for step in subscriptions["/tf_static"].newest.transforms}
+    check(steps["laser"].header.frame_id == "base_link", "the laser is not on the base")
     check(abs(steps["laser"].transform.translation.x - 0.018) < 1e-9, "the laser has another pose")
     check("sonar_15" in steps, "sonars have no frame")
 

@@ -11,11 +11,11 @@ import threading
 import numpy
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rosidl_runtime_py.utilities import get_message
 
 # Those that jde publishes for each value; the others have ROS 2's default, reliable and the newest ten.
-SENSORS = {"/scan", "/odom", "/image", "/sonar", "/battery_state"}
+SENSORS = {"/scan", "/odom", "/image", "/camera_info", "/sonar", "/battery_state"}
 node = spinner = None
 
 
@@ -51,6 +51,8 @@ def environment(port):
 
 
 def profile(topic):
+    if topic == "/tf_static":
+        return QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     return qos_profile_sensor_data if topic in SENSORS else 10
 
 

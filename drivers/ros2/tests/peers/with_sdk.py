@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 import zenoh
+import zenoh.ext
 from rosbags.typesys import Stores, get_typestore
 from zenoh_ros2_sdk import ROS2Publisher, ROS2Subscriber
 from zenoh_ros2_sdk.discovery import get_topic_names_and_types
@@ -14,6 +15,8 @@ from zenoh_ros2_sdk.message_registry import get_registry
 from zenoh_ros2_sdk.session import ZenohSession
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
+# Subscriptions that end when they are dropped.
+LATCHED = []
 
 
 def use(types):
@@ -42,7 +45,21 @@ def make(kind, **fields):
 
 def subscribe(topic, kind, port, receive):
     """Calls `receive` with each message of a topic."""
-    ROS2Subscriber(topic, kind, receive, domain_id=0, router_port=port, node_name="peer")
+    if topic == "/tf_static":
+        subscribe_latched(topic, kind, receive)
+    else:
+        ROS2Subscriber(topic, kind, receive, domain_id=0, router_port=port, node_name="peer")
+
+
+def subscribe_latched(topic, kind, receive):
+    """The same with the messages that publications keep for late subscribers, which the SDK does not ask for."""
+    subscriber = zenoh.ext.declare_advanced_subscriber(
+        ZenohSession.get_instance().session,
+        f"0{topic}/{kind.replace('/msg/', '::msg::dds_::')}_/{JAZZY.hash_rihs01(kind)}",
+        lambda sample: receive(JAZZY.deserialize_cdr(bytes(sample.payload), kind)),
+        history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=100),
+    )
+    LATCHED.append(subscriber)
 
 
 class Publication:

@@ -1,0 +1,337 @@
+//! The tree of frames that other nodes publish: each frame has one parent, and a history of where it is in it. A
+//! transform that the tree does not have for certain is an error in words.
+
+use core::fmt;
+use std::collections::BTreeMap;
+use std::collections::VecDeque;
+use std::collections::btree_map::Entry;
+
+use jde_schema::types::Transform;
+
+use super::history::{Beyond, History, KEPT, normalized};
+
+/// Most frames.
+const MAX_FRAMES: usize = 1024;
+/// Greatest error of the length of a rotation's quaternion: that of tf2.
+const TOLERANCE: f64 = 0.01;
+/// Most frames that a message lists.
+const LISTED: usize = 12;
+
+/// The frames, by their names without a leading slash.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tree(BTreeMap<String, Edge>);
+
+/// A frame in its parent.
+#[derive(Clone, Debug)]
+struct Edge {
+    parent: String,
+    history: History,
+    /// Another parent that was published for it, and the time of its newest transform.
+    rival: Option<(String, i64)>,
+}
+
+/// A frame in another one, as somebody publishes it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Published<'a> {
+    pub(crate) parent: &'a str,
+    pub(crate) child: &'a str,
+    /// Time, ns; not used if it is static.
+    pub(crate) stamp: i64,
+    pub(crate) transform: Transform,
+    pub(crate) is_static: bool,
+}
+
+/// A transform and its time, ns; `None` if it is valid at all times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Found {
+    pub(crate) stamp: Option<i64>,
+    pub(crate) transform: Transform,
+}
+
+/// Why there is no transform.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LookupError {
+    /// Nobody publishes a frame; these are known.
+    Unknown { frame: String, known: String },
+    /// No frames lead from one to the other; each belongs to the tree of a root.
+    Apart { frames: [String; 2], roots: [String; 2] },
+    /// A frame has two parents.
+    TwoParents { child: String, parents: [String; 2] },
+    /// A frame in its parent is known until so many seconds before the time that was asked for.
+    TooNew {
+        child: String,
+        parent: String,
+        seconds: f64,
+    },
+    /// A frame in its parent is known only from so many seconds after the time that was asked for.
+    TooOld {
+        child: String,
+        parent: String,
+        seconds: f64,
+    },
+}
+
+impl fmt::Display for LookupError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown { frame, known } => {
+                write!(f, "nobody publishes the frame `{frame}`; known are {known}")
+            }
+            Self::Apart {
+                frames: [target, source],
+                roots: [first, second],
+            } => write!(
+                f,
+                "nothing connects `{target}` and `{source}`: they are in the trees of `{first}` and `{second}`"
+            ),
+            Self::TwoParents {
+                child,
+                parents: [first, second],
+            } => write!(
+                f,
+                "`{child}` has two parents, `{first}` and `{second}`: stop one of the nodes that publish it"
+            ),
+            Self::TooNew {
+                child,
+                parent,
+                seconds,
+            } => write!(
+                f,
+                "`{child}` in `{parent}` ends {seconds:.3} s before the time that is asked for"
+            ),
+            Self::TooOld {
+                child,
+                parent,
+                seconds,
+            } => write!(
+                f,
+                "`{child}` in `{parent}` begins {seconds:.3} s after the time that is asked for"
+            ),
+        }
+    }
+}
+
+impl Tree {
+    /// Forgets all but the static transforms: time has jumped back.
+    pub(crate) fn forget_moving(&mut self) {
+        self.0.retain(|_, edge| matches!(edge.history, History::Fixed(_)));
+        self.0.values_mut().for_each(|edge| edge.rival = None);
+    }
+
+    /// Adds a transform.
+    ///
+    /// # Errors
+    /// If it contradicts what is known, or has invalid numbers. Then the tree is as before, but for a frame with two
+    /// parents, which no lookup passes.
+    pub(crate) fn insert(&mut self, published: &Published<'_>) -> Result<(), String> {
+        let Published { stamp, is_static, .. } = *published;
+        let (parent, child) = (plain(published.parent), plain(published.child));
+        if parent.is_empty() || child.is_empty() {
+            return Err("a transform without the name of a frame".to_owned());
+        }
+        let transform = valid(&published.transform)
+            .ok_or_else(|| format!("`{child}` in `{parent}` has invalid numbers"))?;
+        let loops = parent == child || self.ancestors(parent).any(|ancestor| ancestor == child);
+        let is_full = self.0.len() >= MAX_FRAMES;
+        match self.0.entry(child.to_owned()) {
+            _ if loops => Err(format!("`{child}` in `{parent}` would close a loop of frames")),
+            Entry::Vacant(_) if is_full => {
+                Err(format!("more than {MAX_FRAMES} frames; `{child}` is ignored"))
+            }
+            Entry::Vacant(place) => {
+                place.insert(Edge::new(parent, stamp, transform, is_static));
+                Ok(())
+            }
+            Entry::Occupied(mut place) if place.get().parent != parent => {
+                let edge = place.get_mut();
+                let is_silent = |newest| newest < stamp.saturating_sub(KEPT);
+                if !is_static && edge.history.newest().is_some_and(is_silent) {
+                    *edge = Edge::new(parent, stamp, transform, is_static);
+                    return Ok(());
+                }
+                let stamp = if is_static { i64::MAX } else { stamp };
+                edge.rival = Some((parent.to_owned(), stamp));
+                Err(edge.two_parents(child, parent).to_string())
+            }
+            Entry::Occupied(mut place) => {
+                let edge = place.get_mut();
+                if is_static != matches!(edge.history, History::Fixed(_)) {
+                    return Err(format!(
+                        "`{child}` in `{parent}` is static and moves: stop one of the nodes that publish it"
+                    ));
+                }
+                if edge.history.insert(stamp, transform) {
+                    return Ok(());
+                }
+                Err(format!("`{child}` in `{parent}` comes more than 10 s late"))
+            }
+        }
+    }
+
+    /// Returns where `source` is in `target` at a time, ns; without one, at the newest time at which all frames between them are known.
+    ///
+    /// # Errors
+    /// If that is not known.
+    pub(crate) fn lookup(
+        &self,
+        target: &str,
+        source: &str,
+        stamp: Option<i64>,
+    ) -> Result<Found, LookupError> {
+        let (target, source) = (plain(target), plain(source));
+        for frame in [target, source] {
+            if !self.knows(frame) {
+                return Err(self.unknown(frame));
+            }
+        }
+        let (up, down) = (self.path(target), self.path(source));
+        let (Some(first), Some(second)) = (up.last(), down.last()) else {
+            return Err(self.unknown(target));
+        };
+        if first != second {
+            return Err(LookupError::Apart {
+                frames: [target.to_owned(), source.to_owned()],
+                roots: [(*first).to_owned(), (*second).to_owned()],
+            });
+        }
+        // The common frames at the end of both paths; both leave the last of them out.
+        let common = up.iter().rev().zip(down.iter().rev());
+        let common = common.take_while(|(a, b)| a == b).count();
+        let (up, down) = (&up[..up.len() - common], &down[..down.len() - common]);
+        let newest = up
+            .iter()
+            .chain(down)
+            .filter_map(|child| self.0[*child].history.newest());
+        let stamp = match (newest.min(), stamp) {
+            (None, _) => None,
+            (newest, None) => newest,
+            (_, stamp) => stamp,
+        };
+        let (up, down) = (self.compose(up, stamp)?, self.compose(down, stamp)?);
+        Ok(Found {
+            stamp,
+            transform: up.inverse().compose(&down),
+        })
+    }
+
+    /// Returns the transform of the first of these frames in the parent of the last.
+    fn compose(&self, frames: &[&str], stamp: Option<i64>) -> Result<Transform, LookupError> {
+        let mut composed = Transform::IDENTITY;
+        for child in frames {
+            let edge = &self.0[*child];
+            if let Some(rival) = edge.rival() {
+                return Err(edge.two_parents(child, rival));
+            }
+            // Without a time all of them are static.
+            let stamp = stamp.unwrap_or(0);
+            let next = edge.history.at(stamp);
+            composed = next
+                .map_err(|beyond| edge.beyond(child, stamp, beyond))?
+                .compose(&composed);
+        }
+        Ok(composed)
+    }
+
+    fn knows(&self, frame: &str) -> bool {
+        self.0.contains_key(frame) || self.0.values().any(|edge| edge.parent == frame)
+    }
+
+    /// A frame and all above it, to the root.
+    fn path<'a>(&'a self, frame: &'a str) -> Vec<&'a str> {
+        core::iter::once(frame).chain(self.ancestors(frame)).collect()
+    }
+
+    /// All frames above a frame, up to the root. No loop of frames was ever inserted.
+    fn ancestors<'a>(&'a self, frame: &'a str) -> impl Iterator<Item = &'a str> {
+        let parent = |frame: &&'a str| self.0.get(*frame).map(|edge| edge.parent.as_str());
+        core::iter::successors(parent(&frame), parent)
+    }
+
+    fn unknown(&self, frame: &str) -> LookupError {
+        let parents = self.0.values().map(|edge| edge.parent.as_str());
+        let mut known: Vec<&str> = self.0.keys().map(String::as_str).chain(parents).collect();
+        known.sort_unstable();
+        known.dedup();
+        let more = known.len().saturating_sub(LISTED);
+        known.truncate(LISTED);
+        let mut known = known.join(", ");
+        match (known.is_empty(), more) {
+            (true, _) => known.push_str("none"),
+            (false, 0) => {}
+            (false, more) => known.push_str(&format!(" and {more} more")),
+        }
+        LookupError::Unknown {
+            frame: frame.to_owned(),
+            known,
+        }
+    }
+}
+
+impl Edge {
+    fn new(parent: &str, stamp: i64, transform: Transform, is_static: bool) -> Self {
+        Self {
+            parent: parent.to_owned(),
+            history: if is_static {
+                History::Fixed(transform)
+            } else {
+                History::Moving(VecDeque::from([(stamp, transform)]))
+            },
+            rival: None,
+        }
+    }
+
+    /// The other parent, while its transforms are as new as those that are kept.
+    fn rival(&self) -> Option<&str> {
+        let (rival, stamp) = self.rival.as_ref()?;
+        let newest = self.history.newest();
+        newest
+            .is_none_or(|newest| *stamp >= newest.saturating_sub(KEPT))
+            .then_some(rival.as_str())
+    }
+
+    fn two_parents(&self, child: &str, rival: &str) -> LookupError {
+        LookupError::TwoParents {
+            child: child.to_owned(),
+            parents: [self.parent.clone(), rival.to_owned()],
+        }
+    }
+
+    fn beyond(&self, child: &str, stamp: i64, beyond: Beyond) -> LookupError {
+        let (child, parent) = (child.to_owned(), self.parent.clone());
+        let seconds = |from: i64, to: i64| (i128::from(to) - i128::from(from)) as f64 / 1e9;
+        match beyond {
+            Beyond::Newest(newest) => LookupError::TooNew {
+                child,
+                parent,
+                seconds: seconds(newest, stamp),
+            },
+            Beyond::Oldest(oldest) => LookupError::TooOld {
+                child,
+                parent,
+                seconds: seconds(stamp, oldest),
+            },
+        }
+    }
+}
+
+/// A frame's name without the leading slash that ROS 1 allowed.
+fn plain(frame: &str) -> &str {
+    frame.strip_prefix('/').unwrap_or(frame)
+}
+
+/// The transform with a rotation of length 1; `None` if its numbers are invalid.
+fn valid(transform: &Transform) -> Option<Transform> {
+    let Transform {
+        translation,
+        rotation,
+    } = *transform;
+    let squares = [rotation.x, rotation.y, rotation.z, rotation.w].map(|part| part * part);
+    let is_finite = [translation.x, translation.y, translation.z]
+        .iter()
+        .all(|part| part.is_finite());
+    let is_unit = (squares.iter().sum::<f64>() - 1.0).abs() <= TOLERANCE;
+    (is_finite && is_unit).then(|| Transform {
+        translation,
+        rotation: normalized(rotation),
+    })
+}

@@ -1,0 +1,144 @@
+//! The transforms that do not change: sensors on the base. A subscription that begins later gets them too.
+
+use jde_ros_node::{Quality, Topic};
+use jde_schema::prelude::*;
+use jde_schema::{Imports, ListedImport};
+
+use super::publication::is_of;
+use super::settings::Publication;
+use super::transforms::is_base;
+use crate::connection::RosConnection;
+use crate::messages::{Codec, typed};
+use crate::tf::{Placed, Transforms, message, range_messages};
+
+/// The topic of the static transforms. All of them are in each message, because it keeps the newest only.
+pub(super) struct MountPublisher {
+    number: usize,
+    codec: Codec<Transforms>,
+    placed: Vec<Placed>,
+}
+
+impl MountPublisher {
+    /// Adds the topic to those of the node; `None` if nothing that is published is on a base.
+    pub(super) fn new(
+        topic: String,
+        publish: &Imports<Publication>,
+        topics: &mut Vec<Topic>,
+    ) -> Option<Self> {
+        publish.iter().find(|import| is_sensor(import))?;
+        let codec = Codec::new();
+        topics.push(codec.topic(topic, Quality::LATCHED));
+        Some(Self {
+            number: topics.len() - 1,
+            codec,
+            placed: Vec::new(),
+        })
+    }
+
+    /// Publishes the transforms when one is new. A base whose odometry has no value yet has no name.
+    pub(super) fn publish(
+        &mut self,
+        cx: &Context,
+        connection: &RosConnection,
+        publish: &Imports<Publication>,
+    ) {
+        let base = match publish.iter().find(|import| is_base(import)) {
+            Some(import) => import
+                .get(cx)
+                .map(|value| typed::<Odometry>(&value).child_frame_id),
+            None => Some(Frame::new("base_link")),
+        };
+        let Some(base) = base else { return };
+        let before = self.placed.len();
+        for import in publish.iter() {
+            let Some(value) = import.get(cx) else { continue };
+            let settings = import.settings();
+            if is_of::<RangeRing>(import.value_type()) {
+                for (range, pose) in range_messages(&typed(&value)) {
+                    self.add(base, range.header.frame_id, pose.into());
+                }
+            } else if is_sensor(import) {
+                let stated = Frame::truncated(settings.frame.as_str());
+                let own = typed::<Header>(&value[..size_of::<Header>()]).frame_id;
+                let child = if stated.is_empty() { own } else { stated };
+                let pose = if is_of::<Image>(import.value_type()) {
+                    camera(settings)
+                } else {
+                    settings.mount.into()
+                };
+                self.add(base, child, pose);
+            }
+        }
+        if self.placed.len() > before {
+            let stamp = connection.clock.stamp(cx.now());
+            let message = message(self.placed.iter().copied(), stamp);
+            connection
+                .node
+                .publish(self.number, vec![self.codec.encode(&message)]);
+        }
+    }
+
+    /// Adds a frame, unless one of its name is there.
+    fn add(&mut self, parent: Frame, child: Frame, pose: Pose) {
+        if self.placed.iter().all(|placed| placed.child != child) {
+            self.placed.push(Placed {
+                parent,
+                child,
+                transform: pose.into(),
+            });
+        }
+    }
+}
+
+/// Whether an entry is a sensor on the base.
+fn is_sensor(import: &ListedImport<Publication>) -> bool {
+    let value_type = import.value_type();
+    is_of::<LaserScan>(value_type) || is_of::<RangeRing>(value_type) || is_of::<Image>(value_type)
+}
+
+/// The pose of the frame of a camera: x to the right of the picture, y down, z into it.
+fn camera(settings: &Publication) -> Pose {
+    let ((sin, cos), (sin_tilt, cos_tilt)) = (settings.mount.theta.sin_cos(), settings.tilt.sin_cos());
+    let right = [sin, -cos, 0.0];
+    let down = [-sin_tilt * cos, -sin_tilt * sin, -cos_tilt];
+    let into = [cos_tilt * cos, cos_tilt * sin, -sin_tilt];
+    Pose {
+        position: Point {
+            x: settings.mount.x,
+            y: settings.mount.y,
+            z: settings.height,
+        },
+        orientation: Quaternion::from_axes([right, down, into]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    #[test]
+    fn a_camera_looks_where_its_angles_say() {
+        let pose = |theta, tilt| {
+            camera(&Publication {
+                mount: Pose2D::new(0.1, 0.0, theta),
+                height: 0.3,
+                tilt,
+                ..Publication::DEFAULT
+            })
+        };
+        let looks = |theta, tilt| {
+            let into = pose(theta, tilt).orientation.rotate([0.0, 0.0, 1.0]);
+            into.map(|axis| (1e6 * axis).round() / 1e6)
+        };
+        assert_eq!(looks(0.0, 0.0), [1.0, 0.0, 0.0]);
+        assert_eq!(looks(FRAC_PI_2, 0.0), [0.0, 1.0, 0.0]);
+        assert_eq!(looks(0.0, FRAC_PI_2), [0.0, 0.0, -1.0]);
+        let level = pose(0.3, 0.2);
+        assert_eq!((level.position.x, level.position.z), (0.1, 0.3));
+        let [row, column] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|axis| level.orientation.rotate(axis)[2]);
+        assert!(row.abs() < 1e-12, "the rows of the picture are level");
+        assert!(column < -0.9, "and its columns point down");
+    }
+}
