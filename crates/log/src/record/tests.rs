@@ -1,10 +1,12 @@
-//! A message is compared with bytes computed by hand. Random records survive both directions, and damaged messages
+//! Messages are compared with bytes computed by hand, and decoded by their definitions. Random records survive both directions, and damaged messages
 //! are refused.
 
 use jde_panel::{Button, Gesture, Touch};
 use jde_records::{CandidateRecord, Decision, EventRecord, GestureRecord, StateRecord};
+use jde_ros::interface::Interfaces;
 use proptest::option;
 use proptest::prelude::*;
+use serde_json::json;
 
 use super::*;
 
@@ -38,6 +40,85 @@ fn a_change_of_state_is_its_time_and_three_texts() {
     ];
     assert_eq!(message(&record), expected.concat());
     assert_eq!(decode(RecordKind::State, &expected.concat()), Ok(record));
+}
+
+/// Decodes a message by its definition only.
+fn by_definition(kind: RecordKind, message: &[u8]) -> serde_json::Value {
+    let (name, text) = schema(kind);
+    let mut interfaces = Interfaces::default();
+    // Messages come after those that contain them.
+    for section in text.rsplit("=\nMSG: ") {
+        let inner = section.split_once('\n').filter(|_| !text.starts_with(section));
+        let (name, fields) = match inner {
+            Some((title, fields)) => (title.replace('/', "/msg/"), fields),
+            None => (name.to_owned(), section),
+        };
+        let fields: Vec<_> = fields.lines().filter(|line| !line.starts_with("==")).collect();
+        interfaces
+            .message(&name, &fields.join("\n"))
+            .expect("it defines messages");
+    }
+    interfaces.decode(name, message).expect("it is one")
+}
+
+#[test]
+fn a_message_has_the_fields_of_its_definition() {
+    let decision = Decision {
+        number: 7,
+        time_s: 1.5,
+        group: "roots".to_owned(),
+        case: "collision".to_owned(),
+        candidates: vec![CandidateRecord {
+            name: "goon".to_owned(),
+            state: "ready".to_owned(),
+            ready: true,
+            urgency: Some(0.25),
+        }],
+        before: None,
+        choice: Some("goon".to_owned()),
+        decider: "father".to_owned(),
+        reason: "r".to_owned(),
+        cause: "c".to_owned(),
+        changed: true,
+        takeover_us: Some(2500.0),
+    };
+    let json = by_definition(RecordKind::Decision, &message(&RunRecord::Decision(decision)));
+    let expected = json!({
+        "stamp": { "sec": 1, "nanosec": 500_000_000 }, "number": 7, "group": "roots", "case_name": "collision",
+        "candidates": [{ "name": "goon", "state": "ready", "ready": true, "urgency": 0.25 }],
+        "before": "", "choice": "goon", "decider": "father", "reason": "r", "cause": "c",
+        "changed": true, "takeover": 0.0025,
+    });
+    assert_eq!(json, expected);
+    let touch = Touch::Dragged {
+        from: [1.0, 2.0, 3.0],
+        to: [4.0, 5.0, 6.0],
+        button: Button::Middle,
+        ended: true,
+    };
+    let event = EventRecord {
+        kind: "operator".to_owned(),
+        schema: Some("goon".to_owned()),
+        by: Some("ana".to_owned()),
+        text: "t".to_owned(),
+        touched: Some(GestureRecord {
+            number: 9,
+            gesture: Gesture {
+                widget: "field".to_owned(),
+                touch,
+            },
+        }),
+        time_s: 0.0,
+    };
+    let json = by_definition(RecordKind::Event, &message(&RunRecord::Event(event)));
+    let expected = json!({
+        "stamp": { "sec": 0, "nanosec": 0 }, "kind": "operator", "schema": "goon", "by": "ana", "text": "t",
+        "gesture": {
+            "number": 9, "widget": "field", "touch": "dragged", "active": true, "value": 0.0, "option": 0,
+            "position": [4.0, 5.0, 6.0], "origin": [1.0, 2.0, 3.0], "button": "middle", "key": "",
+        },
+    });
+    assert_eq!(json, expected);
 }
 
 #[test]
