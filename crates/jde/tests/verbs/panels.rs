@@ -9,7 +9,7 @@ use crate::support::{jde_with_plugins, output_of};
 fn topics(sandbox: &Sandbox, file: &str) -> Vec<String> {
     let info = sandbox.json(&["info", file]);
     let topics = info["topics"].as_array().expect("topics").iter();
-    let panels = topics.filter(|topic| topic["encoding"] == "cbor");
+    let panels = topics.filter(|topic| topic["type"] == "jde_msgs/msg/Panel");
     panels
         .inspect(|topic| assert!(topic["messages"].as_u64() > Some(0), "{topic}"))
         .map(|topic| topic["topic"].as_str().expect("a topic").to_owned())
