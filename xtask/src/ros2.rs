@@ -103,11 +103,17 @@ impl<'a> Peers<'a> {
         self.serve()
     }
 
-    /// Runs the tools of ROS 2 beside an application.
+    /// Runs the tools of ROS 2 beside applications.
     fn run_tools(&self) -> Result<()> {
         let _router = Peer::start(self, "router")?;
-        let tools = self.python_file(TOOLS, &[&self.port]);
-        beside(self.context, &mut self.jde("ros2", &["topics"]), tools)
+        let tools = |role| self.python_file(TOOLS, &[role, &self.port]);
+        beside(self.context, &mut self.jde("ros2", &["topics"]), tools("robot"))?;
+        if !shell::succeeds(Command::new("ros2").args(["pkg", "prefix", "nav2_msgs"])) {
+            println!("SKIPPED: no nav2_msgs in this ROS 2, so no goal of Nav2's action is sent");
+            return Ok(());
+        }
+        let mut application = self.jde("ros2-goals", &["topics", "goals"]);
+        beside(self.context, &mut application, tools("goals"))
     }
 
     /// Runs an application while a ROS 2 program, which has this role, uses it.

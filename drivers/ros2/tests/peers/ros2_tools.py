@@ -1,16 +1,19 @@
-"""The tools of ROS 2, as a user types them, beside a jde robot: they list it, show its topics and transforms, and drive it.
+"""The tools of ROS 2, as a user types them, beside a jde robot.
 
-    ros2_tools.py PORT
+    ros2_tools.py robot PORT    beside `jde run ros2`: they list it, show its topics and transforms, and drive it
+    ros2_tools.py goals PORT    beside `jde run ros2-goals`: they show its map and send it to a place
 
 It fails with a message if a tool has not shown what it must after LIMIT seconds.
 """
 
 import os
 import pty
+import shlex
 import signal
 import subprocess
 import sys
 import threading
+import time
 
 from ros2_peer import TYPES, check
 from with_rclpy import end_with_parent, environment
@@ -50,16 +53,18 @@ class Tool:
 
 
 def shows(arguments, *expected):
-    """Checks that a tool prints these, and ends it then."""
-    missing, output = list(expected), []
+    """Checks that a tool prints these, and ends it then. A tool that ends before is run again: the robot may not be there yet."""
+    end = time.monotonic() + LIMIT
     options = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-    with Tool(*arguments.split(), **options) as tool:
-        for line in tool.process.stdout:
-            output.append(line)
-            missing = [text for text in missing if text not in line]
-            if not missing:
-                print(f"{tool.name}: {line.strip()}")
-                return
+    while time.monotonic() < end:
+        missing, output = list(expected), []
+        with Tool(*shlex.split(arguments), **options) as tool:
+            for line in tool.process.stdout:
+                output.append(line)
+                missing = [text for text in missing if text not in line]
+                if not missing:
+                    print(f"{tool.name}: {line.strip()}")
+                    return
     check(False, f"`{tool.name}` does not show {missing}:\n{''.join(output)}")
 
 
@@ -83,8 +88,7 @@ def drives():
             keys.join()
 
 
-if __name__ == "__main__":
-    variables = os.environ | environment(int(sys.argv[1])) | {"PYTHONUNBUFFERED": "1"}
+def robot():
     topics = [f"{topic} [{kind}]" for topic, kind in TYPES.items()]
     shows(f"topic list -t {ALONE}", *topics)
     shows(f"node list {ALONE}", "/pioneer")
@@ -96,3 +100,17 @@ if __name__ == "__main__":
     shows(f"topic echo {ALONE} --once --field voltage /battery_state", "1")
     drives()
     shows("run tf2_ros tf2_echo odom laser", "Translation: [")
+
+
+def goals():
+    latched = "--qos-durability transient_local --qos-reliability reliable"
+    shows(f"topic echo {ALONE} --once --field info {latched} /map", "resolution: 0.05")
+    send = "action send_goal --feedback /navigate_to_pose nav2_msgs/action/NavigateToPose"
+    place = "pose: {position: {x: 3.55, y: 2.8}, orientation: {z: 0.7071, w: 0.7071}}"
+    shows(f"{send} '{{pose: {{header: {{frame_id: odom}}, {place}}}}}'", "rejected")
+    shows(f"{send} '{{pose: {{header: {{frame_id: map}}, {place}}}}}'", "distance_remaining: ", "SUCCEEDED")
+
+
+if __name__ == "__main__":
+    variables = os.environ | environment(int(sys.argv[2])) | {"PYTHONUNBUFFERED": "1"}
+    {"robot": robot, "goals": goals}[sys.argv[1]]()
