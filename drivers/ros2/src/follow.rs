@@ -6,51 +6,33 @@ use jde_schema::prelude::*;
 
 use crate::clock_source::ClockSource;
 use crate::connection::RosConnection;
-use crate::settings::{Modulations, with_settings};
+use crate::settings::node_schema;
 use crate::velocity::{self, VelocitySubscription};
 
-/// Drives the base with a velocity from another program while it is fresh.
-///
-/// The velocity is that of the import, or of a topic of its own. With a topic the schema is a node of ROS 2
-/// while it is awake, so that an application needs nothing else to decide between several programs.
-#[derive(Describe)]
-#[schema(motor, period = "20ms", budget = "10ms")]
-pub struct Follow {
-    /// The topic of the velocities, `Twist` or `TwistStamped`, if the import is not bound.
-    #[modulation(default = "", fixed)]
-    topic: Modulation<Text<128>>,
-    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
-    #[modulation(default = "tcp/localhost:7447", fixed)]
-    connect: Modulation<Text<512>>,
-    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
-    /// through the router.
-    #[modulation(default = "", fixed)]
-    listen: Modulation<Text<512>>,
-    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
-    #[modulation(default = "", unit = "path", fixed)]
-    config: Modulation<Text<1024>>,
-    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
-    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
-    domain: Modulation<i32>,
-    /// Namespace of the node and its topic.
-    #[modulation(default = "", fixed)]
-    namespace: Modulation<Text<128>>,
-    /// Name of the node; empty for that of this schema.
-    #[modulation(default = "", fixed)]
-    node: Modulation<Text<128>>,
-    /// Oldest velocity that counts; longer than the time between two velocities.
-    #[modulation(default = 0.5, unit = "s", min = 0.01, max = 3600.0)]
-    patience: Modulation<f64>,
-    /// The velocity.
-    #[import(optional, trigger)]
-    cmd_vel: Import<Twist>,
-    /// Speeds of the base.
-    #[actuator]
-    base: Actuator<Twist>,
-    /// Whether the router or other nodes are connected, if it has a topic.
-    #[export]
-    connection: Export<Connection>,
-    active: Option<ActiveFollow>,
+node_schema! {
+    /// Drives the base with a velocity from another program while it is fresh.
+    ///
+    /// The velocity is that of the import, or of a topic of its own. With a topic the schema is a node of ROS 2
+    /// while it is awake, so that an application needs nothing else to decide between several programs.
+    #[schema(motor, period = "20ms", budget = "10ms")]
+    pub struct Follow {
+        /// The topic of the velocities, `Twist` or `TwistStamped`, if the import is not bound.
+        #[modulation(default = "", fixed)]
+        topic: Modulation<Text<128>>,
+        /// Oldest velocity that counts; longer than the time between two velocities.
+        #[modulation(default = 0.5, unit = "s", min = 0.01, max = 3600.0)]
+        patience: Modulation<f64>,
+        /// The velocity.
+        #[import(optional, trigger)]
+        cmd_vel: Import<Twist>,
+        /// Speeds of the base.
+        #[actuator]
+        base: Actuator<Twist>,
+        /// Whether the router or other nodes are connected, if it has a topic.
+        #[export]
+        connection: Export<Connection>,
+        active: Option<ActiveFollow>,
+    }
 }
 
 /// The node of a schema with a topic.
@@ -99,19 +81,9 @@ impl Schema for Follow {
 impl Inspect for Follow {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         problems.expect(&self.topic, self.expect_one_source(cx));
-        let modulations = Modulations {
-            config: &self.config,
-            connect: &self.connect,
-            domain: &self.domain,
-            namespace: &self.namespace,
-            node: &self.node,
-            topics: vec![(&self.topic, self.topic.get(cx))],
-        };
-        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
+        self.inspect_node(cx, &[&self.topic], problems);
     }
 }
-
-with_settings!(Follow);
 
 impl Follow {
     fn expect_one_source(&self, cx: &Context) -> Result<(), &'static str> {

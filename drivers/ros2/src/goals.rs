@@ -8,62 +8,44 @@ use crate::clock_source::ClockSource;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::goal;
 use crate::messages::Codec;
-use crate::settings::{Modulations, with_settings};
+use crate::settings::node_schema;
 
 /// The time between two messages of feedback.
 const FEEDBACK: Duration = Duration::from_millis(100);
 /// Nav2's code of an error without a code of its own.
 const UNKNOWN: u16 = 9000;
 
-/// Takes targets from ROS 2, one at a time, and tells what has become of them.
-///
-/// It is the server of `NavigateToPose`, and takes poses of a topic as well, which RViz publishes. A new target takes the
-/// place of the one before, whose goal is aborted. The mission of the schema that drives, such as `navigate`, says when a
-/// target is reached or given up.
-#[derive(Describe)]
-#[schema(driver, period = "50ms", budget = "10ms")]
-pub struct Goals {
-    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
-    #[modulation(default = "tcp/localhost:7447", fixed)]
-    connect: Modulation<Text<512>>,
-    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
-    /// through the router.
-    #[modulation(default = "", fixed)]
-    listen: Modulation<Text<512>>,
-    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
-    #[modulation(default = "", unit = "path", fixed)]
-    config: Modulation<Text<1024>>,
-    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
-    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
-    domain: Modulation<i32>,
-    /// Namespace of the node, its action and its topic.
-    #[modulation(default = "", fixed)]
-    namespace: Modulation<Text<128>>,
-    /// Name of the node; empty for that of this schema.
-    #[modulation(default = "", fixed)]
-    node: Modulation<Text<128>>,
-    /// The action that it offers.
-    #[modulation(default = "navigate_to_pose", fixed)]
-    action: Modulation<Text<128>>,
-    /// The topic of poses to drive to, `geometry_msgs/msg/PoseStamped`; empty for none.
-    #[modulation(default = "goal_pose", fixed)]
-    topic: Modulation<Text<128>>,
-    /// The frame of the targets. Those in another one are refused.
-    #[modulation(default = "map")]
-    frame: Modulation<Text<52>>,
-    /// Progress of the schema that drives to `target`.
-    #[import]
-    mission: Import<Mission>,
-    /// Pose of the robot in the frame of the targets, for the feedback.
-    #[import(optional)]
-    pose: Import<Odometry>,
-    /// Where to drive.
-    #[export]
-    target: Export<Target>,
-    /// Whether the router or other nodes are connected.
-    #[export]
-    connection: Export<Connection>,
-    active: Option<ActiveGoals>,
+node_schema! {
+    /// Takes targets from ROS 2, one at a time, and tells what has become of them.
+    ///
+    /// It is the server of `NavigateToPose`, and takes poses of a topic as well, which RViz publishes. A new target takes the
+    /// place of the one before, whose goal is aborted. The mission of the schema that drives, such as `navigate`, says when a
+    /// target is reached or given up.
+    #[schema(driver, period = "50ms", budget = "10ms")]
+    pub struct Goals {
+        /// The action that it offers.
+        #[modulation(default = "navigate_to_pose", fixed)]
+        action: Modulation<Text<128>>,
+        /// The topic of poses to drive to, `geometry_msgs/msg/PoseStamped`; empty for none.
+        #[modulation(default = "goal_pose", fixed)]
+        topic: Modulation<Text<128>>,
+        /// The frame of the targets. Those in another one are refused.
+        #[modulation(default = "map")]
+        frame: Modulation<Text<52>>,
+        /// Progress of the schema that drives to `target`.
+        #[import]
+        mission: Import<Mission>,
+        /// Pose of the robot in the frame of the targets, for the feedback.
+        #[import(optional)]
+        pose: Import<Odometry>,
+        /// Where to drive.
+        #[export]
+        target: Export<Target>,
+        /// Whether the router or other nodes are connected.
+        #[export]
+        connection: Export<Connection>,
+        active: Option<ActiveGoals>,
+    }
 }
 
 /// The node, and the present target.
@@ -126,23 +108,14 @@ impl Schema for Goals {
 
 impl Inspect for Goals {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        let modulations = Modulations {
-            config: &self.config,
-            connect: &self.connect,
-            domain: &self.domain,
-            namespace: &self.namespace,
-            node: &self.node,
-            topics: vec![(&self.topic, self.topic.get(cx))],
-        };
-        self.with_settings(cx, |settings| {
-            modulations.inspect(&settings, problems);
-            problems.expect(&self.connect, goal::refuse_bridge(&settings));
-        });
+        self.inspect_node(cx, &[&self.topic], problems);
+        problems.expect(
+            &self.connect,
+            self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),
+        );
         problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
     }
 }
-
-with_settings!(Goals);
 
 impl Goals {
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveGoals> {

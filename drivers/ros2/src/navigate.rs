@@ -7,67 +7,49 @@ use serde_json::json;
 use crate::clock_source::ClockSource;
 use crate::connection::RosConnection;
 use crate::goal;
-use crate::settings::{Modulations, with_settings};
+use crate::settings::node_schema;
 use crate::velocity::{self, VelocitySubscription};
 
 /// Checks without an iteration between them, after which the schema does not drive any more.
 const LOST: u32 = 2;
 
-/// Lets Nav2 drive to a target.
-///
-/// It is READY while there is a target that was not reached or given up and Nav2 answers. As WINNER it sends the target
-/// as a goal of `NavigateToPose`, and commands the base with the velocities that Nav2 publishes. When it loses the base, it
-/// cancels the goal, and sends it again when it wins.
-#[derive(Describe)]
-#[schema(motor, period = "50ms", budget = "10ms")]
-pub struct Navigate {
-    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
-    #[modulation(default = "tcp/localhost:7447", fixed)]
-    connect: Modulation<Text<512>>,
-    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
-    /// through the router.
-    #[modulation(default = "", fixed)]
-    listen: Modulation<Text<512>>,
-    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
-    #[modulation(default = "", unit = "path", fixed)]
-    config: Modulation<Text<1024>>,
-    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
-    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
-    domain: Modulation<i32>,
-    /// Namespace of the node, its action and its topic.
-    #[modulation(default = "", fixed)]
-    namespace: Modulation<Text<128>>,
-    /// Name of the node; empty for that of this schema.
-    #[modulation(default = "", fixed)]
-    node: Modulation<Text<128>>,
-    /// The action of Nav2.
-    #[modulation(default = "navigate_to_pose", fixed)]
-    action: Modulation<Text<128>>,
-    /// The topic of Nav2's velocities, which must not reach the base by another way.
-    #[modulation(default = "nav/cmd_vel", fixed)]
-    topic: Modulation<Text<128>>,
-    /// The frame of the target.
-    #[modulation(default = "map")]
-    frame: Modulation<Text<52>>,
-    /// Oldest velocity that counts; longer than the time between two velocities.
-    #[modulation(default = 0.5, unit = "s", min = 0.01, max = 3600.0)]
-    patience: Modulation<f64>,
-    /// Where to drive.
-    #[modulation(default = Target::NONE)]
-    target: Modulation<Target>,
-    /// Where to drive, if another schema chooses it; replaces the modulation. Driven to again when it is chosen again.
-    #[import(optional)]
-    chosen: Import<Target>,
-    /// Speeds of the base.
-    #[actuator]
-    base: Actuator<Twist>,
-    /// Progress: DONE or FAILED for the newest target.
-    #[export]
-    mission: Export<Mission>,
-    /// Whether the router or other nodes are connected.
-    #[export]
-    connection: Export<Connection>,
-    active: Option<ActiveNavigate>,
+node_schema! {
+    /// Lets Nav2 drive to a target.
+    ///
+    /// It is READY while there is a target that was not reached or given up and Nav2 answers. As WINNER it sends the target
+    /// as a goal of `NavigateToPose`, and commands the base with the velocities that Nav2 publishes. When it loses the base, it
+    /// cancels the goal, and sends it again when it wins.
+    #[schema(motor, period = "50ms", budget = "10ms")]
+    pub struct Navigate {
+        /// The action of Nav2.
+        #[modulation(default = "navigate_to_pose", fixed)]
+        action: Modulation<Text<128>>,
+        /// The topic of Nav2's velocities, which must not reach the base by another way.
+        #[modulation(default = "nav/cmd_vel", fixed)]
+        topic: Modulation<Text<128>>,
+        /// The frame of the target.
+        #[modulation(default = "map")]
+        frame: Modulation<Text<52>>,
+        /// Oldest velocity that counts; longer than the time between two velocities.
+        #[modulation(default = 0.5, unit = "s", min = 0.01, max = 3600.0)]
+        patience: Modulation<f64>,
+        /// Where to drive.
+        #[modulation(default = Target::NONE)]
+        target: Modulation<Target>,
+        /// Where to drive, if another schema chooses it; replaces the modulation. Driven to again when it is chosen again.
+        #[import(optional)]
+        chosen: Import<Target>,
+        /// Speeds of the base.
+        #[actuator]
+        base: Actuator<Twist>,
+        /// Progress: DONE or FAILED for the newest target.
+        #[export]
+        mission: Export<Mission>,
+        /// Whether the router or other nodes are connected.
+        #[export]
+        connection: Export<Connection>,
+        active: Option<ActiveNavigate>,
+    }
 }
 
 /// The node, and what it knows of the target.
@@ -160,23 +142,14 @@ impl Schema for Navigate {
 
 impl Inspect for Navigate {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        let modulations = Modulations {
-            config: &self.config,
-            connect: &self.connect,
-            domain: &self.domain,
-            namespace: &self.namespace,
-            node: &self.node,
-            topics: vec![(&self.topic, self.topic.get(cx))],
-        };
-        self.with_settings(cx, |settings| {
-            modulations.inspect(&settings, problems);
-            problems.expect(&self.connect, goal::refuse_bridge(&settings));
-        });
+        self.inspect_node(cx, &[&self.topic], problems);
+        problems.expect(
+            &self.connect,
+            self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),
+        );
         problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
     }
 }
-
-with_settings!(Navigate);
 
 impl Navigate {
     /// The target and its number.

@@ -1,30 +1,51 @@
 //! The modulations of the node and its connections, which every driver of this plugin has.
 
 use jde_ros_node::{Settings, environment_domain, names};
-use jde_schema::prelude::{Modulation, Problems, Text};
+use jde_schema::prelude::{Context, Modulation, Problems, Text};
 
-/// The modulations of these settings, and the names of topics.
-pub(crate) struct Modulations<'m> {
-    pub(crate) config: &'m Modulation<Text<1024>>,
-    pub(crate) connect: &'m Modulation<Text<512>>,
-    pub(crate) domain: &'m Modulation<i32>,
-    pub(crate) namespace: &'m Modulation<Text<128>>,
-    pub(crate) node: &'m Modulation<Text<128>>,
-    pub(crate) topics: Vec<(&'m Modulation<Text<128>>, Text<128>)>,
-}
+/// Declares a type of schema whose instances are nodes. The modulations of the node come before the ports that it
+/// states itself.
+macro_rules! node_schema {
+    ($(#[$about:meta])* pub struct $schema:ident { $($fields:tt)* }) => {
+        #[derive(Describe)]
+        $(#[$about])*
+        pub struct $schema {
+            /// The router of ROS 2, or other nodes, to connect to; separated by commas. `ros2dds/` before them connects
+            /// to a bridge of DDS.
+            #[modulation(default = "tcp/localhost:7447", fixed)]
+            connect: Modulation<Text<512>>,
+            /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
+            /// through the router.
+            #[modulation(default = "", fixed)]
+            listen: Modulation<Text<512>>,
+            /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
+            #[modulation(default = "", unit = "path", fixed)]
+            config: Modulation<Text<1024>>,
+            /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
+            #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
+            domain: Modulation<i32>,
+            /// Namespace of the node and its names.
+            #[modulation(default = "", fixed)]
+            namespace: Modulation<Text<128>>,
+            /// Name of the node; empty for that of this schema.
+            #[modulation(default = "", fixed)]
+            node: Modulation<Text<128>>,
+            $($fields)*
+        }
 
-/// Gives a driver `with_settings`, which reads the modulations of these settings.
-macro_rules! with_settings {
-    ($driver:ty) => {
-        impl $driver {
-            fn with_settings<R>(&self, cx: &Context, work: impl FnOnce(Settings<'_>) -> R) -> R {
+        impl $schema {
+            fn with_settings<R>(
+                &self,
+                cx: &Context,
+                work: impl FnOnce(jde_ros_node::Settings<'_>) -> R,
+            ) -> R {
                 let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
                 let (config, namespace, node) = (
                     self.config.get(cx),
                     self.namespace.get(cx),
                     self.node.get(cx),
                 );
-                work(Settings {
+                work(jde_ros_node::Settings {
                     config: config.as_str(),
                     connect: connect.as_str(),
                     listen: listen.as_str(),
@@ -35,15 +56,49 @@ macro_rules! with_settings {
                     owner: cx.name(),
                 })
             }
+
+            /// Reports each invalid setting of the node, and each of these names of topics.
+            fn inspect_node(
+                &self,
+                cx: &Context,
+                topics: &[&Modulation<Text<128>>],
+                problems: &mut Problems<'_>,
+            ) {
+                let modulations = $crate::settings::Modulations {
+                    config: &self.config,
+                    connect: &self.connect,
+                    domain: &self.domain,
+                    namespace: &self.namespace,
+                    node: &self.node,
+                };
+                self.with_settings(cx, |settings| {
+                    modulations.inspect(cx, &settings, topics, problems);
+                });
+            }
         }
     };
 }
 
-pub(crate) use with_settings;
+pub(crate) use node_schema;
+
+/// The modulations of a node.
+pub(crate) struct Modulations<'m> {
+    pub(crate) config: &'m Modulation<Text<1024>>,
+    pub(crate) connect: &'m Modulation<Text<512>>,
+    pub(crate) domain: &'m Modulation<i32>,
+    pub(crate) namespace: &'m Modulation<Text<128>>,
+    pub(crate) node: &'m Modulation<Text<128>>,
+}
 
 impl Modulations<'_> {
-    /// Reports each invalid setting at its modulation.
-    pub(crate) fn inspect(&self, settings: &Settings<'_>, problems: &mut Problems<'_>) {
+    /// Reports each invalid setting, and each invalid name of a topic, at its modulation.
+    pub(crate) fn inspect(
+        &self,
+        cx: &Context,
+        settings: &Settings<'_>,
+        topics: &[&Modulation<Text<128>>],
+        problems: &mut Problems<'_>,
+    ) {
         let environment = environment_domain();
         problems.expect(
             self.domain,
@@ -58,8 +113,8 @@ impl Modulations<'_> {
             }
         }
         let namespace = namespace.unwrap_or_default();
-        for (modulation, name) in &self.topics {
-            problems.expect(modulation, names::topic(&namespace, name.as_str()));
+        for topic in topics {
+            problems.expect(topic, names::topic(&namespace, topic.get(cx).as_str()));
         }
     }
 }

@@ -10,7 +10,7 @@ use jde_schema::types::{Transform as Tf, TransformStamped};
 use crate::clock_source::FollowedClock;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::messages::{Codec, measured};
-use crate::settings::{Modulations, with_settings};
+use crate::settings::node_schema;
 use crate::tf::{Listener, LookupError, Transforms, to_nanos, to_stamp};
 
 /// The qualities of tf2's subscriptions.
@@ -25,72 +25,54 @@ const STATIC: Quality = Quality {
 /// Most scans that wait for their transform.
 const MAX_SCANS: usize = 32;
 
-/// Exports where the frame `source` is in the frame `target`, from `/tf` and `/tf_static`.
-///
-/// It is the newest that all frames between them have or, if `laser` is bound, that of the time of each scan.
-/// Between two times it is interpolated, and never beyond them. The exports are retracted while there is none, and
-/// `state` says why.
-#[derive(Describe)]
-#[schema(driver, period = "20ms", budget = "20ms")]
-pub struct Transform {
-    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
-    #[modulation(default = "tcp/localhost:7447", fixed)]
-    connect: Modulation<Text<512>>,
-    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
-    /// through the router.
-    #[modulation(default = "", fixed)]
-    listen: Modulation<Text<512>>,
-    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
-    #[modulation(default = "", unit = "path", fixed)]
-    config: Modulation<Text<1024>>,
-    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
-    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
-    domain: Modulation<i32>,
-    /// Namespace of the node and its topics.
-    #[modulation(default = "", fixed)]
-    namespace: Modulation<Text<128>>,
-    /// Name of the node; empty for that of this schema.
-    #[modulation(default = "", fixed)]
-    node: Modulation<Text<128>>,
-    /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
-    #[modulation(default = FollowedClock::Wall, fixed)]
-    clock: Modulation<FollowedClock>,
-    /// Topic of the transforms that change.
-    #[modulation(default = "/tf", fixed)]
-    tf_topic: Modulation<Text<128>>,
-    /// Topic of the transforms that do not.
-    #[modulation(default = "/tf_static", fixed)]
-    tf_static_topic: Modulation<Text<128>>,
-    /// The frame in which the other one is stated.
-    #[modulation(default = "map")]
-    target: Modulation<Frame>,
-    /// The frame that is looked up; empty for that of the scan if `laser` is bound, and "base_link" otherwise.
-    #[modulation(default = "")]
-    source: Modulation<Frame>,
-    /// Greatest age of what is exported.
-    #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
-    stale: Modulation<f64>,
-    /// Scans, for whose times the transform is exported.
-    #[import(optional)]
-    laser: Import<LaserScan>,
-    /// The odometry whose velocity `pose` has.
-    #[import(optional)]
-    odometry: Import<Odometry>,
-    /// Where `source` is in `target`, stamped with the time at which it was there.
-    #[export]
-    transform: Export<TransformStamped>,
-    /// The same as a pose, with the velocity of `odometry`, if that is bound. Its covariance is unknown: zeros.
-    #[export]
-    pose: Export<Odometry>,
-    /// How old the newest transform is, or why there is none.
-    #[export]
-    state: Export<Text<160>>,
-    /// Whether the router or other nodes are connected.
-    #[export]
-    connection: Export<Connection>,
-    active: Option<ActiveTransform>,
-    /// The newest `state`.
-    stated: Text<160>,
+node_schema! {
+    /// Exports where the frame `source` is in the frame `target`, from `/tf` and `/tf_static`.
+    ///
+    /// It is the newest that all frames between them have or, if `laser` is bound, that of the time of each scan.
+    /// Between two times it is interpolated, and never beyond them. The exports are retracted while there is none, and
+    /// `state` says why.
+    #[schema(driver, period = "20ms", budget = "20ms")]
+    pub struct Transform {
+        /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
+        #[modulation(default = FollowedClock::Wall, fixed)]
+        clock: Modulation<FollowedClock>,
+        /// Topic of the transforms that change.
+        #[modulation(default = "/tf", fixed)]
+        tf_topic: Modulation<Text<128>>,
+        /// Topic of the transforms that do not.
+        #[modulation(default = "/tf_static", fixed)]
+        tf_static_topic: Modulation<Text<128>>,
+        /// The frame in which the other one is stated.
+        #[modulation(default = "map")]
+        target: Modulation<Frame>,
+        /// The frame that is looked up; empty for that of the scan if `laser` is bound, and "base_link" otherwise.
+        #[modulation(default = "")]
+        source: Modulation<Frame>,
+        /// Greatest age of what is exported.
+        #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
+        stale: Modulation<f64>,
+        /// Scans, for whose times the transform is exported.
+        #[import(optional)]
+        laser: Import<LaserScan>,
+        /// The odometry whose velocity `pose` has.
+        #[import(optional)]
+        odometry: Import<Odometry>,
+        /// Where `source` is in `target`, stamped with the time at which it was there.
+        #[export]
+        transform: Export<TransformStamped>,
+        /// The same as a pose, with the velocity of `odometry`, if that is bound. Its covariance is unknown: zeros.
+        #[export]
+        pose: Export<Odometry>,
+        /// How old the newest transform is, or why there is none.
+        #[export]
+        state: Export<Text<160>>,
+        /// Whether the router or other nodes are connected.
+        #[export]
+        connection: Export<Connection>,
+        active: Option<ActiveTransform>,
+        /// The newest `state`.
+        stated: Text<160>,
+    }
 }
 
 /// The node, and what it has heard.
@@ -211,15 +193,7 @@ impl Schema for Transform {
 impl Inspect for Transform {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         let topics = [&self.tf_topic, &self.tf_static_topic];
-        let modulations = Modulations {
-            config: &self.config,
-            connect: &self.connect,
-            domain: &self.domain,
-            namespace: &self.namespace,
-            node: &self.node,
-            topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
-        };
-        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
+        self.inspect_node(cx, &topics, problems);
         for topic in topics {
             if topic.get(cx).is_empty() {
                 problems.wrong(topic, "a name is missing, as in \"/tf\"");
@@ -230,8 +204,6 @@ impl Inspect for Transform {
         }
     }
 }
-
-with_settings!(Transform);
 
 impl Transform {
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTransform> {

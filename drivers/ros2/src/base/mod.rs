@@ -11,101 +11,83 @@ use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
 use crate::messages::Codec;
 use crate::scan::Sweep;
-use crate::settings::{Modulations, with_settings};
+use crate::settings::node_schema;
 use crate::velocity::{self, VelocityPublisher};
 use active::ActiveBase;
 
 /// The battery's topic is infrequent: its time limit is this many times `stale`.
 const BATTERY: u32 = 10;
 
-/// A ROS 2 robot as a base: it exports the robot's topics, and publishes the commanded velocity.
-///
-/// A topic's name is relative to the namespace unless it begins with `/`; an empty name switches the topic
-/// off. An export is retracted when its topic falls silent, and returns with the next message.
-#[derive(Describe)]
-#[schema(driver, period = "20ms", budget = "20ms")]
-pub struct Base {
-    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
-    #[modulation(default = "tcp/localhost:7447", fixed)]
-    connect: Modulation<Text<512>>,
-    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
-    /// through the router.
-    #[modulation(default = "", fixed)]
-    listen: Modulation<Text<512>>,
-    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
-    #[modulation(default = "", unit = "path", fixed)]
-    config: Modulation<Text<1024>>,
-    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
-    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
-    domain: Modulation<i32>,
-    /// Namespace of the node and its topics.
-    #[modulation(default = "", fixed)]
-    namespace: Modulation<Text<128>>,
-    /// Name of the node; empty for that of this schema.
-    #[modulation(default = "", fixed)]
-    node: Modulation<Text<128>>,
-    /// Topic of the laser.
-    #[modulation(default = "scan", fixed)]
-    laser_topic: Modulation<Text<128>>,
-    /// Topic of the odometry.
-    #[modulation(default = "odom", fixed)]
-    odometry_topic: Modulation<Text<128>>,
-    /// Topic of the camera.
-    #[modulation(default = "", fixed)]
-    image_topic: Modulation<Text<128>>,
-    /// Topic of the depths of a camera.
-    #[modulation(default = "", fixed)]
-    depth_topic: Modulation<Text<128>>,
-    /// Topic of the inertial unit.
-    #[modulation(default = "imu", fixed)]
-    imu_topic: Modulation<Text<128>>,
-    /// Topic of the measured position.
-    #[modulation(default = "position", fixed)]
-    position_topic: Modulation<Text<128>>,
-    /// Topic of the battery.
-    #[modulation(default = "battery_state", fixed)]
-    battery_topic: Modulation<Text<128>>,
-    /// Topic of the velocity.
-    #[modulation(default = "cmd_vel", fixed)]
-    velocity_topic: Modulation<Text<128>>,
-    /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
-    #[modulation(default = FollowedClock::Wall, fixed)]
-    clock: Modulation<FollowedClock>,
-    /// Angle by which the laser is turned to the left on the base.
-    #[modulation(default = 0.0, unit = "rad", fixed)]
-    laser_yaw: Modulation<f64>,
-    /// Time after which an export without a new message is retracted; ten times as long for the battery.
-    #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
-    stale: Modulation<f64>,
-    /// Speeds of the base.
-    #[command(neutral = Twist::ZERO, validity = "500ms")]
-    velocity: Command<Twist>,
-    /// The scan of the laser. If it has more beams than fit, groups of adjacent beams are replaced by their
-    /// nearest.
-    #[export]
-    laser: Export<LaserScan>,
-    /// Pose and velocity from the wheels.
-    #[export]
-    odometry: Export<Odometry>,
-    /// The picture of the camera.
-    #[export]
-    image: Export<Image>,
-    /// The depths of a camera.
-    #[export]
-    depth: Export<Image>,
-    /// What the inertial unit measures.
-    #[export]
-    imu: Export<Imu>,
-    /// The measured position.
-    #[export]
-    position: Export<PositionFix>,
-    /// The state of the battery.
-    #[export]
-    battery: Export<BatteryState>,
-    /// Whether messages of the robot arrive.
-    #[export]
-    connection: Export<Connection>,
-    active: Option<ActiveBase>,
+node_schema! {
+    /// A ROS 2 robot as a base: it exports the robot's topics, and publishes the commanded velocity.
+    ///
+    /// A topic's name is relative to the namespace unless it begins with `/`; an empty name switches the topic
+    /// off. An export is retracted when its topic falls silent, and returns with the next message.
+    #[schema(driver, period = "20ms", budget = "20ms")]
+    pub struct Base {
+        /// Topic of the laser.
+        #[modulation(default = "scan", fixed)]
+        laser_topic: Modulation<Text<128>>,
+        /// Topic of the odometry.
+        #[modulation(default = "odom", fixed)]
+        odometry_topic: Modulation<Text<128>>,
+        /// Topic of the camera.
+        #[modulation(default = "", fixed)]
+        image_topic: Modulation<Text<128>>,
+        /// Topic of the depths of a camera.
+        #[modulation(default = "", fixed)]
+        depth_topic: Modulation<Text<128>>,
+        /// Topic of the inertial unit.
+        #[modulation(default = "imu", fixed)]
+        imu_topic: Modulation<Text<128>>,
+        /// Topic of the measured position.
+        #[modulation(default = "position", fixed)]
+        position_topic: Modulation<Text<128>>,
+        /// Topic of the battery.
+        #[modulation(default = "battery_state", fixed)]
+        battery_topic: Modulation<Text<128>>,
+        /// Topic of the velocity.
+        #[modulation(default = "cmd_vel", fixed)]
+        velocity_topic: Modulation<Text<128>>,
+        /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
+        #[modulation(default = FollowedClock::Wall, fixed)]
+        clock: Modulation<FollowedClock>,
+        /// Angle by which the laser is turned to the left on the base.
+        #[modulation(default = 0.0, unit = "rad", fixed)]
+        laser_yaw: Modulation<f64>,
+        /// Time after which an export without a new message is retracted; ten times as long for the battery.
+        #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
+        stale: Modulation<f64>,
+        /// Speeds of the base.
+        #[command(neutral = Twist::ZERO, validity = "500ms")]
+        velocity: Command<Twist>,
+        /// The scan of the laser. If it has more beams than fit, groups of adjacent beams are replaced by their
+        /// nearest.
+        #[export]
+        laser: Export<LaserScan>,
+        /// Pose and velocity from the wheels.
+        #[export]
+        odometry: Export<Odometry>,
+        /// The picture of the camera.
+        #[export]
+        image: Export<Image>,
+        /// The depths of a camera.
+        #[export]
+        depth: Export<Image>,
+        /// What the inertial unit measures.
+        #[export]
+        imu: Export<Imu>,
+        /// The measured position.
+        #[export]
+        position: Export<PositionFix>,
+        /// The state of the battery.
+        #[export]
+        battery: Export<BatteryState>,
+        /// Whether messages of the robot arrive.
+        #[export]
+        connection: Export<Connection>,
+        active: Option<ActiveBase>,
+    }
 }
 
 impl Schema for Base {
@@ -178,19 +160,9 @@ impl Inspect for Base {
             &self.battery_topic,
             &self.velocity_topic,
         ];
-        let modulations = Modulations {
-            config: &self.config,
-            connect: &self.connect,
-            domain: &self.domain,
-            namespace: &self.namespace,
-            node: &self.node,
-            topics: topics.map(|topic| (topic, topic.get(cx))).to_vec(),
-        };
-        self.with_settings(cx, |settings| modulations.inspect(&settings, problems));
+        self.inspect_node(cx, &topics, problems);
     }
 }
-
-with_settings!(Base);
 
 impl Base {
     fn start(&self, cx: &Context) -> Result<ActiveBase> {

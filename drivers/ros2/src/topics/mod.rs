@@ -14,62 +14,44 @@ use jde_schema::prelude::*;
 
 use crate::clock_source::ClockSource;
 use crate::connection::RosConnection;
-use crate::settings::{Modulations, with_settings};
+use crate::settings::node_schema;
 use mounts::MountPublisher;
 use publication::TopicPublication;
 pub(crate) use settings::{Publication, Subscription};
 use subscription::TopicExport;
 use transforms::TransformPublisher;
 
-/// Publishes variables in ROS 2, and exports topics. The keys of both lists are names of topics, relative to the
-/// namespace unless they begin with `/`.
-///
-/// A variable is published when it is new and the topic has subscribers. Messages have the type of the variable, with
-/// these exceptions: a ring of sonars is one `sensor_msgs/msg/Range` for each, a measured position is a
-/// `geometry_msgs/msg/PoseWithCovarianceStamped`, and a velocity is a `Twist`, and a `TwistStamped` for those who
-/// subscribe to that. The same conversions apply to exports, and scans of more beams are merged.
-#[derive(Describe)]
-#[schema(driver, period = "20ms", budget = "20ms")]
-pub struct Topics {
-    /// The router of ROS 2, or other nodes, to connect to; separated by commas.
-    #[modulation(default = "tcp/localhost:7447", fixed)]
-    connect: Modulation<Text<512>>,
-    /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
-    /// through the router.
-    #[modulation(default = "", fixed)]
-    listen: Modulation<Text<512>>,
-    /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
-    #[modulation(default = "", unit = "path", fixed)]
-    config: Modulation<Text<1024>>,
-    /// Domain; -1 for the environment's ROS_DOMAIN_ID, or 0 without one.
-    #[modulation(default = -1, min = -1.0, max = 232.0, fixed)]
-    domain: Modulation<i32>,
-    /// Namespace of the node and its topics.
-    #[modulation(default = "", fixed)]
-    namespace: Modulation<Text<128>>,
-    /// Name of the node; empty for that of this schema.
-    #[modulation(default = "", fixed)]
-    node: Modulation<Text<128>>,
-    /// Topic of the transforms that change: the base by its odometry, and the poses with a `child`.
-    #[modulation(default = "/tf", fixed)]
-    tf_topic: Modulation<Text<128>>,
-    /// Topic of the transforms that do not: the lasers, the sonars and the cameras on the base.
-    #[modulation(default = "/tf_static", fixed)]
-    tf_static_topic: Modulation<Text<128>>,
-    /// The clock of the stamps: `wall`, `follow` for that of `/clock`, or `publish` for the time of the application,
-    /// which is then published there.
-    #[modulation(default = ClockSource::Wall, fixed)]
-    clock: Modulation<ClockSource>,
-    /// The variables to publish.
-    #[imports(default = Publication::DEFAULT)]
-    publish: Imports<Publication>,
-    /// The topics to export.
-    #[exports(default = Subscription::DEFAULT)]
-    subscribe: Exports<Subscription>,
-    /// Whether the router or other nodes are connected.
-    #[export]
-    connection: Export<Connection>,
-    active: Option<ActiveTopics>,
+node_schema! {
+    /// Publishes variables in ROS 2, and exports topics. The keys of both lists are names of topics, relative to the
+    /// namespace unless they begin with `/`.
+    ///
+    /// A variable is published when it is new and the topic has subscribers. Messages have the type of the variable, with
+    /// these exceptions: a ring of sonars is one `sensor_msgs/msg/Range` for each, a measured position is a
+    /// `geometry_msgs/msg/PoseWithCovarianceStamped`, and a velocity is a `Twist`, and a `TwistStamped` for those who
+    /// subscribe to that. The same conversions apply to exports, and scans of more beams are merged.
+    #[schema(driver, period = "20ms", budget = "20ms")]
+    pub struct Topics {
+        /// Topic of the transforms that change: the base by its odometry, and the poses with a `child`.
+        #[modulation(default = "/tf", fixed)]
+        tf_topic: Modulation<Text<128>>,
+        /// Topic of the transforms that do not: the lasers, the sonars and the cameras on the base.
+        #[modulation(default = "/tf_static", fixed)]
+        tf_static_topic: Modulation<Text<128>>,
+        /// The clock of the stamps: `wall`, `follow` for that of `/clock`, or `publish` for the time of the application,
+        /// which is then published there.
+        #[modulation(default = ClockSource::Wall, fixed)]
+        clock: Modulation<ClockSource>,
+        /// The variables to publish.
+        #[imports(default = Publication::DEFAULT)]
+        publish: Imports<Publication>,
+        /// The topics to export.
+        #[exports(default = Subscription::DEFAULT)]
+        subscribe: Exports<Subscription>,
+        /// Whether the router or other nodes are connected.
+        #[export]
+        connection: Export<Connection>,
+        active: Option<ActiveTopics>,
+    }
 }
 
 /// The node with its topics, in the order of the lists.
@@ -128,18 +110,8 @@ impl Schema for Topics {
 
 impl Inspect for Topics {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        let modulations = Modulations {
-            config: &self.config,
-            connect: &self.connect,
-            domain: &self.domain,
-            namespace: &self.namespace,
-            node: &self.node,
-            topics: [&self.tf_topic, &self.tf_static_topic]
-                .map(|topic| (topic, topic.get(cx)))
-                .to_vec(),
-        };
+        self.inspect_node(cx, &[&self.tf_topic, &self.tf_static_topic], problems);
         let namespace = self.with_settings(cx, |settings| {
-            modulations.inspect(&settings, problems);
             jde_ros_node::names::namespace(settings.namespace).unwrap_or_default()
         });
         for import in self.publish.iter() {
@@ -153,8 +125,6 @@ impl Inspect for Topics {
         }
     }
 }
-
-with_settings!(Topics);
 
 impl Topics {
     /// Returns each entry of `publish` whose topic is that of an earlier entry, with that entry's key.
