@@ -50,8 +50,8 @@ impl VelocitySubscription {
         connection: &mut RosConnection,
     ) -> Option<(Twist, Duration)> {
         let (mut twist, mut stamped) = (Twist::ZERO, TwistStamped::default());
-        let plain_at = connection.receive(cx, &mut self.plain, &mut twist);
-        let stamped_at = connection.receive(cx, &mut self.stamped, &mut stamped);
+        let plain_at = connection.receive(cx, &self.plain, &mut twist);
+        let stamped_at = connection.receive(cx, &self.stamped, &mut stamped);
         if stamped_at > plain_at {
             twist = stamped.twist;
         }
