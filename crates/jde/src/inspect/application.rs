@@ -41,16 +41,22 @@ pub(crate) fn write(application: &Application, output: &mut dyn Write) -> io::Re
     for group in application.groups.iter().filter(|group| group.father.is_none()) {
         write_group(application, group, 0, output)?;
     }
-    let mut ungrouped = application
-        .instances
-        .iter()
-        .filter(|instance| instance.group.is_none())
-        .peekable();
-    if ungrouped.peek().is_some() {
-        writeln!(output, "\n{TITLE}awake while another schema needs them{TITLE:#}")?;
-    }
-    for instance in ungrouped {
-        write_instance(application, instance, "", 1, output)?;
+    for (title, of_roots) in [
+        ("awake with the roots", true),
+        ("awake while another schema needs them", false),
+    ] {
+        let instances = application.instances.iter().enumerate();
+        let mut ungrouped = instances
+            .filter(|(place, instance)| {
+                instance.group.is_none() && application.awake.contains(place) == of_roots
+            })
+            .peekable();
+        if ungrouped.peek().is_some() {
+            writeln!(output, "\n{TITLE}{title}{TITLE:#}")?;
+        }
+        for (_, instance) in ungrouped {
+            write_instance(application, instance, "", 1, output)?;
+        }
     }
 
     if !application.link.off {
