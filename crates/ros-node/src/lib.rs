@@ -21,7 +21,7 @@ pub use clock::{Clock, Measured};
 pub use keys::{Announced, Direction, NodeName, Quality, Service, Topic};
 pub use node::{Node, NodeConfig, NodeState, ReceivedMessage};
 pub use services::{Client, Request, Response};
-pub use settings::{Settings, environment_domain};
+pub use settings::{Settings, environment_connection, environment_domain};
 
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,8 @@ use crate::names;
 
 /// Protocols that this crate is built with.
 const ENDPOINT_KEYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
+/// The address of ROS 2's own router.
+const DEFAULT_ROUTER: &str = "tcp/localhost:7447";
 /// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
 const MAX_BYTES: usize = 16 << 20;
 
@@ -130,6 +132,51 @@ pub fn environment_domain() -> Option<String> {
     std::env::var("ROS_DOMAIN_ID").ok()
 }
 
+/// Returns the configuration that the environment states as for `rmw_zenoh_cpp`, and its address for messages:
+/// the file `ZENOH_SESSION_CONFIG_URI`, or a client of the router at `tcp/localhost:7447`; and then each
+/// `KEY=VALUE` of `ZENOH_CONFIG_OVERRIDE`, with semicolons between them.
+///
+/// # Errors
+/// If the file cannot be read, or Zenoh does not accept an entry.
+pub fn environment_connection() -> Result<(Config, String), String> {
+    let variable = |name| std::env::var(name).unwrap_or_default();
+    stated_connection(
+        &variable("ZENOH_SESSION_CONFIG_URI"),
+        &variable("ZENOH_CONFIG_OVERRIDE"),
+    )
+}
+
+fn stated_connection(file: &str, overrides: &str) -> Result<(Config, String), String> {
+    let settings = Settings {
+        config: file,
+        connect: DEFAULT_ROUTER,
+        listen: "",
+        has_endpoint: false,
+        domain: -1,
+        namespace: "",
+        node: "",
+        owner: "",
+    };
+    let (mut config, mut endpoint) = settings.connection_config()?;
+    for entry in overrides
+        .split(';')
+        .map(str::trim)
+        .filter(|entry| !entry.is_empty())
+    {
+        let error = |error: &str| format!("ZENOH_CONFIG_OVERRIDE has `{entry}`: {error}");
+        let (key, value) = entry
+            .split_once('=')
+            .ok_or_else(|| error("expected KEY=VALUE, as in connect/endpoints=[\"tcp/localhost:7447\"]"))?;
+        config
+            .insert_json5(key, value)
+            .map_err(|refusal| error(&refusal.to_string()))?;
+        if key == "connect/endpoints" {
+            value.clone_into(&mut endpoint);
+        }
+    }
+    Ok((config, endpoint))
+}
+
 /// Parses addresses separated by commas.
 fn endpoints(key: &str, text: &str) -> Result<Vec<EndPoint>, String> {
     let addresses = text
@@ -244,6 +291,27 @@ mod tests {
                 .unwrap_err()
                 .contains("no-such-file.json5")
         );
+    }
+
+    #[test]
+    fn the_environment_states_the_connection_as_for_rmw_zenoh() {
+        let router = stated_connection("", "").unwrap();
+        assert_eq!(router.1, "tcp/localhost:7447");
+        let (config, endpoint) = stated_connection(
+            "",
+            r#" connect/endpoints=["tcp/a:1"]; timestamping/enabled=true ;"#,
+        )
+        .unwrap();
+        assert_eq!(endpoint, r#"["tcp/a:1"]"#);
+        assert_eq!(config.get_json("connect/endpoints").unwrap(), r#"["tcp/a:1"]"#);
+        for wrong in ["mode", "mode=3", "no/such/key=1"] {
+            let error = stated_connection("", wrong).unwrap_err();
+            assert!(
+                error.contains(wrong) && error.contains("ZENOH_CONFIG_OVERRIDE"),
+                "{error}"
+            );
+        }
+        assert!(stated_connection("no-such-file.json5", "").is_err());
     }
 
     #[test]

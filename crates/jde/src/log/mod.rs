@@ -8,6 +8,8 @@ mod filter;
 
 use std::collections::VecDeque;
 use std::fmt::{self, Write as _};
+#[cfg(feature = "tools")]
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anstyle::Style;
@@ -34,6 +36,21 @@ struct Sink {
     clock: Option<Handle>,
     /// Lines that are kept instead of written.
     buffered: Option<VecDeque<String>>,
+    /// Where the lines go in addition.
+    #[cfg(feature = "tools")]
+    forward: Option<SyncSender<LogRecord>>,
+}
+
+/// A line of the log.
+#[cfg(feature = "tools")]
+#[derive(Clone, Debug)]
+pub(crate) struct LogRecord {
+    /// Its level.
+    pub(crate) level: Level,
+    /// The schema that wrote it; `None` for the host.
+    pub(crate) schema: Option<String>,
+    /// Its text.
+    pub(crate) message: String,
 }
 
 struct LogSubscriber {
@@ -64,6 +81,12 @@ impl Log {
         self.sink().clock = None;
     }
 
+    /// Sends the following lines here as well. What the receiver does not take in time is dropped.
+    #[cfg(feature = "tools")]
+    pub(crate) fn forward(&self, sender: SyncSender<LogRecord>) {
+        self.sink().forward = Some(sender);
+    }
+
     /// Keeps all following lines if `keep` is set. Otherwise writes the kept lines and all that follow.
     pub(crate) fn set_buffered(&self, keep: bool) {
         let mut sink = self.sink();
@@ -84,6 +107,14 @@ impl Log {
 
     fn write_line(&self, level: Level, line: &LogLine) {
         let mut sink = self.sink();
+        #[cfg(feature = "tools")]
+        if let Some(forward) = &sink.forward {
+            let _ = forward.try_send(LogRecord {
+                level,
+                schema: line.schema.clone(),
+                message: line.text(),
+            });
+        }
         let time = sink.clock.as_ref().map(|handle| handle.now() as f64 / 1e9);
         match &mut sink.buffered {
             Some(buffer) => {
@@ -176,14 +207,17 @@ impl fmt::Display for LogLine {
         if let Some(schema) = &self.schema {
             write!(f, "{schema}: ")?;
         }
-        let rest = if self.message.is_empty() {
-            self.rest.trim_start()
-        } else {
-            &self.rest
-        };
-        // One event is one line, even if a schema's message has several.
-        f.write_str(&self.message.replace('\n', "; "))?;
-        f.write_str(rest)
+        f.write_str(&self.text())
+    }
+}
+
+impl LogLine {
+    /// The text without the schema. One event is one line, even if a schema's message has several.
+    fn text(&self) -> String {
+        if self.message.is_empty() {
+            return self.rest.trim_start().to_owned();
+        }
+        self.message.replace('\n', "; ") + &self.rest
     }
 }
 

@@ -16,6 +16,8 @@ mod progress;
 #[cfg(feature = "tools")]
 mod record;
 mod recording_summary;
+#[cfg(feature = "tools")]
+mod ros;
 mod sampler;
 mod service;
 mod statistics;
@@ -63,6 +65,8 @@ pub(crate) use progress::{ProgressMode, format_progress};
 #[cfg(feature = "tools")]
 pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_failure};
 pub(crate) use recording_summary::{RecordedFile, RecordingSummary};
+#[cfg(feature = "tools")]
+pub(crate) use ros::{RosNames, RosOptions};
 pub(crate) use sampler::MissionProgress;
 pub(crate) use trace::{DriveTrace, PathSample};
 

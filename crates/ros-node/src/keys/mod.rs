@@ -119,6 +119,23 @@ impl Topic {
         }
     }
 
+    /// A topic of that name whose messages are of an interface; `None` for an unknown one.
+    #[must_use]
+    pub fn of_interface(
+        name: String,
+        type_name: &str,
+        interfaces: &Interfaces,
+        quality: Quality,
+    ) -> Option<Self> {
+        Some(Self {
+            name,
+            type_name: type_name.to_owned(),
+            hash: interfaces.hash(type_name)?,
+            quality,
+            announced: Announced::Always,
+        })
+    }
+
     /// The key of its messages.
     pub fn key(&self, name: &NodeName) -> String {
         let topic = self.name.trim_matches('/');

@@ -14,6 +14,7 @@ mod plugins;
 pub(crate) mod recording;
 mod replay;
 mod report;
+mod ros_args;
 mod run;
 mod shell;
 mod sim;

@@ -8,13 +8,16 @@ use jde_core::Nanos;
 
 use super::link::Link;
 use super::recording::RecordingArgs;
+use super::ros_args::RosArgs;
 use crate::cli::clock::Time;
 use crate::cli::{conclude, start_log};
 use crate::failure::Failure;
 use crate::load;
 use crate::log::Filter;
 use crate::quantity;
-use crate::session::{self, Breakpoints, Extension, LinkOptions, ProgressMode, RunOptions, RunView};
+use crate::session::{
+    self, Breakpoints, Extension, LinkOptions, ProgressMode, RosOptions, RunOptions, RunView,
+};
 use crate::summary::RunSummary;
 use crate::terminal;
 
@@ -36,6 +39,7 @@ use crate::terminal;
   jde run app.toml --debug-python shy                     breakpoint() in the schema shy stops it here
   jde run safe-navigation --watch                         cargo build in another terminal, and the robot drives by the new code
   jde run real-log --plain
+  jde run safe-navigation --ros-args -r __node:=scout -p goon.fast:=0.3      a node of ROS 2; ros2 param list /scout
   jde run safe-navigation --set 'goon.fast=0.3 m/s' --log vff=debug")]
 pub(crate) struct Run {
     /// The application's file, or the name of one in the folder apps.
@@ -76,13 +80,19 @@ pub(crate) struct Run {
     record: RecordingArgs,
     #[command(flatten)]
     link: Link,
+    #[command(flatten)]
+    ros: RosArgs,
 }
 
 impl Run {
     /// Runs the application.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
-        let mut loaded = load::load_to_start(&self.application, &self.set)?;
-        let log = start_log(filter, &loaded)?;
+        let mut ros = self.ros.parse()?;
+        let mut set = self.set;
+        set.extend(ros.iter_mut().flat_map(|ros| ros.parameters.drain(..)));
+        let mut loaded = load::load_to_start(&self.application, &set)?;
+        let ros_filter = ros.as_mut().and_then(|ros| ros.filter.take());
+        let log = start_log(ros_filter.or(filter), &loaded)?;
         if let Some(seed) = self.time.seed {
             loaded.application.seed = seed;
         }
@@ -99,6 +109,12 @@ impl Run {
             extensions.push(Box::new(record));
         }
         extensions.push(Box::new(LinkOptions::from(self.link)));
+        if let Some(ros) = ros {
+            extensions.push(Box::new(RosOptions {
+                names: ros.names,
+                log: log.clone(),
+            }));
+        }
         if !self.breakpoints.is_empty() {
             extensions.push(Box::new(Breakpoints {
                 conditions: self.breakpoints,

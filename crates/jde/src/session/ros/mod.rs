@@ -1,0 +1,347 @@
+//! The application as a node of ROS 2: its modulations are parameters, its operators' requests are services, and
+//! its log and health are topics. A thread of normal priority serves it, at most 100 requests and 10 snapshots
+//! per second, because it takes the engine's lock. No schema waits for it.
+
+mod lifecycle;
+mod parameters;
+mod reports;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use jde_host::{Handle, StartHook};
+use jde_link::message::Action;
+use jde_link::{Running, Subject as _, SubjectInfo};
+use jde_loader::Plugins;
+use jde_records::event::{Event, Observer};
+use jde_ros::interface::standard;
+use jde_ros_node::{
+    Node, NodeConfig, NodeName, NodeState, Quality, Request, Service, Topic, environment_connection,
+    environment_domain, names,
+};
+use serde_json::{Value, json};
+
+use super::extension::{Extension, PreparedExtension, RunContext};
+use super::recording_summary::RecordingSummary;
+use crate::failure::Failure;
+use crate::lock::lock;
+use crate::log::{Log, LogRecord};
+use lifecycle::Lifecycle;
+use parameters::Parameters;
+
+/// The operator's name of what is requested over ROS 2 (R14).
+const OPERATOR: &str = "ros2";
+/// The shortest time between two requests that are answered.
+const REQUEST_INTERVAL: Duration = Duration::from_millis(10);
+/// How often changes are published.
+const CHANGE_INTERVAL: Duration = Duration::from_millis(100);
+/// How often the health is published.
+const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
+/// Most lines of the log that wait; further ones are dropped.
+const MAX_LINES: usize = 256;
+
+/// The services below the node's own name, and their types.
+const SERVICES: [(&str, &str); 13] = [
+    ("list_parameters", "rcl_interfaces/srv/ListParameters"),
+    ("get_parameters", "rcl_interfaces/srv/GetParameters"),
+    ("get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"),
+    ("describe_parameters", "rcl_interfaces/srv/DescribeParameters"),
+    ("set_parameters", "rcl_interfaces/srv/SetParameters"),
+    (
+        "set_parameters_atomically",
+        "rcl_interfaces/srv/SetParametersAtomically",
+    ),
+    ("get_state", "lifecycle_msgs/srv/GetState"),
+    ("change_state", "lifecycle_msgs/srv/ChangeState"),
+    ("get_available_states", "lifecycle_msgs/srv/GetAvailableStates"),
+    (
+        "get_available_transitions",
+        "lifecycle_msgs/srv/GetAvailableTransitions",
+    ),
+    (
+        "get_transition_graph",
+        "lifecycle_msgs/srv/GetAvailableTransitions",
+    ),
+    ("stop", "std_srvs/srv/Trigger"),
+    ("release", "std_srvs/srv/Trigger"),
+];
+
+/// A topic that the node publishes.
+#[derive(Clone, Copy)]
+enum Publication {
+    Log,
+    ParameterEvents,
+    Diagnostics,
+    TransitionEvent,
+}
+
+/// The topics in the order of [`Publication`]: name, type and quality. A name with `~` is below the node's own.
+const TOPICS: [(&str, &str, Quality); 4] = [
+    ("/rosout", "rcl_interfaces/msg/Log", Quality::LOG),
+    (
+        "/parameter_events",
+        "rcl_interfaces/msg/ParameterEvent",
+        Quality::PARAMETERS,
+    ),
+    (
+        "/diagnostics",
+        "diagnostic_msgs/msg/DiagnosticArray",
+        Quality::DEFAULT,
+    ),
+    (
+        "~/transition_event",
+        "lifecycle_msgs/msg/TransitionEvent",
+        Quality::DEFAULT,
+    ),
+];
+
+/// What the command line states of the node.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct RosNames {
+    /// The node's name; that of the application if it is `None`.
+    pub(crate) node: Option<String>,
+    /// Its namespace.
+    pub(crate) namespace: Option<String>,
+}
+
+/// Makes the application a node.
+pub(crate) struct RosOptions {
+    /// Its names.
+    pub(crate) names: RosNames,
+    /// The log that is published.
+    pub(crate) log: Log,
+}
+
+/// The node of a run.
+struct RunNode {
+    config: NodeConfig,
+    info: SubjectInfo,
+    log: Log,
+    stop: Arc<AtomicBool>,
+    thread: Arc<Mutex<Option<JoinHandle<()>>>>,
+}
+
+impl Extension for RosOptions {
+    fn prepare(&self, context: &RunContext<'_>) -> Result<Option<Box<dyn PreparedExtension>>, Failure> {
+        if context.lockstep {
+            return Err(Failure::usage(
+                "a node of ROS 2 needs real time",
+                "run it without --lockstep, or without --ros-args",
+            ));
+        }
+        let config = self.config(&context.application.name).map_err(|error| {
+            Failure::usage(
+                error,
+                "the names of the node follow --ros-args; its domain and router are in the environment",
+            )
+        })?;
+        Ok(Some(Box::new(RunNode {
+            config,
+            info: SubjectInfo::new(context.application, context.speed),
+            log: self.log.clone(),
+            stop: Arc::default(),
+            thread: Arc::default(),
+        })))
+    }
+}
+
+impl RosOptions {
+    fn config(&self, application: &str) -> Result<NodeConfig, String> {
+        let name = NodeName {
+            domain: names::domain(-1, environment_domain().as_deref())?,
+            namespace: names::namespace(self.names.namespace.as_deref().unwrap_or_default())?,
+            node: names::node(self.names.node.as_deref().unwrap_or_default(), application)?,
+            bridged: false,
+        };
+        let own = name.full();
+        let unknown = |kind: &str| format!("{kind} is no standard interface");
+        let topics = TOPICS.iter().map(|(name, kind, quality)| {
+            let name = name.replace('~', &own);
+            Topic::of_interface(name, kind, standard(), *quality).ok_or_else(|| unknown(kind))
+        });
+        let services = SERVICES.iter().map(|(name, kind)| {
+            Service::new(format!("{own}/{name}"), kind, standard()).ok_or_else(|| unknown(kind))
+        });
+        Ok(NodeConfig {
+            publications: topics.collect::<Result<_, _>>()?,
+            services: services.collect::<Result<_, _>>()?,
+            ..NodeConfig::new(name, environment_connection()?)
+        })
+    }
+}
+
+impl PreparedExtension for RunNode {
+    fn observer(&self) -> Box<dyn Observer> {
+        Box::new(|_: &Event| {})
+    }
+
+    /// The hook starts the node and the thread that serves it.
+    fn before_start(&self, _: &Arc<Plugins>) -> StartHook {
+        let (config, info) = (self.config.clone(), self.info.clone());
+        let (stop, thread, log) = (Arc::clone(&self.stop), Arc::clone(&self.thread), self.log.clone());
+        Box::new(move |handle: &Handle| {
+            let (sender, lines) = sync_channel(MAX_LINES);
+            log.forward(sender);
+            let server = Server::new(handle.clone(), info, config, lines)?;
+            let serve = std::thread::Builder::new()
+                .name("ros-node".to_owned())
+                .spawn(move || server.run(&stop))?;
+            *lock(&thread) = Some(serve);
+            Ok(())
+        })
+    }
+
+    fn finish(&self) -> Option<RecordingSummary> {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = lock(&self.thread).take() {
+            let _ = thread.join();
+        }
+        None
+    }
+}
+
+/// Serves the node until the run ends.
+struct Server {
+    handle: Handle,
+    subject: Running,
+    node: Node,
+    name: NodeName,
+    parameters: Parameters,
+    lifecycle: Lifecycle,
+    lines: Receiver<LogRecord>,
+    /// Whether the log says that the node is not connected.
+    is_lost: bool,
+}
+
+impl Server {
+    fn new(
+        handle: Handle,
+        info: SubjectInfo,
+        config: NodeConfig,
+        lines: Receiver<LogRecord>,
+    ) -> std::io::Result<Self> {
+        let subject = Running::new(handle.clone(), info);
+        Ok(Self {
+            parameters: Parameters::new(&subject),
+            lifecycle: Lifecycle::default(),
+            name: config.name.clone(),
+            node: Node::start(config)?,
+            handle,
+            subject,
+            lines,
+            is_lost: false,
+        })
+    }
+
+    fn run(mut self, stop: &AtomicBool) {
+        let mut next_request = Instant::now();
+        let (mut next_change, mut next_diagnostics) = (next_request, next_request);
+        while !stop.load(Ordering::Relaxed) {
+            let now = Instant::now();
+            if now < next_request {
+                std::thread::sleep(next_request - now);
+            } else if let Some(request) = self.node.take_request(next_change.saturating_duration_since(now)) {
+                next_request = Instant::now() + REQUEST_INTERVAL;
+                self.answer(request);
+            }
+            let now = Instant::now();
+            if now >= next_change {
+                next_change = now + CHANGE_INTERVAL;
+                self.publish_changes();
+            }
+            if now >= next_diagnostics {
+                next_diagnostics = now + DIAGNOSTICS_INTERVAL;
+                let health = reports::diagnostics(&self.name, &self.subject);
+                self.publish(Publication::Diagnostics, &health);
+            }
+        }
+        // What was said at the end is sent, too.
+        self.publish_log();
+        self.node.close();
+    }
+
+    fn publish(&self, publication: Publication, value: &Value) {
+        let number = publication as usize;
+        match standard().encode(TOPICS[number].1, value) {
+            Ok(message) => self.node.append(number, message),
+            Err(error) => tracing::debug!("{}: {error}", TOPICS[number].0),
+        }
+    }
+
+    fn publish_log(&self) {
+        for line in self.lines.try_iter() {
+            self.publish(Publication::Log, &reports::log(&self.name, &line));
+        }
+    }
+
+    fn publish_changes(&mut self) {
+        self.report_connection();
+        self.publish_log();
+        if let Some(event) = self.parameters.event(&self.name.full()) {
+            self.publish(Publication::ParameterEvents, &event);
+        }
+        if let Some(event) = self.lifecycle.event(&self.subject) {
+            self.publish(Publication::TransitionEvent, &event);
+        }
+    }
+
+    /// Logs once that the node is not connected, and once that it is.
+    fn report_connection(&mut self) {
+        for remark in self.node.remarks() {
+            tracing::warn!("ROS 2: {remark}");
+        }
+        match self.node.state().0 {
+            NodeState::Lost(reason) if !self.is_lost => {
+                self.is_lost = true;
+                tracing::warn!("ROS 2: {reason}; the node tries again");
+            }
+            NodeState::Connected => {
+                if std::mem::take(&mut self.is_lost) {
+                    tracing::warn!("ROS 2: the node {} is connected", self.name.full());
+                }
+            }
+            NodeState::Lost(_) | NodeState::Connecting | NodeState::Alone => {}
+        }
+    }
+
+    /// Answers a request. One that is no message of its type has no response.
+    fn answer(&mut self, request: Request) {
+        let (name, kind) = SERVICES[request.service];
+        let response = standard()
+            .decode(&format!("{kind}_Request"), &request.message())
+            .map(|message| self.respond(name, &message))
+            .and_then(|response| standard().encode(&format!("{kind}_Response"), &response));
+        match response {
+            Ok(message) => self.node.reply(request, message),
+            Err(error) => tracing::warn!("ROS 2: a request to {name} is ignored: {error}"),
+        }
+    }
+
+    fn respond(&mut self, service: &str, request: &Value) -> Value {
+        match service {
+            "list_parameters" => self.parameters.list(request),
+            "get_parameters" => self.parameters.get(request),
+            "get_parameter_types" => self.parameters.types(request),
+            "describe_parameters" => self.parameters.describe(request),
+            "set_parameters" => self.parameters.set(&self.subject, request),
+            "set_parameters_atomically" => self.parameters.set_atomically(&self.subject, request),
+            "get_state" => lifecycle::state(&self.subject),
+            "change_state" => lifecycle::change(&self.subject, &self.handle, request),
+            "get_available_states" => lifecycle::states(),
+            "get_available_transitions" => lifecycle::available(&self.subject),
+            "get_transition_graph" => lifecycle::graph(),
+            "stop" => self.trigger(&Action::StopAll),
+            _ => self.trigger(&Action::ReleaseAll),
+        }
+    }
+
+    fn trigger(&self, action: &Action) -> Value {
+        match self.subject.act(OPERATOR, action) {
+            Ok(()) => json!({ "success": true, "message": "" }),
+            Err(refusal) => json!({ "success": false, "message": refusal.error }),
+        }
+    }
+}
