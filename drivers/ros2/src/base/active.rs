@@ -3,6 +3,7 @@
 
 use jde_schema::prelude::*;
 
+use super::sonars::Sonars;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
 use crate::messages::{PoseWithCovarianceStamped, Stamped};
@@ -19,6 +20,7 @@ pub(super) struct ActiveBase {
     pub(super) imu: Option<TopicSubscription<Imu>>,
     pub(super) position: Option<TopicSubscription<PoseWithCovarianceStamped>>,
     pub(super) battery: Option<TopicSubscription<BatteryState>>,
+    pub(super) sonars: Sonars,
     pub(super) velocity: Option<VelocityPublisher>,
     pub(super) drive: Drive,
     /// Buffer for scans, which are too large for a stack.
@@ -105,6 +107,7 @@ impl ActiveBase {
             || is_fresh(&self.depth)
             || is_fresh(&self.imu)
             || is_fresh(&self.position)
+            || self.sonars.has_received()
     }
 }
 

@@ -2,9 +2,11 @@
 //! application changes only the driver's lines. The conversion of messages is in `active`.
 
 mod active;
+mod sonars;
 
 use jde_ros_node::{NodeConfig, Quality, Settings, Topic, names};
 use jde_schema::prelude::*;
+use jde_schema::types::Route;
 
 use crate::clock_source::FollowedClock;
 use crate::connection::{RosConnection, TopicSubscription};
@@ -14,6 +16,7 @@ use crate::scan::Sweep;
 use crate::settings::node_schema;
 use crate::velocity::{self, VelocityPublisher};
 use active::ActiveBase;
+use sonars::Sonars;
 
 /// The battery's topic is infrequent: its time limit is this many times `stale`.
 const BATTERY: u32 = 10;
@@ -46,6 +49,12 @@ node_schema! {
         /// Topic of the battery.
         #[modulation(default = "battery_state", fixed)]
         battery_topic: Modulation<Text<128>>,
+        /// Topics of the sonars, with commas between: `sensor_msgs/msg/Range` of one sonar each.
+        #[modulation(default = "", fixed)]
+        sonar_topics: Modulation<Text<1024>>,
+        /// Their poses on the base, in the same order.
+        #[modulation(default = Route { poses: Seq::new() }, fixed)]
+        sonar_mounts: Modulation<Route>,
         /// Topic of the velocity.
         #[modulation(default = "cmd_vel", fixed)]
         velocity_topic: Modulation<Text<128>>,
@@ -83,6 +92,9 @@ node_schema! {
         /// The state of the battery.
         #[export]
         battery: Export<BatteryState>,
+        /// The ranges of the sonars. One that falls silent is not a number.
+        #[export]
+        sonars: Export<RangeRing>,
         /// Whether messages of the robot arrive.
         #[export]
         connection: Export<Connection>,
@@ -120,6 +132,8 @@ impl Schema for Base {
         retract_if_silent(&mut active.battery, now, stale * BATTERY, || {
             self.battery.retract(cx)
         });
+        let sonars = &mut active.sonars;
+        sonars.publish(cx, &mut active.connection, &mut self.sonars, stale);
         let command = self.velocity.get(cx);
         if let Some(twist) = active.drive.step(now, command.in_force().then_some(*command)) {
             active.publish_velocity(cx, &twist);
@@ -144,6 +158,7 @@ impl Schema for Base {
             self.imu.retract(cx);
             self.position.retract(cx);
             self.battery.retract(cx);
+            self.sonars.retract(cx);
         }
     }
 }
@@ -161,6 +176,12 @@ impl Inspect for Base {
             &self.velocity_topic,
         ];
         self.inspect_node(cx, &topics, problems);
+        let (topics, mounts) = (self.sonar_topics.get(cx), self.sonar_mounts.get(cx));
+        let namespace = names::namespace(self.namespace.get(cx).as_str()).unwrap_or_default();
+        for name in sonars::names(topics.as_str()) {
+            problems.expect(&self.sonar_topics, names::topic(&namespace, name));
+        }
+        problems.expect(&self.sonar_mounts, sonars::check(topics.as_str(), &mounts));
     }
 }
 
@@ -174,13 +195,19 @@ impl Base {
         let connection = settings.connection_config()?;
         let mut topics = Vec::new();
         let namespace = name.namespace.as_str();
-        let laser = subscription(&mut topics, namespace, &self.laser_topic.get(cx))?;
-        let odometry = subscription(&mut topics, namespace, &self.odometry_topic.get(cx))?;
-        let image = subscription(&mut topics, namespace, &self.image_topic.get(cx))?;
-        let depth = subscription(&mut topics, namespace, &self.depth_topic.get(cx))?;
-        let imu = subscription(&mut topics, namespace, &self.imu_topic.get(cx))?;
-        let position = subscription(&mut topics, namespace, &self.position_topic.get(cx))?;
-        let battery = subscription(&mut topics, namespace, &self.battery_topic.get(cx))?;
+        let laser = subscription(&mut topics, namespace, self.laser_topic.get(cx).as_str())?;
+        let odometry = subscription(&mut topics, namespace, self.odometry_topic.get(cx).as_str())?;
+        let image = subscription(&mut topics, namespace, self.image_topic.get(cx).as_str())?;
+        let depth = subscription(&mut topics, namespace, self.depth_topic.get(cx).as_str())?;
+        let imu = subscription(&mut topics, namespace, self.imu_topic.get(cx).as_str())?;
+        let position = subscription(&mut topics, namespace, self.position_topic.get(cx).as_str())?;
+        let battery = subscription(&mut topics, namespace, self.battery_topic.get(cx).as_str())?;
+        let list = self.sonar_topics.get(cx);
+        let mounts = sonars::check(list.as_str(), &self.sonar_mounts.get(cx))?;
+        let mut sonars = Vec::new();
+        for name in sonars::names(list.as_str()) {
+            sonars.extend(subscription(&mut topics, namespace, name)?);
+        }
         let velocity = names::topic(namespace, self.velocity_topic.get(cx).as_str())?;
         let config = NodeConfig {
             publications: velocity
@@ -200,6 +227,7 @@ impl Base {
             imu,
             position,
             battery,
+            sonars: Sonars::new(sonars, mounts),
             velocity: velocity.map(|_| VelocityPublisher::new(0)),
             drive: Drive::default(),
             sweep: Box::new(Sweep::zeroed()),
@@ -211,9 +239,9 @@ impl Base {
 fn subscription<T: Value>(
     topics: &mut Vec<Topic>,
     namespace: &str,
-    name: &Text<128>,
+    name: &str,
 ) -> Result<Option<TopicSubscription<T>>> {
-    let Some(topic) = names::topic(namespace, name.as_str())? else {
+    let Some(topic) = names::topic(namespace, name)? else {
         return Ok(None);
     };
     if topics.iter().any(|other| other.name == topic) {
