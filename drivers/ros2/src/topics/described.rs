@@ -13,6 +13,8 @@ use crate::messages::STAMP;
 pub(super) struct DescribedCodec {
     value_type: Arc<Type>,
     header: Option<HeaderPlace>,
+    /// Whether it has times besides the stamp of its header.
+    has_times: bool,
 }
 
 /// The place of the header's fields in a value.
@@ -29,6 +31,7 @@ impl DescribedCodec {
     pub(super) fn new(value_type: &Arc<Type>) -> Self {
         Self {
             header: HeaderPlace::of(value_type),
+            has_times: count_times(value_type) > usize::from(HeaderPlace::of(value_type).is_some()),
             value_type: Arc::clone(value_type),
         }
     }
@@ -46,17 +49,25 @@ impl DescribedCodec {
     /// Encodes a value that was measured at its stamp, or at `time` if it has none; in `frame` unless that is empty.
     pub(super) fn encode(&self, value: &[u8], frame: &str, time: Duration, clock: &Clock) -> Vec<u8> {
         let mut message = Vec::new();
-        let Some(header) = self.header else {
+        let frame = self
+            .header
+            .filter(|_| !frame.is_empty())
+            .map(|header| (header, frame));
+        if frame.is_some() || self.has_times {
+            let mut value = value.to_vec();
+            if let Some((header, frame)) = frame {
+                header.set_frame(&mut value, frame);
+            }
+            convert_times(&self.value_type, &mut value, &mut |stamp| {
+                clock.stamp(stamp.into())
+            });
+            cdr::encode(&self.value_type, &value, &mut message);
+        } else {
             cdr::encode(&self.value_type, value, &mut message);
+        }
+        let Some(header) = self.header else {
             return message;
         };
-        if frame.is_empty() {
-            cdr::encode(&self.value_type, value, &mut message);
-        } else {
-            let mut value = value.to_vec();
-            header.set_frame(&mut value, frame);
-            cdr::encode(&self.value_type, &value, &mut message);
-        }
         let stamp = header.stamp(value);
         let measured = if stamp == Time::default() {
             time
@@ -90,15 +101,60 @@ impl DescribedCodec {
     pub(super) fn decode_into(
         &self,
         message: &[u8],
-        time: Duration,
+        (time, clock): (Duration, &Clock),
         value: &mut [u8],
     ) -> Result<(), cdr::Error> {
         cdr::decode_into(&self.value_type, message, value)?;
+        if self.has_times {
+            convert_times(&self.value_type, value, &mut |stamp| clock.time(stamp).into());
+        }
         if let Some(header) = self.header {
             let bytes = to_bytes(time.into(), u32::to_ne_bytes, i32::to_ne_bytes);
             value[header.stamp..][..8].copy_from_slice(&bytes);
         }
         Ok(())
+    }
+}
+
+/// The name of the type of a stamp.
+const TIME: &str = "builtin_interfaces/msg/Time";
+
+/// The number of places in a type that have times, each element of a list once.
+fn count_times(value_type: &Type) -> usize {
+    let inner = value_type.fields.iter().filter_map(|field| match &field.kind {
+        FieldKind::Struct(inner) => Some(inner),
+        FieldKind::Scalar(_) => None,
+    });
+    inner
+        .map(|inner| usize::from(inner.name == TIME) + count_times(inner))
+        .sum()
+}
+
+/// Converts every time of a value that is not zero.
+fn convert_times(value_type: &Type, value: &mut [u8], convert: &mut impl FnMut(Time) -> Time) {
+    for field in &value_type.fields {
+        let FieldKind::Struct(inner) = &field.kind else {
+            continue;
+        };
+        let (count, bytes) = (field.length(value), inner.bytes);
+        for element in value[field.offset..][..count * bytes].chunks_exact_mut(bytes) {
+            if inner.name != TIME {
+                convert_times(inner, element, convert);
+                continue;
+            }
+            let time = read_time(element);
+            if time != Time::default() {
+                element[..8].copy_from_slice(&to_bytes(convert(time), u32::to_ne_bytes, i32::to_ne_bytes));
+            }
+        }
+    }
+}
+
+fn read_time(bytes: &[u8]) -> Time {
+    let number = |at: usize| bytes[at..].first_chunk().copied().unwrap_or_default();
+    Time {
+        sec: i32::from_ne_bytes(number(0)),
+        nanosec: u32::from_ne_bytes(number(4)),
     }
 }
 
@@ -113,7 +169,7 @@ impl HeaderPlace {
     /// The place of the header in a type whose first field is one.
     fn of(value_type: &Type) -> Option<Self> {
         let (header, at) = structure(value_type.fields.first()?, "std_msgs/msg/Header")?;
-        let (time, stamp) = structure(header.fields.first()?, "builtin_interfaces/msg/Time")?;
+        let (time, stamp) = structure(header.fields.first()?, TIME)?;
         let frame = header.fields.get(1)?;
         let Form::Text {
             capacity,
@@ -131,11 +187,7 @@ impl HeaderPlace {
     }
 
     fn stamp(self, value: &[u8]) -> Time {
-        let number = |at: usize| value[at..].first_chunk().copied().unwrap_or_default();
-        Time {
-            sec: i32::from_ne_bytes(number(self.stamp)),
-            nanosec: u32::from_ne_bytes(number(self.stamp + 4)),
-        }
+        read_time(&value[self.stamp..])
     }
 
     fn set_frame(self, value: &mut [u8], frame: &str) {
@@ -179,7 +231,7 @@ mod tests {
         let mut decoded = Odometry::default();
         let time = Duration::from_millis(2500);
         codec
-            .decode_into(&message, time, decoded.as_bytes_mut())
+            .decode_into(&message, (time, &clock()), decoded.as_bytes_mut())
             .expect("it is one");
         assert_eq!(decoded.header, Header::new(value.header.stamp, "wheels"));
         assert_eq!(decoded.pose, value.pose);
@@ -207,13 +259,43 @@ mod tests {
         assert_eq!(codec.stamp(&message), None);
         let mut decoded = Twist::ZERO;
         codec
-            .decode_into(&message, Duration::ZERO, decoded.as_bytes_mut())
+            .decode_into(&message, (Duration::ZERO, &clock()), decoded.as_bytes_mut())
             .expect("it is one");
         assert_eq!(decoded, Twist::planar(0.5, 0.0));
         assert!(
             codec
-                .decode_into(&message[..9], Duration::ZERO, decoded.as_bytes_mut())
+                .decode_into(&message[..9], (Duration::ZERO, &clock()), decoded.as_bytes_mut())
                 .is_err()
         );
+    }
+
+    #[test]
+    fn all_times_of_a_value_are_those_of_the_receiver() {
+        let codec = DescribedCodec::new(&Arc::new(Path::describe()));
+        let mut path = Path::default();
+        for stamp in [Time { sec: 7, nanosec: 5 }, Time::default()] {
+            let pose = PoseStamped {
+                header: Header::new(stamp, "map"),
+                ..PoseStamped::default()
+            };
+            path.poses.push(pose).expect("it fits");
+        }
+        let message = codec.encode(path.as_bytes(), "", Duration::from_secs(9), &clock());
+        let mut sent = Path::default();
+        cdr::decode_into(&Path::describe(), &message, sent.as_bytes_mut()).expect("it is one");
+        let seconds = |path: &Path| {
+            [
+                path.header.stamp.sec,
+                path.poses[0].header.stamp.sec,
+                path.poses[1].header.stamp.sec,
+            ]
+        };
+        assert_eq!(seconds(&sent), [1_700_000_009, 1_700_000_007, 0]);
+        let mut received = Path::default();
+        let time = Duration::from_secs(9);
+        codec
+            .decode_into(&message, (time, &clock()), received.as_bytes_mut())
+            .expect("it is one");
+        assert_eq!(seconds(&received), [9, 7, 0]);
     }
 }

@@ -135,8 +135,10 @@ impl TopicExport {
                 let (message, arrived) = connection.take(cx, *number)?;
                 let stamp = codec.stamp(&message);
                 let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
-                let written =
-                    export.write_with(cx, Some(time), |value| codec.decode_into(&message, time, value));
+                let clock = &connection.clock;
+                let written = export.write_with(cx, Some(time), |value| {
+                    codec.decode_into(&message, (time, clock), value)
+                });
                 if let Err(error) = written {
                     connection.warn_once(cx, format!("{name}: {error}"));
                     return None;
