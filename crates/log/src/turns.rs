@@ -10,7 +10,6 @@ use crate::Recording;
 
 /// The name of the topic with every turn of every schema, recorded like a variable, so that a replay can repeat
 /// it.
-#[cfg(any(feature = "host", feature = "record"))]
 pub(crate) const TOPIC: &str = "/jde/turns";
 /// The key in the topic's metadata under which the recording describes its schemas, in JSON.
 const HIERARCHY_KEY: &str = "cast";
