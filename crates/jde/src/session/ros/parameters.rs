@@ -393,7 +393,7 @@ fn texts(list: &Value) -> Vec<&str> {
 
 #[cfg(test)]
 mod tests {
-    use jde_types::{Pose2D, Twist, Value as _};
+    use jde_types::{Flag, Pose2D, Twist, Value as _};
 
     use super::*;
 
@@ -406,7 +406,7 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         assert_eq!(names(&f64::describe()), [(String::new(), DOUBLE)]);
-        assert_eq!(names(&bool::describe()), [(String::new(), BOOL)]);
+        assert_eq!(names(&Flag::describe()), [(String::new(), BOOL)]);
         assert_eq!(names(&<[i32; 3]>::describe()), [(String::new(), INTEGER + ARRAY)]);
         let pose = names(&Pose2D::describe());
         assert_eq!(pose[2], ("theta".to_owned(), DOUBLE));
