@@ -28,6 +28,11 @@ const APART: f64 = 0.5;
 const NOTED: f64 = 0.25;
 const AGES: [f64; 2] = [1.5, 4.0];
 const STANDS: f64 = 0.15;
+/// From which distance of the nearest person to which the places of everything are noted, m: what is nearer may be a part
+/// of the person.
+const AROUND: [f64; 2] = [0.5, 2.0];
+/// The least speed of a person who walks, m/s: no leg of this person is where something has stood.
+const WALKS: f64 = 0.25;
 /// How much of the acceleration of people what is not confirmed has: most of it is furniture.
 const CALM: f64 = 0.1;
 /// The distance from a wall within which nobody passes, m, and how near both ends of a way it does not count, m.
@@ -103,6 +108,8 @@ pub struct Tracker {
     is_taken: Vec<bool>,
     /// When and where legs were that are those of no confirmed person.
     stood: Vec<(f64, [f64; 2])>,
+    /// When and where everything else was around persons.
+    surroundings: Vec<(f64, [f64; 2])>,
     /// The time of the last scan, s.
     last: Option<f64>,
     confirmed: u32,
@@ -128,11 +135,12 @@ impl Tracker {
         if time < 0.0 {
             self.tracks.clear();
             self.stood.clear();
+            self.surroundings.clear();
         }
         let time = time.max(0.0);
         self.place(sensor);
         self.predict(settings, time);
-        self.associate(settings);
+        self.associate(settings, now);
         for track in &mut self.tracks {
             track.update(&self.legs, time);
             if track.unseen > 0.0 && is_empty(scan, sensor, track.filter.position) {
@@ -183,6 +191,7 @@ impl Tracker {
         self.tracks.clear();
         self.legs.clear();
         self.stood.clear();
+        self.surroundings.clear();
         self.last = None;
     }
 
@@ -214,17 +223,20 @@ impl Tracker {
 
     /// Gives each person the legs with the least sum of costs: a row for each of two legs of each person, and columns for
     /// the legs and for the lack of one in each row.
-    fn associate(&mut self, settings: &TrackerSettings) {
+    fn associate(&mut self, settings: &TrackerSettings, now: f64) {
         let count = self.legs.len();
         self.costs.clear();
         for track in &self.tracks {
             let reach = (REACH[0] + REACH[1] * track.unseen).min(REACH[2]);
+            let walks = track.id > 0 && distance(track.filter.velocity, [0.0; 2]) > WALKS;
             let costs = self.legs.iter().map(|(position, leg)| {
                 let (distance, square) = track.filter.distance(*position, DEVIATIONS[0]);
                 // Who was hidden appears again as clearly as somebody new.
                 let is_doubtful = track.unseen > TENTATIVE && leg.confidence < settings.appears;
                 let is_far = square > GATE || distance > reach || is_doubtful;
-                if is_far || is_blocked(&self.obstacles, track.filter.position, *position, WALL) {
+                let is_other = || walks && has_stood(&self.surroundings, now, &[*position]);
+                if is_far || is_other() || is_blocked(&self.obstacles, track.filter.position, *position, WALL)
+                {
                     f64::INFINITY
                 } else {
                     square + track.filter.spread(DEVIATIONS[0]) - 2.0 * libm::log(leg.confidence)
@@ -269,7 +281,7 @@ impl Tracker {
                 continue;
             }
             let moves = settings.moved <= 0.0
-                || track.has_moved(settings.moved) && !self.has_stood(now, track.places);
+                || track.has_moved(settings.moved) && !has_stood(&self.stood, now, &track.places);
             let moving = if moves { track.moving + time } else { 0.0 };
             let is_near = |other: &Track| {
                 other.id > 0 && distance(other.filter.position, track.filter.position) < APART
@@ -288,12 +300,15 @@ impl Tracker {
         }
     }
 
-    /// Notes where legs are that are those of no confirmed person, now and then.
+    /// Notes where legs are that are those of no confirmed person, and what else is around persons, now and then.
     fn note(&mut self, now: f64) {
-        if self.stood.last().is_some_and(|(then, _)| now - then < NOTED) {
+        let is_new = |past: &[(f64, [f64; 2])]| past.last().is_some_and(|(then, _)| now - then < NOTED);
+        if is_new(&self.stood) || is_new(&self.surroundings) {
             return;
         }
-        self.stood.retain(|(then, _)| now - then <= AGES[1]);
+        for past in [&mut self.stood, &mut self.surroundings] {
+            past.retain(|(then, _)| now - then <= AGES[1]);
+        }
         let own = |index: usize| {
             self.tracks
                 .iter()
@@ -301,14 +316,14 @@ impl Tracker {
         };
         let legs = self.legs.iter().enumerate().filter(|(index, _)| !own(*index));
         self.stood.extend(legs.map(|(_, (place, _))| (now, *place)));
-    }
-
-    /// Returns whether something has stood at one of these places for long.
-    fn has_stood(&self, now: f64, places: [[f64; 2]; 2]) -> bool {
-        let is_there = |place: [f64; 2]| places.iter().any(|&own| distance(own, place) < STANDS);
-        self.stood
-            .iter()
-            .any(|&(then, place)| now - then >= AGES[0] && is_there(place))
+        let persons = || self.tracks.iter().filter(|track| track.id > 0);
+        let nearest = |place: &[f64; 2]| {
+            let away = persons().map(|track| distance(track.filter.position, *place));
+            away.fold(f64::INFINITY, f64::min)
+        };
+        let others = self.obstacles.iter().copied();
+        let others = others.filter(|place| (AROUND[0]..AROUND[1]).contains(&nearest(place)));
+        self.surroundings.extend(others.map(|place| (now, place)));
     }
 
     /// Notices tracks that have one leg each of one person. The younger one ends.
@@ -355,6 +370,15 @@ impl Tracker {
             self.tracks.push(Track::new(places, legs, leg.confidence));
         }
     }
+}
+
+/// Returns whether something has stood at one of these places for long.
+fn has_stood(stood: &[(f64, [f64; 2])], now: f64, places: &[[f64; 2]]) -> bool {
+    // Most places are far away, which one difference shows.
+    let is_near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < STANDS && distance(a, b) < STANDS;
+    let past = stood.iter().take_while(|(then, _)| now - then >= AGES[0]);
+    let mut past = past.map(|(_, place)| *place);
+    past.any(|place| places.iter().any(|&own| is_near(own, place)))
 }
 
 /// Returns whether an obstacle is within `near` m of the way between two places; what is within `ends` m of either does

@@ -33,11 +33,15 @@ struct Room {
 
 impl Room {
     fn new(things: &str) -> Self {
+        Self::seeded(things, 7)
+    }
+
+    fn seeded(things: &str, seed: u64) -> Self {
         let text = format!(
             "walls = [{{ name = 'room', points = [[-4, -4], [9, -4], [9, 4], [-4, 4]], closed = true }}]\n\
              robots = {{ robot = {{ start = {{ x = 0, y = 0 }} }} }}\n{things}"
         );
-        let mut world = World::parse(&text, "room.toml", 7).expect("a world");
+        let mut world = World::parse(&text, "room.toml", seed).expect("a world");
         let robot = world.add_robot("robot", RobotConfig::default()).expect("a robot");
         Self {
             world,
@@ -330,6 +334,20 @@ fn nobody_who_is_out_of_sight_goes_through_a_wall_that_the_laser_sees() {
         assert!(persons[0].position[1] < 4.0, "{persons:?}")
     });
     assert_eq!(room.ids(), [1]);
+}
+
+#[test]
+fn the_corner_of_a_door_is_not_the_person_who_went_through_it() {
+    let text = "people = [{ name = 'anna', way = [[6.5, 0.2], [4.6, 0.2], [4.6, 2.1], [2, 2.1]], speed = 0.5, radius = 0.18 }]
+        boxes = [{ center = [1.6, 1.01], size = [4.8, 0.02] }, { center = [6.3, 1.01], size = [2.2, 0.02] }]";
+    // With these seeds, the noise made legs of the end of the wall just when she was out of sight.
+    for seed in [23, 43, 57, 60, 73, 83] {
+        let mut room = Room::seeded(text, seed);
+        room.watch(5.0, |_, _| ());
+        assert_eq!(room.ids(), [1], "seed {seed}");
+        room.watch(5.0, |_, _| ());
+        assert!(room.ids().is_empty(), "seed {seed}");
+    }
 }
 
 #[test]
