@@ -21,6 +21,7 @@ mod plot_and_report;
 mod recording;
 mod reloading;
 mod replaying;
+mod ros_node;
 mod running;
 mod screen;
 mod serving;

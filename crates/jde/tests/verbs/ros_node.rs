@@ -1,0 +1,298 @@
+//! An application as a node of ROS 2, seen by another node: parameters, life cycle, services, log and health.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use jde_ros::interface::standard;
+use jde_ros_node::{Client, Node, NodeConfig, Quality, Service, Settings, Topic};
+use serde_json::{Value, json};
+
+use crate::attached::{Running, Sandbox};
+use crate::support::jde_with_plugins;
+
+const SERVICES: [(&str, &str); 8] = [
+    ("list_parameters", "rcl_interfaces/srv/ListParameters"),
+    ("get_parameters", "rcl_interfaces/srv/GetParameters"),
+    ("describe_parameters", "rcl_interfaces/srv/DescribeParameters"),
+    ("set_parameters", "rcl_interfaces/srv/SetParameters"),
+    (
+        "set_parameters_atomically",
+        "rcl_interfaces/srv/SetParametersAtomically",
+    ),
+    ("get_state", "lifecycle_msgs/srv/GetState"),
+    ("change_state", "lifecycle_msgs/srv/ChangeState"),
+    ("release", "std_srvs/srv/Trigger"),
+];
+const TOPICS: [(&str, &str, Quality); 4] = [
+    (
+        "/parameter_events",
+        "rcl_interfaces/msg/ParameterEvent",
+        Quality::PARAMETERS,
+    ),
+    (
+        "/diagnostics",
+        "diagnostic_msgs/msg/DiagnosticArray",
+        Quality::DEFAULT,
+    ),
+    (
+        "/fleet/scout/transition_event",
+        "lifecycle_msgs/msg/TransitionEvent",
+        Quality::DEFAULT,
+    ),
+    ("/rosout", "rcl_interfaces/msg/Log", Quality::LOG),
+];
+
+/// Another node, which is also the router.
+struct Peer {
+    node: Node,
+    services: BTreeMap<&'static str, usize>,
+}
+
+impl Peer {
+    fn open(sandbox: &Sandbox, address: &str) -> Self {
+        let file = sandbox.folder().join("router.json5");
+        let config = format!(
+            "{{ mode: \"router\", listen: {{ endpoints: [\"{address}\"] }}, scouting: {{ multicast: {{ enabled: false }} }} }}"
+        );
+        std::fs::write(&file, config).expect("a file");
+        let settings = Settings {
+            config: file.to_str().expect("a path"),
+            connect: "",
+            listen: "",
+            has_endpoint: false,
+            domain: 7,
+            namespace: "",
+            node: "peer",
+            owner: "",
+        };
+        let connection = settings.connection_config().expect("the address is valid");
+        let clients = SERVICES.map(|(name, kind)| Client {
+            service: Service::new(format!("/fleet/scout/{name}"), kind, standard()).expect("a service"),
+            timeout: Duration::from_secs(60),
+        });
+        let topics = TOPICS.map(|(name, kind, quality)| {
+            Topic::of_interface(name.to_owned(), kind, standard(), quality).expect("a topic")
+        });
+        let config = NodeConfig {
+            clients: clients.to_vec(),
+            subscriptions: topics.to_vec(),
+            ..NodeConfig::new(settings.name().expect("the name is valid"), connection)
+        };
+        let names = SERVICES.iter().enumerate();
+        Self {
+            node: Node::start(config).expect("a thread"),
+            services: names.map(|(number, (name, _))| (*name, number)).collect(),
+        }
+    }
+
+    /// Calls a service of the application, as soon as it is there.
+    fn call(&self, name: &str, request: Value) -> Value {
+        let number = self.services[name];
+        let kind = SERVICES[number].1;
+        let message = standard()
+            .encode(&format!("{kind}_Request"), &request)
+            .expect("a request");
+        while !self.node.has_server(number) {
+            std::thread::yield_now();
+        }
+        let sequence = self.node.call(number, message);
+        let response = loop {
+            match self.node.take_response(number) {
+                Some(response) => break response,
+                None => std::thread::yield_now(),
+            }
+        };
+        assert_eq!(response.sequence, sequence);
+        standard()
+            .decode(&format!("{kind}_Response"), &response.outcome.expect("an answer"))
+            .expect("a response")
+    }
+
+    /// Waits for a message on a topic that fulfils a condition.
+    fn until(&self, topic: &str, condition: impl Fn(&Value) -> bool) -> Value {
+        let number = TOPICS
+            .iter()
+            .position(|(name, ..)| *name == topic)
+            .expect("a topic");
+        loop {
+            for message in self.node.take_all(number) {
+                let value = standard().decode(TOPICS[number].1, &message.message.to_bytes());
+                let value = value.expect("a message");
+                if condition(&value) {
+                    return value;
+                }
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    fn get(&self, name: &str) -> Value {
+        self.call("get_parameters", json!({ "names": [name] }))["values"][0].take()
+    }
+
+    fn state(&self) -> Value {
+        self.call("get_state", json!({}))["current_state"]["label"].take()
+    }
+}
+
+fn start(sandbox: &Sandbox, address: &str) -> Running {
+    let mut command = jde_with_plugins(&["run", "apps/safe-navigation.toml", "--plain"]);
+    command.env("ROS_DOMAIN_ID", "7").env(
+        "ZENOH_CONFIG_OVERRIDE",
+        format!("connect/endpoints=[\"{address}\"]"),
+    );
+    let names = [
+        "-r",
+        "__node:=scout",
+        "-r",
+        "__ns:=/fleet",
+        "-p",
+        "goon.fast:=0.3",
+    ];
+    sandbox.spawn(command, &[&["--ros-args"][..], &names].concat())
+}
+
+fn double(name: &str, value: f64) -> Value {
+    json!({ "name": name, "value": { "type": 3, "double_value": value } })
+}
+
+#[test]
+fn r14_a_node_of_ros_operates_the_application() {
+    let sandbox = Sandbox::new();
+    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("tcp/{}", socket.local_addr().expect("the socket has an address"));
+    drop(socket);
+    let peer = Peer::open(&sandbox, &address);
+    let _robot = start(&sandbox, &address);
+
+    let listed = peer.call("list_parameters", json!({ "prefixes": ["goon"] }));
+    let names = listed["result"]["names"].as_array().expect("names");
+    assert!(names.contains(&json!("goon.fast")), "{listed}");
+    assert!(
+        names
+            .iter()
+            .all(|name| name.as_str().is_some_and(|name| name.starts_with("goon."))),
+        "{listed}"
+    );
+    assert_eq!(peer.get("goon.fast")["double_value"], 0.3);
+    assert_eq!(peer.get("goon.none")["type"], 0);
+    let described = peer.call("describe_parameters", json!({ "names": ["goon.fast"] }));
+    let descriptor = &described["descriptors"][0];
+    assert!(
+        descriptor["description"]
+            .as_str()
+            .is_some_and(|text| text.ends_with(" [m/s]")),
+        "{descriptor}"
+    );
+    assert!(
+        descriptor["floating_point_range"][0]["to_value"].is_number(),
+        "{descriptor}"
+    );
+
+    let set = peer.call(
+        "set_parameters",
+        json!({ "parameters": [double("goon.fast", 0.25)] }),
+    );
+    assert_eq!(set["results"][0], json!({ "successful": true, "reason": "" }));
+    assert_eq!(sandbox.json(&["get", "goon.fast"])["value"], 0.25);
+    peer.until("/parameter_events", |event| {
+        let mut changed = event["changed_parameters"].as_array().expect("a list").iter();
+        event["node"] == "/fleet/scout"
+            && changed.any(|parameter| {
+                parameter["name"] == "goon.fast" && parameter["value"]["double_value"] == 0.25
+            })
+    });
+    let wrong = json!({ "parameters": [
+        double("goon.fast", 0.2),
+        { "name": "goon.fst", "value": { "type": 3, "double_value": 0.1 } },
+    ] });
+    let refused = peer.call("set_parameters_atomically", wrong);
+    assert_eq!(
+        refused["result"]["reason"],
+        "there is no parameter `goon.fst`; did you mean `goon.fast`?"
+    );
+    assert_eq!(peer.get("goon.fast")["double_value"], 0.25);
+    let text = json!({ "name": "goon.fast", "value": { "type": 4, "string_value": "a" } });
+    let refused = peer.call(
+        "set_parameters",
+        json!({ "parameters": [text, double("goon.fast", -1.0)] }),
+    );
+    assert_eq!(
+        refused["results"][0]["reason"],
+        "`goon.fast` is a double, not a text"
+    );
+    assert_eq!(refused["results"][1]["successful"], false, "{refused}");
+
+    assert_eq!(peer.state(), "active");
+    let change = |label: &str| peer.call("change_state", json!({ "transition": { "label": label } }));
+    assert_eq!(change("deactivate"), json!({ "success": true }));
+    assert_eq!(peer.state(), "inactive");
+    let event = peer.until("/fleet/scout/transition_event", |event| {
+        event["goal_state"]["label"] == "inactive"
+    });
+    assert_eq!(event["transition"]["label"], "deactivate");
+    let groups = sandbox.json(&["ps"])["groups"].take();
+    let mut groups = groups.as_array().expect("groups").iter();
+    assert!(groups.all(|group| group["winner"].is_null()), "nobody wins");
+    assert_eq!(change("deactivate"), json!({ "success": false }));
+    // What another operator does is the same life cycle.
+    sandbox.run_ok(&["release", "--all"]);
+    assert_eq!(peer.state(), "active");
+    sandbox.run_ok(&["stop", "--all"]);
+    assert_eq!(peer.state(), "inactive");
+    assert_eq!(peer.call("release", json!({}))["success"], true);
+    assert_eq!(peer.state(), "active");
+
+    peer.until("/diagnostics", |array| {
+        let mut statuses = array["status"].as_array().expect("a list").iter();
+        statuses.any(|status| status["name"] == "scout: goon" && status["level"] == 0)
+    });
+    assert_eq!(
+        peer.call("change_state", json!({ "transition": { "id": 7 } })),
+        json!({ "success": true })
+    );
+    while !sandbox.apps().is_empty() {}
+}
+
+#[test]
+fn a_run_without_a_router_is_the_same_and_says_so_once() {
+    let sandbox = Sandbox::new();
+    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("tcp/{}", socket.local_addr().expect("the socket has an address"));
+    drop(socket);
+    let mut command = sandbox.command(jde_with_plugins(&[
+        "run",
+        "apps/safe-navigation.toml",
+        "--plain",
+        "--for",
+        "3s",
+        "--ros-args",
+    ]));
+    command.env(
+        "ZENOH_CONFIG_OVERRIDE",
+        format!("connect/endpoints=[\"{address}\"]"),
+    );
+    let output = crate::support::output_of(&mut command);
+    assert_eq!(output.status, Some(1), "its time was up: {output:?}");
+    let said = output.err.matches("no router answers at this address").count();
+    assert_eq!(said, 1, "{output:?}");
+}
+
+#[test]
+fn wrong_arguments_of_ros_are_usage() {
+    let sandbox = Sandbox::new();
+    for (arguments, expected) in [
+        (&["-r", "scan:=front"][..], "`scan` cannot be renamed here"),
+        (&["-r", "__node:=a b"], "node = \"a b\""),
+        (&["-p", "goon.fst:=1"], "did you mean `fast`?"),
+    ] {
+        let mut command = sandbox.command(jde_with_plugins(&[
+            "run",
+            "apps/safe-navigation.toml",
+            "--ros-args",
+        ]));
+        let output = crate::support::output_of(command.args(arguments));
+        assert_eq!(output.status, Some(2), "{output:?}");
+        assert!(output.err.contains(expected), "{arguments:?}: {output:?}");
+    }
+}
