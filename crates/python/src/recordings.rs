@@ -98,9 +98,9 @@ impl OpenRecording {
             });
             of_kind.collect::<Result<Vec<_>, _>>().map_err(error)
         })?;
-        let records = messages.iter();
+        let records = messages.iter().filter_map(jde_log::record::read);
         records
-            .map(|message| loads.call1((PyBytes::new(py, &message.data),)))
+            .map(|record| loads.call1((PyBytes::new(py, &record.to_json()),)))
             .collect()
     }
 

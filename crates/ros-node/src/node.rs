@@ -178,7 +178,7 @@ impl Node {
 
     /// Ends the node after the submitted messages are sent, and waits for that for 300 ms at most.
     pub fn close(self) {
-        if self.0.publishes() {
+        if self.0.sends {
             self.0.finish(CLOSE_TIMEOUT);
         }
     }

@@ -31,6 +31,8 @@ pub(crate) struct Shared {
     requests: Mutex<VecDeque<Request>>,
     requested: Condvar,
     clients: Vec<Mutex<ClientState>>,
+    /// Whether the node sends anything: messages, requests or responses.
+    pub(crate) sends: bool,
     status: Mutex<NodeStatus>,
 }
 
@@ -40,6 +42,8 @@ struct SendQueue {
     waiting: Vec<Vec<Vec<u8>>>,
     /// The greatest number of waiting messages, per publication.
     depths: Vec<usize>,
+    /// Whether a publication is latched.
+    latched: Vec<bool>,
     /// Requests to send: client, number and message.
     calls: Vec<(usize, i64, Vec<u8>)>,
     /// Responses to send.
@@ -102,6 +106,7 @@ impl Shared {
             queue: Mutex::new(SendQueue {
                 waiting: vec![Vec::new(); publications.len()],
                 depths: publications.iter().map(|topic| topic.quality.depth).collect(),
+                latched: publications.iter().map(|topic| topic.quality.latched).collect(),
                 calls: Vec::new(),
                 replies: Vec::new(),
                 caches: Vec::new(),
@@ -126,6 +131,7 @@ impl Shared {
             requests: Mutex::default(),
             requested: Condvar::new(),
             clients: config.clients.iter().map(|_| Mutex::default()).collect(),
+            sends: !(publications.is_empty() && config.clients.is_empty() && config.services.is_empty()),
             status: Mutex::new(NodeStatus {
                 state: NodeState::Connecting,
                 attempts: 0,
@@ -133,10 +139,6 @@ impl Shared {
                 past_remarks: Vec::new(),
             }),
         }
-    }
-
-    pub(crate) fn publishes(&self) -> bool {
-        !self.subscribed.is_empty()
     }
 
     pub(crate) fn has_subscribers(&self, publication: usize) -> bool {
@@ -259,15 +261,25 @@ impl Shared {
         self.changed.notify_one();
     }
 
-    /// Waits between two attempts. Returns whether the node must end instead of trying again.
+    /// Waits between two attempts. What was submitted meanwhile is late and is dropped, but for latched messages; a call
+    /// gets the outcome that no router answers. Returns whether the node must end instead of trying again.
     pub(crate) fn pause(&self, pause: Duration) -> bool {
         let until = Instant::now() + pause;
+        let mut queue = lock(&self.queue);
         loop {
-            let remaining = until.saturating_duration_since(Instant::now());
-            let work = self.work(remaining);
-            if work.ending || remaining.is_zero() {
-                return work.ending;
+            let SendQueue { waiting, latched, .. } = &mut *queue;
+            let volatile = waiting.iter_mut().zip(latched).filter(|(_, latched)| !**latched);
+            volatile.for_each(|(batch, _)| batch.clear());
+            queue.replies.clear();
+            let calls = std::mem::take(&mut queue.calls);
+            for (client, sequence, _) in calls {
+                self.respond(client, sequence, Err("no router answers".to_owned()));
             }
+            let remaining = until.saturating_duration_since(Instant::now());
+            if queue.ending || remaining.is_zero() {
+                return queue.ending;
+            }
+            queue = wait(&self.changed, queue, remaining);
         }
     }
 

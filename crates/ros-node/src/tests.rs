@@ -17,28 +17,38 @@ const TRIGGER: &str = "std_srvs/srv/Trigger";
 /// A router at an unused address.
 pub(crate) struct Router {
     address: String,
-    _session: Session,
+    session: Option<Session>,
     _watchdog: Watchdog,
 }
 
 impl Router {
     pub(crate) fn open() -> Self {
+        let mut router = Self::closed();
+        router.listen();
+        router
+    }
+
+    /// A router that does not answer yet.
+    fn closed() -> Self {
         let watchdog = Watchdog::for_test();
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-        let address = format!("tcp/{port}");
+        Self {
+            address: format!("tcp/{port}"),
+            session: None,
+            _watchdog: watchdog,
+        }
+    }
+
+    fn listen(&mut self) {
         let mut config = zenoh::Config::default();
         for (key, value) in [
             ("mode", "\"router\"".to_owned()),
-            ("listen/endpoints", format!("[\"{address}\"]")),
+            ("listen/endpoints", format!("[\"{}\"]", self.address)),
             ("scouting/multicast/enabled", "false".to_owned()),
         ] {
             config.insert_json5(key, &value).unwrap();
         }
-        Self {
-            address,
-            _session: zenoh::open(config).wait().unwrap(),
-            _watchdog: watchdog,
-        }
+        self.session = Some(zenoh::open(config).wait().unwrap());
     }
 
     /// A node without topics and services.
@@ -178,6 +188,30 @@ fn a_latched_topic_has_its_newest_messages_for_subscriptions_of_any_time() {
     assert_eq!(receive(&subscribe("late"), 2), [1, 2]);
     publisher.append(0, vec![3]);
     assert_eq!(receive(&early, 3), [3]);
+}
+
+#[test]
+fn what_is_latched_before_a_router_answers_is_sent_later_and_a_call_ends() {
+    let mut router = Router::closed();
+    let topic = Topic::new("/map".to_owned(), &Twist::describe(), Quality::LATCHED);
+    let publisher = Node::start(NodeConfig {
+        publications: vec![topic.clone()],
+        clients: vec![client(Duration::from_secs(5))],
+        ..router.node("publisher")
+    })
+    .unwrap();
+    publisher.append(0, vec![7]);
+    publisher.call(0, request());
+    let outcome = until(|| publisher.take_response(0)).outcome;
+    assert_eq!(outcome, Err("no router answers".to_owned()));
+    router.listen();
+    let subscriber = Node::start(NodeConfig {
+        subscriptions: vec![topic],
+        ..router.node("subscriber")
+    })
+    .unwrap();
+    let received = until(|| subscriber.take(0));
+    assert_eq!(received.message.to_bytes()[0], 7);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Runs the executable as a user would, in a folder of its own, with the plugins of the workspace.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
@@ -90,7 +91,13 @@ pub(crate) fn output_of(command: &mut Command) -> RunOutput {
         status,
         stdout,
         stderr,
-    } = command.output().expect("the executable starts");
+    } = loop {
+        match command.output() {
+            // Another test's process still has the new executable open for writing, until it is replaced itself.
+            Err(error) if error.kind() == ErrorKind::ExecutableFileBusy => std::thread::yield_now(),
+            output => break output.expect("the executable starts"),
+        }
+    };
     let text = |bytes| String::from_utf8(bytes).expect("the output is UTF-8");
     RunOutput {
         status: status.code(),

@@ -31,7 +31,8 @@ struct Goal {
     sent: Option<i64>,
     /// The number of the request for the result.
     requested: Option<i64>,
-    is_canceled: bool,
+    /// The number of the request that it is canceled.
+    canceled: Option<i64>,
 }
 
 /// What happens to a goal.
@@ -100,28 +101,33 @@ impl ActionClient {
             id,
             sent: Some(sent),
             requested: None,
-            is_canceled: false,
+            canceled: None,
         });
     }
 
-    /// Requests that the goal is canceled, once. It has ended when the server says so.
+    /// Requests that the goal is canceled, unless such a request is under way. It has ended when the server says so.
     pub fn cancel(&mut self, node: &Node) {
-        let Some(goal) = self.goal.as_mut().filter(|goal| !goal.is_canceled) else {
+        let Some(goal) = self.goal.as_mut().filter(|goal| goal.canceled.is_none()) else {
             return;
         };
-        goal.is_canceled = true;
         let info = json!({ "goal_info": { "goal_id": uuid(goal.id), "stamp": stamp(Duration::ZERO) } });
-        node.call(
-            self.clients + 1,
-            self.action.encode(&format!("{CANCEL}_Request"), &info),
-        );
+        let request = self.action.encode(&format!("{CANCEL}_Request"), &info);
+        goal.canceled = Some(node.call(self.clients + 1, request));
     }
 
     /// Returns what has happened to the goal since the last call.
     pub fn poll(&mut self, node: &Node) -> Vec<GoalEvent> {
         let mut events = Vec::new();
         self.poll_acceptance(node, &mut events);
-        while node.take_response(self.clients + 1).is_some() {}
+        while let Some(response) = node.take_response(self.clients + 1) {
+            if let Some(goal) = &mut self.goal
+                && goal.canceled == Some(response.sequence)
+                && response.outcome.is_err()
+            {
+                // Nobody answered. The owner requests it again.
+                goal.canceled = None;
+            }
+        }
         for message in node.take_all(self.feedback) {
             let value = self.decode(&self.action.feedback(), &message.message.to_bytes());
             if let Ok(mut value) = value
@@ -173,7 +179,7 @@ impl ActionClient {
                     goal.requested = Some(node.call(self.clients + 2, message));
                     events.push(GoalEvent::Accepted);
                     // A cancellation that overtook the acceptance found no goal.
-                    if std::mem::take(&mut goal.is_canceled) {
+                    if goal.canceled.take().is_some() {
                         self.cancel(node);
                     }
                 }
