@@ -47,17 +47,26 @@ pub(crate) fn stamped(pose: Pose2D, frame: &str, stamp: Time) -> Json {
     })
 }
 
+/// Returns a pose in the frame of the targets, or without a frame.
+///
+/// # Errors
+/// Why it cannot be driven to.
+pub(crate) fn check(stated: &str, pose: Pose2D, frame: &str) -> Result<Pose2D, String> {
+    if !stated.is_empty() && stated.trim_start_matches('/') != frame {
+        return Err(format!(
+            "it is in the frame \"{stated}\", and targets here are in \"{frame}\""
+        ));
+    }
+    let is_finite = pose.is_finite().then_some(pose);
+    is_finite.ok_or_else(|| "its numbers are not finite".to_owned())
+}
+
 /// The pose of a `geometry_msgs/msg/PoseStamped`, in that frame or without one.
 ///
 /// # Errors
 /// Why it cannot be driven to.
 pub(crate) fn pose(stamped: &Json, frame: &str) -> Result<Pose2D, String> {
     let stated = stamped["header"]["frame_id"].as_str().unwrap_or_default();
-    if !stated.is_empty() && stated.trim_start_matches('/') != frame {
-        return Err(format!(
-            "it is in the frame \"{stated}\", and targets here are in \"{frame}\""
-        ));
-    }
     let number = |part: &str, axis: &str| stamped["pose"][part][axis].as_f64();
     let orientation = || {
         Some(Quaternion {
@@ -74,7 +83,8 @@ pub(crate) fn pose(stamped: &Json, frame: &str) -> Result<Pose2D, String> {
             orientation()?.yaw(),
         ))
     };
-    pose().ok_or_else(|| "its numbers are not finite".to_owned())
+    let nowhere = Pose2D::new(f64::NAN, f64::NAN, f64::NAN);
+    check(stated, pose().unwrap_or(nowhere), frame)
 }
 
 #[cfg(test)]

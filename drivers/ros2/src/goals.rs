@@ -32,7 +32,7 @@ node_schema! {
         /// The frame of the targets. Those in another one are refused.
         #[modulation(default = "map")]
         frame: Modulation<Text<52>>,
-        /// Progress of the schema that drives to `target`.
+        /// Progress of the schema that drives to `target`. Without a target it must not state the end of an old one.
         #[import]
         mission: Import<Mission>,
         /// Pose of the robot in the frame of the targets, for the feedback.
@@ -63,6 +63,8 @@ struct CurrentTarget {
     id: Option<GoalId>,
     since: Duration,
     feedback_at: Duration,
+    /// Whether it is exported. It waits while the mission still states the end of an earlier target at this pose.
+    is_exported: bool,
 }
 
 impl Schema for Goals {
@@ -81,14 +83,15 @@ impl Schema for Goals {
             return Err("it is not awake".into());
         };
         active.connection.begin(cx);
-        let before = active.current.as_ref().map(|current| current.since);
+        let before = active.exported();
         active.take_requests(cx, frame.as_str());
         active.take_pose(cx, frame.as_str());
         active.judge(self.mission.get(cx));
+        active.release(cx, self.mission.get(cx));
         active.report(cx, self.mission.get(cx), self.pose.get(cx), frame.as_str());
-        let current = active.current.as_ref();
-        if current.map(|current| current.since) != before {
-            let target = current.map_or(Target::NONE, |current| Target::at(current.pose));
+        let exported = active.exported();
+        if exported != before {
+            let target = exported.map_or(Target::NONE, |(_, pose)| Target::at(pose));
             self.target.write(cx, target);
         }
         active
@@ -179,20 +182,13 @@ impl ActiveGoals {
         if self.connection.receive(cx, subscription, &mut goal).is_none() {
             return;
         }
-        let pose = Pose2D::from(goal.pose);
-        let stated = goal.header.frame_id;
-        let error = if !stated.is_empty() && stated.as_str() != frame {
-            format!("it is in the frame \"{stated}\", and targets here are in \"{frame}\"")
-        } else if [pose.x, pose.y, pose.theta]
-            .iter()
-            .any(|number| !number.is_finite())
-        {
-            "its numbers are not finite".to_owned()
-        } else {
-            return self.choose(cx, pose, None);
-        };
-        let message = format!("{}: a pose is ignored: {error}", subscription.topic());
-        self.connection.warn_once(cx, message);
+        match goal::check(goal.header.frame_id.as_str(), goal.pose.into(), frame) {
+            Ok(pose) => self.choose(cx, pose, None),
+            Err(error) => {
+                let message = format!("{}: a pose is ignored: {error}", subscription.topic());
+                self.connection.warn_once(cx, message);
+            }
+        }
     }
 
     /// Takes a target in the place of the one before.
@@ -203,7 +199,27 @@ impl ActiveGoals {
             id,
             since: cx.now(),
             feedback_at: cx.now(),
+            is_exported: false,
         });
+    }
+
+    /// Begins with the target, unless the mission states the end of an earlier one at this pose.
+    fn release(&mut self, cx: &Context, mission: Option<Sample<'_, Mission>>) {
+        let Some(current) = self.current.as_mut().filter(|current| !current.is_exported) else {
+            return;
+        };
+        let is_old = |mission: Sample<'_, Mission>| {
+            mission.target == current.pose && matches!(mission.state, Mission::DONE | Mission::FAILED)
+        };
+        if !mission.is_some_and(is_old) {
+            (current.is_exported, current.since) = (true, cx.now());
+        }
+    }
+
+    /// The exported target, and since when it is.
+    fn exported(&self) -> Option<(Duration, Pose2D)> {
+        let current = self.current.as_ref().filter(|current| current.is_exported);
+        current.map(|current| (current.since, current.pose))
     }
 
     /// Ends the target if the mission of this target has ended.
@@ -211,7 +227,7 @@ impl ActiveGoals {
         let (Some(current), Some(mission)) = (&self.current, mission) else {
             return;
         };
-        if mission.time() <= current.since || mission.target != current.pose {
+        if !current.is_exported || mission.time() <= current.since || mission.target != current.pose {
             return;
         }
         match mission.state {

@@ -12,6 +12,7 @@ use crate::velocity::{self, VelocitySubscription};
 
 /// Checks without an iteration between them, after which the schema does not drive any more.
 const LOST: u32 = 2;
+const NO_TOPIC: &str = "it commands the base with the velocities of a topic, as in \"nav/cmd_vel\"";
 
 node_schema! {
     /// Lets Nav2 drive to a target.
@@ -36,7 +37,8 @@ node_schema! {
         /// Where to drive.
         #[modulation(default = Target::NONE)]
         target: Modulation<Target>,
-        /// Where to drive, if another schema chooses it; replaces the modulation. Driven to again when it is chosen again.
+        /// Where to drive, if another schema chooses it; replaces the modulation. Driven to again when it is chosen again
+        /// after none or another one.
         #[import(optional)]
         chosen: Import<Target>,
         /// Speeds of the base.
@@ -58,8 +60,8 @@ struct ActiveNavigate {
     client: ActionClient,
     velocities: VelocitySubscription,
     newest: Option<(Twist, Duration)>,
-    /// The newest target. It differs from the one before by its number, or by its pose if it is a modulation.
-    target: Option<(u64, Pose2D)>,
+    /// The newest target.
+    target: Option<Pose2D>,
     /// Whether the present goal is the newest target.
     is_sent: bool,
     /// Whether the newest target was reached, or why it was given up.
@@ -112,7 +114,7 @@ impl Schema for Navigate {
             return Err("it is not awake".into());
         };
         active.checks = 0;
-        let Some((_, target)) = active.target else {
+        let Some(target) = active.target else {
             return Ok(());
         };
         let node = &active.connection.node;
@@ -148,25 +150,19 @@ impl Inspect for Navigate {
             self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),
         );
         problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
+        if self.topic.get(cx).is_empty() {
+            problems.wrong(&self.topic, NO_TOPIC);
+        }
     }
 }
 
 impl Navigate {
-    /// The target and its number.
-    fn target(&self, cx: &Context) -> Option<(u64, Pose2D)> {
-        let finite = |pose: Pose2D| {
-            [pose.x, pose.y, pose.theta]
-                .iter()
-                .all(|number| number.is_finite())
-        };
+    fn target(&self, cx: &Context) -> Option<Pose2D> {
         let target = match self.chosen.is_bound(cx) {
-            true => self
-                .chosen
-                .get(cx)
-                .and_then(|target| Some((target.sequence(), target.get()?))),
-            false => self.target.get(cx).get().map(|pose| (0, pose)),
+            true => self.chosen.get(cx).and_then(|target| target.get()),
+            false => self.target.get(cx).get(),
         };
-        target.filter(|(_, pose)| finite(*pose))
+        target.filter(Pose2D::is_finite)
     }
 
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveNavigate> {
@@ -174,7 +170,7 @@ impl Navigate {
         let name = settings.name()?;
         let action = goal::action(&name.namespace, self.action.get(cx).as_str())?;
         let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?;
-        let topic = topic.ok_or("it commands the base with the velocities of a topic: state `topic`")?;
+        let topic = topic.ok_or(NO_TOPIC)?;
         let mut config = NodeConfig {
             subscriptions: velocity::topics(&topic).to_vec(),
             ..NodeConfig::new(name, settings.connection_config()?)
@@ -198,7 +194,7 @@ impl Navigate {
 
 impl ActiveNavigate {
     /// Takes the newest target. Another one has no outcome yet.
-    fn choose(&mut self, target: Option<(u64, Pose2D)>) {
+    fn choose(&mut self, target: Option<Pose2D>) {
         if self.target != target {
             (self.target, self.outcome, self.is_sent) = (target, None, false);
             self.distance = 0.0;
@@ -262,7 +258,7 @@ impl ActiveNavigate {
             reached: self.reached,
             total: self.reached + u32::from(self.target.is_some() && state != Mission::DONE),
             note: Text::truncated(&note),
-            target: self.target.map_or(Pose2D::ORIGIN, |(_, pose)| pose),
+            target: self.target.unwrap_or(Pose2D::ORIGIN),
             distance: self.distance,
             ..Mission::default()
         }

@@ -224,13 +224,11 @@ impl Program {
 
     /// The mission of who drives to the present target.
     fn drive(&mut self, state: u8, note: &str) {
-        let target = self
-            .fixture
-            .bench
-            .exported::<Target>("target")
-            .unwrap()
-            .get()
-            .unwrap();
+        let target = self.fixture.bench.exported::<Target>("target");
+        self.state(target.unwrap().get().unwrap(), state, note);
+    }
+
+    fn state(&mut self, target: Pose2D, state: u8, note: &str) {
         let mission = Mission {
             state,
             note: Text::new(note),
@@ -281,6 +279,17 @@ fn a_goal_of_ros_2_is_a_target_and_ends_as_the_mission_does() {
         (GoalStatus::Aborted, &json!("no way"))
     );
     program.until_target(None);
+
+    // The same target again: it waits until the mission no longer states the end of the first.
+    program.send(3.0, "");
+    assert_eq!(program.event(), GoalEvent::Accepted);
+    program.state(Pose2D::new(3.0, 1.0, 0.0), Mission::FAILED, "no way");
+    program.fixture.step();
+    program.until_target(None);
+    program.state(Pose2D::ORIGIN, Mission::RUNNING, "no target");
+    program.until_target(Some(3.0));
+    program.drive(Mission::DONE, "");
+    assert_eq!(program.end().0, GoalStatus::Succeeded);
 }
 
 #[test]
