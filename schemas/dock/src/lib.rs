@@ -18,6 +18,8 @@ use sighting::Sighting;
 const UNCHANGED: f64 = 0.001;
 /// A reflector that is farther than this, m, from where it was is another one. A tag has a number.
 const ELSEWHERE: f64 = 0.5;
+/// After so long a way, m, without a sighting, the odometry has drifted: the next sighting counts alone.
+const DRIFTED: f64 = 5.0;
 
 /// Drives a base to a place straight before a mark, an AprilTag or a reflector, heading toward it, and off again.
 ///
@@ -101,6 +103,8 @@ pub struct Dock {
     useless: Option<String>,
     /// The last pose of the odometry.
     last_pose: Option<Pose2D>,
+    /// The way since the last sighting, m.
+    way: f64,
     /// What it does now, and where the base is in the frame of the mark: x away from the mark, y to the right of one who
     /// faces it, the heading 0 away from the mark.
     step: Option<(Step, Pose2D)>,
@@ -161,13 +165,16 @@ impl Dock {
         let Some(pose) = self.odometry(cx).map(|odometry| odometry.pose2d()) else {
             return;
         };
-        if let Some(last) = self.last_pose.replace(pose)
-            && is_jump(&last, &pose, self.jump.get(cx))
+        let last = self.last_pose.replace(pose);
+        if let Some(last) = &last
+            && is_jump(last, &pose, self.jump.get(cx))
         {
-            warn!(cx, "{}", jumped(&last, &pose));
-            self.frozen.jump(&last, &pose);
+            warn!(cx, "{}", jumped(last, &pose));
+            self.frozen.jump(last, &pose);
             self.sighting = Sighting::default();
             self.course = Course::default();
+        } else {
+            self.way += last.map_or(0.0, |last| last.distance_to(&pose));
         }
     }
 
@@ -207,6 +214,7 @@ impl Dock {
         let last = self.seen.replace(mark);
         let differs = last.is_none_or(|last| last.as_bytes() != mark.as_bytes());
         if self.frozen.is_frozen(differs, &pose.pose2d(), UNCHANGED) {
+            self.useless = Some("the sensor repeats its last picture or scan".to_owned());
             return;
         }
         let is_reflector = self.reflector.is_bound(cx);
@@ -229,6 +237,9 @@ impl Dock {
             };
             mount.facing(&mark)
         };
+        if self.way > DRIFTED {
+            self.sighting = Sighting::default();
+        }
         if is_reflector && let Some(known) = self.sighting.place(cx.now(), Duration::MAX) {
             let off = known.distance_to(&base.transform(&seen));
             if off > ELSEWHERE {
@@ -237,6 +248,7 @@ impl Dock {
             }
         }
         self.sighting.add(&base, &seen, ambiguity, time);
+        self.way = 0.0;
     }
 
     /// Returns the pose of the base in the frame of the mark; `None` while that is unknown.

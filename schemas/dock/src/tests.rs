@@ -256,6 +256,25 @@ fn another_reflector_is_not_followed_before_a_sleep() {
 }
 
 #[test]
+fn after_a_long_way_the_place_of_the_reflector_is_new() {
+    let mut drive = Drive::to_reflector(4.0, 2.0, 0.0);
+    (0..20).for_each(|_| assert!(drive.step()));
+    drive.bench.set("patience", 0.5);
+    drive.sees = false;
+    drive.bench.retract("reflector");
+    // Around the room and back, while the odometry drifts by 1.2 m.
+    for step in 0..120 {
+        let way = if step < 60 { -0.05 } else { 0.05 };
+        drive.base = drive.base.transform(&Pose2D::new(way, 0.0, 0.0));
+        drive.origin.y += 0.01;
+        drive.step();
+    }
+    drive.sees = true;
+    drive.run();
+    assert_eq!(drive.mission().state, Mission::DONE);
+}
+
+#[test]
 fn it_needs_one_kind_of_mark() {
     let mut both = Bench::<Dock>::new();
     assert!(both.awake().is_err());

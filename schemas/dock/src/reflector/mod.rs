@@ -9,6 +9,9 @@ use jde_schema::types::PoseStamped;
 
 use shape::{Bright, Shape};
 
+/// Most things that may be strips. More are noise, and would cost more than its budget.
+const MOST: usize = 64;
+
 /// Strips of a reflector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
@@ -77,12 +80,12 @@ impl Schema for Reflector {
         let Some(scan) = self.laser.get(cx) else {
             self.seen.clear();
             self.last = None;
-            self.publish(cx, Err("there is no scan".into()), Header::default());
+            self.publish(cx, Err("there is no scan".into()), Header::default(), cx.now());
             return Ok(());
         };
         if self.last.replace(scan.sequence()) != Some(scan.sequence()) {
             let found = self.find(cx, &scan);
-            self.publish(cx, found, scan.header);
+            self.publish(cx, found, scan.header, scan.time());
         }
         Ok(())
     }
@@ -144,6 +147,11 @@ impl Reflector {
         self.seen = shape::bright(scan, self.bright.get(cx), self.range.get(cx));
         let seen = &self.seen;
         let narrow = seen.iter().filter(|thing| shape.is_strip(thing)).count();
+        if narrow > MOST {
+            return Err(format!(
+                "{narrow} things are as bright and narrow as strips: raise `bright`"
+            ));
+        }
         match shape.find(seen)[..] {
             [pose] => Ok(pose),
             [] => Err(format!(
@@ -158,7 +166,7 @@ impl Reflector {
         }
     }
 
-    fn publish(&mut self, cx: &Context, found: Result<Pose2D, String>, header: Header) {
+    fn publish(&mut self, cx: &Context, found: Result<Pose2D, String>, header: Header, time: Duration) {
         self.found = found.as_ref().ok().copied();
         match found {
             Ok(pose) => {
@@ -166,7 +174,7 @@ impl Reflector {
                     header,
                     pose: pose.into(),
                 };
-                self.reflector.write_at(cx, stamped, header.stamp.into());
+                self.reflector.write_at(cx, stamped, time);
                 self.words = format!("a reflector, {:.2} m away", pose.x.hypot(pose.y));
             }
             Err(why) => {

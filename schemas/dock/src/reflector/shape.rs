@@ -6,6 +6,8 @@ use jde_schema::prelude::*;
 
 /// Neighbouring beams that end farther apart, m, do not end at the same thing.
 const GAP: f64 = 0.1;
+/// Ends on both sides of a single dull beam that are farther apart, m, are not of one strip.
+const HOLE: f64 = 0.03;
 /// The greatest angle, rad, at which a strip is seen: 70 degrees. Seen from the side it is narrower than its beams tell.
 const ASIDE: f64 = 1.22;
 /// How far before or behind the plane of the strips, m, something bright is part of the reflector.
@@ -62,12 +64,22 @@ pub(crate) fn bright(scan: &LaserScan, least: f64, range: f64) -> Vec<Bright> {
         }
         ends.clear();
     };
+    let mut missing = 0;
     for beam in (first..count).chain(0..first) {
-        let end = end(beam);
-        if end.is_none_or(|end| ends.last().is_some_and(|last| apart(*last, end) > GAP)) {
+        let Some(end) = end(beam) else {
+            missing += 1;
+            continue;
+        };
+        let most = match missing {
+            0 => GAP,
+            1 => HOLE,
+            _ => 0.0,
+        };
+        if ends.last().is_some_and(|last| apart(*last, end) > most) {
             close(&mut ends);
         }
-        ends.extend(end);
+        ends.push(end);
+        missing = 0;
     }
     close(&mut ends);
     things

@@ -115,6 +115,25 @@ fn a_scan_is_stamped_with_its_time_and_frame() {
 }
 
 #[test]
+fn a_dull_beam_does_not_divide_a_strip() {
+    let mut holed = scan(&[Wall::at(0.5, 0.0, 0.0)], -PI);
+    let bright = holed.intensities.iter().position(|bright| *bright == BRIGHT);
+    holed.intensities[bright.expect("a strip is seen") + 2] = DULL;
+    find(&mut bench(), &holed).expect("it is found");
+}
+
+#[test]
+fn too_many_bright_things_are_refused_in_words() {
+    let mut noise = scan(&[Wall::at(0.5, 0.0, 0.0)], -PI);
+    for beam in (0..720).step_by(3) {
+        noise.ranges[beam] = 3.0;
+        noise.intensities[beam] = BRIGHT;
+    }
+    let words = find(&mut bench(), &noise).expect_err("it is noise");
+    assert!(words.ends_with("as strips: raise `bright`"), "{words}");
+}
+
+#[test]
 fn a_covered_strip_a_mirror_and_other_bright_things_are_no_reflector() {
     let wall = |strips: &[f64]| {
         let mut wall = Wall::at(1.0, 0.0, 0.0);
