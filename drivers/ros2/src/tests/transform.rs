@@ -60,11 +60,10 @@ fn the_base_on_the_map_of_a_localizer_is_exported_until_it_is_stale() {
     assert_eq!(frames, ("map", "base_link"));
     let transform: TransformStamped = fixture.bench.exported("transform").unwrap();
     assert_eq!(transform.transform.translation.x, 6.0);
-    let age = fixture
-        .start
-        .elapsed()
-        .saturating_sub(transform.header.stamp.into());
-    assert!(age < Duration::from_secs(3600), "it is in the application's time");
+    assert!(
+        Duration::from(transform.header.stamp) <= fixture.start.elapsed(),
+        "it is in the application's time"
+    );
     fixture.until(|bench| bench.exported::<Odometry>("pose").is_none());
     fixture.until(|bench| state(bench).contains("is older than 0.3 s"));
     assert!(fixture.bench.exported::<TransformStamped>("transform").is_none());

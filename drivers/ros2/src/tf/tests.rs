@@ -278,14 +278,42 @@ fn a_frame_with_two_parents_has_no_transform_until_one_is_silent() {
 }
 
 #[test]
-fn a_static_frame_neither_moves_nor_changes_its_parent() {
+fn a_frame_that_is_static_and_moves_has_no_transform_until_it_moves_no_more() {
     let mut tree = Tree::default();
-    fix(&mut tree, "laser", "base", Transform::IDENTITY).unwrap();
-    insert(&mut tree, "laser", "base", SECOND, planar(1.0, 0.0, 0.0)).unwrap_err();
+    insert(&mut tree, "base", "odom", SECOND, Transform::IDENTITY).unwrap();
+    fix(&mut tree, "odom", "map", Transform::IDENTITY).unwrap();
+    let words = "`odom` in `map` is static and moves: stop one of the nodes that publish it";
+    let error = insert(&mut tree, "odom", "map", SECOND, planar(1.0, 0.0, 0.0)).unwrap_err();
+    assert_eq!(error, words);
+    assert_eq!(tree.lookup("map", "base", None).unwrap_err().to_string(), words);
+    insert(&mut tree, "base", "odom", 13 * SECOND, Transform::IDENTITY).unwrap();
     assert_eq!(
-        tree.lookup("base", "laser", None).unwrap().transform,
+        tree.lookup("map", "base", None).unwrap().transform,
         Transform::IDENTITY
     );
+
+    let mut moving = Tree::default();
+    insert(&mut moving, "odom", "map", SECOND, Transform::IDENTITY).unwrap();
+    fix(&mut moving, "odom", "map", Transform::IDENTITY).unwrap_err();
+    insert(&mut moving, "odom", "map", 13 * SECOND, Transform::IDENTITY).unwrap();
+    assert_eq!(moving.lookup("map", "odom", None).unwrap_err().to_string(), words);
+}
+
+#[test]
+fn a_moving_second_parent_of_a_static_frame_counts_for_10_s() {
+    let mut tree = Tree::default();
+    insert(&mut tree, "base", "odom", SECOND, Transform::IDENTITY).unwrap();
+    fix(&mut tree, "laser", "base", Transform::IDENTITY).unwrap();
+    insert(&mut tree, "laser", "plate", SECOND, Transform::IDENTITY).unwrap_err();
+    assert!(tree.lookup("odom", "laser", None).is_err());
+    insert(&mut tree, "base", "odom", 13 * SECOND, Transform::IDENTITY).unwrap();
+    assert!(tree.lookup("odom", "laser", None).is_ok());
+}
+
+#[test]
+fn a_static_second_parent_counts_at_all_times() {
+    let mut tree = Tree::default();
+    fix(&mut tree, "laser", "base", Transform::IDENTITY).unwrap();
     fix(&mut tree, "laser", "plate", Transform::IDENTITY).unwrap_err();
     assert!(matches!(
         tree.lookup("base", "laser", None),

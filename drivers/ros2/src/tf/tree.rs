@@ -19,15 +19,26 @@ const LISTED: usize = 12;
 
 /// The frames, by their names without a leading slash.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Tree(BTreeMap<String, Edge>);
+pub(crate) struct Tree {
+    edges: BTreeMap<String, Edge>,
+    /// The newest time of a transform that changes, ns.
+    newest: i64,
+}
 
 /// A frame in its parent.
 #[derive(Clone, Debug)]
 struct Edge {
     parent: String,
     history: History,
-    /// Another parent that was published for it, and the time of its newest transform.
-    rival: Option<(String, i64)>,
+    rival: Option<Rival>,
+}
+
+/// What contradicts a frame: another parent, or a transform that is static where the frame moves or the reverse.
+#[derive(Clone, Debug)]
+struct Rival {
+    parent: String,
+    /// The time of its newest transform, ns; `None` if it is static, and counts at all times.
+    stamp: Option<i64>,
 }
 
 /// A frame in another one, as somebody publishes it.
@@ -57,6 +68,8 @@ pub(crate) enum LookupError {
     Apart { frames: [String; 2], roots: [String; 2] },
     /// A frame has two parents.
     TwoParents { child: String, parents: [String; 2] },
+    /// A frame is static in its parent, and moves in it.
+    StaticAndMoves { child: String, parent: String },
     /// A frame in its parent is known until so many seconds before the time that was asked for.
     TooNew {
         child: String,
@@ -91,6 +104,10 @@ impl fmt::Display for LookupError {
                 f,
                 "`{child}` has two parents, `{first}` and `{second}`: stop one of the nodes that publish it"
             ),
+            Self::StaticAndMoves { child, parent } => write!(
+                f,
+                "`{child}` in `{parent}` is static and moves: stop one of the nodes that publish it"
+            ),
             Self::TooNew {
                 child,
                 parent,
@@ -114,15 +131,17 @@ impl fmt::Display for LookupError {
 impl Tree {
     /// Forgets all but the static transforms: time has jumped back.
     pub(crate) fn forget_moving(&mut self) {
-        self.0.retain(|_, edge| matches!(edge.history, History::Fixed(_)));
-        self.0.values_mut().for_each(|edge| edge.rival = None);
+        self.edges
+            .retain(|_, edge| matches!(edge.history, History::Fixed(_)));
+        self.edges.values_mut().for_each(|edge| edge.rival = None);
+        self.newest = 0;
     }
 
     /// Adds a transform.
     ///
     /// # Errors
     /// If it contradicts what is known, or has invalid numbers. Then the tree is as before, but for a frame with two
-    /// parents, which no lookup passes.
+    /// parents or one that is static and moves, which no lookup passes.
     pub(crate) fn insert(&mut self, published: &Published<'_>) -> Result<(), String> {
         let Published { stamp, is_static, .. } = *published;
         let (parent, child) = (plain(published.parent), plain(published.child));
@@ -132,8 +151,12 @@ impl Tree {
         let transform = valid(&published.transform)
             .ok_or_else(|| format!("`{child}` in `{parent}` has invalid numbers"))?;
         let loops = parent == child || self.ancestors(parent).any(|ancestor| ancestor == child);
-        let is_full = self.0.len() >= MAX_FRAMES;
-        match self.0.entry(child.to_owned()) {
+        let is_full = self.edges.len() >= MAX_FRAMES;
+        if !is_static {
+            self.newest = self.newest.max(stamp);
+        }
+        let stamp_of_rival = (!is_static).then_some(stamp);
+        match self.edges.entry(child.to_owned()) {
             _ if loops => Err(format!("`{child}` in `{parent}` would close a loop of frames")),
             Entry::Vacant(_) if is_full => {
                 Err(format!("more than {MAX_FRAMES} frames; `{child}` is ignored"))
@@ -149,16 +172,12 @@ impl Tree {
                     *edge = Edge::new(parent, stamp, transform, is_static);
                     return Ok(());
                 }
-                let stamp = if is_static { i64::MAX } else { stamp };
-                edge.rival = Some((parent.to_owned(), stamp));
-                Err(edge.two_parents(child, parent).to_string())
+                Err(edge.contradict(child, parent, stamp_of_rival))
             }
             Entry::Occupied(mut place) => {
                 let edge = place.get_mut();
                 if is_static != matches!(edge.history, History::Fixed(_)) {
-                    return Err(format!(
-                        "`{child}` in `{parent}` is static and moves: stop one of the nodes that publish it"
-                    ));
+                    return Err(edge.contradict(child, parent, stamp_of_rival));
                 }
                 if edge.history.insert(stamp, transform) {
                     return Ok(());
@@ -201,7 +220,7 @@ impl Tree {
         let newest = up
             .iter()
             .chain(down)
-            .filter_map(|child| self.0[*child].history.newest());
+            .filter_map(|child| self.edges[*child].history.newest());
         let stamp = match (newest.min(), stamp) {
             (None, _) => None,
             (newest, None) => newest,
@@ -218,9 +237,9 @@ impl Tree {
     fn compose(&self, frames: &[&str], stamp: Option<i64>) -> Result<Transform, LookupError> {
         let mut composed = Transform::IDENTITY;
         for child in frames {
-            let edge = &self.0[*child];
-            if let Some(rival) = edge.rival() {
-                return Err(edge.two_parents(child, rival));
+            let edge = &self.edges[*child];
+            if let Some(rival) = edge.rival.as_ref().filter(|rival| rival.counts(self.newest)) {
+                return Err(edge.contradiction(child, rival));
             }
             // Without a time all of them are static.
             let stamp = stamp.unwrap_or(0);
@@ -233,7 +252,7 @@ impl Tree {
     }
 
     fn knows(&self, frame: &str) -> bool {
-        self.0.contains_key(frame) || self.0.values().any(|edge| edge.parent == frame)
+        self.edges.contains_key(frame) || self.edges.values().any(|edge| edge.parent == frame)
     }
 
     /// A frame and all above it, to the root.
@@ -243,13 +262,13 @@ impl Tree {
 
     /// All frames above a frame, up to the root. No loop of frames was ever inserted.
     fn ancestors<'a>(&'a self, frame: &'a str) -> impl Iterator<Item = &'a str> {
-        let parent = |frame: &&'a str| self.0.get(*frame).map(|edge| edge.parent.as_str());
+        let parent = |frame: &&'a str| self.edges.get(*frame).map(|edge| edge.parent.as_str());
         core::iter::successors(parent(&frame), parent)
     }
 
     fn unknown(&self, frame: &str) -> LookupError {
-        let parents = self.0.values().map(|edge| edge.parent.as_str());
-        let mut known: Vec<&str> = self.0.keys().map(String::as_str).chain(parents).collect();
+        let parents = self.edges.values().map(|edge| edge.parent.as_str());
+        let mut known: Vec<&str> = self.edges.keys().map(String::as_str).chain(parents).collect();
         known.sort_unstable();
         known.dedup();
         let more = known.len().saturating_sub(LISTED);
@@ -280,19 +299,27 @@ impl Edge {
         }
     }
 
-    /// The other parent, while its transforms are as new as those that are kept.
-    fn rival(&self) -> Option<&str> {
-        let (rival, stamp) = self.rival.as_ref()?;
-        let newest = self.history.newest();
-        newest
-            .is_none_or(|newest| *stamp >= newest.saturating_sub(KEPT))
-            .then_some(rival.as_str())
+    /// Adds what contradicts it, and returns that in words. What is static counts for longer.
+    fn contradict(&mut self, child: &str, parent: &str, stamp: Option<i64>) -> String {
+        let rival = Rival {
+            parent: parent.to_owned(),
+            stamp,
+        };
+        let error = self.contradiction(child, &rival).to_string();
+        if !self.rival.as_ref().is_some_and(|rival| rival.stamp.is_none()) {
+            self.rival = Some(rival);
+        }
+        error
     }
 
-    fn two_parents(&self, child: &str, rival: &str) -> LookupError {
-        LookupError::TwoParents {
-            child: child.to_owned(),
-            parents: [self.parent.clone(), rival.to_owned()],
+    fn contradiction(&self, child: &str, rival: &Rival) -> LookupError {
+        let (child, parent) = (child.to_owned(), self.parent.clone());
+        match rival.parent == parent {
+            true => LookupError::StaticAndMoves { child, parent },
+            false => LookupError::TwoParents {
+                child,
+                parents: [parent, rival.parent.clone()],
+            },
         }
     }
 
@@ -311,6 +338,14 @@ impl Edge {
                 seconds: seconds(stamp, oldest),
             },
         }
+    }
+}
+
+impl Rival {
+    /// Whether it is as new as the transforms that are kept.
+    fn counts(&self, newest: i64) -> bool {
+        self.stamp
+            .is_none_or(|stamp| stamp >= newest.saturating_sub(KEPT))
     }
 }
 

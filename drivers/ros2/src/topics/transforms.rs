@@ -49,7 +49,7 @@ impl TransformPublisher {
             let Some(value) = import.get(cx).filter(|value| value.sequence() != *sent) else {
                 continue;
             };
-            let (header, placed) = if is_base(import) {
+            let (header, mut placed) = if is_base(import) {
                 let odometry = typed::<Odometry>(&value);
                 (odometry.header, Placed::base(&odometry))
             } else if is_pose(import) {
@@ -58,6 +58,10 @@ impl TransformPublisher {
             } else {
                 continue;
             };
+            let stated = import.settings().frame;
+            if !stated.is_empty() {
+                placed.parent = Frame::truncated(stated.as_str());
+            }
             *sent = value.sequence();
             let stamp = connection.clock.stamp(measured(&header, value.time()));
             let message = self.codec.encode(&message([placed], stamp));
