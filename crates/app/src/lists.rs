@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Port, PortList, Role, Schema, Type};
 use jde_abi::lists::ListedPort;
-use jde_abi::read::ENTRY_KEYS;
+use jde_abi::read::{ENTRY_KEYS, PERIOD};
 use jde_board::value::encode;
 use toml::de::{DeTable, DeValue};
 
@@ -122,9 +122,9 @@ fn settings(
     let Some(table) = entry.node.get_ref().as_table() else {
         return Some(bytes);
     };
-    let stated = table
-        .iter()
-        .filter(|(key, _)| !ENTRY_KEYS.contains(&&**key.get_ref()));
+    // A key of the other kind of list is no setting, so it is refused as one.
+    let own = |key: &str| ENTRY_KEYS.contains(&key) && list.exports != (key == "from");
+    let stated = table.iter().filter(|(key, _)| !own(key.get_ref()));
     let stated: DeTable = stated.map(|(key, node)| (key.clone(), node.clone())).collect();
     let target = ValueTarget {
         name: entry.label.text.to_owned(),
@@ -218,7 +218,9 @@ fn export(
         return None;
     }
     let mut known = drafts.schema(index)?.ports.iter();
-    if known.any(|port| port.name == name.text && !matches!(port.role, Role::Import { .. })) {
+    if name.text == PERIOD
+        || known.any(|port| port.name == name.text && !matches!(port.role, Role::Import { .. }))
+    {
         let message = format!(
             "{what}: {} has a variable {} already",
             draft.section.label,

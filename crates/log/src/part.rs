@@ -81,7 +81,7 @@ impl Mark {
 
 /// Finds the recordings that `path` denotes, each with its files in their order. A file denotes itself and
 /// the other parts of its recording in its folder. A folder denotes the recordings in it, and that of a bag of ROS 2
-/// one recording. The name from which parts were numbered denotes the parts of the newest recording.
+/// without marks one recording. The name from which parts were numbered denotes the parts of the newest recording.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -90,9 +90,16 @@ pub(crate) fn find_recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
         let is_mcap = |path: &Path| path.extension().is_some_and(|extension| extension == EXTENSION);
         if path.join(BAG).is_file() {
             let mut files: Vec<_> = listed(path)?.into_iter().filter(|path| is_mcap(path)).collect();
-            // `bag_10` is behind `bag_9`.
-            files.sort_by_key(|file| file.as_os_str().len());
-            return Ok(Vec::from_iter((!files.is_empty()).then_some(files)));
+            // Tools of ROS 2 describe folders of recordings that are marked, too.
+            let mut is_marked = false;
+            for file in &files {
+                is_marked |= Mark::read(file)?.is_some();
+            }
+            if !is_marked {
+                // `bag_10` is behind `bag_9`.
+                files.sort_by_key(|file| file.as_os_str().len());
+                return Ok(Vec::from_iter((!files.is_empty()).then_some(files)));
+            }
         }
         return find_in_folder(path, is_mcap);
     }

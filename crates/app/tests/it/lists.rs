@@ -149,6 +149,25 @@ apps/good.toml:10:73: `/b` in `publish` of schema `topics` is `robot2:pioneer.la
 "#,
     );
     check(
+        r#"subscribe = { "/there" = "there", "/b" = { as = "period", type = "geometry_msgs/msg/Twist" } }"#,
+        r#"
+apps/good.toml:9:49: `/b` in `subscribe` of schema `topics`: schema `topics` has a variable `period` already
+    help: name it otherwise
+"#,
+    );
+    check(
+        r#"subscribe = { "/there" = { as = "there", from = "pioneer.laser" } }
+publish = { "/a" = { from = "pioneer.laser", type = "nav_msgs/msg/Odometry" } }"#,
+        r#"
+apps/good.toml:9:42: `/there` of `subscribe` of schema `topics` has no field `from`
+    help: fields: `x`, `y` and `theta`
+apps/good.toml:10:46: `/a` of `publish` of schema `topics` has no field `type`
+    help: fields: `x`, `y` and `theta`
+apps/good.toml:14:23: `laser` in `imports` of schema `stop`: `topics` has no `there`
+    help: exports and modulations of `topics`: `connection`
+"#,
+    );
+    check(
         r#"subscribe = "there""#,
         r#"
 apps/good.toml:9:13: `subscribe` of schema `topics` must be a table, not a text

@@ -105,10 +105,14 @@ impl Log {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn write_line(&self, level: Level, line: &LogLine) {
+    fn write_line(&self, metadata: &Metadata<'_>, line: &LogLine) {
+        let level = *metadata.level();
         let mut sink = self.sink();
+        // To forward a line of a library that sends lines would cause the next one.
         #[cfg(feature = "tools")]
-        if let Some(forward) = &sink.forward {
+        if let Some(forward) = &sink.forward
+            && metadata.target().starts_with("jde")
+        {
             let _ = forward.try_send(LogRecord {
                 level,
                 schema: line.schema.clone(),
@@ -166,7 +170,7 @@ impl Subscriber for LogSubscriber {
             .filter
             .is_enabled(metadata.target(), line.schema.as_deref(), *metadata.level())
         {
-            self.log.write_line(*metadata.level(), &line);
+            self.log.write_line(metadata, &line);
         }
     }
 

@@ -244,6 +244,15 @@ fn recordings_of_one_name_have_consecutive_parts_and_are_not_mixed() {
         Err(ReadError::Ambiguous { count: 2, .. })
     ));
 
+    // `ros2 bag reindex` describes the folder, and they stay two recordings.
+    let description = folder.path().join("metadata.yaml");
+    std::fs::write(&description, "").unwrap();
+    assert!(matches!(
+        Recording::open(folder.path()),
+        Err(ReadError::Ambiguous { count: 2, .. })
+    ));
+    std::fs::remove_file(description).unwrap();
+
     // The limit applies to both recordings together.
     let limited = split(PartSize::Time(10 * SECOND), Some(150_000));
     let mut third = Drive::begin(&path, limited, false);

@@ -176,6 +176,16 @@ fn a_value_of_every_kind_survives() {
 }
 
 #[test]
+fn a_number_that_is_not_finite_does_not_become_0() {
+    let name = "geometry_msgs/msg/Point";
+    let message = standard()
+        .encode(name, &json!({ "x": f64::NAN, "y": 2.0 }))
+        .unwrap();
+    let found = standard().decode(name, &message).unwrap();
+    assert_eq!(found, json!({ "x": null, "y": 2.0, "z": 0.0 }));
+}
+
+#[test]
 fn what_does_not_fit_is_refused_by_name() {
     let said = |name: &str, value| standard().encode(name, &value).unwrap_err().to_string();
     assert_eq!(

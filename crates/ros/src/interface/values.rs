@@ -1,4 +1,4 @@
-//! Values of interfaces: JSON to messages in CDR, and back. A number that is not finite is `null` in JSON.
+//! Values of interfaces: JSON to messages in CDR, and back. A float that is not finite is `null` in JSON, and `null` is NaN.
 
 use jde_abi::describe::Scalar;
 use serde_json::{Map, Number, Value};
@@ -86,8 +86,7 @@ impl Interfaces {
             writer.bytes(&[0]);
         }
         for member in members {
-            let value = object.get(&member.name).unwrap_or(&Value::Null);
-            self.write_member(member, value, writer)?;
+            self.write_member(member, object.get(&member.name), writer)?;
         }
         Ok(())
     }
@@ -95,19 +94,22 @@ impl Interfaces {
     fn write_member(
         &self,
         member: &Member,
-        value: &Value,
+        stated: Option<&Value>,
         writer: &mut Writer<'_>,
     ) -> Result<(), ValueError> {
-        let elements = match (member.count, value) {
-            (Count::One, _) => return self.write_element(member, value, writer),
-            (_, Value::Null) => &[][..],
-            (_, value) => value
+        if matches!(member.count, Count::One) {
+            return self.write_element(member, stated, writer);
+        }
+        let value = stated.unwrap_or(&Value::Null);
+        let elements = match value {
+            Value::Null => &[][..],
+            value => value
                 .as_array()
                 .ok_or_else(|| kind(&member.name, value, "list"))?,
         };
         match member.count {
             Count::Array(count) if elements.is_empty() => {
-                return (0..count).try_for_each(|_| self.write_element(member, &Value::Null, writer));
+                return (0..count).try_for_each(|_| self.write_element(member, None, writer));
             }
             Count::Array(count) if elements.len() != count => {
                 return Err(kind(&member.name, value, "list of this length"));
@@ -120,15 +122,16 @@ impl Interfaces {
         }
         elements
             .iter()
-            .try_for_each(|element| self.write_element(member, element, writer))
+            .try_for_each(|element| self.write_element(member, Some(element), writer))
     }
 
     fn write_element(
         &self,
         member: &Member,
-        value: &Value,
+        stated: Option<&Value>,
         writer: &mut Writer<'_>,
     ) -> Result<(), ValueError> {
+        let value = stated.unwrap_or(&Value::Null);
         match &member.kind {
             Kind::Message(name) => self.write(name, &member.name, value, writer),
             Kind::Text => {
@@ -140,7 +143,7 @@ impl Interfaces {
                 Ok(())
             }
             Kind::Scalar(scalar, _) => {
-                let bytes = scalar_bytes(*scalar, value)
+                let bytes = scalar_bytes(*scalar, stated)
                     .ok_or_else(|| kind(&member.name, value, scalar.ros_name()))?;
                 writer.align(bytes.len());
                 writer.bytes(&bytes);
@@ -200,8 +203,8 @@ fn kind(field: &str, value: &Value, expected: &'static str) -> ValueError {
     }
 }
 
-/// Returns the bytes of a number, little endian; `None` if the value is none of that type.
-fn scalar_bytes(scalar: Scalar, value: &Value) -> Option<Vec<u8>> {
+/// Returns the bytes of a number, little endian, which is 0 if none is stated; `None` if the value is none of that type.
+fn scalar_bytes(scalar: Scalar, stated: Option<&Value>) -> Option<Vec<u8>> {
     /// The value as an integer of that type.
     fn integer<T: TryFrom<i64> + TryFrom<u64> + Default>(value: &Value) -> Option<T> {
         match (value.as_i64(), value.as_u64()) {
@@ -210,9 +213,12 @@ fn scalar_bytes(scalar: Scalar, value: &Value) -> Option<Vec<u8>> {
             (None, None) => value.is_null().then(T::default),
         }
     }
-    fn float(value: &Value) -> Option<f64> {
-        value.as_f64().or_else(|| value.is_null().then_some(0.0))
-    }
+    let value = stated.unwrap_or(&Value::Null);
+    let float = || match stated {
+        None => Some(0.0),
+        Some(Value::Null) => Some(f64::NAN),
+        Some(value) => value.as_f64(),
+    };
     Some(match scalar {
         Scalar::Bool => vec![u8::from(
             value.as_bool().or_else(|| value.is_null().then_some(false))?,
@@ -225,8 +231,8 @@ fn scalar_bytes(scalar: Scalar, value: &Value) -> Option<Vec<u8>> {
         Scalar::I32 => integer::<i32>(value)?.to_le_bytes().to_vec(),
         Scalar::U64 => integer::<u64>(value)?.to_le_bytes().to_vec(),
         Scalar::I64 => integer::<i64>(value)?.to_le_bytes().to_vec(),
-        Scalar::F32 => (float(value)? as f32).to_le_bytes().to_vec(),
-        Scalar::F64 => float(value)?.to_le_bytes().to_vec(),
+        Scalar::F32 => (float()? as f32).to_le_bytes().to_vec(),
+        Scalar::F64 => float()?.to_le_bytes().to_vec(),
     })
 }
 

@@ -6,6 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use jde_host::Handle;
 use jde_link::message::Action;
 use jde_link::{Running, Subject as _};
+use jde_records::snapshot::SchemaView;
 use serde_json::{Value, json};
 
 use super::OPERATOR;
@@ -97,8 +98,13 @@ pub(super) fn change(subject: &Running, handle: &Handle, request: &Value) -> Val
 /// The state of the application.
 fn current(subject: &Running) -> State {
     let schemas = subject.snapshot().schemas;
-    let mut holds = schemas.iter().filter_map(|schema| schema.operator.as_ref());
-    if holds.any(|hold| hold.with_everything) {
+    let is_held = |root: &SchemaView| root.operator.as_ref().is_some_and(|hold| hold.with_everything);
+    let roots = schemas
+        .iter()
+        .filter(|schema| schema.father.is_none() && schema.group.is_some());
+    let mut roots = roots.peekable();
+    // An operator may have played a root since everything was stopped.
+    if roots.peek().is_some() && roots.all(is_held) {
         INACTIVE
     } else {
         ACTIVE

@@ -1,5 +1,5 @@
 //! The application as a node of ROS 2: its modulations are parameters, its operators' requests are services, and
-//! its log and health are topics. A thread of normal priority serves it, at most 100 requests and 10 snapshots
+//! its log and health are topics. A thread of normal priority serves it, at most 100 requests of at most 64 KiB
 //! per second, because it takes the engine's lock. No schema waits for it.
 
 mod lifecycle;
@@ -36,6 +36,8 @@ use parameters::Parameters;
 const OPERATOR: &str = "ros2";
 /// The shortest time between two requests that are answered.
 const REQUEST_INTERVAL: Duration = Duration::from_millis(10);
+/// The greatest size of a request, bytes.
+const MAX_REQUEST: usize = 1 << 16;
 /// How often changes are published.
 const CHANGE_INTERVAL: Duration = Duration::from_millis(100);
 /// How often the health is published.
@@ -310,6 +312,13 @@ impl Server {
     /// Answers a request. One that is no message of its type has no response.
     fn answer(&mut self, request: Request) {
         let (name, kind) = SERVICES[request.service];
+        let size = request.message().len();
+        if size > MAX_REQUEST {
+            tracing::warn!(
+                "ROS 2: a request to {name} is ignored: it has {size} bytes, and {MAX_REQUEST} may be"
+            );
+            return;
+        }
         let response = standard()
             .decode(&format!("{kind}_Request"), &request.message())
             .map(|message| self.respond(name, &message))
