@@ -306,7 +306,7 @@ impl Edge {
             stamp,
         };
         let error = self.contradiction(child, &rival).to_string();
-        if !self.rival.as_ref().is_some_and(|rival| rival.stamp.is_none()) {
+        if self.rival.as_ref().is_none_or(|rival| rival.stamp.is_some()) {
             self.rival = Some(rival);
         }
         error
