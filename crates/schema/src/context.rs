@@ -138,6 +138,7 @@ impl Context<'_> {
     }
 
     /// Returns the host's sample of an input with values of that size and alignment, if it has one.
+    #[inline(always)]
     fn sample(&self, slot: &Slot, bytes: usize, align: usize) -> Result<Option<raw::Sample>, Unbound> {
         let (port, name) = (slot.number(self.ports), slot.name);
         let mut sample = raw::Sample {
@@ -185,6 +186,7 @@ impl Context<'_> {
         Some(NonNull::slice_from_raw_parts(self.room(slot)?.cast(), bytes))
     }
 
+    #[inline(always)]
     fn room(&self, slot: &Slot) -> Option<NonNull<c_void>> {
         let (port, name) = (slot.number(self.ports), slot.name);
         let mut room = ptr::null_mut();
