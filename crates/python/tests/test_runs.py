@@ -3,6 +3,7 @@
 import _thread
 import importlib
 import math
+import signal
 import threading
 from pathlib import Path
 
@@ -288,7 +289,10 @@ def test_an_exception_of_a_condition_ends_the_run_in_order(navigation: Path) -> 
         assert run.outcome == "stopped"
 
 
-def test_ctrl_c_ends_the_run_in_order(navigation: Path) -> None:
+def test_ctrl_c_ends_the_run_in_order(navigation: Path, request: pytest.FixtureRequest) -> None:
+    # A shell that starts this in the background lets it ignore the signal.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     with jde.run(navigation, set={"example.rounds": 0}) as run:
         interruption = threading.Timer(0.2, _thread.interrupt_main)
         interruption.start()
