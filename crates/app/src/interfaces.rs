@@ -1,10 +1,13 @@
 //! Types by name: those of the plugins in use, the standard ones, and those that files define, as ROS 2 installs them:
 //! `PACKAGE/msg/NAME.msg` in the folders that the application states, and in `share` of each `AMENT_PREFIX_PATH`.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::{Plugin, Type};
+use jde_document::quote;
 use jde_ros::definition::{definition, gather, read};
 
 /// The most elements or bytes of a field whose definition and entry state no bound.
@@ -36,6 +39,24 @@ impl Capacities {
             }
         }
     }
+
+    /// Refuses a stated field that is none of those without a bound.
+    fn refuse_others(&self, unbounded: &BTreeSet<String>) -> Result<(), String> {
+        let Self::Some(stated) = self else {
+            return Ok(());
+        };
+        match stated.iter().find(|(field, _)| !unbounded.contains(field)) {
+            None => Ok(()),
+            Some((field, _)) => {
+                let fields: Vec<_> = unbounded.iter().map(|field| quote(field)).collect();
+                let other = quote(field);
+                Err(format!(
+                    "`capacity` states {other}, and the fields without a bound are {}",
+                    fields.join(", ")
+                ))
+            }
+        }
+    }
 }
 
 impl Types<'_> {
@@ -63,7 +84,13 @@ impl Types<'_> {
             None if inner == name => Some(text.clone()),
             None => self.file(inner),
         };
-        let gathered = gather(name, find, |field| capacities.of(field)).map_err(|error| error.to_string())?;
+        let unbounded = RefCell::new(BTreeSet::new());
+        let capacity = |field: &str| {
+            unbounded.borrow_mut().insert(field.to_owned());
+            capacities.of(field)
+        };
+        let gathered = gather(name, find, capacity).map_err(|error| error.to_string())?;
+        capacities.refuse_others(&unbounded.borrow())?;
         let found = read(name, &gathered).map_err(|error| error.to_string())?;
         Ok(Some(Arc::new(found)))
     }

@@ -10,6 +10,8 @@ use crate::services::Request;
 
 /// The goals that have ended and are remembered, for clients that ask for their results later.
 const MOST_ENDED: usize = 16;
+/// The requests for the result of a goal that wait; a later one takes the place of the oldest.
+const MAX_WAITING: usize = 16;
 /// Response to a cancellation: a goal of this identifier is not known.
 const UNKNOWN_GOAL: u8 = 2;
 /// Response to a cancellation: the goal has ended already.
@@ -207,7 +209,12 @@ impl ActionServer {
         };
         let id = id_of(&value);
         match self.goals.iter_mut().find(|goal| goal.id == id) {
-            Some(goal) if !goal.status.has_ended() => goal.waiting.push(request),
+            Some(goal) if !goal.status.has_ended() => {
+                if goal.waiting.len() == MAX_WAITING {
+                    goal.waiting.remove(0);
+                }
+                goal.waiting.push(request);
+            }
             Some(goal) => {
                 let (status, result) = (goal.status as u8, goal.result.clone());
                 self.reply_result(node, request, status, &result);
