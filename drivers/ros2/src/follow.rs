@@ -1,7 +1,7 @@
 //! The motor schema through which a ROS 2 program drives a robot. It competes like any other (R13), so the
 //! application can give a brake or a person precedence, and decide between several programs.
 
-use jde_ros_node::{NodeConfig, Settings, names};
+use jde_ros_node::{NodeConfig, Quality, Settings, names};
 use jde_schema::prelude::*;
 
 use crate::clock_source::ClockSource;
@@ -101,7 +101,7 @@ impl Follow {
         let connection = settings.connection_config()?;
         let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
         let config = NodeConfig {
-            subscriptions: velocity::topics(&topic).to_vec(),
+            subscriptions: velocity::topics(&topic, Quality::DEFAULT).to_vec(),
             ..NodeConfig::new(name, connection)
         };
         Ok(ActiveFollow {

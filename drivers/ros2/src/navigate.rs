@@ -1,6 +1,6 @@
 //! The motor schema that lets Nav2 drive: it sends the goal when it wins, and cancels it when it loses.
 
-use jde_ros_node::{ActionClient, GoalEvent, GoalStatus, NodeConfig, Settings, names};
+use jde_ros_node::{ActionClient, GoalEvent, GoalStatus, NodeConfig, Quality, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::json;
 
@@ -172,7 +172,7 @@ impl Navigate {
         let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?;
         let topic = topic.ok_or(NO_TOPIC)?;
         let mut config = NodeConfig {
-            subscriptions: velocity::topics(&topic).to_vec(),
+            subscriptions: velocity::topics(&topic, Quality::DEFAULT).to_vec(),
             ..NodeConfig::new(name, settings.connection_config()?)
         };
         Ok(ActiveNavigate {

@@ -17,10 +17,10 @@ pub(crate) struct TwistStamped {
 }
 
 /// The two topics of a name: plain, then stamped. The second is announced once another node has it.
-pub(crate) fn topics(name: &str) -> [Topic; 2] {
-    let stamped = Codec::<TwistStamped>::new().topic(name.to_owned(), Quality::DEFAULT);
+pub(crate) fn topics(name: &str, quality: Quality) -> [Topic; 2] {
+    let stamped = Codec::<TwistStamped>::new().topic(name.to_owned(), quality);
     [
-        Codec::<Twist>::new().topic(name.to_owned(), Quality::DEFAULT),
+        Codec::<Twist>::new().topic(name.to_owned(), quality),
         Topic {
             announced: Announced::OnceMet,
             ..stamped

@@ -212,7 +212,7 @@ impl Base {
         let config = NodeConfig {
             publications: velocity
                 .iter()
-                .flat_map(|topic| velocity::topics(topic))
+                .flat_map(|topic| velocity::topics(topic, Quality::DEFAULT))
                 .collect(),
             subscriptions: topics,
             ..NodeConfig::new(name, connection)

@@ -151,6 +151,14 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
         frame: Text::new("map"),
         ..default
     };
+    let unmoved = Publication {
+        transform: Flag::FALSE,
+        ..default
+    };
+    let camera = Publication {
+        field_of_view: 1.0,
+        ..default
+    };
     for (entries, place, expected) in [
         (
             vec![Entry::new::<Twist>("publish", "my scan")],
@@ -160,7 +168,7 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
         (
             vec![published(default), Entry::new::<Twist>("publish", "/scan")],
             "/scan",
-            "are the same topic",
+            "have the same topic",
         ),
         (
             vec![Entry::new::<Odometry>("publish", "odom").settings(&mount)],
@@ -171,6 +179,24 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
             vec![Entry::new::<Twist>("publish", "speed").settings(&frame)],
             "speed",
             "`frame` is of messages",
+        ),
+        (
+            vec![Entry::new::<RangeRing>("publish", "sonar").settings(&frame)],
+            "sonar",
+            "`frame` is of messages",
+        ),
+        (
+            vec![Entry::new::<Imu>("publish", "imu").settings(&unmoved)],
+            "imu",
+            "`transform` is of an odometry",
+        ),
+        (
+            vec![
+                Entry::new::<Image>("publish", "image").settings(&camera),
+                Entry::new::<Image>("publish", "depth").settings(&camera),
+            ],
+            "depth",
+            "have the same topic",
         ),
         (
             vec![published(Publication {

@@ -121,22 +121,22 @@ impl Inspect for Topics {
             problems.expect(export, subscription::check(&namespace, export));
         }
         for (import, twin) in self.twins(&namespace) {
-            problems.wrong(import, format!("`{twin}` is the same topic"));
+            problems.wrong(import, format!("`{twin}` has the same topic"));
         }
     }
 }
 
 impl Topics {
-    /// Returns each entry of `publish` whose topic is that of an earlier entry, with that entry's key.
+    /// Returns each entry of `publish` one of whose topics is that of an earlier entry, with that entry's key.
     fn twins(&self, namespace: &str) -> Vec<(&ListedImport<Publication>, &'static str)> {
-        let name =
-            |import: &ListedImport<Publication>| publication::topic_name(namespace, import.label()).ok();
+        let names = |import: &ListedImport<Publication>| publication::topic_names(namespace, import);
         let entries = self.publish.iter().enumerate();
         entries
             .filter_map(|(place, import)| {
-                let twin = self.publish[..place]
-                    .iter()
-                    .find(|other| name(other) == name(import))?;
+                let own = names(import);
+                let is_twin =
+                    |other: &&ListedImport<Publication>| names(other).iter().any(|name| own.contains(name));
+                let twin = self.publish[..place].iter().find(is_twin)?;
                 Some((import, twin.label()))
             })
             .collect()
@@ -147,7 +147,7 @@ impl Topics {
         let connection = settings.connection_config()?;
         if let Some((import, twin)) = self.twins(&name.namespace).first() {
             let label = import.label();
-            return Err(format!("`{twin}` and `{label}` in `publish` are the same topic").into());
+            return Err(format!("`{twin}` and `{label}` in `publish` have the same topic").into());
         }
         let (mut published, mut subscribed) = (Vec::new(), Vec::new());
         let publications = self.publish.iter();

@@ -82,10 +82,22 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
     if !settings.period.is_finite() || !(0.0..=3600.0).contains(&settings.period) {
         return Err(format!("`period` is {}; expected 0 s to 3600 s", settings.period));
     }
-    if !settings.frame.is_empty() && !DescribedCodec::new(value_type).has_header() {
-        return Err("`frame` is of messages with a header, and this type has none".to_owned());
+    let is_ring = is_of::<RangeRing>(value_type);
+    if !settings.frame.is_empty() && (is_ring || !DescribedCodec::new(value_type).has_header()) {
+        return Err("`frame` is of messages with a header of their own, and this type has none".to_owned());
+    }
+    if !settings.transform.get() && !is_of::<Odometry>(value_type) {
+        return Err("`transform` is of an odometry, and this is none".to_owned());
     }
     Ok(())
+}
+
+/// The full names of an entry's topics.
+pub(super) fn topic_names(namespace: &str, import: &ListedImport<Publication>) -> Vec<String> {
+    let name = topic_name(namespace, import.label()).ok();
+    let is_camera = import.settings().field_of_view > 0.0;
+    let info = name.as_deref().filter(|_| is_camera).map(camera_info::topic);
+    name.into_iter().chain(info).collect()
 }
 
 /// The full name of an entry's topic.
@@ -118,7 +130,7 @@ impl TopicPublication {
             topics.push(codec.topic(name, quality));
             MessageForm::Position(codec)
         } else if is_of::<Twist>(value_type) {
-            topics.extend(velocity::topics(&name));
+            topics.extend(velocity::topics(&name, quality));
             MessageForm::Velocity(VelocityPublisher::new(number))
         } else {
             let codec = DescribedCodec::new(value_type);

@@ -90,7 +90,7 @@ impl TopicExport {
             topics.push(codec.topic(name.clone(), quality));
             MessageForm::Position(TopicSubscription::new(number, name.clone(), codec))
         } else if is_of::<Twist>(value_type) {
-            topics.extend(velocity::topics(&name));
+            topics.extend(velocity::topics(&name, quality));
             MessageForm::Velocity(VelocitySubscription::new(number, &name))
         } else {
             let codec = DescribedCodec::new(value_type);
