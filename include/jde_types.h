@@ -974,6 +974,115 @@ static const jde_type jde_image_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_image_fields), "sensor_msgs/msg/Image", "An image of up to 640 × 480 pixels of three bytes, or 640 × 360 depths.",
     sizeof(jde_image), 4u, jde_image_fields};
 
+/** sensor_msgs/msg/CompressedImage: A compressed image of up to 1 MiB. A stack has no room for this type: fill a loan, or memory of the heap. */
+typedef struct jde_compressed_image {
+    /** Time, and the frame of the camera, as of an `Image`. */
+    jde_header header;
+    /** Format: "jpeg" or "png", perhaps within more words, as in "rgb8; jpeg compressed bgr8". */
+    struct { uint32_t length; char bytes[60]; } format;
+    /** A file of that format. */
+    struct { uint32_t length; uint32_t spare; uint8_t items[1048576]; } data;
+} jde_compressed_image;
+
+typedef char jde_compressed_image_has_its_size[sizeof(jde_compressed_image) == 1048712 ? 1 : -1];
+
+static const jde_field jde_compressed_image_fields[] = {
+    JDE_FIELD("header", offsetof(jde_compressed_image, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the camera, as of an `Image`.", "", &jde_header_type),
+    JDE_FIELD("format", offsetof(jde_compressed_image, format.bytes), offsetof(jde_compressed_image, format.length), JDE_U8, JDE_TEXT, 60u,
+              "Format: \"jpeg\" or \"png\", perhaps within more words, as in \"rgb8; jpeg compressed bgr8\".", "", NULL),
+    JDE_FIELD("data", offsetof(jde_compressed_image, data.items), offsetof(jde_compressed_image, data.length), JDE_U8, JDE_SEQUENCE, 1048576u,
+              "A file of that format.", "", NULL),
+};
+static const jde_type jde_compressed_image_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_compressed_image_fields), "sensor_msgs/msg/CompressedImage", "A compressed image of up to 1 MiB. A stack has no room for this type: fill a loan, or memory of the heap.",
+    sizeof(jde_compressed_image), 4u, jde_compressed_image_fields};
+
+/** sensor_msgs/msg/PointField: What a point of a cloud has, and where. */
+typedef struct jde_point_field {
+    /** Name: "x", "y" and "z" are the position, m. */
+    struct { uint32_t length; char bytes[28]; } name;
+    /** Bytes from the start of the point. */
+    uint32_t offset;
+    /** 1 and 2 for int8 and uint8, 3 and 4 of 16 bits, 5 and 6 of 32 bits, 7 float32, 8 float64. */
+    uint8_t datatype;
+    uint8_t padding_37[3];
+    /** Number of elements; 0 counts as 1. */
+    uint32_t count;
+} jde_point_field;
+
+typedef char jde_point_field_has_its_size[sizeof(jde_point_field) == 44 ? 1 : -1];
+
+static const jde_field jde_point_field_fields[] = {
+    JDE_FIELD("name", offsetof(jde_point_field, name.bytes), offsetof(jde_point_field, name.length), JDE_U8, JDE_TEXT, 28u,
+              "Name: \"x\", \"y\" and \"z\" are the position, m.", "", NULL),
+    JDE_FIELD("offset", offsetof(jde_point_field, offset), 0u, JDE_U32, JDE_ONE, 1u,
+              "Bytes from the start of the point.", "", NULL),
+    JDE_FIELD("datatype", offsetof(jde_point_field, datatype), 0u, JDE_U8, JDE_ONE, 1u,
+              "1 and 2 for int8 and uint8, 3 and 4 of 16 bits, 5 and 6 of 32 bits, 7 float32, 8 float64.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_point_field, padding_37), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("count", offsetof(jde_point_field, count), 0u, JDE_U32, JDE_ONE, 1u,
+              "Number of elements; 0 counts as 1.", "", NULL),
+};
+static const jde_type jde_point_field_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_point_field_fields), "sensor_msgs/msg/PointField", "What a point of a cloud has, and where.",
+    sizeof(jde_point_field), 4u, jde_point_field_fields};
+
+/**
+ * sensor_msgs/msg/PointCloud2: A cloud of points, of up to 9 830 400 bytes: 640 × 480 points of 32 bytes. Bytes that a cloud does not have cost no
+ * memory. A stack has no room for this type: fill a loan, or memory of the heap.
+ */
+typedef struct jde_point_cloud2 {
+    /** Time, and the frame of the points. */
+    jde_header header;
+    /** Rows; 1 without an order. */
+    uint32_t height;
+    /** Points of a row. */
+    uint32_t width;
+    /** What each point has. */
+    struct { uint32_t length; uint32_t spare; jde_point_field items[32]; } fields;
+    /** Whether numbers begin with the most significant byte. */
+    uint8_t is_bigendian;
+    uint8_t padding_1489[3];
+    /** Size of a point in bytes. */
+    uint32_t point_step;
+    /** Size of a row in bytes. */
+    uint32_t row_step;
+    /** The points, row by row. */
+    struct { uint32_t length; uint32_t spare; uint8_t items[9830400]; } data;
+    /** Whether all points are valid. */
+    uint8_t is_dense;
+    uint8_t padding_9831909[3];
+} jde_point_cloud2;
+
+typedef char jde_point_cloud2_has_its_size[sizeof(jde_point_cloud2) == 9831912 ? 1 : -1];
+
+static const jde_field jde_point_cloud2_fields[] = {
+    JDE_FIELD("header", offsetof(jde_point_cloud2, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the points.", "", &jde_header_type),
+    JDE_FIELD("height", offsetof(jde_point_cloud2, height), 0u, JDE_U32, JDE_ONE, 1u,
+              "Rows; 1 without an order.", "", NULL),
+    JDE_FIELD("width", offsetof(jde_point_cloud2, width), 0u, JDE_U32, JDE_ONE, 1u,
+              "Points of a row.", "", NULL),
+    JDE_FIELD("fields", offsetof(jde_point_cloud2, fields.items), offsetof(jde_point_cloud2, fields.length), JDE_STRUCT, JDE_SEQUENCE, 32u,
+              "What each point has.", "", &jde_point_field_type),
+    JDE_FIELD("is_bigendian", offsetof(jde_point_cloud2, is_bigendian), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether numbers begin with the most significant byte.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_point_cloud2, padding_1489), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("point_step", offsetof(jde_point_cloud2, point_step), 0u, JDE_U32, JDE_ONE, 1u,
+              "Size of a point in bytes.", "", NULL),
+    JDE_FIELD("row_step", offsetof(jde_point_cloud2, row_step), 0u, JDE_U32, JDE_ONE, 1u,
+              "Size of a row in bytes.", "", NULL),
+    JDE_FIELD("data", offsetof(jde_point_cloud2, data.items), offsetof(jde_point_cloud2, data.length), JDE_U8, JDE_SEQUENCE, 9830400u,
+              "The points, row by row.", "", NULL),
+    JDE_FIELD("is_dense", offsetof(jde_point_cloud2, is_dense), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether all points are valid.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_point_cloud2, padding_9831909), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+};
+static const jde_type jde_point_cloud2_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_point_cloud2_fields), "sensor_msgs/msg/PointCloud2", "A cloud of points, of up to 9 830 400 bytes: 640 × 480 points of 32 bytes. Bytes that a cloud does not have cost no\nmemory. A stack has no room for this type: fill a loan, or memory of the heap.",
+    sizeof(jde_point_cloud2), 4u, jde_point_cloud2_fields};
+
 /** jde_msgs/msg/PanTilt: Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none. */
 typedef struct jde_pan_tilt {
     /** Time, and the frame of the head's base. */
@@ -1407,6 +1516,120 @@ static const jde_field jde_imu_fields[] = {
 static const jde_type jde_imu_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_imu_fields), "sensor_msgs/msg/Imu", "Measurement of an inertial unit. Covariances are row by row; one of zeros is unknown.",
     sizeof(jde_imu), 8u, jde_imu_fields};
+
+/** jde_msgs/msg/Name: A text in a list: a list of these is a `string[]` of ROS 2. */
+typedef struct jde_name {
+    /** The text. */
+    struct { uint32_t length; char bytes[60]; } data;
+} jde_name;
+
+typedef char jde_name_has_its_size[sizeof(jde_name) == 64 ? 1 : -1];
+
+static const jde_field jde_name_fields[] = {
+    JDE_FIELD("data", offsetof(jde_name, data.bytes), offsetof(jde_name, data.length), JDE_U8, JDE_TEXT, 60u,
+              "The text.", "", NULL),
+};
+static const jde_type jde_name_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_name_fields), "jde_msgs/msg/Name", "A text in a list: a list of these is a `string[]` of ROS 2.",
+    sizeof(jde_name), 4u, jde_name_fields};
+
+/** sensor_msgs/msg/JointState: The state of up to 64 joints. Each list has an element for each joint, in the order of the names, or is empty. */
+typedef struct jde_joint_state {
+    /** Time. */
+    jde_header header;
+    /** The names of the joints. */
+    struct { uint32_t length; uint32_t spare; jde_name items[64]; } name;
+    /** Angle, rad; of a joint that slides the distance, m. */
+    struct { uint32_t length; uint32_t spare; double items[64]; } position;
+    /** Velocity, rad/s or m/s. */
+    struct { uint32_t length; uint32_t spare; double items[64]; } velocity;
+    /** Torque, N·m, or force, N. */
+    struct { uint32_t length; uint32_t spare; double items[64]; } effort;
+} jde_joint_state;
+
+typedef char jde_joint_state_has_its_size[sizeof(jde_joint_state) == 5728 ? 1 : -1];
+
+static const jde_field jde_joint_state_fields[] = {
+    JDE_FIELD("header", offsetof(jde_joint_state, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time.", "", &jde_header_type),
+    JDE_FIELD("name", offsetof(jde_joint_state, name.items), offsetof(jde_joint_state, name.length), JDE_STRUCT, JDE_SEQUENCE, 64u,
+              "The names of the joints.", "", &jde_name_type),
+    JDE_FIELD("position", offsetof(jde_joint_state, position.items), offsetof(jde_joint_state, position.length), JDE_F64, JDE_SEQUENCE, 64u,
+              "Angle, rad; of a joint that slides the distance, m.", "", NULL),
+    JDE_FIELD("velocity", offsetof(jde_joint_state, velocity.items), offsetof(jde_joint_state, velocity.length), JDE_F64, JDE_SEQUENCE, 64u,
+              "Velocity, rad/s or m/s.", "", NULL),
+    JDE_FIELD("effort", offsetof(jde_joint_state, effort.items), offsetof(jde_joint_state, effort.length), JDE_F64, JDE_SEQUENCE, 64u,
+              "Torque, N·m, or force, N.", "", NULL),
+};
+static const jde_type jde_joint_state_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_joint_state_fields), "sensor_msgs/msg/JointState", "The state of up to 64 joints. Each list has an element for each joint, in the order of the names, or is empty.",
+    sizeof(jde_joint_state), 8u, jde_joint_state_fields};
+
+/** sensor_msgs/msg/NavSatStatus: Whether a satellite receiver has a fix. */
+typedef struct jde_nav_sat_status {
+    /** -2 unknown, -1 no fix, 0 a fix, 1 one with corrections of satellites, 2 one with corrections of ground stations. */
+    int8_t status;
+    uint8_t padding_1[1];
+    /** The systems in use, a sum: 1 GPS, 2 GLONASS, 4 BeiDou, 8 Galileo. */
+    uint16_t service;
+} jde_nav_sat_status;
+
+typedef char jde_nav_sat_status_has_its_size[sizeof(jde_nav_sat_status) == 4 ? 1 : -1];
+
+static const jde_field jde_nav_sat_status_fields[] = {
+    JDE_FIELD("status", offsetof(jde_nav_sat_status, status), 0u, JDE_I8, JDE_ONE, 1u,
+              "-2 unknown, -1 no fix, 0 a fix, 1 one with corrections of satellites, 2 one with corrections of ground stations.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_nav_sat_status, padding_1), 0u, JDE_U8, JDE_PADDING, 1u, "", "", NULL),
+    JDE_FIELD("service", offsetof(jde_nav_sat_status, service), 0u, JDE_U16, JDE_ONE, 1u,
+              "The systems in use, a sum: 1 GPS, 2 GLONASS, 4 BeiDou, 8 Galileo.", "", NULL),
+};
+static const jde_type jde_nav_sat_status_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_nav_sat_status_fields), "sensor_msgs/msg/NavSatStatus", "Whether a satellite receiver has a fix.",
+    sizeof(jde_nav_sat_status), 2u, jde_nav_sat_status_fields};
+
+/** sensor_msgs/msg/NavSatFix: A position on the Earth (WGS 84), as a satellite receiver measures it. */
+typedef struct jde_nav_sat_fix {
+    /** Time, and the frame of the antenna. */
+    jde_header header;
+    /** Whether there is a fix, and of which systems. */
+    jde_nav_sat_status status;
+    uint8_t padding_68[4];
+    /** Latitude, positive to the north. [deg] */
+    double latitude;
+    /** Longitude, positive to the east. [deg] */
+    double longitude;
+    /** Height above the ellipsoid; NaN if it is unknown. [m] */
+    double altitude;
+    /** Covariance to the east, to the north and up, row by row. [m2] */
+    double position_covariance[9];
+    /** The covariance is 0 unknown, 1 estimated, 2 known on its diagonal, 3 known. */
+    uint8_t position_covariance_type;
+    uint8_t padding_169[7];
+} jde_nav_sat_fix;
+
+typedef char jde_nav_sat_fix_has_its_size[sizeof(jde_nav_sat_fix) == 176 ? 1 : -1];
+
+static const jde_field jde_nav_sat_fix_fields[] = {
+    JDE_FIELD("header", offsetof(jde_nav_sat_fix, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time, and the frame of the antenna.", "", &jde_header_type),
+    JDE_FIELD("status", offsetof(jde_nav_sat_fix, status), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Whether there is a fix, and of which systems.", "", &jde_nav_sat_status_type),
+    JDE_FIELD("_", offsetof(jde_nav_sat_fix, padding_68), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+    JDE_FIELD("latitude", offsetof(jde_nav_sat_fix, latitude), 0u, JDE_F64, JDE_ONE, 1u,
+              "Latitude, positive to the north.", "deg", NULL),
+    JDE_FIELD("longitude", offsetof(jde_nav_sat_fix, longitude), 0u, JDE_F64, JDE_ONE, 1u,
+              "Longitude, positive to the east.", "deg", NULL),
+    JDE_FIELD("altitude", offsetof(jde_nav_sat_fix, altitude), 0u, JDE_F64, JDE_ONE, 1u,
+              "Height above the ellipsoid; NaN if it is unknown.", "m", NULL),
+    JDE_FIELD("position_covariance", offsetof(jde_nav_sat_fix, position_covariance), 0u, JDE_F64, JDE_ARRAY, 9u,
+              "Covariance to the east, to the north and up, row by row.", "m2", NULL),
+    JDE_FIELD("position_covariance_type", offsetof(jde_nav_sat_fix, position_covariance_type), 0u, JDE_U8, JDE_ONE, 1u,
+              "The covariance is 0 unknown, 1 estimated, 2 known on its diagonal, 3 known.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_nav_sat_fix, padding_169), 0u, JDE_U8, JDE_PADDING, 7u, "", "", NULL),
+};
+static const jde_type jde_nav_sat_fix_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_nav_sat_fix_fields), "sensor_msgs/msg/NavSatFix", "A position on the Earth (WGS 84), as a satellite receiver measures it.",
+    sizeof(jde_nav_sat_fix), 8u, jde_nav_sat_fix_fields};
 
 /**
  * jde_msgs/msg/PositionFix: Measured position on the ground, as of a satellite receiver. ROS has latitude and longitude instead

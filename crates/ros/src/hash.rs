@@ -9,7 +9,7 @@ use hiroz_schema::{
 };
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-use crate::definition::name;
+use crate::definition::{name, texts};
 
 /// Offsets from the number of a kind to that of an array and of an unbounded sequence of it.
 const ARRAY: u8 = TypeId::NESTED_TYPE_ARRAY - TypeId::NESTED_TYPE;
@@ -32,6 +32,7 @@ pub fn rihs01(value_type: &Type) -> String {
 fn referenced(value_type: &Type, parts: &mut BTreeMap<String, TypeDescription>) {
     for field in &value_type.fields {
         if let FieldKind::Struct(inner) = &field.kind
+            && texts(field).is_none()
             && parts.insert(name(inner), describe_type(inner)).is_none()
         {
             referenced(inner, parts);
@@ -62,6 +63,7 @@ pub(crate) fn placeholder() -> FieldDescription {
 fn describe_field(field: &Field) -> FieldDescription {
     let (kind, nested_type_name) = match &field.kind {
         FieldKind::Scalar(scalar) => (number(*scalar), String::new()),
+        FieldKind::Struct(_) if texts(field).is_some() => (TypeId::STRING, String::new()),
         FieldKind::Struct(inner) => (TypeId::NESTED_TYPE, name(inner)),
     };
     let (type_id, capacity) = match field.form {
@@ -238,6 +240,30 @@ mod tests {
         (
             "sensor_msgs/msg/Imu",
             "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
+        ),
+        (
+            "sensor_msgs/msg/JointState",
+            "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+        ),
+        (
+            "sensor_msgs/msg/NavSatStatus",
+            "d1ed3befa628e09571bd273b888ba1c1fd187c9a5e0006b385d7e5e9095a3204",
+        ),
+        (
+            "sensor_msgs/msg/NavSatFix",
+            "62223ab3fe210a15976021da7afddc9e200dc9ec75231c1b6a557fc598a65404",
+        ),
+        (
+            "sensor_msgs/msg/CompressedImage",
+            "15640771531571185e2efc8a100baf923961a4d15d5569652e6cb6691e8e371a",
+        ),
+        (
+            "sensor_msgs/msg/PointField",
+            "5c6a4750728c2bcfbbf7037225b20b02d4429634732146b742dee1726637ef01",
+        ),
+        (
+            "sensor_msgs/msg/PointCloud2",
+            "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5",
         ),
     ];
 

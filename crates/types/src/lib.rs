@@ -9,7 +9,9 @@ extern crate self as jde_types;
 
 mod blobs;
 mod body;
+mod cloud;
 mod geometry;
+mod joints;
 mod mission;
 mod modulated;
 mod nav;
@@ -17,6 +19,7 @@ mod padding;
 mod part;
 mod people;
 mod range;
+mod satellite;
 mod scalar;
 mod scenery;
 mod sensor;
@@ -30,11 +33,13 @@ mod zones;
 
 pub use blobs::{ColorBlob, ColorBlobs};
 pub use body::{Body, Footprint, Mount};
+pub use cloud::{PointCloud2, PointField};
 pub use geometry::{
     Point, Point2D, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance,
     Vector3, normalize_angle,
 };
 pub use jde_macros::{Choice, Value};
+pub use joints::{JointState, Name};
 pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
 pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Start, Target};
@@ -42,9 +47,11 @@ pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use people::{Person, Persons};
 pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
+pub use satellite::{NavSatFix, NavSatStatus};
 pub use scenery::{Movers, Scenery, Thing};
 pub use sensor::{
-    BatteryState, Bumpers, Connection, Image, Imu, LineSensor, PanTilt, PositionFix, WheelEncoders,
+    BatteryState, Bumpers, CompressedImage, Connection, Image, Imu, LineSensor, PanTilt, PositionFix,
+    WheelEncoders,
 };
 pub use seq::Seq;
 pub use stamp::{Frame, Header, Time};
@@ -102,6 +109,9 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Range::describe(),
         RangeRing::describe(),
         Image::describe(),
+        CompressedImage::describe(),
+        PointField::describe(),
+        PointCloud2::describe(),
         PanTilt::describe(),
         ColorBlob::describe(),
         ColorBlobs::describe(),
@@ -113,6 +123,10 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Bumpers::describe(),
         LineSensor::describe(),
         Imu::describe(),
+        Name::describe(),
+        JointState::describe(),
+        NavSatStatus::describe(),
+        NavSatFix::describe(),
         PositionFix::describe(),
         WheelEncoders::describe(),
         Connection::describe(),

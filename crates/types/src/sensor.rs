@@ -26,6 +26,19 @@ pub struct Image {
     pub data: Seq<u8, { 640 * 480 * 3 }>,
 }
 
+/// A compressed image of up to 1 MiB. A stack has no room for this type: fill a loan, or memory of the heap.
+#[derive(Clone, Copy, PartialEq, Value)]
+#[repr(C)]
+#[value(name = "sensor_msgs/msg/CompressedImage")]
+pub struct CompressedImage {
+    /// Time, and the frame of the camera, as of an `Image`.
+    pub header: Header,
+    /// Format: "jpeg" or "png", perhaps within more words, as in "rgb8; jpeg compressed bgr8".
+    pub format: Text<60>,
+    /// A file of that format.
+    pub data: Seq<u8, { 1 << 20 }>,
+}
+
 /// Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
 #[repr(C)]
@@ -230,6 +243,12 @@ impl core::fmt::Debug for Image {
             self.encoding,
             self.data.len()
         )
+    }
+}
+
+impl core::fmt::Debug for CompressedImage {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "CompressedImage({}, {} bytes)", self.format, self.data.len())
     }
 }
 

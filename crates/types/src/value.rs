@@ -83,6 +83,15 @@ pub unsafe trait Value: Copy + Send + Sync + 'static {
         (bytes.len() == size_of::<Self>()).then(|| unsafe { bytes.as_ptr().cast::<Self>().read_unaligned() })
     }
 
+    /// Returns the value of these bytes in place; `None` if their number or alignment is another one.
+    #[must_use]
+    fn view(bytes: &[u8]) -> Option<&Self> {
+        let value = bytes.as_ptr().cast::<Self>();
+        // SAFETY: there are as many bytes as the value has, aligned as it is and borrowed for as long, and every pattern
+        // is valid by the contract of this trait.
+        (bytes.len() == size_of::<Self>() && value.is_aligned()).then(|| unsafe { &*value })
+    }
+
     /// Returns its bytes, as in its description.
     #[must_use]
     fn as_bytes(&self) -> &[u8] {

@@ -20,7 +20,7 @@ pub(super) fn module() -> String {
     );
     let types: Vec<Type> = jde_types::standard()
         .into_iter()
-        .filter(|ty| ty.as_number().is_none())
+        .filter(|ty| !is_plain(ty))
         .collect();
     let mut names: Vec<&str> = types.iter().map(class_name).collect();
     names.extend(["LaserPoint", "SonarEcho", "normalize_angle"]);
@@ -34,6 +34,11 @@ pub(super) fn module() -> String {
         write_class(ty, &mut out);
     }
     out
+}
+
+/// Whether values of a type are numbers or texts of Python.
+fn is_plain(ty: &Type) -> bool {
+    matches!(ty.fields.as_slice(), [field] if field.name == "data")
 }
 
 fn write_class(ty: &Type, out: &mut String) {
@@ -93,6 +98,7 @@ fn annotation(field: &Field) -> String {
 
 fn element(kind: &FieldKind) -> &str {
     match kind {
+        FieldKind::Struct(ty) if is_plain(ty) => "str",
         FieldKind::Struct(ty) => class_name(ty),
         FieldKind::Scalar(scalar) => match scalar {
             Scalar::Bool => "bool",
@@ -113,6 +119,7 @@ fn element(kind: &FieldKind) -> &str {
 fn default(ty: &Type, field: &Field) -> String {
     let one = match (class_name(ty), field.name.as_str(), &field.kind) {
         ("Quaternion", "w", _) => "1.0".to_owned(),
+        ("NavSatStatus", "status", _) => "-2".to_owned(),
         ("BatteryState", _, FieldKind::Scalar(Scalar::F32)) if field.form == Form::One => {
             "math.nan".to_owned()
         }

@@ -16,11 +16,13 @@ __all__ = [
     "Bumpers",
     "ColorBlob",
     "ColorBlobs",
+    "CompressedImage",
     "Connection",
     "Footprint",
     "Header",
     "Image",
     "Imu",
+    "JointState",
     "Lanes",
     "LaserPoint",
     "LaserScan",
@@ -29,6 +31,8 @@ __all__ = [
     "Mission",
     "Mount",
     "Movers",
+    "NavSatFix",
+    "NavSatStatus",
     "OccupancyGrid",
     "Odometry",
     "PanTilt",
@@ -37,6 +41,8 @@ __all__ = [
     "Persons",
     "Point",
     "Point2D",
+    "PointCloud2",
+    "PointField",
     "Pose",
     "Pose2D",
     "PoseStamped",
@@ -513,6 +519,71 @@ class Image(_standard.ImageFunctions):
     """Rows, from top to bottom."""
 
 
+@standard("sensor_msgs/msg/CompressedImage")
+class CompressedImage:
+    """A compressed image of up to 1 MiB. A stack has no room for this type: fill a loan, or memory of the heap."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the camera, as of an `Image`."""
+
+    format: str = ""
+    """Format: "jpeg" or "png", perhaps within more words, as in "rgb8; jpeg compressed bgr8"."""
+
+    data: Sequence[int] = field(default_factory=list)
+    """A file of that format."""
+
+
+@standard("sensor_msgs/msg/PointField")
+class PointField:
+    """What a point of a cloud has, and where."""
+
+    name: str = ""
+    """Name: "x", "y" and "z" are the position, m."""
+
+    offset: int = 0
+    """Bytes from the start of the point."""
+
+    datatype: int = 0
+    """1 and 2 for int8 and uint8, 3 and 4 of 16 bits, 5 and 6 of 32 bits, 7 float32, 8 float64."""
+
+    count: int = 0
+    """Number of elements; 0 counts as 1."""
+
+
+@standard("sensor_msgs/msg/PointCloud2")
+class PointCloud2:
+    """A cloud of points, of up to 9 830 400 bytes: 640 × 480 points of 32 bytes. Bytes that a cloud does not have
+    cost no memory. A stack has no room for this type: fill a loan, or memory of the heap.
+    """
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the points."""
+
+    height: int = 0
+    """Rows; 1 without an order."""
+
+    width: int = 0
+    """Points of a row."""
+
+    fields: Sequence[PointField] = field(default_factory=list)
+    """What each point has."""
+
+    is_bigendian: bool = False
+    """Whether numbers begin with the most significant byte."""
+
+    point_step: int = 0
+    """Size of a point in bytes."""
+
+    row_step: int = 0
+    """Size of a row in bytes."""
+
+    data: Sequence[int] = field(default_factory=list)
+    """The points, row by row."""
+
+    is_dense: bool = False
+    """Whether all points are valid."""
+
+
 @standard("jde_msgs/msg/PanTilt")
 class PanTilt:
     """Direction of a pan-tilt head. ROS has a joint state with joint names instead; two named angles need none."""
@@ -782,6 +853,64 @@ class Imu:
 
     linear_acceleration_covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 9)
     """Their covariance, (m/s²)²."""
+
+
+@standard("sensor_msgs/msg/JointState")
+class JointState:
+    """The state of up to 64 joints. Each list has an element for each joint, in the order of the names, or is empty."""
+
+    header: Header = field(default_factory=Header)
+    """Time."""
+
+    name: Sequence[str] = field(default_factory=list)
+    """The names of the joints."""
+
+    position: Sequence[float] = field(default_factory=list)
+    """Angle, rad; of a joint that slides the distance, m."""
+
+    velocity: Sequence[float] = field(default_factory=list)
+    """Velocity, rad/s or m/s."""
+
+    effort: Sequence[float] = field(default_factory=list)
+    """Torque, N·m, or force, N."""
+
+
+@standard("sensor_msgs/msg/NavSatStatus")
+class NavSatStatus:
+    """Whether a satellite receiver has a fix."""
+
+    status: int = -2
+    """-2 unknown, -1 no fix, 0 a fix, 1 one with corrections of satellites, 2 one with corrections of ground stations.
+    """
+
+    service: int = 0
+    """The systems in use, a sum: 1 GPS, 2 GLONASS, 4 BeiDou, 8 Galileo."""
+
+
+@standard("sensor_msgs/msg/NavSatFix")
+class NavSatFix:
+    """A position on the Earth (WGS 84), as a satellite receiver measures it."""
+
+    header: Header = field(default_factory=Header)
+    """Time, and the frame of the antenna."""
+
+    status: NavSatStatus = field(default_factory=NavSatStatus)
+    """Whether there is a fix, and of which systems."""
+
+    latitude: float = 0.0
+    """Latitude, positive to the north. [deg]"""
+
+    longitude: float = 0.0
+    """Longitude, positive to the east. [deg]"""
+
+    altitude: float = 0.0
+    """Height above the ellipsoid; NaN if it is unknown. [m]"""
+
+    position_covariance: Sequence[float] = field(default_factory=lambda: [0.0] * 9)
+    """Covariance to the east, to the north and up, row by row. [m2]"""
+
+    position_covariance_type: int = 0
+    """The covariance is 0 unknown, 1 estimated, 2 known on its diagonal, 3 known."""
 
 
 @standard("jde_msgs/msg/PositionFix")

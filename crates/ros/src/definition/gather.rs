@@ -73,23 +73,26 @@ fn field<'l>(line: &'l str, capacity: &impl Fn(&str) -> usize) -> Option<(&'l st
         return None;
     }
     let element = kind.split(['[', '<']).next()?;
-    let bounded = match kind {
-        "string" => format!("string<={} {name}", capacity(name)),
-        kind if kind.ends_with("[]") => format!("{element}[<={}] {name}", capacity(name)),
-        _ => return Some((element, line.to_owned())),
-    };
-    Some((element, bounded))
+    let list = kind.strip_prefix(element)?;
+    let is_text = element == "string" && !list.starts_with("<=");
+    if !is_text && !list.ends_with("[]") {
+        return Some((element, line.to_owned()));
+    }
+    let bound = format!("<={}", capacity(name));
+    let text = if is_text { bound.as_str() } else { "" };
+    let list = list.replace("[]", &format!("[{bound}]"));
+    Some((element, format!("{element}{text}{list} {name}")))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::read;
+    use super::super::{read, texts};
     use super::*;
 
     fn find(name: &str) -> Option<String> {
         let text = match name {
             "my_msgs/msg/Cloud" => {
-                "# Points.\nuint8 MOST=3\nstd_msgs/Header header\nPoint[] points\nstring name # who\nfloat32[4] plane 0 0 0 1\n"
+                "# Points.\nuint8 MOST=3\nstd_msgs/Header header\nPoint[] points\nstring name # who\nstring[] words\nstring<=8[] short\nfloat32[4] plane 0 0 0 1\n"
             }
             "my_msgs/msg/Point" => "float64 x\nfloat64 y\n",
             "std_msgs/msg/Header" => "builtin_interfaces/msg/Time stamp\nstring<=20 frame_id\n",
@@ -112,8 +115,16 @@ mod tests {
             .collect();
         assert_eq!(
             fields,
-            [("header", 1), ("points", 100), ("name", 16), ("plane", 4)]
+            [
+                ("header", 1),
+                ("points", 100),
+                ("name", 16),
+                ("words", 16),
+                ("short", 16),
+                ("plane", 4)
+            ]
         );
+        assert_eq!([3, 4].map(|list| texts(&cloud.fields[list])), [Some(16), Some(8)]);
         assert_eq!(text.matches("MSG: ").count(), 3);
     }
 

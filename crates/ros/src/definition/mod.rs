@@ -41,8 +41,8 @@ pub fn definition(value_type: &Type) -> String {
         }
         write_fields(next, &mut text);
         let inner = next.fields.iter().filter_map(|field| match &field.kind {
-            FieldKind::Struct(inner) => Some(&**inner),
-            FieldKind::Scalar(_) => None,
+            FieldKind::Struct(inner) if texts(field).is_none() => Some(&**inner),
+            FieldKind::Struct(_) | FieldKind::Scalar(_) => None,
         });
         let new: Vec<_> = inner.filter(|inner| listed.insert(short(inner))).collect();
         pending.extend(new.into_iter().rev());
@@ -63,15 +63,29 @@ fn write_fields(value_type: &Type, text: &mut String) {
 }
 
 fn kind(field: &Field) -> String {
-    let element = match &field.kind {
-        FieldKind::Scalar(scalar) => scalar.ros_name().to_owned(),
-        FieldKind::Struct(inner) => short(inner),
+    let element = match (&field.kind, texts(field)) {
+        (FieldKind::Scalar(scalar), _) => scalar.ros_name().to_owned(),
+        (FieldKind::Struct(_), Some(capacity)) => format!("string<={capacity}"),
+        (FieldKind::Struct(inner), None) => short(inner),
     };
     match field.form {
         Form::One => element,
         Form::Array(count) => format!("{element}[{count}]"),
         Form::Sequence { capacity, .. } => format!("{element}[<={capacity}]"),
         Form::Text { capacity, .. } => format!("string<={capacity}"),
+    }
+}
+
+/// The structure whose lists are lists of texts in ROS 2. A message of one text is that text.
+const TEXT: &str = "jde_msgs/msg/Name";
+
+/// Returns the capacity of each text, if a field is a list of texts.
+pub(crate) fn texts(field: &Field) -> Option<usize> {
+    match (&field.kind, field.form) {
+        (FieldKind::Struct(inner), Form::Array(_) | Form::Sequence { .. }) if inner.name == TEXT => {
+            inner.fields.first().map(|text| text.form.capacity())
+        }
+        _ => None,
     }
 }
 

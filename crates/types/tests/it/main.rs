@@ -1,4 +1,5 @@
-//! Shared types: their layout, and the geometry of poses.
+//! Shared types: their layout, the geometry of poses, and contents that other programs send.
 
 mod geometry;
 mod layout;
+mod ros;

@@ -2,8 +2,18 @@
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
+use super::super::TEXT;
 use super::section::Line;
 use super::{MAX_BYTES, ReadError};
+
+/// The elements of a field.
+pub(super) enum Element<'a> {
+    Number(Scalar),
+    /// A structure of this name.
+    Structure(&'a str),
+    /// A text of at most so many bytes, in a list.
+    Text(usize),
+}
 
 /// The number of elements, before the field has a place.
 pub(super) enum Shape {
@@ -13,8 +23,8 @@ pub(super) enum Shape {
     Text(usize),
 }
 
-/// Returns the type of a field's elements, and their number.
-pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(&'a str, Shape), ReadError> {
+/// Returns a field's elements, and their number.
+pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(Element<'a>, Shape), ReadError> {
     let error = |reason| ReadError::Kind {
         line: line.number,
         kind: line.kind.to_owned(),
@@ -35,25 +45,45 @@ pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(&'a str, Shape), ReadError> 
         None => (line.kind, None),
     };
     let text = match element.split_once("<=") {
-        Some(("string", limit)) => Some(Some(limit)),
-        None if element == "string" => Some(None),
+        Some(("string", limit)) => Some(limit),
+        None if element == "string" && bracket.is_some() => {
+            return Err(error("give its texts a bound, as in `string<=64[<=8]`"));
+        }
+        None if element == "string" => return Err(error("give it a bound, as in `string<=64`")),
         Some(_) | None => None,
     };
-    match (text, bracket) {
-        (Some(_), Some(_)) => Err(error("give each text a field of its own")),
-        (Some(None), None) => Err(error("give it a bound, as in `string<=64`")),
-        (Some(Some(limit)), None) => Ok(("uint8", Shape::Text(number(limit)?))),
-        (None, Some("")) => Err(error("give it a bound, as in `float32[<=64]`")),
-        (None, Some(count)) => Ok((
-            element,
-            match count.strip_prefix("<=") {
-                Some(limit) => Shape::Sequence(number(limit)?),
-                None => Shape::Array(number(count)?),
-            },
+    let count = match bracket {
+        Some("") => return Err(error("give it a bound, as in `float32[<=64]`")),
+        Some(count) => match count.strip_prefix("<=") {
+            Some(limit) => Shape::Sequence(number(limit)?),
+            None => Shape::Array(number(count)?),
+        },
+        None => Shape::One,
+    };
+    match (text, count) {
+        (Some(limit), Shape::One) => Ok((Element::Number(Scalar::U8), Shape::Text(number(limit)?))),
+        (Some(limit), count) => Ok((Element::Text(number(limit)?), count)),
+        (None, _) if element.starts_with("wstring") => Err(error("texts are UTF-8: `string<=64`")),
+        (None, count) => Ok((
+            scalar(element).map_or(Element::Structure(element), Element::Number),
+            count,
         )),
-        (None, None) if element.starts_with("wstring") => Err(error("texts are UTF-8: `string<=64`")),
-        (None, None) => Ok((element, Shape::One)),
     }
+}
+
+/// Returns the structure of a text of at most so many bytes, as an element of a list. `None` if it is too large.
+pub(super) fn text(capacity: usize) -> Option<Type> {
+    let line = Line {
+        number: 0,
+        kind: "",
+        name: "data",
+        doc: "The text.".to_owned(),
+        unit: String::new(),
+    };
+    let mut layout = Layout::default();
+    layout.push(&line, FieldKind::Scalar(Scalar::U8), Shape::Text(capacity))?;
+    let doc = "A text in a list: a list of these is a `string[]` of ROS 2.";
+    Some(layout.finish(TEXT.to_owned(), doc.to_owned()))
 }
 
 /// The number of this name; `None` for a structure or a text.

@@ -14,7 +14,7 @@ use jde_abi::describe::{FieldKind, Type};
 
 use super::{definition, parts};
 pub(crate) use layout::scalar;
-use layout::{Layout, shape};
+use layout::{Element, Layout, shape, text};
 use section::{Line, Section, sections};
 
 /// The longest definition, in bytes; the standard types need 5 kB at most.
@@ -163,6 +163,7 @@ impl Reader<'_> {
         let mut layout = Layout::default();
         let mut names = BTreeSet::new();
         let (mut height, mut count) = (0, 0_usize);
+        let too_large = || ReadError::TooLarge(title.to_owned());
         for line in &section.fields {
             if !names.insert(line.name) {
                 return Err(ReadError::Duplicate {
@@ -171,25 +172,28 @@ impl Reader<'_> {
                 });
             }
             let (element, shape) = shape(line)?;
-            let kind = match scalar(element) {
-                Some(scalar) => FieldKind::Scalar(scalar),
-                None => {
+            let kind = match element {
+                Element::Number(scalar) => FieldKind::Scalar(scalar),
+                Element::Structure(element) => {
                     let inner = self.inner(section, line, element, depth)?;
                     height = height.max(inner.height + 1);
                     count = count.saturating_add(inner.fields);
                     FieldKind::Struct(inner.value_type)
                 }
+                Element::Text(capacity) => {
+                    height = height.max(1);
+                    count = count.saturating_add(1);
+                    FieldKind::Struct(Arc::new(text(capacity).ok_or_else(too_large)?))
+                }
             };
             count = count.saturating_add(1);
-            layout
-                .push(line, kind, shape)
-                .ok_or_else(|| ReadError::TooLarge(title.to_owned()))?;
+            layout.push(line, kind, shape).ok_or_else(too_large)?;
         }
         if height > MAX_DEPTH {
             return Err(ReadError::TooDeep(title.to_owned()));
         }
         if count > MAX_FIELDS {
-            return Err(ReadError::TooLarge(title.to_owned()));
+            return Err(too_large());
         }
         let (package, name) = parts(title);
         let parsed = ParsedType {

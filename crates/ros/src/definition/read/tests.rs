@@ -130,6 +130,17 @@ uint32 nanosec
     assert!(has_fields(constants, &plain));
 }
 
+#[test]
+fn a_list_of_texts_is_one_of_ros() {
+    let names = read("a/msg/A", "string<=6[<=3] names\nstring<=4[2] pair\n").unwrap();
+    let texts: Vec<_> = names.fields.iter().map(super::super::texts).collect();
+    assert_eq!(texts, [Some(6), Some(4)]);
+    assert_eq!(names.bytes, 8 + 3 * 12 + 2 * 8);
+    assert_read_back(&names);
+    assert!(has_fields("string[] names\nstring[2] pair\n", &names));
+    assert!(!has_fields("jde_msgs/Name[] names\nstring[2] pair\n", &names));
+}
+
 #[track_caller]
 fn assert_refused(text: &str, message: &str) {
     let error = read("a/msg/A", text).unwrap_err().to_string();
@@ -144,7 +155,13 @@ fn types_that_cannot_be_shared_are_refused_with_the_line() {
         "line 1: a field of `string` cannot be shared; give it a bound",
     );
     assert_refused("wstring<=4 name", "UTF-8");
-    assert_refused("string<=4[2] names", "each text");
+    assert_refused(
+        "string[<=2] names",
+        "give its texts a bound, as in `string<=64[<=8]`",
+    );
+    assert_refused("string<=4[] names", "give it a bound");
+    assert_refused("string<=0[2] names", "1 to 4294967295");
+    assert_refused("string<=400000000[2] names", "too large");
     assert_refused("float32[0] none", "1 to 4294967295");
     assert_refused("float32[<=99999999999] many", "1 to 4294967295");
     assert_refused("float32[3 axes", "`]`");
