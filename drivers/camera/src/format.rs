@@ -1,6 +1,6 @@
 //! The formats of cameras: which one is chosen, and how it is converted to red, green and blue.
 
-use crate::picture::{Picture, PictureError, check_size, jpeg};
+use jde_picture::{Picture, PictureError, check_size, jpeg};
 
 /// The encoding of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,10 +160,23 @@ fn yuyv(pair: &[u8]) -> [u8; 6] {
 
 #[cfg(test)]
 mod tests {
+    use jde_picture::{Color, Compression};
     use proptest::prelude::*;
 
     use super::*;
-    use crate::picture::tests::{assert_nearly, jpeg_of};
+
+    #[track_caller]
+    fn assert_nearly(picture: &Picture, size: (u32, u32), rgb: [u8; 3]) {
+        assert_eq!((picture.width, picture.height), size);
+        let expected = rgb.repeat((size.0 * size.1) as usize);
+        assert_eq!(picture.rgb.len(), expected.len());
+        let pairs = picture.rgb.iter().zip(&expected);
+        assert!(
+            pairs.map(|(a, b)| a.abs_diff(*b)).all(|far| far <= 4),
+            "{:?}",
+            &picture.rgb[..3]
+        );
+    }
 
     fn shape(format: Format, width: u32, height: u32, stride: u32) -> Shape {
         Shape {
@@ -242,8 +255,10 @@ mod tests {
 
     #[test]
     fn the_size_of_a_jpeg_is_in_its_data() {
+        let jpeg = Compression::Jpeg.encode((32, 16), Color::Rgb, &[9, 99, 199].repeat(32 * 16));
+        let jpeg = jpeg.expect("a JPEG");
         let picture = shape(Format::Mjpeg, 640, 480, 0)
-            .picture(&jpeg_of(32, 16, [9, 99, 199]))
+            .picture(&jpeg)
             .expect("a picture");
         assert_nearly(&picture, (32, 16), [9, 99, 199]);
     }

@@ -4,7 +4,6 @@ mod feed;
 mod files;
 mod format;
 mod linux;
-mod picture;
 mod v4l2;
 
 pub use files::Files;

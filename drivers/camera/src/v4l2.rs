@@ -2,12 +2,12 @@
 
 use jde_device::port::Backoff;
 use jde_device::{ConnectionReport, ConnectionState};
+use jde_picture::check_size;
 use jde_schema::prelude::*;
 
 use crate::feed::{Feed, FeedEvent, State};
 use crate::format::Format;
 use crate::linux::Camera;
-use crate::picture::check_size;
 
 /// A Video4Linux2 camera, which includes most USB cameras.
 ///

@@ -7,6 +7,7 @@
 mod base;
 mod camera_info;
 mod clock_source;
+mod compressed;
 mod connection;
 mod drive;
 mod follow;

@@ -7,9 +7,9 @@ use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread;
 
 use jde_device::port::Backoff;
+use jde_picture::Picture;
 
 use crate::format::Shape;
-use crate::picture::Picture;
 
 /// Time without a picture after which an open camera counts as lost. In the dark some need a second for a
 /// picture.

@@ -5,9 +5,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use jde_picture::Picture;
 use jde_schema::prelude::*;
-
-use crate::picture::Picture;
 
 /// Largest file that is read, bytes. A picture that fits has 0.9 MB uncompressed.
 const LARGEST_FILE: u64 = 16 << 20;

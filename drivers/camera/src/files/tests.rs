@@ -1,12 +1,11 @@
 //! Folders of pictures on a test bench.
 
+use jde_picture::{Color, Compression};
 use jde_schema::Severity;
 use jde_schema::bench::Bench;
-use png::ColorType;
 use tempfile::TempDir;
 
 use super::*;
-use crate::picture::tests::{jpeg_of, png_of};
 
 /// A folder, and the driver that shows it.
 struct Fixture {
@@ -57,7 +56,14 @@ impl Fixture {
 }
 
 fn grey(level: u8) -> Vec<u8> {
-    png_of(4, 2, ColorType::Grayscale, &[level])
+    png_of(4, 2, level)
+}
+
+/// A PNG in which every pixel is this grey.
+fn png_of(width: u32, height: u32, level: u8) -> Vec<u8> {
+    let pixels = vec![level; (width * height) as usize];
+    let file = Compression::Png.encode((width, height), Color::Grey, &pixels);
+    file.expect("a PNG")
 }
 
 #[test]
@@ -92,7 +98,8 @@ fn without_repeat_the_last_picture_stays() {
 
 #[test]
 fn an_image_has_the_size_and_colours_of_its_file() {
-    let fixture = Fixture::new(&[("a.jpg", jpeg_of(32, 16, [200, 100, 50]))]);
+    let jpeg = Compression::Jpeg.encode((32, 16), Color::Rgb, &[200, 100, 50].repeat(32 * 16));
+    let fixture = Fixture::new(&[("a.jpg", jpeg.expect("a JPEG"))]);
     let file = fixture.folder.path().join("a.jpg");
     let mut fixture = fixture;
     fixture
@@ -111,7 +118,7 @@ fn an_image_has_the_size_and_colours_of_its_file() {
 
 #[test]
 fn an_unreadable_picture_is_skipped_with_one_warning() {
-    let large = png_of(800, 600, ColorType::Grayscale, &[0]);
+    let large = png_of(800, 600, 0);
     let mut fixture = Fixture::new(&[
         ("a.png", grey(1)),
         ("b.png", large),
@@ -156,9 +163,6 @@ fn missing_pictures_are_an_error_with_a_remedy() {
     assert!(refused(&[], "").contains("path = \"pictures\""));
     assert!(refused(&[("a.txt", vec![])], "folder").contains("no file of it ends in .png, .jpg or .jpeg"));
     assert!(refused(&[], "no/such/folder").starts_with("no/such/folder: No such file"));
-    let reason = refused(
-        &[("a.png", png_of(800, 600, ColorType::Grayscale, &[0]))],
-        "folder",
-    );
+    let reason = refused(&[("a.png", png_of(800, 600, 0))], "folder");
     assert!(reason.contains("a.png: it is 800 x 600 pixels"), "{reason}");
 }

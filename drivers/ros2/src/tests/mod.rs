@@ -3,6 +3,8 @@
 mod base;
 mod connections;
 mod goals;
+mod pictures;
+mod standard;
 mod topics;
 mod transform;
 

@@ -82,7 +82,7 @@ impl Schema for Topics {
         active.connection.begin(cx);
         if active.connection.clock.is_known() {
             for (publication, import) in active.publications.iter_mut().zip(self.publish.iter()) {
-                publication.publish(cx, &active.connection, import);
+                publication.publish(cx, &mut active.connection, import);
             }
             if let Some(transforms) = &mut active.transforms {
                 transforms.publish(cx, &active.connection, &self.publish);

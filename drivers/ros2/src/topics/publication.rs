@@ -1,5 +1,6 @@
 //! A topic that the application file publishes: new values of a variable, while somebody subscribes.
 
+use jde_picture::Compression;
 use jde_ros_node::Topic;
 use jde_schema::ListedImport;
 use jde_schema::describe::Type;
@@ -9,8 +10,9 @@ use super::described::DescribedCodec;
 use super::quality::quality;
 use super::settings::Publication;
 use crate::camera_info::{self, CameraInfo};
+use crate::compressed::{self, Compressor};
 use crate::connection::RosConnection;
-use crate::messages::{Codec, PoseWithCovarianceStamped, typed};
+use crate::messages::{Codec, PoseWithCovarianceStamped, measured, typed};
 use crate::tf::range_messages;
 use crate::velocity::{self, VelocityPublisher};
 
@@ -35,6 +37,8 @@ enum MessageForm {
     Described(DescribedCodec),
     /// A picture, and the geometry of its camera with this field of view, as the next publication.
     Picture(DescribedCodec, Codec<CameraInfo>, f64),
+    /// A picture, compressed.
+    Compressed(Compressor),
     /// A ring of sonars, one message for each; those of the newest ring that were not sent yet.
     Ranges(Codec<Range>, Spread),
     /// A measured position, as a pose.
@@ -76,6 +80,16 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
             "`field_of_view` is an angle from 0 to 3.1 rad, and `height` and `tilt` are finite".to_owned(),
         );
     }
+    if compression(settings)?.is_some() {
+        if !is_image {
+            return Err("`compressed` is of pictures, and this is none".to_owned());
+        }
+        if settings.field_of_view != 0.0 {
+            return Err(
+                "state `field_of_view` where the same pictures are published without `compressed`".to_owned(),
+            );
+        }
+    }
     if !settings.child.is_empty() && !is_of::<PoseStamped>(value_type) {
         return Err("`child` is of poses with a frame, and this is none".to_owned());
     }
@@ -90,6 +104,18 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
         return Err("`transform` is of an odometry, and this is none".to_owned());
     }
     Ok(())
+}
+
+/// How the pictures of an entry are compressed, if they are.
+fn compression(settings: &Publication) -> Result<Option<Compression>, String> {
+    let name = settings.compressed.as_str();
+    let found = Compression::named(name);
+    if found.is_none() && !name.is_empty() {
+        return Err(format!(
+            "`compressed` is \"{name}\"; expected \"jpeg\" or \"png\""
+        ));
+    }
+    Ok(found)
 }
 
 /// The full names of an entry's topics.
@@ -132,6 +158,12 @@ impl TopicPublication {
         } else if is_of::<Twist>(value_type) {
             topics.extend(velocity::topics(&name, quality));
             MessageForm::Velocity(VelocityPublisher::new(number))
+        } else if let Some(compression) = compression(settings)? {
+            topics.push(compressed::topic(name, quality));
+            let compressor = Compressor::start(compression);
+            MessageForm::Compressed(
+                compressor.map_err(|error| format!("there is no thread to compress: {error}"))?,
+            )
         } else {
             let codec = DescribedCodec::new(value_type);
             topics.push(codec.topic(name.clone(), quality));
@@ -157,9 +189,20 @@ impl TopicPublication {
     pub(super) fn publish(
         &mut self,
         cx: &Context,
-        connection: &RosConnection,
+        connection: &mut RosConnection,
         import: &ListedImport<Publication>,
     ) {
+        if let MessageForm::Compressed(compressor) = &mut self.form {
+            match compressor.message() {
+                Some(Ok(message)) => connection.node.publish(self.number, vec![message]),
+                Some(Err(error)) => {
+                    connection.warn_once(cx, format!("`{}` in `publish`: {error}", import.label()))
+                }
+                None if compressor.is_busy() => return,
+                None => {}
+            }
+        }
+        let connection = &*connection;
         let (node, clock) = (&connection.node, &connection.clock);
         if let MessageForm::Ranges(_, spread) = &mut self.form
             && spread.0.len() > 0
@@ -189,6 +232,18 @@ impl TopicPublication {
                 let geometry = info.encode_stamped(&geometry, value.time(), clock);
                 node.publish(self.number, vec![message]);
                 node.publish(self.number + 1, vec![geometry]);
+            }
+            MessageForm::Compressed(compressor) => {
+                let own = typed::<Header>(&value[..size_of::<Header>()]);
+                let header = Header {
+                    stamp: clock.stamp(measured(&own, value.time())),
+                    frame_id: if frame.is_empty() {
+                        own.frame_id
+                    } else {
+                        Frame::truncated(frame.as_str())
+                    },
+                };
+                compressor.compress(import.value_type(), &value, header);
             }
             MessageForm::Ranges(codec, spread) => {
                 let ring = typed::<RangeRing>(&value);

@@ -23,6 +23,8 @@ pub(crate) struct Publication {
     /// Horizontal field of view of a camera, whose geometry is then published beside the pictures; 0 if it is unknown.
     #[value(unit = "rad")]
     pub(crate) field_of_view: f64,
+    /// How a picture is compressed: "jpeg" or "png"; empty for not at all.
+    pub(crate) compressed: Text<12>,
     /// Quality of service: "sensor_data", "default" or "latched"; empty for that of the type.
     pub(crate) qos: Text<28>,
     /// "reliable" or "best_effort" instead of that of the quality.
@@ -59,6 +61,9 @@ pub(crate) struct Subscription {
     pub(crate) durability: Text<24>,
     /// The messages that are kept, instead of that of the quality.
     pub(crate) depth: u32,
+    /// Whether the messages are compressed pictures.
+    pub(crate) compressed: Flag,
+    pub(crate) padding: Padding<7>,
 }
 
 impl Publication {
@@ -69,6 +74,7 @@ impl Publication {
         height: 0.0,
         tilt: 0.0,
         field_of_view: 0.0,
+        compressed: Text::new(""),
         qos: Text::new(""),
         reliability: Text::new(""),
         durability: Text::new(""),
@@ -98,6 +104,8 @@ impl Subscription {
         reliability: Text::new(""),
         durability: Text::new(""),
         depth: 0,
+        compressed: Flag::FALSE,
+        padding: Padding::ZERO,
     };
 
     pub(super) fn quality(&self) -> QualitySettings<'_> {

@@ -1,14 +1,18 @@
 //! A topic that the application file exports: its newest message, while it is fresh.
 
+use std::sync::Arc;
+
 use jde_ros_node::{Quality, Topic};
 use jde_schema::ListedExport;
 use jde_schema::describe::Type;
 use jde_schema::prelude::*;
+use jde_schema::types::{CompressedImage, JointState, NavSatFix, PointCloud2};
 
 use super::described::DescribedCodec;
 use super::publication::{is_of, topic_name};
 use super::quality::quality;
 use super::settings::Subscription;
+use crate::compressed::{self, Arrival, Decompressor};
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::messages::{Codec, PoseWithCovarianceStamped};
 use crate::scan::Sweep;
@@ -31,13 +35,34 @@ pub(super) struct TopicExport {
 /// How a message becomes a value.
 enum MessageForm {
     /// As it is, from the subscription of that number.
-    Described(usize, DescribedCodec),
+    Described(usize, DescribedCodec, Option<Check>),
+    /// A compressed picture, from the subscription of that number.
+    Compressed(usize, DescribedCodec, Decompressor),
     /// A scan of any number of beams.
     Scan(TopicSubscription<Sweep>, Box<Sweep>, f32),
     /// A pose, as a measured position.
     Position(TopicSubscription<PoseWithCovarianceStamped>),
     /// A velocity, plain or stamped.
     Velocity(VelocitySubscription),
+}
+
+/// Returns what is wrong with a value whose message is well-formed.
+type Check = fn(&[u8]) -> Result<(), &'static str>;
+
+/// Returns the check of the values of a type, if it has one.
+fn check_of(value_type: &Type) -> Option<Check> {
+    fn of<T: Value>(value: &[u8], check: fn(&T) -> Result<(), &'static str>) -> Result<(), &'static str> {
+        T::view(value).map_or(Ok(()), check)
+    }
+    if is_of::<JointState>(value_type) {
+        Some(|value| of(value, JointState::check))
+    } else if is_of::<NavSatFix>(value_type) {
+        Some(|value| of(value, NavSatFix::check))
+    } else if is_of::<PointCloud2>(value_type) {
+        Some(|value| of(value, PointCloud2::check))
+    } else {
+        None
+    }
 }
 
 /// Checks the settings of an entry.
@@ -47,6 +72,9 @@ pub(super) fn check(namespace: &str, export: &ListedExport<Subscription>) -> Res
     quality(settings.quality(), value_type)?;
     if settings.yaw != 0.0 && !is_of::<LaserScan>(value_type) {
         return Err("`yaw` is of laser scans, and this is none".to_owned());
+    }
+    if settings.compressed.get() && !is_of::<Image>(value_type) {
+        return Err("`compressed` is of pictures, and this is none".to_owned());
     }
     if settings.stale > 3600.0 {
         return Err(format!(
@@ -92,10 +120,17 @@ impl TopicExport {
         } else if is_of::<Twist>(value_type) {
             topics.extend(velocity::topics(&name, quality));
             MessageForm::Velocity(VelocitySubscription::new(number, &name))
+        } else if settings.compressed.get() {
+            topics.push(compressed::topic(name.clone(), quality));
+            let codec = DescribedCodec::new(&Arc::new(CompressedImage::describe()));
+            let decompressor = Decompressor::start();
+            let decompressor =
+                decompressor.map_err(|error| format!("there is no thread to decompress: {error}"))?;
+            MessageForm::Compressed(number, codec, decompressor)
         } else {
             let codec = DescribedCodec::new(value_type);
             topics.push(codec.topic(name.clone(), quality));
-            MessageForm::Described(number, codec)
+            MessageForm::Described(number, codec, check_of(value_type))
         };
         Ok(Self {
             name,
@@ -131,19 +166,43 @@ impl TopicExport {
     ) -> Option<Duration> {
         let name = &self.name;
         match &mut self.form {
-            MessageForm::Described(number, codec) => {
+            MessageForm::Described(number, codec, check) => {
                 let (message, arrived) = connection.take(cx, *number)?;
                 let stamp = codec.stamp(&message);
                 let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
                 let clock = &connection.clock;
                 let written = export.write_with(cx, Some(time), |value| {
-                    codec.decode_into(&message, (time, clock), value)
+                    let decoded = codec.decode_into(&message, (time, clock), value);
+                    decoded.map_err(|error| error.to_string())?;
+                    check.map_or(Ok(()), |check| check(value)).map_err(str::to_owned)
                 });
                 if let Err(error) = written {
                     connection.warn_once(cx, format!("{name}: {error}"));
                     return None;
                 }
                 Some(arrived)
+            }
+            MessageForm::Compressed(number, codec, decompressor) => {
+                decompressor.decompress(|| {
+                    let (message, arrived) = connection.take(cx, *number)?;
+                    let stamp = codec.stamp(&message);
+                    let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
+                    Some(Arrival {
+                        message,
+                        time,
+                        arrived,
+                    })
+                });
+                match decompressor.picture()? {
+                    Ok((image, arrived)) => {
+                        write(cx, export, image.header.stamp.into(), &*image);
+                        Some(arrived)
+                    }
+                    Err(error) => {
+                        connection.warn_once(cx, format!("{name}: {error}"));
+                        None
+                    }
+                }
             }
             MessageForm::Scan(subscription, sweep, yaw) => {
                 let arrived = connection.receive(cx, subscription, &mut **sweep)?;

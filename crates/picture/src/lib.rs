@@ -1,40 +1,59 @@
-//! Pictures with three bytes per pixel, decoded from the contents of files and cameras. It opens no files.
+//! Pictures as JPEG and PNG: decoded from the contents of files, cameras and messages, and encoded. It opens no files.
 
+mod encode;
 mod jpeg;
 
 use std::io::Cursor;
 
-use jde_schema::types::Image;
+use jde_types::{Image, Text};
 use png::{ColorType, Decoder, Transformations};
 
-pub(crate) use jpeg::jpeg;
+pub use encode::{Color, Compression};
+pub use jpeg::jpeg;
 
 /// Most pixels, by the capacity of the exported type.
 const MAX_PIXELS: u64 = 640 * 480;
 
 /// A picture: rows from the top, pixels from the left, in red, green, blue.
 #[derive(Clone, PartialEq, Eq)]
-pub(crate) struct Picture {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-    pub(crate) rgb: Vec<u8>,
+pub struct Picture {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Three bytes for each pixel.
+    pub rgb: Vec<u8>,
 }
 
 /// The reason why data is not a usable picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum PictureError {
+pub enum PictureError {
+    /// It has more pixels than fit, or none.
     #[error(
         "it is {width} x {height} pixels, and at most 640 x 480 fit, or as many in another shape: make it smaller"
     )]
-    TooLarge { width: u64, height: u64 },
+    TooLarge {
+        /// Its columns.
+        width: u64,
+        /// Its rows.
+        height: u64,
+    },
+    /// It has another format.
     #[error("it is neither a PNG nor a JPEG")]
     Kind,
+    /// Its pixels have an encoding that is not compressed.
+    #[error("its pixels are \"{0}\", and those of \"rgb8\", \"bgr8\" and \"mono8\" are compressed")]
+    Pixels(String),
+    /// Something else is wrong.
     #[error("{0}")]
     Broken(String),
 }
 
 /// Checks that a picture of this size fits.
-pub(crate) fn check_size(width: u64, height: u64) -> Result<(), PictureError> {
+///
+/// # Errors
+/// [`PictureError::TooLarge`].
+pub fn check_size(width: u64, height: u64) -> Result<(), PictureError> {
     match width.checked_mul(height) {
         Some(1..=MAX_PIXELS) => Ok(()),
         _ => Err(PictureError::TooLarge { width, height }),
@@ -43,7 +62,10 @@ pub(crate) fn check_size(width: u64, height: u64) -> Result<(), PictureError> {
 
 impl Picture {
     /// Decodes a PNG or a JPEG, detected by its contents.
-    pub(crate) fn read(bytes: &[u8]) -> Result<Self, PictureError> {
+    ///
+    /// # Errors
+    /// [`PictureError`].
+    pub fn read(bytes: &[u8]) -> Result<Self, PictureError> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes),
             [0xff, 0xd8, ..] => jpeg(bytes),
@@ -52,11 +74,14 @@ impl Picture {
     }
 
     /// Copies the picture into an image, except for the header.
-    pub(crate) fn write_to(&self, image: &mut Image) -> Result<(), PictureError> {
+    ///
+    /// # Errors
+    /// [`PictureError::TooLarge`].
+    pub fn write_to(&self, image: &mut Image) -> Result<(), PictureError> {
         check_size(self.width.into(), self.height.into())?;
         image.width = self.width;
         image.height = self.height;
-        image.encoding = jde_schema::types::Text::new("rgb8");
+        image.encoding = Text::new("rgb8");
         image.is_bigendian = 0;
         image.step = self.width * 3;
         let room = image.data.resize(self.rgb.len());
@@ -100,4 +125,4 @@ fn png(bytes: &[u8]) -> Result<Picture, PictureError> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -1,11 +1,12 @@
 //! Pictures of all kinds: valid, broken and too large.
 
+use jde_types::Value as _;
 use proptest::prelude::*;
 
 use super::*;
 
 /// A PNG in which every pixel has these bytes.
-pub(crate) fn png_of(width: u32, height: u32, color: ColorType, pixel: &[u8]) -> Vec<u8> {
+fn png_of(width: u32, height: u32, color: ColorType, pixel: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(color);
@@ -18,18 +19,14 @@ pub(crate) fn png_of(width: u32, height: u32, color: ColorType, pixel: &[u8]) ->
 }
 
 /// A JPEG of one colour.
-pub(crate) fn jpeg_of(width: u16, height: u16, rgb: [u8; 3]) -> Vec<u8> {
-    let mut file = Vec::new();
-    let pixels = rgb.repeat(usize::from(width) * usize::from(height));
-    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut file, 95);
-    let kind = image::ExtendedColorType::Rgb8;
-    let written = image::ImageEncoder::write_image(encoder, &pixels, width.into(), height.into(), kind);
-    written.expect("a JPEG");
-    file
+fn jpeg_of(width: u32, height: u32, rgb: [u8; 3]) -> Vec<u8> {
+    let pixels = rgb.repeat((width * height) as usize);
+    let file = Compression::Jpeg.encode((width, height), Color::Rgb, &pixels);
+    file.expect("a JPEG")
 }
 
 #[track_caller]
-pub(crate) fn assert_nearly(picture: &Picture, size: (u32, u32), rgb: [u8; 3]) {
+fn assert_nearly(picture: &Picture, size: (u32, u32), rgb: [u8; 3]) {
     assert_eq!((picture.width, picture.height), size);
     assert_eq!(picture.rgb.len(), (size.0 * size.1 * 3) as usize);
     let far = |pixel: &[u8]| {
@@ -117,6 +114,75 @@ fn data_without_a_complete_picture_is_refused() {
         Picture::read(&jpeg_of(64, 48, [9; 3])[..100]),
         Err(PictureError::Broken(_))
     ));
+}
+
+/// An image of two rows, with two bytes of surplus behind each.
+fn image(encoding: &str, pixels: [&[u8]; 2]) -> Box<Image> {
+    let mut image = Image::boxed();
+    image.encoding = Text::new(encoding);
+    let width = if encoding == "mono8" {
+        pixels[0].len()
+    } else {
+        pixels[0].len() / 3
+    };
+    (image.width, image.height) = (width as u32, 2);
+    image.step = pixels[0].len() as u32 + 2;
+    for row in pixels {
+        image
+            .data
+            .extend_from_slice(&[row, &[99, 99]].concat())
+            .expect("there is room");
+    }
+    image
+}
+
+#[test]
+fn what_is_compressed_without_losses_is_the_same_picture() {
+    for (encoding, rows, rgb) in [
+        ("rgb8", [&[1, 2, 3][..], &[4, 5, 6]], [1, 2, 3, 4, 5, 6]),
+        ("bgr8", [&[1, 2, 3], &[4, 5, 6]], [3, 2, 1, 6, 5, 4]),
+        ("mono8", [&[7], &[9]], [7, 7, 7, 9, 9, 9]),
+    ] {
+        let file = Compression::Png.compress(&image(encoding, rows)).expect("a PNG");
+        assert_eq!(Picture::read(&file).expect("a picture").rgb, rgb, "{encoding}");
+    }
+}
+
+#[test]
+fn a_jpeg_is_smaller_and_nearly_the_same() {
+    let row = [200, 100, 50].repeat(320);
+    let mut image = image("rgb8", [&row, &row]);
+    let file = Compression::Jpeg.compress(&image).expect("a JPEG");
+    assert!(file.len() < image.data.len(), "{}", file.len());
+    assert_nearly(
+        &Picture::read(&file).expect("a picture"),
+        (320, 2),
+        [200, 100, 50],
+    );
+    image.data.resize(300);
+    assert!(Compression::Jpeg.compress(&image).is_err(), "rows are missing");
+}
+
+#[test]
+fn an_image_that_cannot_be_compressed_is_refused() {
+    let refused = |change: fn(&mut Image)| {
+        let mut image = image("rgb8", [&[1, 2, 3], &[4, 5, 6]]);
+        change(&mut image);
+        Compression::Png
+            .compress(&image)
+            .expect_err("it is refused")
+            .to_string()
+    };
+    assert!(refused(|image| image.encoding = Text::new("32FC1")).contains("\"32FC1\""));
+    for change in [
+        |image: &mut Image| image.height = 3,
+        |image: &mut Image| image.height = 0,
+        |image: &mut Image| image.width = u32::MAX,
+        |image: &mut Image| image.width = 2,
+        |image: &mut Image| (image.width, image.step) = (0, 0),
+    ] {
+        assert!(refused(change).contains("fewer pixels"));
+    }
 }
 
 proptest! {

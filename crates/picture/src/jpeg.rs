@@ -15,7 +15,10 @@ const SCAN: u8 = 0xda;
 const STANDARD_TABLES: [u8; 18] = *b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
 
 /// Decodes a JPEG.
-pub(crate) fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
+///
+/// # Errors
+/// [`PictureError`].
+pub fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     let broken = |error: zune_jpeg::errors::DecodeErrors| PictureError::Broken(error.to_string());
     let bytes = with_tables(bytes);
     let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGB);
