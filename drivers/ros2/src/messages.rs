@@ -91,6 +91,7 @@ stamped!(
     Range,
     Imu,
     PoseWithCovarianceStamped,
+    crate::base::HazardDetectionVector,
     crate::camera_info::CameraInfo,
     crate::scan::Sweep
 );

@@ -3,6 +3,7 @@
 
 use jde_schema::prelude::*;
 
+use super::hazards::HazardDetectionVector;
 use super::sonars::Sonars;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::Drive;
@@ -20,6 +21,7 @@ pub(super) struct ActiveBase {
     pub(super) imu: Option<TopicSubscription<Imu>>,
     pub(super) position: Option<TopicSubscription<PoseWithCovarianceStamped>>,
     pub(super) battery: Option<TopicSubscription<BatteryState>>,
+    pub(super) hazards: Option<TopicSubscription<HazardDetectionVector>>,
     pub(super) sonars: Sonars,
     pub(super) velocity: Option<VelocityPublisher>,
     pub(super) drive: Drive,
@@ -81,6 +83,12 @@ impl ActiveBase {
         });
     }
 
+    pub(super) fn publish_bumpers(&mut self, cx: &Context, export: &mut Export<Bumpers>) {
+        publish(cx, &mut self.connection, &mut self.hazards, export, |hazards| {
+            Ok(Bumpers::from(hazards))
+        });
+    }
+
     /// Publishes the picture and the depths of the camera.
     pub(super) fn publish_images(&mut self, cx: &Context, exports: [&mut Export<Image>; 2]) {
         for (subscription, export) in [&mut self.image, &mut self.depth].into_iter().zip(exports) {
@@ -107,6 +115,7 @@ impl ActiveBase {
             || is_fresh(&self.depth)
             || is_fresh(&self.imu)
             || is_fresh(&self.position)
+            || is_fresh(&self.hazards)
             || self.sonars.has_received()
     }
 }

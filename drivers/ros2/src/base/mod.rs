@@ -2,6 +2,7 @@
 //! application changes only the driver's lines. The conversion of messages is in `active`.
 
 mod active;
+mod hazards;
 mod sonars;
 
 use jde_ros_node::{NodeConfig, Quality, Settings, Topic, names};
@@ -16,6 +17,9 @@ use crate::scan::Sweep;
 use crate::settings::node_schema;
 use crate::velocity::{self, VelocityPublisher};
 use active::ActiveBase;
+pub(crate) use hazards::HazardDetectionVector;
+#[cfg(test)]
+pub(crate) use hazards::{BUMP, HazardDetection};
 use sonars::Sonars;
 
 /// The battery's topic is infrequent: its time limit is this many times `stale`.
@@ -49,6 +53,9 @@ node_schema! {
         /// Topic of the battery.
         #[modulation(default = "battery_state", fixed)]
         battery_topic: Modulation<Text<128>>,
+        /// Topic of the hazards of a Create 3, which have the bumpers: `irobot_create_msgs/msg/HazardDetectionVector`.
+        #[modulation(default = "", fixed)]
+        hazard_topic: Modulation<Text<128>>,
         /// Topics of the sonars, with commas between: `sensor_msgs/msg/Range` of one sonar each.
         #[modulation(default = "", fixed)]
         sonar_topics: Modulation<Text<1024>>,
@@ -92,6 +99,9 @@ node_schema! {
         /// The state of the battery.
         #[export]
         battery: Export<BatteryState>,
+        /// The bumpers, and whether the wheels are blocked.
+        #[export]
+        bumpers: Export<Bumpers>,
         /// The ranges of the sonars. One that falls silent is not a number.
         #[export]
         sonars: Export<RangeRing>,
@@ -122,6 +132,7 @@ impl Schema for Base {
         active.publish_imu(cx, &mut self.imu);
         active.publish_position(cx, &mut self.position);
         active.publish_battery(cx, &mut self.battery);
+        active.publish_bumpers(cx, &mut self.bumpers);
         let (now, stale) = (cx.now(), Duration::from_secs_f64(self.stale.get(cx)));
         retract_if_silent(&mut active.laser, now, stale, || self.laser.retract(cx));
         retract_if_silent(&mut active.odometry, now, stale, || self.odometry.retract(cx));
@@ -129,6 +140,7 @@ impl Schema for Base {
         retract_if_silent(&mut active.depth, now, stale, || self.depth.retract(cx));
         retract_if_silent(&mut active.imu, now, stale, || self.imu.retract(cx));
         retract_if_silent(&mut active.position, now, stale, || self.position.retract(cx));
+        retract_if_silent(&mut active.hazards, now, stale, || self.bumpers.retract(cx));
         retract_if_silent(&mut active.battery, now, stale * BATTERY, || {
             self.battery.retract(cx)
         });
@@ -158,6 +170,7 @@ impl Schema for Base {
             self.imu.retract(cx);
             self.position.retract(cx);
             self.battery.retract(cx);
+            self.bumpers.retract(cx);
             self.sonars.retract(cx);
         }
     }
@@ -173,6 +186,7 @@ impl Inspect for Base {
             &self.imu_topic,
             &self.position_topic,
             &self.battery_topic,
+            &self.hazard_topic,
             &self.velocity_topic,
         ];
         self.inspect_node(cx, &topics, problems);
@@ -202,6 +216,7 @@ impl Base {
         let imu = subscription(&mut topics, namespace, self.imu_topic.get(cx).as_str())?;
         let position = subscription(&mut topics, namespace, self.position_topic.get(cx).as_str())?;
         let battery = subscription(&mut topics, namespace, self.battery_topic.get(cx).as_str())?;
+        let hazards = subscription(&mut topics, namespace, self.hazard_topic.get(cx).as_str())?;
         let list = self.sonar_topics.get(cx);
         let mounts = sonars::check(list.as_str(), &self.sonar_mounts.get(cx))?;
         let mut sonars = Vec::new();
@@ -227,6 +242,7 @@ impl Base {
             imu,
             position,
             battery,
+            hazards,
             sonars: Sonars::new(sonars, mounts),
             velocity: velocity.map(|_| VelocityPublisher::new(0)),
             drive: Drive::default(),

@@ -9,6 +9,7 @@ use jde_schema::types::Route;
 
 use super::*;
 use crate::Base;
+use crate::base::{BUMP, HazardDetection, HazardDetectionVector};
 use crate::velocity::TwistStamped;
 
 /// An image that is small enough for a stack.
@@ -130,6 +131,39 @@ fn depths_inertial_units_and_positions_are_exported_and_retracted_when_they_stop
         count_log(bench, "/imu: its rates and accelerations are not finite numbers") == 1
     });
     assert_eq!(fixture.bench.exported_at("imu"), None);
+}
+
+#[test]
+fn hazards_are_exported_as_bumpers_and_retracted_when_they_stop() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address);
+    fixture
+        .bench
+        .set("hazard_topic", Text::<128>::new("hazard_detection"));
+    fixture.bench.set("stale", 0.1);
+    let mut fixture = fixture.awake();
+    let mut hazards = HazardDetectionVector {
+        header: Header::new(stamp(), "base_link"),
+        ..HazardDetectionVector::default()
+    };
+    let bumpers = |bench: &Bench<Base>| bench.exported::<Bumpers>("bumpers");
+    fixture.until(|bench| {
+        put(&session, "/hazard_detection", &hazards);
+        bumpers(bench).is_some_and(|bumpers| !bumpers.any())
+    });
+    let bump = HazardDetection {
+        header: Header::new(stamp(), "bump_left"),
+        r#type: BUMP,
+        ..HazardDetection::default()
+    };
+    hazards.detections.push(bump).unwrap();
+    fixture.until(|bench| {
+        put(&session, "/hazard_detection", &hazards);
+        bumpers(bench).is_some_and(|bumpers| bumpers.any())
+    });
+    assert!(bumpers(&fixture.bench).unwrap().front[0].get());
+    fixture.until(|bench| bumpers(bench).is_none());
 }
 
 #[test]
