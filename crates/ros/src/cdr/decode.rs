@@ -3,6 +3,7 @@
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
 use super::{Error, Reader};
+use crate::definition::texts;
 
 /// Returns the bytes of the value in a message. Bytes that no field has are zero.
 ///
@@ -70,9 +71,14 @@ fn one_field(field: &Field, value: &mut [u8], reader: &mut Reader<'_>) -> Result
     let target = &mut value[field.offset..][..count * bytes];
     match &field.kind {
         FieldKind::Scalar(scalar) => scalars(*scalar, target, reader, &field.name),
-        FieldKind::Struct(inner) => target
-            .chunks_exact_mut(bytes)
-            .try_for_each(|element| structure(inner, element, reader)),
+        FieldKind::Struct(inner) => {
+            let mut elements = target.chunks_exact_mut(bytes);
+            let read = elements.try_for_each(|element| structure(inner, element, reader));
+            match texts(field) {
+                Some(_) => read.map_err(|error| error.in_list(&field.name)),
+                None => read,
+            }
+        }
     }
 }
 

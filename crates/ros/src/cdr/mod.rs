@@ -46,5 +46,18 @@ pub enum Error {
     Text(String),
 }
 
+impl Error {
+    /// Returns the error of a text in a list as that of the list.
+    fn in_list(self, list: &str) -> Self {
+        let field = list.to_owned();
+        match self {
+            Self::Truncated(_) => Self::Truncated(field),
+            Self::Text(_) => Self::Text(field),
+            Self::Capacity { capacity, got, .. } => Self::Capacity { field, capacity, got },
+            other => other,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests;

@@ -165,6 +165,22 @@ fn an_invalid_message_is_refused_with_its_field() {
     assert_eq!(decode(&text, b"\0\x01\0\0\x01\0\0\0\0....."), Err(Error::Long(5)));
 }
 
+#[test]
+fn a_text_of_a_list_that_does_not_fit_is_refused_as_part_of_the_list() {
+    let names = crate::definition::read("a/msg/A", "string<=2[<=3] names").unwrap();
+    let message = b"\0\x01\0\0\x01\0\0\0\x04\0\0\0abc\0";
+    let error = Error::Capacity {
+        field: "names".to_owned(),
+        capacity: 2,
+        got: 3,
+    };
+    assert_eq!(decode(&names, message), Err(error));
+    assert_eq!(
+        decode(&names, &message[..14]),
+        Err(Error::Truncated("names".to_owned()))
+    );
+}
+
 /// Pseudo-random numbers (SplitMix64; Steele, Lea, Flood 2014).
 struct Random(u64);
 
