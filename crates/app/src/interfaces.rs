@@ -1,8 +1,9 @@
 //! Types by name: those of the plugins in use, the standard ones, and those that files define, as ROS 2 installs them:
 //! `PACKAGE/msg/NAME.msg` in the folders that the application states, and in `share` of each `AMENT_PREFIX_PATH`.
+//! Recordings that it states come before them.
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -17,6 +18,8 @@ const CAPACITY: usize = 256;
 #[derive(Clone, Copy)]
 pub(super) struct Types<'s> {
     pub(super) plugins: &'s [Arc<Plugin>],
+    /// The texts of the messages that the stated recordings define.
+    pub(super) recorded: &'s BTreeMap<String, String>,
     /// The folders that the application states.
     pub(super) folders: &'s [PathBuf],
 }
@@ -37,6 +40,19 @@ impl Capacities {
                 let own = stated.iter().find(|(name, _)| name == field);
                 own.map_or(CAPACITY, |(_, capacity)| *capacity)
             }
+        }
+    }
+
+    /// Refuses stated ones of a type that has its own.
+    ///
+    /// # Errors
+    /// If some are stated; `whose` says where the type is from.
+    pub(super) fn refuse_all(&self, whose: &str) -> Result<(), String> {
+        match self {
+            Self::Some(stated) if stated.is_empty() => Ok(()),
+            _ => Err(format!(
+                "`capacity` is of a type that a file defines, and this is that of {whose}, which has its own"
+            )),
         }
     }
 
@@ -68,21 +84,23 @@ impl Types<'_> {
         let schemas = self.plugins.iter().flat_map(|plugin| &plugin.schemas);
         let mut ports = schemas.flat_map(|schema| &schema.ports);
         if let Some(port) = ports.find(|port| port.value_type.name == name) {
+            capacities.refuse_all("a plugin")?;
             return Ok(Some(Arc::clone(&port.value_type)));
         }
         let standard = jde_types::standard();
         let own = |name: &str| standard.iter().find(|ty| ty.name == name);
         if let Some(found) = own(name) {
+            capacities.refuse_all("a standard interface")?;
             return Ok(Some(Arc::new(found.clone())));
         }
-        let Some(text) = self.file(name) else {
+        let Some(text) = self.text_of(name) else {
             return Ok(None);
         };
         let find = |inner: &str| match own(inner) {
             // The type's own fields come before those of what it contains.
             Some(found) => definition(found).split("\n====").next().map(str::to_owned),
             None if inner == name => Some(text.clone()),
-            None => self.file(inner),
+            None => self.text_of(inner),
         };
         let unbounded = RefCell::new(BTreeSet::new());
         let capacity = |field: &str| {
@@ -93,6 +111,11 @@ impl Types<'_> {
         capacities.refuse_others(&unbounded.borrow())?;
         let found = read(name, &gathered).map_err(|error| error.to_string())?;
         Ok(Some(Arc::new(found)))
+    }
+
+    /// Returns the text that defines a message.
+    fn text_of(&self, name: &str) -> Option<String> {
+        self.recorded.get(name).cloned().or_else(|| self.file(name))
     }
 
     /// Returns the text of the file that defines a message.

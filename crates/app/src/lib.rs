@@ -66,6 +66,7 @@ mod needs;
 mod numbers;
 mod option;
 mod outline;
+mod recorded;
 mod remote;
 mod settings;
 mod spec;

@@ -255,6 +255,9 @@ fn value_type(
     if let Some(value_type) = read_type(drafts, variable)
         .filter(|found| stated.as_ref().is_none_or(|stated| stated.text == found.name))
     {
+        if let Err(error) = capacities.refuse_all("the port that reads it") {
+            report.fault(span, format!("{what}: {error}"));
+        }
         return Some(value_type);
     }
     let Some(stated) = stated else {
@@ -280,10 +283,7 @@ fn value_type(
                 .suggest(stated.text, "standard types", known);
         }
         Err(error) => {
-            let message = format!(
-                "{what}: the definition of {} cannot be used: {error}",
-                quote(stated.text)
-            );
+            let message = format!("{what}: the type {} cannot be used: {error}", quote(stated.text));
             report.fault(&stated.span, message);
         }
     }

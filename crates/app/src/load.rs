@@ -70,6 +70,7 @@ fn read(
     let plugins_and_folder = lists::Sources {
         types: Types {
             plugins: &plugins,
+            recorded: &outline.recorded,
             folders: &outline.interfaces,
         },
         folder,

@@ -61,7 +61,7 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
                     names.join(" -> ")
                 ),
             )
-            .advise("break the cycle of `imports`");
+            .advise("break the cycle: let one of them read another variable, or none");
     }
 }
 
@@ -102,9 +102,11 @@ pub(super) fn refuse_self_triggers(
 
 fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> {
     let section = &drafts.list[index].section;
+    let own = instance.schema.ports.len() - instance.listed.len();
     let ports = instance.schema.ports.iter().zip(&instance.bindings);
     ports
-        .filter_map(|(port, binding)| {
+        .enumerate()
+        .filter_map(|(place, (port, binding))| {
             let Binding::Import {
                 source: Some(ImportSource::Local(provider, number)),
                 ..
@@ -113,7 +115,9 @@ fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> 
                 return None;
             };
             let needed = provider != index && keeps_awake(drafts.schema(provider)?, number);
-            needed.then(|| (provider, section.entry_span("imports", &port.name)))
+            let list = place.checked_sub(own).map(|place| instance.listed[place].list);
+            let table = list.map_or("imports", |list| &instance.schema.lists[list].name);
+            needed.then(|| (provider, section.entry_span(table, &port.name)))
         })
         .collect()
 }

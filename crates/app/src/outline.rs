@@ -1,6 +1,7 @@
 //! The top level of an application file: its own keys, and the names of its schemas. Reads no schema and no
 //! plugin.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use toml::de::DeTable;
@@ -8,6 +9,7 @@ use toml::de::DeTable;
 use super::Executor;
 use super::drafts::{Drafts, refuse_bad_name};
 use super::link::{self, Link};
+use super::recorded;
 use jde_document::section::{Section, Text, integer};
 use jde_document::{FaultReport, quote};
 
@@ -36,6 +38,8 @@ pub(super) struct Outline<'a> {
     pub(super) plugin_dirs: Vec<PathBuf>,
     /// The folders of definitions of types.
     pub(super) interfaces: Vec<PathBuf>,
+    /// The definitions in recordings, by the names of the types.
+    pub(super) recorded: BTreeMap<String, String>,
     pub(super) seed: u64,
     pub(super) mission: Option<Text<'a>>,
     pub(super) mission_stalls_ns: Option<u64>,
@@ -74,10 +78,10 @@ impl<'a> Outline<'a> {
             .text(report, "name")
             .map_or_else(|| stem.into_owned(), |name| name.text.to_owned());
         let (mission, mission_stalls_ns) = mission(report, &top);
-        let folders = |report: &mut FaultReport, key: &str| -> Vec<PathBuf> {
-            let stated = top.texts(report, key).unwrap_or_default().into_iter();
-            stated.map(|dir| folder.join(dir.text)).collect()
-        };
+        let folders = |stated: Vec<Text>| stated.iter().map(|dir| folder.join(dir.text)).collect();
+        let interfaces = top.texts(report, "interfaces").unwrap_or_default().into_iter();
+        let (recordings, interfaces): (Vec<_>, Vec<_>) =
+            interfaces.partition(|stated| stated.text.ends_with(".mcap"));
         Self {
             link: link::read(report, &top, &name, folder),
             name,
@@ -87,8 +91,9 @@ impl<'a> Outline<'a> {
                 .unwrap_or_default(),
             roots: roots(report, &top),
             awake: top.texts(report, "awake").unwrap_or_default(),
-            plugin_dirs: folders(report, "plugins"),
-            interfaces: folders(report, "interfaces"),
+            plugin_dirs: folders(top.texts(report, "plugins").unwrap_or_default()),
+            recorded: recorded::definitions(report, &recordings, folder),
+            interfaces: folders(interfaces),
             seed: seed(report, &top),
             mission,
             mission_stalls_ns,

@@ -2,6 +2,8 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use twox_hash::XxHash3_128;
+
 /// Identifies a publication or a client.
 pub(crate) type Gid = [u8; 16];
 
@@ -32,10 +34,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Option<(i64, Gid)> {
     Some((sequence, gid))
 }
 
-/// Returns an identifier that no other entity has, from those of the session and the entity.
-pub(crate) fn gid(session: Gid, number: usize) -> Gid {
-    let number = (number as u128).rotate_right(32);
-    (u128::from_le_bytes(session) ^ number).to_le_bytes()
+/// Returns the identifier of the entity that a token announces, as rmw_zenoh computes it: the hash XXH3 of the token, 128
+/// bits.
+pub(crate) fn gid(token: &str) -> Gid {
+    XxHash3_128::oneshot(token.as_bytes()).to_le_bytes()
 }
 
 #[cfg(test)]
@@ -53,9 +55,18 @@ mod tests {
     }
 
     #[test]
-    fn entities_and_sessions_have_distinct_identifiers() {
-        let session = [9; 16];
-        assert_ne!(gid(session, 1), gid(session, 2));
-        assert_ne!(gid(session, 1), gid([8; 16], 1));
+    fn an_entity_has_the_identifier_that_ros_computes_from_its_token() {
+        // From `simplified_XXH3_128bits` of rmw_zenoh_cpp 0.2.10.
+        let topic = "@ros2_lv/3/fe1bcc09d7b2c5ab8d9a1e7ce3a2b0d4/0/1/MP/%/%fleet/pioneer/%fleet%odom/nav_msgs::msg::dds_::Odometry_/\
+            RIHS01_3cc97dc7f03e33d11a4e1c5a4e5ab1d4e6a4d0e4ea3e8c1fbb1a2a6b0b1a2c3d/2::,5:,:,:,,";
+        for (token, expected) in [
+            (
+                "@ros2_lv/3/fe1bcc09/0/0/NN/%/%fleet/pioneer",
+                0xd1c5_0192_b7bb_4a6d_a2ef_9394_3d2f_0345_u128,
+            ),
+            (topic, 0xa26f_96d2_4f5d_e8ec_b376_25c1_63e2_eedf),
+        ] {
+            assert_eq!(gid(token), expected.to_be_bytes());
+        }
     }
 }

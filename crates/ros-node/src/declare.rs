@@ -152,7 +152,7 @@ fn publish(
     Ok(DeclaredPublisher {
         publisher,
         sequence: 0,
-        gid: gid(session.zid().to_le_bytes(), entity),
+        gid: gid(&token(config, session, (Direction::Publish, number), topic)),
         cache,
     })
 }
@@ -185,13 +185,23 @@ pub(crate) fn announce(
     if topic.announced != at || config.name.bridged {
         return Ok(None);
     }
-    let entity = entity(config, direction, number);
-    let token = topic.token(&config.name, &session.zid().to_string(), direction, entity);
+    let token = token(config, session, (direction, number), topic);
     session.liveliness().declare_token(token).wait().map(Some)
 }
 
+/// The token of a topic or service of the node.
+pub(crate) fn token(
+    config: &NodeConfig,
+    session: &Session,
+    (direction, number): (Direction, usize),
+    topic: &Topic,
+) -> String {
+    let entity = entity(config, direction, number);
+    topic.token(&config.name, &session.zid().to_string(), direction, entity)
+}
+
 /// The number of a topic or service among all of the node, which has number 0.
-pub(crate) fn entity(config: &NodeConfig, direction: Direction, number: usize) -> usize {
+fn entity(config: &NodeConfig, direction: Direction, number: usize) -> usize {
     let before = match direction {
         Direction::Publish => 0,
         Direction::Subscribe => config.publications.len(),

@@ -11,6 +11,7 @@ mod keys;
 mod latched;
 pub mod names;
 mod node;
+mod outbox;
 mod services;
 mod session;
 mod settings;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use zenoh::{Session, Wait};
 
 use crate::attachment::gid;
-use crate::declare::{Declared, announce, declare, entity};
+use crate::declare::{Declared, announce, declare, token};
 use crate::keys::{Announced, Direction};
 use crate::node::{NodeConfig, NodeState};
 use crate::shared::{Shared, Work};
@@ -21,6 +21,9 @@ const FIRST_PAUSE: Duration = Duration::from_millis(200);
 const LONGEST_PAUSE: Duration = Duration::from_secs(2);
 /// Period of the checks for connected nodes.
 const CHECK_PERIOD: Duration = Duration::from_millis(200);
+
+/// The time without any other node after which it is remarked.
+const UNMET: Duration = Duration::from_secs(2);
 
 /// Reports the end of the thread, also after a panic.
 struct EndGuard<'a>(&'a Shared);
@@ -65,6 +68,7 @@ fn open(shared: &Arc<Shared>, config: &NodeConfig) -> zenoh::Result<(Session, De
 
 /// Sends messages and checks the connection until the node must end.
 fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut declared: Declared) {
+    let opened_at = Instant::now();
     let mut last_check: Option<Instant> = None;
     let mut was_connected = false;
     let mut announced = Vec::new();
@@ -82,6 +86,12 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
                 _ => NodeState::Connected,
             };
             was_connected |= others > 0;
+            if state == NodeState::Alone && opened_at.elapsed() >= UNMET {
+                shared.remark(format!(
+                    "{}: no router and no other node is connected yet",
+                    config.endpoint
+                ));
+            }
             shared.set_state(state);
         }
         let Work {
@@ -100,8 +110,8 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
                     Direction::Publish => &config.publications[number],
                     _ => &config.subscriptions[number],
                 };
-                let token = announce(config, session, (direction, number), topic, Announced::OnceMet);
-                declared.tokens.extend(token.ok().flatten());
+                let announced = announce(config, session, (direction, number), topic, Announced::OnceMet);
+                declared.tokens.extend(announced.ok().flatten());
             }
         }
         // What cannot be sent is lost, as on an unreliable network; the check of the connection reports the
@@ -118,11 +128,9 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
         }
         for (number, sequence, message) in calls.into_iter().filter(|_| !config.name.bridged) {
             let client = &config.clients[number];
-            let gid = gid(
-                session.zid().to_le_bytes(),
-                entity(config, Direction::Call, number),
-            );
-            let key = client.service.topic().key(&config.name);
+            let topic = client.service.topic();
+            let gid = gid(&token(config, session, (Direction::Call, number), &topic));
+            let key = topic.key(&config.name);
             services::call(session, &key, shared, (number, client), (sequence, message), gid);
         }
         for (number, key) in caches {

@@ -12,6 +12,7 @@ use zenoh::sample::Sample;
 use crate::attachment::{Gid, parse};
 use crate::keys::Direction;
 use crate::node::{NodeConfig, NodeState, ReceivedMessage};
+use crate::outbox::Outbox;
 use crate::services::{Request, Response};
 
 /// Most remarks per node. They are remembered so that none is repeated.
@@ -38,12 +39,8 @@ pub(crate) struct Shared {
 
 #[derive(Debug)]
 struct SendQueue {
-    /// The messages to send next, per publication. New ones replace those that were not sent in time.
-    waiting: Vec<Vec<Vec<u8>>>,
-    /// The greatest number of waiting messages, per publication.
-    depths: Vec<usize>,
-    /// Whether a publication is latched.
-    latched: Vec<bool>,
+    /// The messages to send next, per publication.
+    outboxes: Vec<Outbox>,
     /// Requests to send: client, number and message.
     calls: Vec<(usize, i64, Vec<u8>)>,
     /// Responses to send.
@@ -104,9 +101,7 @@ impl Shared {
         let publications = &config.publications;
         Self {
             queue: Mutex::new(SendQueue {
-                waiting: vec![Vec::new(); publications.len()],
-                depths: publications.iter().map(|topic| topic.quality.depth).collect(),
-                latched: publications.iter().map(|topic| topic.quality.latched).collect(),
+                outboxes: publications.iter().map(Outbox::new).collect(),
                 calls: Vec::new(),
                 replies: Vec::new(),
                 caches: Vec::new(),
@@ -146,24 +141,18 @@ impl Shared {
     }
 
     pub(crate) fn has_sent(&self, publication: usize) -> bool {
-        lock(&self.queue).waiting[publication].is_empty()
+        lock(&self.queue).outboxes[publication].is_empty()
     }
 
     /// Submits messages to send, and replaces those that were not sent yet.
     pub(crate) fn submit(&self, publication: usize, messages: Vec<Vec<u8>>) {
-        lock(&self.queue).waiting[publication] = messages;
+        lock(&self.queue).outboxes[publication].replace(messages);
         self.changed.notify_one();
     }
 
     /// Submits a message to send after those that wait, up to the depth of the publication.
     pub(crate) fn append(&self, publication: usize, message: Vec<u8>) {
-        let mut queue = lock(&self.queue);
-        let depth = queue.depths[publication];
-        let waiting = &mut queue.waiting[publication];
-        waiting.push(message);
-        let surplus = waiting.len().saturating_sub(depth);
-        waiting.drain(..surplus);
-        drop(queue);
+        lock(&self.queue).outboxes[publication].append(message);
         self.changed.notify_one();
     }
 
@@ -234,24 +223,26 @@ impl Shared {
     /// Returns the work to do. Waits for some for at most `timeout`.
     pub(crate) fn work(&self, timeout: Duration) -> Work {
         let mut queue = lock(&self.queue);
-        if !queue.has_work() {
-            queue = wait(&self.changed, queue, timeout);
+        let pause = queue.pause(timeout);
+        if !pause.is_zero() {
+            queue = wait(&self.changed, queue, pause);
         }
         let met = std::mem::take(&mut queue.met);
         let calls = std::mem::take(&mut queue.calls);
         let replies = std::mem::take(&mut queue.replies);
         let caches = std::mem::take(&mut queue.caches);
-        let batches = queue.waiting.iter_mut().enumerate();
+        let (now, ending) = (Instant::now(), queue.ending);
+        let batches = queue.outboxes.iter_mut().enumerate();
         Work {
             met,
             calls,
             replies,
             caches,
             batches: batches
+                .map(|(number, outbox)| (number, outbox.take(now, ending)))
                 .filter(|(_, batch)| !batch.is_empty())
-                .map(|(number, batch)| (number, std::mem::take(batch)))
                 .collect(),
-            ending: queue.ending,
+            ending,
         }
     }
 
@@ -267,9 +258,7 @@ impl Shared {
         let until = Instant::now() + pause;
         let mut queue = lock(&self.queue);
         loop {
-            let SendQueue { waiting, latched, .. } = &mut *queue;
-            let volatile = waiting.iter_mut().zip(latched).filter(|(_, latched)| !**latched);
-            volatile.for_each(|(batch, _)| batch.clear());
+            queue.outboxes.iter_mut().for_each(Outbox::drop_volatile);
             queue.replies.clear();
             let calls = std::mem::take(&mut queue.calls);
             for (client, sequence, _) in calls {
@@ -381,13 +370,18 @@ impl Shared {
 }
 
 impl SendQueue {
-    fn has_work(&self) -> bool {
-        self.ending
-            || !self.met.is_empty()
+    /// How long there is nothing to do, at most `longest`.
+    fn pause(&self, longest: Duration) -> Duration {
+        let has_requests = !self.met.is_empty()
             || !self.calls.is_empty()
             || !self.replies.is_empty()
-            || !self.caches.is_empty()
-            || self.waiting.iter().any(|batch| !batch.is_empty())
+            || !self.caches.is_empty();
+        if self.ending || has_requests {
+            return Duration::ZERO;
+        }
+        let now = Instant::now();
+        let pauses = self.outboxes.iter().filter_map(|outbox| outbox.pause(now));
+        pauses.fold(longest, Duration::min)
     }
 }
 

@@ -53,7 +53,12 @@ impl Router {
 
     /// A node without topics and services.
     pub(crate) fn node(&self, node: &str) -> NodeConfig {
-        let settings = Settings {
+        let settings = self.settings(node);
+        NodeConfig::new(settings.name().unwrap(), settings.connection_config().unwrap())
+    }
+
+    fn settings<'a>(&'a self, node: &'a str) -> Settings<'a> {
+        Settings {
             config: "",
             connect: &self.address,
             listen: "",
@@ -62,8 +67,7 @@ impl Router {
             namespace: "",
             node,
             owner: "",
-        };
-        NodeConfig::new(settings.name().unwrap(), settings.connection_config().unwrap())
+        }
     }
 }
 
@@ -240,4 +244,19 @@ fn appended_messages_wait_up_to_the_depth_of_their_topic() {
         received.is_sorted() && received.ends_with(&Vec::from_iter(90..100)),
         "{received:?}"
     );
+}
+
+#[test]
+fn a_node_that_listens_and_meets_nobody_says_so_once() {
+    let router = Router::closed();
+    let settings = Settings {
+        connect: "",
+        listen: &router.address,
+        ..router.settings("lonely")
+    };
+    let name = settings.name().unwrap();
+    let lonely = Node::start(NodeConfig::new(name, settings.connection_config().unwrap())).unwrap();
+    let remarks = until(|| Some(lonely.remarks()).filter(|remarks| !remarks.is_empty()));
+    let expected = format!("{}: no router and no other node is connected yet", router.address);
+    assert_eq!(remarks, [expected]);
 }

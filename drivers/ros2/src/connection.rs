@@ -125,21 +125,15 @@ impl RosConnection {
         self.decode(cx, subscription, &message, value).then_some(arrived)
     }
 
-    /// Takes all messages of a subscription, one after the other, into `value`, and calls `each` with the time of its
-    /// arrival.
-    pub(crate) fn receive_each<T: Value>(
-        &mut self,
-        cx: &Context,
-        subscription: &TopicSubscription<T>,
-        value: &mut T,
-        mut each: impl FnMut(&mut Self, &T, Duration),
-    ) {
-        for received in self.node.take_all(subscription.number) {
-            if self.decode(cx, subscription, &received.message.to_bytes(), value) {
+    /// Takes all messages of the subscription of that number, the oldest first, with the times of their arrival.
+    pub(crate) fn take_all(&self, cx: &Context, number: usize) -> Vec<(ReceivedMessage, Duration)> {
+        let received = self.node.take_all(number).into_iter();
+        received
+            .map(|received| {
                 let arrived = self.arrived(cx, &received);
-                each(self, value, arrived);
-            }
-        }
+                (received, arrived)
+            })
+            .collect()
     }
 
     /// Takes the newest message of the subscription of that number, and the time of its arrival.

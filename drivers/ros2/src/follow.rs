@@ -44,8 +44,8 @@ struct ActiveFollow {
 
 impl Schema for Follow {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.expect_one_source(cx)?;
-        if self.active.is_none() && !self.cmd_vel.is_bound(cx) {
+        // Without a source it is never READY, and its inspection says why.
+        if self.active.is_none() && !self.cmd_vel.is_bound(cx) && !self.topic.get(cx).is_empty() {
             cx.require_real_time()?;
             self.active = Some(self.with_settings(cx, |settings| self.start_with(cx, &settings))?);
         }

@@ -8,7 +8,7 @@ use jde_schema::prelude::*;
 use jde_schema::types::{Transform as Tf, TransformStamped};
 
 use crate::clock_source::FollowedClock;
-use crate::connection::{RosConnection, TopicSubscription};
+use crate::connection::RosConnection;
 use crate::messages::{Codec, measured};
 use crate::settings::node_schema;
 use crate::tf::{Listener, LookupError, Transforms, to_nanos, to_stamp};
@@ -209,23 +209,21 @@ impl Transform {
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTransform> {
         let name = settings.name()?;
         let connection = settings.connection_config()?;
-        let mut subscriptions = Vec::new();
-        let mut subscribe = |topic: &Modulation<Text<128>>, quality| -> Result<_> {
-            let codec = Codec::<Transforms>::new();
-            let topic = names::topic(&name.namespace, topic.get(cx).as_str())?.unwrap_or_default();
-            let number = subscriptions.len();
-            subscriptions.push(codec.topic(topic.clone(), quality));
-            Ok(TopicSubscription::new(number, topic, codec))
+        let topic = |topic: &Modulation<Text<128>>| {
+            names::topic(&name.namespace, topic.get(cx).as_str()).map(Option::unwrap_or_default)
         };
-        let moving = subscribe(&self.tf_topic, MOVING)?;
-        let fixed = subscribe(&self.tf_static_topic, STATIC)?;
+        let topics = [topic(&self.tf_topic)?, topic(&self.tf_static_topic)?];
+        let codec = Codec::<Transforms>::new();
+        let qualities = [MOVING, STATIC].into_iter().zip(topics.clone());
         let config = NodeConfig {
-            subscriptions,
+            subscriptions: qualities
+                .map(|(quality, topic)| codec.topic(topic, quality))
+                .collect(),
             ..NodeConfig::new(name, connection)
         };
         Ok(ActiveTransform {
             connection: RosConnection::start(config, self.clock.get(cx).into())?,
-            listener: Listener::new(moving, fixed),
+            listener: Listener::new(topics),
             scans: VecDeque::new(),
             scan_number: 0,
             exported: None,

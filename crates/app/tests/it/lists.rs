@@ -1,5 +1,7 @@
 //! Lists of ports: their entries, types and settings, and the faults of these.
 
+use std::path::Path;
+
 use jde_app::{Application, Binding, ImportSource};
 
 use super::catalogue::{check_text, read};
@@ -231,4 +233,76 @@ fn a_type_without_a_reader_is_that_of_its_file_with_the_stated_capacities() {
         "{other}"
     );
     assert!(of("Other", "").contains("nothing defines the type `my_msgs/msg/Other`"));
+}
+
+#[test]
+fn a_capacity_of_a_type_that_no_file_defines_is_refused() {
+    check(
+        r#"subscribe = { "/there" = { as = "there", capacity = 9 }, "/c" = { as = "c", type = "nav_msgs/msg/Path", capacity = { poses = 9 } } }"#,
+        r#"
+apps/good.toml:9:33: `/there` in `subscribe` of schema `topics`: `capacity` is of a type that a file defines, and this is that of the port that reads it, which has its own
+apps/good.toml:9:84: `/c` in `subscribe` of schema `topics`: the type `nav_msgs/msg/Path` cannot be used: `capacity` is of a type that a file defines, and this is that of a standard interface, which has its own
+"#,
+    );
+}
+
+#[test]
+fn a_cycle_through_a_list_is_refused_at_its_entry() {
+    check(
+        r#"subscribe = { "/there" = "there", "/a" = { as = "seen", type = "nav_msgs/msg/Odometry" } }
+publish = { "/b" = "other.seen" }
+
+[schemas.other]
+type      = "topics"
+subscribe = { "/b" = { as = "seen", type = "nav_msgs/msg/Odometry" } }
+publish   = { "/c" = "topics.seen" }"#,
+        r#"
+apps/good.toml:15:22: perceptive schemas would keep each other awake for ever: topics -> other -> topics
+    help: break the cycle: let one of them read another variable, or none
+"#,
+    );
+}
+
+#[test]
+fn a_type_is_that_of_a_recording_which_the_application_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("drive.mcap");
+    let text = |recording: &Path| {
+        let entry = r#"subscribe = { "/there" = "there", "/c" = { as = "c", type = "my_msgs/msg/Cloud", capacity = { points = 9 } } }"#;
+        format!(
+            "interfaces = [{:?}]\n{}",
+            recording.display().to_string(),
+            text(entry)
+        )
+    };
+    let options = mcap::WriteOptions::new().compression(None);
+    let mut writer = options.create(std::fs::File::create(&bag).unwrap()).unwrap();
+    let definition = "std_msgs/Header header\nPoint[] points\n====\nMSG: my_msgs/Point\nfloat64 x\n====\nMSG: std_msgs/Header\n\
+        builtin_interfaces/Time stamp\nstring frame_id\n";
+    let schema = writer.add_schema("my_msgs/msg/Cloud", "ros2msg", definition.as_bytes());
+    writer
+        .add_channel(schema.unwrap(), "/cloud", "cdr", &Default::default())
+        .unwrap();
+    let refused = read(&text(&bag), &[]).unwrap_err().to_string();
+    assert!(
+        refused.contains("the definitions in ") && refused.contains("cannot be read: "),
+        "{refused}"
+    );
+    writer.finish().unwrap();
+    let application = read(&text(&bag), &[]).unwrap_or_else(|faults| panic!("{faults}"));
+    let topics = &application.instances[application.instance("topics").unwrap()];
+    let fields: Vec<_> = topics.listed[1]
+        .value_type
+        .fields
+        .iter()
+        .map(|field| (&*field.name, field.form.capacity()))
+        .collect();
+    assert_eq!(fields, [("header", 1), ("points", 9)]);
+    let missing = read(&text(&folder.path().join("none.mcap")), &[])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        missing.contains("apps/good.toml:1:15: the definitions in "),
+        "{missing}"
+    );
 }

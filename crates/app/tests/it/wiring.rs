@@ -291,7 +291,7 @@ imports = { laser = "pioneer.laser", bearing = "look.heading" }
         )],
         r#"
 apps/good.toml:43:48: perceptive schemas would keep each other awake for ever: look -> peer -> look
-    help: break the cycle of `imports`
+    help: break the cycle: let one of them read another variable, or none
 "#,
     );
 }

@@ -14,7 +14,7 @@ use std::time::Duration;
 use jde_ros::interface::Interfaces;
 use serde_json::{Value, json};
 
-use crate::keys::{Announced, Quality, Service, Topic};
+use crate::keys::{Quality, Service, Topic};
 
 pub use client::{ActionClient, GoalEvent};
 pub use server::{ActionServer, ServerEvent};
@@ -80,16 +80,14 @@ impl Action {
 
     /// The topics of the feedback and of the states.
     fn topics(&self) -> [Topic; 2] {
-        let topic = |path: &str, type_name: String, quality| Topic {
-            name: format!("{}/_action/{path}", self.name),
-            hash: self.interfaces.hash(&type_name).unwrap_or_default(),
-            type_name,
-            quality,
-            announced: Announced::Always,
+        let topic = |path: &str, type_name: &str, quality| {
+            let name = format!("{}/_action/{path}", self.name);
+            Topic::of_interface(name, type_name, self.interfaces, quality)
+                .expect("the interfaces have the action")
         };
         [
-            topic("feedback", self.feedback(), Quality::DEFAULT),
-            topic("status", STATUS.to_owned(), Quality::LATCHED),
+            topic("feedback", &self.feedback(), Quality::DEFAULT),
+            topic("status", STATUS, Quality::LATCHED),
         ]
     }
 

@@ -6,8 +6,8 @@ use jde_ros::interface::standard;
 use serde_json::json;
 
 use super::*;
-use crate::Node;
 use crate::tests::{Router, until};
+use crate::{Client, Node};
 
 fn action() -> Action {
     Action {
@@ -23,7 +23,7 @@ struct Ends {
     caller: Node,
     server: ActionServer,
     worker: Node,
-    _router: Router,
+    router: Router,
 }
 
 impl Ends {
@@ -41,7 +41,7 @@ impl Ends {
             caller,
             server,
             worker,
-            _router: router,
+            router,
         }
     }
 
@@ -149,4 +149,47 @@ fn a_rejected_goal_and_one_whose_server_is_gone_end_with_the_reason() {
         matches!(&lost, GoalEvent::Lost(why) if why.contains("navigate_to_pose")),
         "{lost:?}"
     );
+}
+
+#[test]
+fn at_most_16_requests_for_the_result_of_a_goal_wait_and_the_oldest_go() {
+    let mut ends = Ends::new();
+    let id = ends.goal();
+    let mut config = ends.router.node("curious");
+    let [.., result] = action().services();
+    config.clients.push(Client {
+        service: result,
+        timeout: Duration::from_secs(60),
+    });
+    let curious = Node::start(config).unwrap();
+    until(|| curious.has_server(0).then_some(()));
+    let ask = |id: GoalId| {
+        let request = json!({ "goal_id": uuid(id) });
+        let part = "nav2_msgs/action/NavigateToPose_GetResult_Request";
+        curious.call(0, action().encode(part, &request))
+    };
+    let mut lost = Vec::new();
+    let mut newest = 0;
+    for _ in 0..17 {
+        newest = ask(id);
+        // The result of an unknown goal is answered at once, after the request before it was taken.
+        let answered = ask(GoalId::default());
+        until(|| {
+            ends.server.poll(&ends.worker, Duration::ZERO, |_| false);
+            let response = curious.take_response(0)?;
+            let is_answer = response.sequence == answered;
+            lost.extend(Some(response).filter(|_| !is_answer));
+            is_answer.then_some(())
+        });
+    }
+    let first = until(|| lost.pop().or_else(|| curious.take_response(0)));
+    assert!(first.outcome.unwrap_err().starts_with("no node answers"));
+    ends.server
+        .end(&ends.worker, id, GoalStatus::Succeeded, json!({}));
+    let last = until(|| {
+        curious
+            .take_response(0)
+            .filter(|response| response.sequence == newest)
+    });
+    assert!(last.outcome.is_ok(), "{last:?}");
 }

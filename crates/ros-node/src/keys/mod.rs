@@ -4,12 +4,16 @@
 //! The format follows the design page of rmw_zenoh,
 //! <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
 
+use std::time::Duration;
+
 use hiroz_schema::{dds_from_canonical, ros_from_dds_strict};
 use jde_ros::interface::Interfaces;
 use jde_ros::{Type, definition, hash};
 
 /// Prefix of tokens.
 const TOKENS: &str = "@ros2_lv";
+/// The depth that tokens leave out.
+const DEFAULT_DEPTH: usize = 42;
 /// Replaces each `/` in a name within a token, and stands for an empty name.
 const SLASH: &str = "%";
 
@@ -40,6 +44,8 @@ pub struct Topic {
     pub quality: Quality,
     /// When other nodes discover it.
     pub announced: Announced,
+    /// The least time between two messages that are sent.
+    pub gap: Duration,
 }
 
 /// When other nodes discover a topic.
@@ -116,6 +122,7 @@ impl Topic {
             hash: hash::rihs01(value_type),
             quality,
             announced: Announced::Always,
+            gap: Duration::ZERO,
         }
     }
 
@@ -133,6 +140,7 @@ impl Topic {
             hash: interfaces.hash(type_name)?,
             quality,
             announced: Announced::Always,
+            gap: Duration::ZERO,
         })
     }
 
@@ -223,6 +231,7 @@ impl Service {
             hash: self.hash.clone(),
             quality: Quality::SERVICES,
             announced: Announced::Always,
+            gap: Duration::ZERO,
         }
     }
 }
@@ -297,7 +306,11 @@ impl Quality {
     fn profile(self) -> String {
         let reliability = if self.reliable { "" } else { "2" };
         let durability = if self.latched { "1" } else { "" };
-        format!("{reliability}:{durability}:,{}:,:,:,,", self.depth)
+        let depth = match self.depth {
+            DEFAULT_DEPTH => String::new(),
+            depth => depth.to_string(),
+        };
+        format!("{reliability}:{durability}:,{depth}:,:,:,,")
     }
 }
 

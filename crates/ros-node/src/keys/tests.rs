@@ -77,6 +77,7 @@ fn a_service_has_keys_and_tokens_of_its_own() {
 fn a_profile_is_encoded_without_default_values() {
     assert_eq!(Quality::SENSOR_DATA.profile(), "2::,5:,:,:,,");
     assert_eq!(Quality::LATCHED.profile(), ":1:,1:,:,:,,");
+    assert_eq!(Quality::reliable(42).profile(), "::,:,:,:,,");
     assert_eq!(Quality::PARAMETERS.profile(), "::,1000:,:,:,,");
 }
 

@@ -1,7 +1,7 @@
 //! Collects the definition of a message from files that define one message each, as ROS 2 installs them, and gives its
 //! texts and sequences the bounds that a shared value needs.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::{RULE, parts, scalar};
@@ -62,6 +62,29 @@ pub fn gather(
         }
     }
     Ok(text)
+}
+
+/// Returns the messages of a definition, each by its name with its own text, as `find` of [`gather`] does.
+#[must_use]
+pub fn split(name: &str, text: &str) -> BTreeMap<String, String> {
+    let mut messages = BTreeMap::new();
+    let (mut name, mut own) = (name.to_owned(), String::new());
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if line.len() < 3 || line.bytes().any(|byte| byte != b'=') {
+            own.push_str(line);
+            own.push('\n');
+            continue;
+        }
+        let next = lines.next().unwrap_or_default();
+        let (package, short) = parts(next.trim_start_matches("MSG:").trim());
+        messages.insert(
+            core::mem::replace(&mut name, format!("{package}/msg/{short}")),
+            core::mem::take(&mut own),
+        );
+    }
+    messages.insert(name, own);
+    messages
 }
 
 /// Returns the type of a field's elements, and the field's line with a bound. `None` for a line without a field.
@@ -126,6 +149,15 @@ mod tests {
         );
         assert_eq!([3, 4].map(|list| texts(&cloud.fields[list])), [Some(16), Some(8)]);
         assert_eq!(text.matches("MSG: ").count(), 3);
+    }
+
+    #[test]
+    fn the_messages_of_a_definition_are_those_that_were_collected() {
+        let text = gather("my_msgs/msg/Cloud", find, |_| 16).unwrap();
+        let messages = split("my_msgs/msg/Cloud", &text);
+        assert_eq!(messages.len(), 4);
+        let again = gather("my_msgs/msg/Cloud", |name| messages.get(name).cloned(), |_| 1);
+        assert_eq!(again, Ok(text));
     }
 
     #[test]

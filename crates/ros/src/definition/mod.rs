@@ -4,7 +4,7 @@
 mod gather;
 mod read;
 
-pub use gather::{GatherError, gather};
+pub use gather::{GatherError, gather, split};
 pub use read::{ReadError, has_fields, read};
 
 pub(crate) use read::scalar;

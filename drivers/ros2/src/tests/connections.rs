@@ -352,3 +352,55 @@ fn actions_are_refused_at_a_bridge_of_dds() {
     );
     assert!(bench.awake().is_err());
 }
+
+#[test]
+fn a_velocity_has_the_quality_that_its_entry_states_in_both_forms() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let tokens = session
+        .liveliness()
+        .declare_subscriber("@ros2_lv/3/**")
+        .wait()
+        .unwrap();
+    // Another node has the stamped form, so that it is announced.
+    let stamped = topic::<TwistStamped>("/cmd_vel");
+    let _theirs = [Direction::Publish, Direction::Subscribe].map(|direction| {
+        let token = stamped.token(&name(), "ab12", direction, 1);
+        session.liveliness().declare_token(token).wait().unwrap()
+    });
+    let published = Publication {
+        reliability: Text::new("best_effort"),
+        depth: 3,
+        ..Publication::DEFAULT
+    };
+    let subscribed = Subscription {
+        durability: Text::new("transient_local"),
+        depth: 4,
+        ..Subscription::DEFAULT
+    };
+    let mut fixture = Fixture::<Topics>::with_lists(
+        &address,
+        &[
+            Entry::new::<Twist>("publish", "cmd_vel").settings(&published),
+            Entry::new::<Twist>("subscribe", "cmd_vel")
+                .settings(&subscribed)
+                .named("velocity"),
+        ],
+    )
+    .awake();
+    let mut announced = Vec::new();
+    fixture.until(|_| {
+        let seen = std::iter::from_fn(|| tokens.try_recv().unwrap());
+        announced.extend(seen.map(|sample| sample.key_expr().to_string()));
+        announced.iter().filter(|token| token.contains("/bench/")).count() == 4
+    });
+    for (kind, profile) in [("/MP/", "2::,3:"), ("/MS/", ":1:,4:")] {
+        for form in ["Twist_", "TwistStamped_"] {
+            let is_it = |token: &&String| {
+                token.contains("/bench/") && token.contains(kind) && token.contains(&format!("::{form}/"))
+            };
+            let token = announced.iter().find(is_it).unwrap();
+            assert!(token.contains(&format!("/{profile}")), "{token}");
+        }
+    }
+}

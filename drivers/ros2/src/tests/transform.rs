@@ -1,10 +1,11 @@
 //! Transforms of other nodes as exports, and those that a jde robot publishes.
 
+use jde_ros::cdr;
 use jde_schema::types::{Transform as Tf, TransformStamped};
 
 use super::*;
 use crate::clock_source::ClockMessage;
-use crate::tf::{Placed, message};
+use crate::tf::{Placed, Transforms, message};
 use crate::topics::Publication;
 use crate::{Topics, Transform};
 
@@ -202,4 +203,61 @@ fn mounts_of_a_jde_robot_reach_a_lookup_that_begins_later() {
     let found: TransformStamped = late.bench.exported("transform").unwrap();
     assert_eq!(found.transform, Tf::from(Pose::from(Pose2D::new(0.25, 0.0, 0.0))));
     assert!(state(&late.bench).contains("`laser` in `base_link` is static"));
+}
+
+#[test]
+fn frames_have_names_of_any_length() {
+    let (session, fixture) = fixture();
+    let mut fixture = fixture.awake();
+    let long = "arm/".repeat(40);
+    let mut message = Vec::new();
+    let mut writer = cdr::Writer::new(&mut message);
+    let now = stamp();
+    let steps = [("map", &*long, 1.0), (&long, "base_link", 2.0)];
+    writer.length(steps.len());
+    for (parent, child, x) in steps {
+        writer.number(now.sec.to_le_bytes());
+        writer.number(now.nanosec.to_le_bytes());
+        writer.text(parent.as_bytes());
+        writer.text(child.as_bytes());
+        for number in [x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0_f64] {
+            writer.number(number.to_le_bytes());
+        }
+    }
+    fixture.until(|bench| {
+        let key = topic::<Transforms>("/tf").key(&name());
+        session.put(key, message.clone()).wait().unwrap();
+        bench.exported::<TransformStamped>("transform").is_some()
+    });
+    let found: TransformStamped = fixture.bench.exported("transform").unwrap();
+    assert_eq!(found.transform.translation.x, 3.0);
+}
+
+#[test]
+fn two_lasers_in_one_frame_are_said_to_have_one_mount() {
+    let address = unused_address();
+    let _router = open_router(&address);
+    let laser = |label, x| {
+        Entry::new::<LaserScan>("publish", label).settings(&Publication {
+            mount: Pose2D::new(x, 0.0, 0.0),
+            ..Publication::DEFAULT
+        })
+    };
+    let entries = [laser("front", 0.25), laser("again", 0.25), laser("back", -0.25)];
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &entries);
+    let scan = LaserScan {
+        header: Header::new(Time::default(), "laser"),
+        ..LaserScan::default()
+    };
+    for label in ["front", "again", "back"] {
+        fixture.bench.import(label, &scan);
+    }
+    let mut fixture = fixture.awake();
+    fixture.until_logged(
+        "`back` in `publish` has the frame `laser`, which has the mount of `front`: give each sensor a frame of its own",
+    );
+    for _ in 0..20 {
+        fixture.step();
+    }
+    assert_eq!(count_log(&fixture.bench, "has the frame `laser`"), 1);
 }

@@ -1,68 +1,105 @@
 //! The tree of frames from the topics of other nodes.
 
+use jde_ros::cdr::{Error, Reader};
 use jde_ros_node::Measured;
 use jde_schema::prelude::*;
-use jde_schema::types::TransformStamped;
+use jde_schema::types::Transform;
 
-use super::{Published, Transforms, Tree};
-use crate::connection::{RosConnection, TopicSubscription};
+use super::{Published, Tree};
+use crate::connection::RosConnection;
 
-/// The subscriptions to `/tf` and `/tf_static`, and the tree that they give.
+/// The number of the subscription to transforms that do not change; that to the others has the one before.
+const STATIC: usize = 1;
+
+/// The subscriptions to `/tf` and `/tf_static`, the first two of the node, and the tree that they give.
 pub(crate) struct Listener {
     pub(crate) tree: Tree,
-    moving: TopicSubscription<Transforms>,
-    fixed: TopicSubscription<Transforms>,
-    /// Buffer for messages, which are too large for a stack.
-    message: Box<Transforms>,
+    topics: [String; 2],
 }
 
 impl Listener {
-    pub(crate) fn new(moving: TopicSubscription<Transforms>, fixed: TopicSubscription<Transforms>) -> Self {
+    pub(crate) fn new(topics: [String; 2]) -> Self {
         Self {
             tree: Tree::default(),
-            moving,
-            fixed,
-            message: Transforms::boxed(),
+            topics,
         }
     }
 
     /// Takes the messages that arrived into the tree. What contradicts it is reported and ignored.
     pub(crate) fn listen(&mut self, cx: &Context, connection: &mut RosConnection) {
-        for (subscription, is_static) in [(&self.moving, false), (&self.fixed, true)] {
-            let tree = &mut self.tree;
-            connection.receive_each(cx, subscription, &mut self.message, |connection, message, arrived| {
+        for (number, topic) in self.topics.iter().enumerate() {
+            let is_static = number == STATIC;
+            for (received, arrived) in connection.take_all(cx, number) {
                 if !is_static && !connection.clock.is_known() {
-                    return;
+                    continue;
                 }
-                for step in &message.transforms {
-                    let is_ours = is_static || is_of_this_clock(connection, step, arrived);
-                    let published = Published {
-                        parent: step.header.frame_id.as_str(),
-                        child: step.child_frame_id.as_str(),
-                        stamp: to_nanos(step.header.stamp),
-                        transform: step.transform,
-                        is_static,
-                    };
+                let message = received.message.to_bytes();
+                let steps = read(&message, is_static).unwrap_or_else(|error| {
+                    connection.warn_once(cx, format!("{topic}: {error}"));
+                    Vec::new()
+                });
+                for step in steps {
+                    let is_ours = is_static || is_of_this_clock(connection, step.stamp, arrived);
                     let inserted = match is_ours {
-                        true => tree.insert(&published),
+                        true => self.tree.insert(&step),
                         false => Err(format!(
                             "`{}` in `{}` is stamped more than 10 s from this clock and is ignored: synchronise the clocks, or \
                              follow that of a simulator with clock = \"follow\"",
-                            published.child, published.parent
+                            step.child, step.parent
                         )),
                     };
                     if let Err(reason) = inserted {
-                        connection.warn_once(cx, format!("{}: {reason}", subscription.topic()));
+                        connection.warn_once(cx, format!("{topic}: {reason}"));
                     }
                 }
-            });
+            }
         }
     }
 }
 
-fn is_of_this_clock(connection: &RosConnection, step: &TransformStamped, arrived: Duration) -> bool {
-    let measured = connection.clock.measured(step.header.stamp, arrived);
-    matches!(measured, Measured::At(_))
+/// Returns the transforms of a `tf2_msgs/msg/TFMessage`. It is no value, because the names of its frames have no bounds.
+fn read(message: &[u8], is_static: bool) -> Result<Vec<Published<'_>>, Error> {
+    let mut reader = Reader::new(message)?;
+    let count = reader.length("transforms")?;
+    let mut steps = Vec::new();
+    for _ in 0..count {
+        let stamp = Time {
+            sec: i32::from_le_bytes(reader.number("sec")?),
+            nanosec: u32::from_le_bytes(reader.number("nanosec")?),
+        };
+        let (parent, child) = (reader.text("frame_id")?, reader.text("child_frame_id")?);
+        let mut number = |field| reader.number(field).map(f64::from_le_bytes);
+        let translation = Vector3 {
+            x: number("x")?,
+            y: number("y")?,
+            z: number("z")?,
+        };
+        let rotation = Quaternion {
+            x: number("x")?,
+            y: number("y")?,
+            z: number("z")?,
+            w: number("w")?,
+        };
+        steps.push(Published {
+            parent,
+            child,
+            stamp: to_nanos(stamp),
+            transform: Transform {
+                translation,
+                rotation,
+            },
+            is_static,
+        });
+    }
+    reader.finish()?;
+    Ok(steps)
+}
+
+fn is_of_this_clock(connection: &RosConnection, stamp: i64, arrived: Duration) -> bool {
+    matches!(
+        connection.clock.measured(to_stamp(stamp), arrived),
+        Measured::At(_)
+    )
 }
 
 /// A stamp as ns.

@@ -359,3 +359,14 @@ fn when_time_jumps_back_only_static_frames_stay() {
     let found = tree.lookup("odom", "laser", None).unwrap();
     assert_eq!((found.stamp, found.transform.translation.x), (Some(SECOND), 0.5));
 }
+
+#[test]
+fn without_a_time_the_frame_that_is_silent_is_named() {
+    let mut tree = Tree::default();
+    insert(&mut tree, "odom", "map", 2 * SECOND, Transform::IDENTITY).unwrap();
+    for second in 0..30 {
+        insert(&mut tree, "base", "odom", second * SECOND, Transform::IDENTITY).unwrap();
+    }
+    let error = tree.lookup("map", "base", None).unwrap_err();
+    assert_eq!(error.to_string(), "`odom` in `map` has been silent for 27.0 s");
+}

@@ -70,6 +70,12 @@ pub(crate) enum LookupError {
     TwoParents { child: String, parents: [String; 2] },
     /// A frame is static in its parent, and moves in it.
     StaticAndMoves { child: String, parent: String },
+    /// A frame in its parent is silent for so many seconds, and the others have no transform of before.
+    Silent {
+        child: String,
+        parent: String,
+        seconds: f64,
+    },
     /// A frame in its parent is known until so many seconds before the time that was asked for.
     TooNew {
         child: String,
@@ -108,6 +114,11 @@ impl fmt::Display for LookupError {
                 f,
                 "`{child}` in `{parent}` is static and moves: stop one of the nodes that publish it"
             ),
+            Self::Silent {
+                child,
+                parent,
+                seconds,
+            } => write!(f, "`{child}` in `{parent}` has been silent for {seconds:.1} s"),
             Self::TooNew {
                 child,
                 parent,
@@ -217,20 +228,31 @@ impl Tree {
         let common = up.iter().rev().zip(down.iter().rev());
         let common = common.take_while(|(a, b)| a == b).count();
         let (up, down) = (&up[..up.len() - common], &down[..down.len() - common]);
-        let newest = up
-            .iter()
-            .chain(down)
-            .filter_map(|child| self.edges[*child].history.newest());
-        let stamp = match (newest.min(), stamp) {
+        let children = up.iter().chain(down).copied();
+        let oldest = children
+            .filter_map(|child| Some((self.edges[child].history.newest()?, child)))
+            .min();
+        let stamp_of_all = match (oldest, stamp) {
             (None, _) => None,
-            (newest, None) => newest,
+            (Some((newest, _)), None) => Some(newest),
             (_, stamp) => stamp,
         };
-        let (up, down) = (self.compose(up, stamp)?, self.compose(down, stamp)?);
-        Ok(Found {
-            stamp,
-            transform: up.inverse().compose(&down),
-        })
+        let composed = self
+            .compose(up, stamp_of_all)
+            .and_then(|up| Ok(up.inverse().compose(&self.compose(down, stamp_of_all)?)));
+        match (composed, oldest) {
+            (Err(LookupError::TooOld { .. }), Some((newest, child))) if stamp.is_none() => {
+                Err(LookupError::Silent {
+                    child: child.to_owned(),
+                    parent: self.edges[child].parent.clone(),
+                    seconds: seconds(newest, self.newest),
+                })
+            }
+            (composed, _) => composed.map(|transform| Found {
+                stamp: stamp_of_all,
+                transform,
+            }),
+        }
     }
 
     /// Returns the transform of the first of these frames in the parent of the last.
@@ -325,7 +347,6 @@ impl Edge {
 
     fn beyond(&self, child: &str, stamp: i64, beyond: Beyond) -> LookupError {
         let (child, parent) = (child.to_owned(), self.parent.clone());
-        let seconds = |from: i64, to: i64| (i128::from(to) - i128::from(from)) as f64 / 1e9;
         match beyond {
             Beyond::Newest(newest) => LookupError::TooNew {
                 child,
@@ -347,6 +368,11 @@ impl Rival {
         self.stamp
             .is_none_or(|stamp| stamp >= newest.saturating_sub(KEPT))
     }
+}
+
+/// The time between two stamps in ns.
+fn seconds(from: i64, to: i64) -> f64 {
+    (i128::from(to) - i128::from(from)) as f64 / 1e9
 }
 
 /// A frame's name without the leading slash that ROS 1 allowed.

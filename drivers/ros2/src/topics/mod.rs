@@ -88,7 +88,7 @@ impl Schema for Topics {
                 transforms.publish(cx, &active.connection, &self.publish);
             }
             if let Some(mounts) = &mut active.mounts {
-                mounts.publish(cx, &active.connection, &self.publish);
+                mounts.publish(cx, &mut active.connection, &self.publish);
             }
         }
         for (topic, export) in active.exports.iter_mut().zip(self.subscribe.iter_mut()) {

@@ -15,7 +15,8 @@ use crate::tf::{Placed, Transforms, message, range_messages};
 pub(super) struct MountPublisher {
     number: usize,
     codec: Codec<Transforms>,
-    placed: Vec<Placed>,
+    /// Each frame, and the key of its entry.
+    placed: Vec<(Placed, &'static str)>,
 }
 
 impl MountPublisher {
@@ -39,7 +40,7 @@ impl MountPublisher {
     pub(super) fn publish(
         &mut self,
         cx: &Context,
-        connection: &RosConnection,
+        connection: &mut RosConnection,
         publish: &Imports<Publication>,
     ) {
         let base = match publish.iter().find(|import| is_base(import)) {
@@ -53,9 +54,20 @@ impl MountPublisher {
         for import in publish.iter() {
             let Some(value) = import.get(cx) else { continue };
             let settings = import.settings();
+            let mut place = |child, pose: Pose| {
+                let (parent, transform) = (base, pose.into());
+                let placed = Placed {
+                    parent,
+                    child,
+                    transform,
+                };
+                if let Err(message) = self.add(placed, import.label()) {
+                    connection.warn_once(cx, message);
+                }
+            };
             if is_of::<RangeRing>(import.value_type()) {
                 for (range, pose) in range_messages(&typed(&value)) {
-                    self.add(base, range.header.frame_id, pose.into());
+                    place(range.header.frame_id, pose.into());
                 }
             } else if is_sensor(import) {
                 let stated = Frame::truncated(settings.frame.as_str());
@@ -66,26 +78,33 @@ impl MountPublisher {
                 } else {
                     settings.mount.into()
                 };
-                self.add(base, child, pose);
+                place(child, pose);
             }
         }
         if self.placed.len() > before {
             let stamp = connection.clock.stamp(cx.now());
-            let message = message(self.placed.iter().copied(), stamp);
+            let message = message(self.placed.iter().map(|(placed, _)| *placed), stamp);
             connection
                 .node
                 .publish(self.number, vec![self.codec.encode(&message)]);
         }
     }
 
-    /// Adds a frame, unless one of its name is there.
-    fn add(&mut self, parent: Frame, child: Frame, pose: Pose) {
-        if self.placed.iter().all(|placed| placed.child != child) {
-            self.placed.push(Placed {
-                parent,
-                child,
-                transform: pose.into(),
-            });
+    /// Adds a frame of the entry with that key, unless one of its name is there.
+    ///
+    /// # Errors
+    /// If that is elsewhere, and of another entry.
+    fn add(&mut self, new: Placed, label: &'static str) -> Result<(), String> {
+        match self.placed.iter().find(|(known, _)| known.child == new.child) {
+            Some((known, owner)) if *owner != label && *known != new => Err(format!(
+                "`{label}` in `publish` has the frame `{}`, which has the mount of `{owner}`: give each sensor a frame of its own",
+                new.child
+            )),
+            Some(_) => Ok(()),
+            None => {
+                self.placed.push((new, label));
+                Ok(())
+            }
         }
     }
 }

@@ -16,8 +16,9 @@ use crate::messages::{Codec, PoseWithCovarianceStamped, measured, typed};
 use crate::tf::range_messages;
 use crate::velocity::{self, VelocityPublisher};
 
-/// Most messages of one topic at once. A subscription of ROS 2's profile for sensors keeps five.
-const MOST_AT_ONCE: usize = 4;
+/// The time between two messages of a ring. A subscription of ROS 2's profile for sensors keeps five, so its node may be busy
+/// for four times as long.
+const SONAR_GAP: Duration = Duration::from_millis(2);
 
 /// A topic, and what of its variable was sent.
 pub(super) struct TopicPublication {
@@ -39,27 +40,12 @@ enum MessageForm {
     Picture(DescribedCodec, Codec<CameraInfo>, f64),
     /// A picture, compressed.
     Compressed(Compressor),
-    /// A ring of sonars, one message for each; those of the newest ring that were not sent yet.
-    Ranges(Codec<Range>, Spread),
+    /// A ring of sonars, one message for each.
+    Ranges(Codec<Range>),
     /// A measured position, as a pose.
     Position(Codec<PoseWithCovarianceStamped>),
     /// A velocity, plain and stamped.
     Velocity(VelocityPublisher),
-}
-
-/// Messages of one topic that are sent in several iterations.
-#[derive(Debug, Default)]
-struct Spread(std::vec::IntoIter<Vec<u8>>);
-
-impl Spread {
-    fn new(messages: Vec<Vec<u8>>) -> Self {
-        Self(messages.into_iter())
-    }
-
-    /// Takes the messages of one iteration.
-    fn part(&mut self) -> Vec<Vec<u8>> {
-        self.0.by_ref().take(MOST_AT_ONCE).collect()
-    }
 }
 
 /// Checks the settings of an entry.
@@ -149,8 +135,11 @@ impl TopicPublication {
         let quality = quality(settings.quality(), value_type)?;
         let form = if is_of::<RangeRing>(value_type) {
             let codec = Codec::new();
-            topics.push(codec.topic(name, quality));
-            MessageForm::Ranges(codec, Spread::default())
+            topics.push(Topic {
+                gap: SONAR_GAP,
+                ..codec.topic(name, quality)
+            });
+            MessageForm::Ranges(codec)
         } else if is_of::<PositionFix>(value_type) {
             let codec = Codec::new();
             topics.push(codec.topic(name, quality));
@@ -204,12 +193,8 @@ impl TopicPublication {
         }
         let connection = &*connection;
         let (node, clock) = (&connection.node, &connection.clock);
-        if let MessageForm::Ranges(_, spread) = &mut self.form
-            && spread.0.len() > 0
-        {
-            if node.has_sent(self.number) {
-                node.publish(self.number, spread.part());
-            }
+        // A ring is complete before the next one begins.
+        if matches!(self.form, MessageForm::Ranges(_)) && !node.has_sent(self.number) {
             return;
         }
         let Some(value) = import.get(cx) else { return };
@@ -245,11 +230,10 @@ impl TopicPublication {
                 };
                 compressor.compress(import.value_type(), &value, header);
             }
-            MessageForm::Ranges(codec, spread) => {
+            MessageForm::Ranges(codec) => {
                 let ring = typed::<RangeRing>(&value);
                 let message = |(range, _)| codec.encode_stamped(&range, value.time(), clock);
-                *spread = Spread::new(range_messages(&ring).map(message).collect());
-                node.publish(self.number, spread.part());
+                node.publish(self.number, range_messages(&ring).map(message).collect());
             }
             MessageForm::Position(codec) => {
                 let mut pose = PoseWithCovarianceStamped::from(&typed::<PositionFix>(&value));
@@ -279,22 +263,5 @@ impl TopicPublication {
             || numbers
                 .into_iter()
                 .any(|number| connection.node.has_subscribers(number))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn messages_are_spread_in_order_and_fit_a_queue_of_five() {
-        let mut spread = Spread::new((0..16).map(|number| vec![number]).collect());
-        let mut sent = Vec::new();
-        while spread.0.len() > 0 {
-            let part = spread.part();
-            assert!(part.len() < 5, "{}", part.len());
-            sent.extend(part.into_iter().flatten());
-        }
-        assert_eq!(sent, Vec::from_iter(0..16));
     }
 }
