@@ -4,6 +4,8 @@
 //! It does not bound any behaviour: its limits are far above what any machine needs, so it distinguishes a
 //! hang from a slow machine.
 
+mod descendants;
+
 use std::fs;
 use std::panic::Location;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -37,7 +39,8 @@ impl Drop for Watchdog {
 
 impl Watchdog {
     /// Starts a watchdog. If it is not dropped within `limit`, the process prints the state of each of its
-    /// threads and the result of `report` on stderr, and exits with status 1.
+    /// threads and the result of `report` on stderr, ends the processes that it has started and those that they have
+    /// started, and exits with status 1.
     ///
     /// `report` runs on its own thread and may block: everything else is printed before it.
     ///
@@ -64,6 +67,7 @@ impl Watchdog {
                 if finished.recv_timeout(REPORT).is_err() {
                     eprintln!("no further report: it waits for a lock that another thread holds");
                 }
+                descendants::end();
                 std::process::exit(1);
             }
         };

@@ -1,5 +1,6 @@
 //! A test that hangs ends with a report of its threads. The test hangs in a separate process.
 
+use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::thread;
 use std::time::Duration;
@@ -49,6 +50,28 @@ fn a_process_that_hangs_ends_with_a_report() {
             assert!(output.contains(expected), "`{expected}` is not in {output}");
         }
     }
+}
+
+#[test]
+fn the_processes_of_a_process_that_hangs_end_with_it() {
+    if std::env::var_os(MODE).is_some() {
+        let _watchdog = Watchdog::new(LIMIT, String::new);
+        let mut shell = Command::new("sh")
+            .args(["-c", "tail -f /dev/null & tail -f /dev/null"])
+            .process_group(0)
+            .spawn()
+            .expect("a shell starts");
+        let _ = shell.wait();
+        sleep_for_ever();
+    }
+    let _watchdog = Watchdog::for_test();
+    // All of them have the same output, whose end comes once all have ended.
+    let hung = Command::new(std::env::current_exe().expect("this program has a file"))
+        .args(["--exact", "the_processes_of_a_process_that_hangs_end_with_it"])
+        .env(MODE, "children")
+        .output()
+        .expect("the child process starts");
+    assert_eq!(hung.status.code(), Some(1), "{hung:?}");
 }
 
 fn sleep_for_ever() {
