@@ -121,10 +121,7 @@ impl Schema for Dock {
     fn awake(&mut self, cx: &Context) -> Result {
         (self.followed, self.step) = (None, None);
         (self.last_pose, self.useless) = (None, None);
-        if self.tags.is_bound(cx) == self.reflector.is_bound(cx) {
-            return Err("bind one of the imports `tags` and `reflector`".into());
-        }
-        Ok(())
+        Ok(self.expect_one_mark(cx)?)
     }
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
@@ -154,7 +151,20 @@ impl Schema for Dock {
     }
 }
 
+impl Inspect for Dock {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.id, self.expect_one_mark(cx));
+    }
+}
+
 impl Dock {
+    fn expect_one_mark(&self, cx: &Context) -> Result<(), &'static str> {
+        match self.tags.is_bound(cx) == self.reflector.is_bound(cx) {
+            true => Err("bind one of the imports `tags` and `reflector`"),
+            false => Ok(()),
+        }
+    }
+
     /// Returns the odometry, if its numbers are finite.
     fn odometry<'c>(&self, cx: &'c Context) -> Option<Sample<'c, Odometry>> {
         self.pose.get(cx).filter(|pose| is_finite(pose))

@@ -277,11 +277,16 @@ fn after_a_long_way_the_place_of_the_reflector_is_new() {
 #[test]
 fn it_needs_one_kind_of_mark() {
     let mut both = Bench::<Dock>::new();
-    assert!(both.awake().is_err());
+    let is_refused = |bench: &mut Bench<Dock>| {
+        let problems = bench.inspect().unwrap();
+        assert_eq!(bench.awake().is_err(), !problems.is_empty(), "{problems:?}");
+        !problems.is_empty()
+    };
+    assert!(is_refused(&mut both));
     both.unbind("tags");
-    assert!(both.awake().is_ok());
+    assert!(!is_refused(&mut both));
     both.unbind("reflector");
-    assert!(both.awake().is_err());
+    assert!(is_refused(&mut both));
 }
 
 #[test]
