@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)]
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::describe::Type;
 use crate::{raw, table, write};
@@ -36,19 +36,43 @@ pub unsafe fn of(schema: &raw::Schema) -> Result<Option<raw::Lists>, String> {
     }
 }
 
-/// Returns the tables of listed ports, the first of which has the number `first`. What they point to is never freed.
+/// The ports whose tables were written, which stay until the process ends.
+static WRITTEN: Mutex<Vec<(ListedPort, Written)>> = Mutex::new(Vec::new());
+
+/// The table of a port, with the number 0.
+#[derive(Clone, Copy)]
+struct Written(raw::ListedPort);
+
+// SAFETY: what the table points to is never changed or freed.
+unsafe impl Send for Written {}
+
+/// Returns the tables of listed ports, the first of which has the number `first`. What they point to is never freed, and
+/// the same for the same ports.
 #[must_use]
 pub fn tables(ports: &[ListedPort], first: usize) -> Vec<raw::ListedPort> {
+    let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
     let ports = ports.iter().enumerate();
     ports
         .map(|(index, port)| raw::ListedPort {
-            size: size_of::<raw::ListedPort>() as u32,
-            list: port.list as u32,
             port: (first + index) as u32,
-            reserved: 0,
-            label: write::text(&port.label),
-            value_type: write::value_type(&port.value_type),
-            settings: write::bytes(&port.settings),
+            ..table_of(&mut written, port)
         })
         .collect()
+}
+
+fn table_of(written: &mut Vec<(ListedPort, Written)>, port: &ListedPort) -> raw::ListedPort {
+    if let Some((_, known)) = written.iter().find(|(known, _)| known == port) {
+        return known.0;
+    }
+    let table = raw::ListedPort {
+        size: size_of::<raw::ListedPort>() as u32,
+        list: port.list as u32,
+        port: 0,
+        reserved: 0,
+        label: write::text(&port.label),
+        value_type: write::value_type(&port.value_type),
+        settings: write::bytes(&port.settings),
+    };
+    written.push((port.clone(), Written(table)));
+    table
 }

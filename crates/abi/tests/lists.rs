@@ -7,7 +7,10 @@ mod tables;
 use core::cell::Cell;
 use core::ffi::{c_char, c_void};
 use core::ptr;
+use std::sync::Arc;
 
+use jde_abi::describe::Type;
+use jde_abi::lists::ListedPort;
 use jde_abi::{lists, raw};
 use tables::{Tables, ZEROS, assert_refused, field, read_changed};
 
@@ -107,4 +110,35 @@ fn listed_ports_follow_the_own_ones_in_number() {
     assert_eq!(found.iter().map(|port| port.port).collect::<Vec<_>>(), [5, 6]);
     // SAFETY: a text that lives for ever.
     assert_eq!(unsafe { core::ffi::CStr::from_ptr(found[1].label) }, c"/b");
+}
+
+#[test]
+fn the_tables_of_the_same_ports_are_written_once() {
+    let value_type = |name: &str| {
+        Arc::new(Type {
+            name: name.to_owned(),
+            doc: String::new(),
+            bytes: 8,
+            align: 8,
+            fields: Vec::new(),
+        })
+    };
+    let port = |label: &str, name: &str| ListedPort {
+        list: 1,
+        label: label.to_owned(),
+        value_type: value_type(name),
+        settings: vec![1; 8],
+    };
+    let ports = [port("/a", "test_msgs/msg/A"), port("/a", "test_msgs/msg/B")];
+    let parts = |first: usize| {
+        lists::tables(&ports, first)
+            .iter()
+            .map(|table| (table.port, table.label, table.value_type, table.settings))
+            .collect::<Vec<_>>()
+    };
+    let (once, again) = (parts(3), parts(3));
+    assert_eq!(once, again);
+    assert_eq!([once[0].0, once[1].0], [3, 4]);
+    assert_ne!(once[0].2, once[1].2);
+    assert_eq!(parts(7)[1], (8, once[1].1, once[1].2, once[1].3));
 }

@@ -153,12 +153,20 @@ fn run(session: &mut Session, table: SchemaFunctions, launch: &Launch) {
         limits::renew(launch.limits);
         let done = match (frame.kind, &mut instance) {
             (FrameKind::Create, _) => {
+                let own = launch.ports.len() - launch.listed.len();
                 // SAFETY: the table was checked when it was loaded.
-                instance = unsafe {
-                    let own = launch.ports.len() - launch.listed.len();
+                let created = unsafe {
                     InProcessInstance::create(table, &HOST, session.context(), &launch.listed, own)
                 };
-                status(if instance.is_some() { raw::OK } else { raw::FAILED })
+                let done = match &created {
+                    Ok(_) => status(raw::OK),
+                    Err(reason) => Frame {
+                        bytes: reason.as_bytes().to_vec(),
+                        ..failed()
+                    },
+                };
+                instance = created.ok();
+                done
             }
             (FrameKind::Destroy, _) => {
                 drop(instance.take());

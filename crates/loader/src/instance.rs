@@ -104,8 +104,10 @@ impl<'c> PluginContext<'c> {
 
 /// Each function returns a status of the ABI.
 impl InProcessInstance {
-    /// Creates an instance of a type with `own` ports of its own, and gives it the ports of its lists. `None` if the
-    /// plugin returned none, or refused these ports.
+    /// Creates an instance of a type with `own` ports of its own, and gives it the ports of its lists.
+    ///
+    /// # Errors
+    /// If the plugin returned none, or refused these ports: what failed, which is the reason if the plugin states none.
     ///
     /// # Safety
     /// `table` was checked.
@@ -115,7 +117,7 @@ impl InProcessInstance {
         context: PluginContext<'_>,
         listed: &[ListedPort],
         own: usize,
-    ) -> Option<Self> {
+    ) -> Result<Self, &'static str> {
         let create = table.create.expect("read::plugin refuses schemas without create");
         // SAFETY: the caller guarantees the table; the context lives for the call and belongs to that host.
         let this = unsafe { create(table.own, host, context.context) };
@@ -124,7 +126,7 @@ impl InProcessInstance {
             panel: panel_of(&table),
             // An error was reported when the build was made.
             state: memory_of(&table).unwrap_or_default(),
-            this: NonNull::new(this)?,
+            this: NonNull::new(this).ok_or("its create returned null without a reason")?,
         };
         // SAFETY: the table was checked when its plugin was loaded.
         let lists = unsafe { lists::of(&table) };
@@ -134,10 +136,10 @@ impl InProcessInstance {
             // SAFETY: as for `create`; the tables live for the call, and what they point to for ever.
             let status = unsafe { set(this.this.as_ptr(), context.context, ports.as_ptr(), count) };
             if status != raw::OK {
-                return None;
+                return Err("its set refused the ports of its lists without a reason");
             }
         }
-        Some(this)
+        Ok(this)
     }
 
     /// Wakes the instance up.

@@ -68,12 +68,12 @@ impl<'s> Subject<'s> {
             unsafe { InProcessInstance::create(self.functions, table, context, &[], self.schema.ports.len()) }
         });
         match instance {
-            Some(instance) => Ok(Life {
+            Ok(instance) => Ok(Life {
                 bench,
                 instance,
                 subject: self,
             }),
-            None => Err(reason),
+            Err(_) => Err(reason),
         }
     }
 

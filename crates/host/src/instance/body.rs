@@ -32,7 +32,9 @@ impl Body {
                 let own = call.build.ports() - listed.len();
                 InProcessInstance::create(call.build.table, &HOST, context(call), listed, own)
             }
-            .map(Self::InProcess),
+            .map(Self::InProcess)
+            .map_err(|reason| _ = call.failure.get_or_insert_with(|| reason.to_owned()))
+            .ok(),
             Some(config) => {
                 IsolatedInstance::create(call, &config).map(|instance| Self::Isolated(Box::new(instance)))
             }

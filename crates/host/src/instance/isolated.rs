@@ -40,9 +40,9 @@ impl IsolatedInstance {
         let started = Self::start(call, config).and_then(|mut instance| {
             match instance.try_invoke(call, Frame::new(FrameKind::Create)) {
                 Ok(result) if result.status == raw::OK => Ok(instance),
-                Ok(_) => {
+                Ok(result) => {
                     instance.terminate(call.engine, call.number);
-                    Err(None)
+                    Err(Some(String::from_utf8_lossy(&result.bytes).into_owned()))
                 }
                 Err(cause) => {
                     instance.terminate(call.engine, call.number);

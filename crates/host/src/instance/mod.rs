@@ -107,7 +107,7 @@ impl Instance {
         let ((), failure, _) =
             instance.call_optional(Permissions::All, |body, call| *body = Body::create(call));
         if instance.body.is_none() {
-            return Err(failure.unwrap_or_else(|| String::from("its create returned null without a reason")));
+            return Err(failure.unwrap_or_default());
         }
         if instance.is_mocked() {
             instance.panel = None;

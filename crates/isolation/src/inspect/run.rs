@@ -56,8 +56,8 @@ pub(crate) fn run_inspection(
     };
     // SAFETY: the table was checked when its plugin was loaded.
     let inspected = match unsafe { InProcessInstance::create(table, &HOST, session.context(), listed, own) } {
-        Some(mut instance) => instance.inspect(session.context()),
-        None => (raw::FAILED, Ok(Vec::new())),
+        Ok(mut instance) => instance.inspect(session.context()),
+        Err(_) => (raw::FAILED, Ok(Vec::new())),
     };
     (session.wire, inspected)
 }

@@ -134,6 +134,17 @@ impl<'a> CompatibilityCheck<'a> {
                 ));
             }
         }
+        let listed = self.instance().listed_ports();
+        let is_import = |port: &Port| matches!(port.role, Role::Import { .. });
+        for port in &self.new.ports[..self.new.ports.len() - listed.len()] {
+            let is_twin = |other: &Port| other.name == port.name && is_import(other) == is_import(port);
+            if listed.iter().any(is_twin) {
+                let name = self.port_name(port, &self.new.children);
+                self.errors.push(format!(
+                    "{name} has the name of an entry of the application's lists"
+                ));
+            }
+        }
     }
 
     /// The name of a group that this schema guards.

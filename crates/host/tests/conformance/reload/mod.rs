@@ -2,6 +2,7 @@
 //! action (R14), and without a selection in its level.
 
 mod counter;
+mod lists;
 mod trial;
 
 use std::path::Path;
