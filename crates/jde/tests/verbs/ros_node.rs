@@ -251,6 +251,10 @@ fn r14_a_node_of_ros_operates_the_application() {
         peer.call("change_state", json!({ "transition": { "id": 7 } })),
         json!({ "success": true })
     );
+    let event = peer.until("/fleet/scout/transition_event", |event| {
+        event["goal_state"]["label"] == "finalized"
+    });
+    assert_eq!(event["transition"]["label"], "shutdown");
     while !sandbox.apps().is_empty() {}
 }
 

@@ -33,8 +33,16 @@ pub(super) struct Lifecycle(Option<State>);
 impl Lifecycle {
     /// Returns the event of a change since the last call.
     pub(super) fn event(&mut self, subject: &Running) -> Option<Value> {
-        let (start, goal) = (self.0, current(subject));
-        self.0 = Some(goal);
+        self.enter(current(subject))
+    }
+
+    /// Returns the event of the end of the run.
+    pub(super) fn finalize(&mut self) -> Option<Value> {
+        self.enter(FINALIZED)
+    }
+
+    fn enter(&mut self, goal: State) -> Option<Value> {
+        let start = self.0.replace(goal);
         let transition = TRANSITIONS
             .iter()
             .find(|transition| Some(transition.2) == start && transition.3 == goal)?;

@@ -262,6 +262,9 @@ impl Server {
         }
         // What was said at the end is sent, too.
         self.publish_log();
+        if let Some(event) = self.lifecycle.finalize() {
+            self.publish(Publication::TransitionEvent, &event);
+        }
         self.node.close();
     }
 
