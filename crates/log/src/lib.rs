@@ -7,6 +7,7 @@
 
 #[cfg(feature = "record")]
 mod error;
+mod left_out;
 #[cfg(feature = "host")]
 mod mock;
 #[cfg(feature = "record")]
@@ -38,6 +39,7 @@ mod writer_thread;
 
 #[cfg(feature = "record")]
 pub use error::Error;
+pub use left_out::LeftOut;
 #[cfg(feature = "host")]
 pub use mock::mock;
 #[cfg(feature = "record")]

@@ -157,11 +157,9 @@ impl OpenRecording {
             name: name.to_owned(),
             unit: String::new(),
             number: Box::new(move |message| {
-                let bytes = cdr::decode(&value_type, message).ok()?;
-                get_path(&value_type, &bytes, &path)
-                    .ok()?
-                    .into_only_field()
-                    .as_number()
+                let bytes = cdr::decode(&value_type, message)?;
+                let value = get_path(&value_type, &bytes, &path).ok();
+                Ok(value.and_then(|value| value.into_only_field().as_number()))
             }),
         })
     }

@@ -162,7 +162,7 @@ impl Picture {
                 variable: String::new(),
                 name,
                 unit: String::new(),
-                number: Box::new(|_| None),
+                number: Box::new(|_| Ok(None)),
             };
             (in_no_recording, trace)
         });

@@ -83,7 +83,7 @@ fn resolve_series(
         variable: variable.to_owned(),
         name: field.name().to_owned(),
         unit: field.unit.clone(),
-        number: Box::new(move |message| field.decode_number(&cdr::decode(&value_type, message).ok()?)),
+        number: Box::new(move |message| Ok(field.decode_number(&cdr::decode(&value_type, message)?))),
     })
 }
 

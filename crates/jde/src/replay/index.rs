@@ -6,8 +6,8 @@ use std::path::Path;
 
 use jde_core::Nanos;
 use jde_log::{
-    Channel, Message, Messages, RecordedHierarchy, RecordedVariable, Recording, record, recorded_variables,
-    undecodable_topics,
+    Channel, LeftOut, Message, Messages, RecordedHierarchy, RecordedVariable, Recording, record,
+    recorded_variables, undecodable_topics,
 };
 use jde_records::RunRecord;
 use jde_records::turn::{Call, Turn};
@@ -45,6 +45,8 @@ pub(super) struct Index {
     pub(super) initial: Hierarchy,
     /// The name of the application.
     pub(super) application: String,
+    /// What cannot be played.
+    pub(super) left_out: LeftOut,
     seldom: BTreeMap<String, Vec<RecordedValue>>,
 }
 
@@ -123,6 +125,7 @@ impl Index {
             begin: first.saturating_sub(start_ns),
             end: 0,
             application,
+            left_out: LeftOut::default(),
             seldom: BTreeMap::new(),
             recording,
         };
@@ -193,6 +196,8 @@ impl Index {
         let mut often: BTreeMap<String, (usize, usize)> = BTreeMap::new();
         let topics = self.topics();
         let messages: Messages = self.recording.messages()?;
+        // The values of a recording of its own have the types of the recording.
+        let is_foreign = self.recording.metadata("jde").is_none();
         // The first unreadable message is the place of the damage, which has been reported.
         for message in messages.map_while(Result::ok) {
             self.end = self.end.max(message.log_time.saturating_sub(self.start_ns));
@@ -200,6 +205,11 @@ impl Index {
                 Some(Entry::Line(_, line)) => names.add_line(&line),
                 Some(Entry::Cycle(_)) | None => {}
                 Some(Entry::Value(value)) => {
+                    let variable = self.variables.get(&value.topic).filter(|_| is_foreign);
+                    let read = variable.map(|variable| cdr::decode(&variable.value_type, &value.message));
+                    if let Some(Err(reason)) = read {
+                        self.left_out.add(&value.topic, reason);
+                    }
                     let (count, bytes) = often.entry(value.topic.clone()).or_default();
                     *count += 1;
                     *bytes += value.message.len();

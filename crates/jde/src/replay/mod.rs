@@ -78,6 +78,9 @@ pub(crate) fn play(recording: &Path, from: Nanos, options: PlayOptions) -> Resul
     for topic in index.undecodable_topics() {
         writeln!(output, "{WARN}not played{WARN:#}: {topic}")?;
     }
+    for line in index.left_out.lines() {
+        writeln!(output, "{WARN}not played{WARN:#}: {line}")?;
+    }
     let board = Arc::new(Board::new());
     let panels = PanelStore::new(index.panels.values());
     let mut publisher = Publisher::new(&board, &index, Arc::clone(&panels));

@@ -72,7 +72,7 @@ impl Publisher {
         }
     }
 
-    /// Publishes a value, or shows a panel. Ignores a value that does not match its type's definition.
+    /// Publishes a value, or shows a panel. Ignores a value that does not fit its type, which the index has counted.
     pub(super) fn publish(&mut self, value: &RecordedValue) {
         if let Some(schema) = self.panels.get(&value.topic) {
             let list = jde_log::panel::read(&value.message);

@@ -81,23 +81,26 @@ impl DriveCollector {
     }
 
     /// Processes a message. `acting` returns the schema that acts for a robot at present.
+    ///
+    /// # Errors
+    /// The message is no value of its type.
     pub(crate) fn message(
         &mut self,
         columns: Columns,
         time: Nanos,
         message: &Message,
         acting: impl Fn(&str) -> Option<usize>,
-    ) {
+    ) -> Result<(), cdr::Error> {
         let topic = &message.channel.topic;
         let shows_walls = self.shows_walls();
         if let Some(robot) = self.robots.iter_mut().find(|robot| robot.has(topic)) {
-            robot.message(columns, time, message, shows_walls, acting);
+            robot.message(columns, time, message, shows_walls, acting)?;
         } else if self.topics.mission.as_ref() == Some(topic) {
-            if let Some(mission) = read::<Mission>(message) {
+            if let Some(mission) = read::<Mission>(message)? {
                 self.mission(mission);
             }
         } else if self.topics.route.as_ref() == Some(topic) {
-            if let Some(route) = read::<Route>(message) {
+            if let Some(route) = read::<Route>(message)? {
                 self.route = route.poses.iter().map(|pose| (pose.x, pose.y)).collect();
             }
         } else if let Some(channel) = self.topics.world.as_ref().filter(|world| world.topic == *topic)
@@ -106,6 +109,7 @@ impl DriveCollector {
         {
             self.world(&path);
         }
+        Ok(())
     }
 
     /// Records that an actor took over, for the robots that satisfy `acts`.
@@ -391,9 +395,9 @@ fn schema_name(owner: &str) -> &str {
 }
 
 /// Decodes a message as a value of a type.
-pub(super) fn read<T: jde_types::Value>(message: &Message) -> Option<T> {
-    let bytes = cdr::decode(&T::describe(), &message.data).ok()?;
-    T::from_bytes(&bytes)
+pub(super) fn read<T: jde_types::Value>(message: &Message) -> Result<Option<T>, cdr::Error> {
+    let bytes = cdr::decode(&T::describe(), &message.data)?;
+    Ok(T::from_bytes(&bytes))
 }
 
 /// Decodes a message that is one number.

@@ -20,7 +20,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, UNIX_EPOCH};
 
 use jde_core::{Nanos, State};
-use jde_log::{Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey, record};
+use jde_log::{LeftOut, Message, ReadError, RecordedHierarchy, Recording, SchemaProblems, Survey, record};
 use jde_records::turn::Turn;
 use jde_records::{Decision, RunRecord, state_named};
 use jde_ros::cdr;
@@ -35,6 +35,7 @@ pub(crate) use group_statistics::GroupStatistics;
 pub(crate) use hierarchy::{Hierarchy, Row};
 pub(crate) use timing::SchemaTiming;
 pub(crate) use trace::{Cell, Trace};
+pub use trace::{Number, Series};
 
 use bounded::Ends;
 use drive::DriveCollector;
@@ -61,23 +62,6 @@ pub struct Wanted {
     /// Numbers to trace.
     pub series: Vec<Series>,
 }
-
-/// A number in a recording over time.
-pub struct Series {
-    /// The topic whose messages contain it.
-    pub topic: String,
-    /// The variable that contains it.
-    pub variable: String,
-    /// Its displayed name.
-    pub name: String,
-    /// Its unit; empty if there is none.
-    pub unit: String,
-    /// Extracts it from a message; returns `None` if it is absent.
-    pub number: Number,
-}
-
-/// Extracts a number from a message.
-pub type Number = Box<dyn Fn(&[u8]) -> Option<f64> + Send>;
 
 /// The analysis of a recording.
 pub struct Analysis {
@@ -109,6 +93,8 @@ pub struct Analysis {
     pub(crate) ending: DriveSummary,
     /// The traced numbers.
     pub(crate) traces: Vec<(Series, Trace)>,
+    /// Messages that are no values of their type.
+    pub(crate) left_out: LeftOut,
     /// Whether turns were recorded, from which working times are known.
     pub(crate) has_turns: bool,
     /// Whether the application ran in virtual time; none if unknown.
@@ -172,6 +158,7 @@ impl Analysis {
         if lost > 0 {
             remarks.push(format!("{lost} values were lost while it was recorded"));
         }
+        remarks.extend(self.left_out.lines());
         remarks.extend(self.ending.remarks.iter().cloned());
         remarks
     }
@@ -259,6 +246,7 @@ impl Reader {
                 troubled: Vec::new(),
                 ending: DriveSummary::default(),
                 traces,
+                left_out: LeftOut::default(),
                 has_turns: false,
                 lockstep: hierarchy.map(|hierarchy| hierarchy.lockstep),
             },
@@ -301,9 +289,11 @@ impl Reader {
             return;
         }
         let columns = self.analysis.columns;
+        let mut read = Ok(());
         for number in self.series.get(topic).into_iter().flatten() {
             let (series, trace) = &mut self.analysis.traces[*number];
-            trace.add(columns, time, (series.number)(&message.data));
+            let number = (series.number)(&message.data).map_err(|error| read = Err(error));
+            trace.add(columns, time, number.unwrap_or_default());
         }
         if let Some(owner) = self.periods.get(topic).cloned() {
             self.period(&owner, message);
@@ -316,7 +306,10 @@ impl Reader {
             let mut acting = acting.iter().copied();
             acting.find(|schema| is_alone || hierarchy.acts_for(*schema, robot))
         };
-        self.drive.message(columns, time, message, acting_for);
+        let drawn = self.drive.message(columns, time, message, acting_for);
+        if let Err(error) = read.and(drawn) {
+            self.analysis.left_out.add(topic, error);
+        }
     }
 
     fn line(&mut self, time: Nanos, line: RunRecord, in_range: bool) {

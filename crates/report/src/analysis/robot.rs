@@ -3,6 +3,7 @@
 
 use jde_core::Nanos;
 use jde_log::Message;
+use jde_ros::cdr;
 use jde_sim::Footprint;
 use jde_types::{Body, LaserScan, Odometry, Pose2D, Truth};
 
@@ -84,30 +85,31 @@ impl Robot {
         message: &Message,
         shows_walls: bool,
         acting: impl Fn(&str) -> Option<usize>,
-    ) {
+    ) -> Result<(), cdr::Error> {
         let topic = Some(&message.channel.topic);
         if self.truth_topic.as_ref() == topic {
-            if let Some(truth) = read::<Truth>(message) {
+            if let Some(truth) = read::<Truth>(message)? {
                 self.add_truth(columns, time, message, truth);
                 self.at(columns, time, truth.pose, acting);
             }
         } else if self.odometry_topic.as_ref() == topic {
-            if let Some(odometry) = read::<Odometry>(message) {
+            if let Some(odometry) = read::<Odometry>(message)? {
                 self.odometry = Some(odometry.pose2d());
                 if self.truth_topic.is_none() {
                     self.at(columns, time, odometry.pose2d(), acting);
                 }
             }
         } else if self.body_topic.as_ref() == topic {
-            self.body = read::<Body>(message);
+            self.body = read::<Body>(message)?;
         } else if !shows_walls {
-            self.laser(columns, time, message);
+            self.laser(columns, time, message)?;
         }
         if let (None, Some(truth), Some(odometry)) = (self.anchor, self.pose, self.odometry)
             && self.truth_topic.is_some()
         {
             self.anchor = Some((truth, odometry));
         }
+        Ok(())
     }
 
     fn add_truth(&mut self, columns: Columns, time: Nanos, message: &Message, truth: Truth) {
@@ -146,13 +148,13 @@ impl Robot {
         }
     }
 
-    fn laser(&mut self, columns: Columns, time: Nanos, message: &Message) {
+    fn laser(&mut self, columns: Columns, time: Nanos, message: &Message) -> Result<(), cdr::Error> {
         let is_due = self.scanned.is_none_or(|last| time >= last.saturating_add(SCAN));
         let (true, true, Some(robot)) = (is_due, columns.has(time), self.pose) else {
-            return;
+            return Ok(());
         };
-        let Some(scan) = read::<LaserScan>(message) else {
-            return;
+        let Some(scan) = read::<LaserScan>(message)? else {
+            return Ok(());
         };
         self.scanned = Some(time);
         let hits = scan.ranges.iter().enumerate().filter(|(_, range)| {
@@ -168,6 +170,7 @@ impl Robot {
             (place.x, place.y)
         };
         self.scans.add(hits.map(place).collect());
+        Ok(())
     }
 }
 

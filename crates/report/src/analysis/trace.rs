@@ -2,8 +2,26 @@
 //! variable, a trace holds its value until the next. Where there is no value, it has a gap.
 
 use jde_core::Nanos;
+use jde_ros::cdr;
 
 use super::columns::Columns;
+
+/// A number in a recording over time.
+pub struct Series {
+    /// The topic whose messages contain it.
+    pub topic: String,
+    /// The variable that contains it.
+    pub variable: String,
+    /// Its displayed name.
+    pub name: String,
+    /// Its unit; empty if there is none.
+    pub unit: String,
+    /// Extracts it from a message; returns `None` if it is absent.
+    pub number: Number,
+}
+
+/// Extracts a number from a message. It fails if that is no value of its type.
+pub type Number = Box<dyn Fn(&[u8]) -> Result<Option<f64>, cdr::Error> + Send>;
 
 /// A number over time.
 #[derive(Clone, Debug)]

@@ -214,8 +214,8 @@ fn numbers_are_drawn_in_a_chart() {
         name: "robot.odometry.pose.pose.position.x".to_owned(),
         unit: "m".to_owned(),
         number: Box::new(|message| {
-            let bytes = jde_ros::cdr::decode(&Odometry::describe(), message).ok()?;
-            Some(Odometry::from_bytes(&bytes)?.pose2d().x)
+            let bytes = jde_ros::cdr::decode(&Odometry::describe(), message)?;
+            Ok(Odometry::from_bytes(&bytes).map(|odometry| odometry.pose2d().x))
         }),
     };
     let wanted = Wanted {
