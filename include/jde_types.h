@@ -1891,6 +1891,108 @@ static const jde_type jde_movers_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_movers_fields), "jde_msgs/msg/Movers", "The moving and movable objects of a simulated world, without the robot that publishes them.",
     sizeof(jde_movers), 8u, jde_movers_fields};
 
+/** std_srvs/srv/Empty_Request: A request without contents. */
+typedef struct jde_empty_request {
+    uint8_t padding_0[1];
+} jde_empty_request;
+
+typedef char jde_empty_request_has_its_size[sizeof(jde_empty_request) == 1 ? 1 : -1];
+
+static const jde_field jde_empty_request_fields[] = {
+    JDE_FIELD("_", offsetof(jde_empty_request, padding_0), 0u, JDE_U8, JDE_PADDING, 1u, "", "", NULL),
+};
+static const jde_type jde_empty_request_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_empty_request_fields), "std_srvs/srv/Empty_Request", "A request without contents.",
+    sizeof(jde_empty_request), 1u, jde_empty_request_fields};
+
+/** std_srvs/srv/Empty_Response: A response without contents. */
+typedef struct jde_empty_response {
+    uint8_t padding_0[1];
+} jde_empty_response;
+
+typedef char jde_empty_response_has_its_size[sizeof(jde_empty_response) == 1 ? 1 : -1];
+
+static const jde_field jde_empty_response_fields[] = {
+    JDE_FIELD("_", offsetof(jde_empty_response, padding_0), 0u, JDE_U8, JDE_PADDING, 1u, "", "", NULL),
+};
+static const jde_type jde_empty_response_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_empty_response_fields), "std_srvs/srv/Empty_Response", "A response without contents.",
+    sizeof(jde_empty_response), 1u, jde_empty_response_fields};
+
+/** std_srvs/srv/SetBool_Request: A request to switch something on or off. */
+typedef struct jde_set_bool_request {
+    /** On or off. */
+    uint8_t data;
+} jde_set_bool_request;
+
+typedef char jde_set_bool_request_has_its_size[sizeof(jde_set_bool_request) == 1 ? 1 : -1];
+
+static const jde_field jde_set_bool_request_fields[] = {
+    JDE_FIELD("data", offsetof(jde_set_bool_request, data), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "On or off.", "", NULL),
+};
+static const jde_type jde_set_bool_request_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_set_bool_request_fields), "std_srvs/srv/SetBool_Request", "A request to switch something on or off.",
+    sizeof(jde_set_bool_request), 1u, jde_set_bool_request_fields};
+
+/** std_srvs/srv/SetBool_Response: What became of a request to switch something. */
+typedef struct jde_set_bool_response {
+    /** Whether it was done. */
+    uint8_t success;
+    uint8_t padding_1[3];
+    /** What was done, or why it was not. */
+    struct { uint32_t length; char bytes[252]; } message;
+} jde_set_bool_response;
+
+typedef char jde_set_bool_response_has_its_size[sizeof(jde_set_bool_response) == 260 ? 1 : -1];
+
+static const jde_field jde_set_bool_response_fields[] = {
+    JDE_FIELD("success", offsetof(jde_set_bool_response, success), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether it was done.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_set_bool_response, padding_1), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("message", offsetof(jde_set_bool_response, message.bytes), offsetof(jde_set_bool_response, message.length), JDE_U8, JDE_TEXT, 252u,
+              "What was done, or why it was not.", "", NULL),
+};
+static const jde_type jde_set_bool_response_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_set_bool_response_fields), "std_srvs/srv/SetBool_Response", "What became of a request to switch something.",
+    sizeof(jde_set_bool_response), 4u, jde_set_bool_response_fields};
+
+/** std_srvs/srv/Trigger_Request: A request without contents, to do what the name of the service says. */
+typedef struct jde_trigger_request {
+    uint8_t padding_0[1];
+} jde_trigger_request;
+
+typedef char jde_trigger_request_has_its_size[sizeof(jde_trigger_request) == 1 ? 1 : -1];
+
+static const jde_field jde_trigger_request_fields[] = {
+    JDE_FIELD("_", offsetof(jde_trigger_request, padding_0), 0u, JDE_U8, JDE_PADDING, 1u, "", "", NULL),
+};
+static const jde_type jde_trigger_request_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_trigger_request_fields), "std_srvs/srv/Trigger_Request", "A request without contents, to do what the name of the service says.",
+    sizeof(jde_trigger_request), 1u, jde_trigger_request_fields};
+
+/** std_srvs/srv/Trigger_Response: What became of a request to do something. */
+typedef struct jde_trigger_response {
+    /** Whether it was done. */
+    uint8_t success;
+    uint8_t padding_1[3];
+    /** What was done, or why it was not. */
+    struct { uint32_t length; char bytes[252]; } message;
+} jde_trigger_response;
+
+typedef char jde_trigger_response_has_its_size[sizeof(jde_trigger_response) == 260 ? 1 : -1];
+
+static const jde_field jde_trigger_response_fields[] = {
+    JDE_FIELD("success", offsetof(jde_trigger_response, success), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether it was done.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_trigger_response, padding_1), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+    JDE_FIELD("message", offsetof(jde_trigger_response, message.bytes), offsetof(jde_trigger_response, message.length), JDE_U8, JDE_TEXT, 252u,
+              "What was done, or why it was not.", "", NULL),
+};
+static const jde_type jde_trigger_response_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_trigger_response_fields), "std_srvs/srv/Trigger_Response", "What became of a request to do something.",
+    sizeof(jde_trigger_response), 4u, jde_trigger_response_fields};
+
 #ifdef __cplusplus
 }
 #endif

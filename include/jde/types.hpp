@@ -77,6 +77,12 @@ JDE_DESCRIBED(jde_truth, jde_truth_type);
 JDE_DESCRIBED(jde_thing, jde_thing_type);
 JDE_DESCRIBED(jde_scenery, jde_scenery_type);
 JDE_DESCRIBED(jde_movers, jde_movers_type);
+JDE_DESCRIBED(jde_empty_request, jde_empty_request_type);
+JDE_DESCRIBED(jde_empty_response, jde_empty_response_type);
+JDE_DESCRIBED(jde_set_bool_request, jde_set_bool_request_type);
+JDE_DESCRIBED(jde_set_bool_response, jde_set_bool_response_type);
+JDE_DESCRIBED(jde_trigger_request, jde_trigger_request_type);
+JDE_DESCRIBED(jde_trigger_response, jde_trigger_response_type);
 
 namespace jde {
 
@@ -149,6 +155,12 @@ using Truth = jde_truth;
 using Thing = jde_thing;
 using Scenery = jde_scenery;
 using Movers = jde_movers;
+using Empty_Request = jde_empty_request;
+using Empty_Response = jde_empty_response;
+using SetBool_Request = jde_set_bool_request;
+using SetBool_Response = jde_set_bool_response;
+using Trigger_Request = jde_trigger_request;
+using Trigger_Response = jde_trigger_response;
 
 } // namespace jde
 

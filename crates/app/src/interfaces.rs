@@ -1,6 +1,6 @@
 //! Types by name: those of the plugins in use, the standard ones, and those that files define, as ROS 2 installs them:
-//! `PACKAGE/msg/NAME.msg` in the folders that the application states, and in `share` of each `AMENT_PREFIX_PATH`.
-//! Recordings that it states come before them.
+//! `PACKAGE/msg/NAME.msg` and `PACKAGE/srv/NAME.srv` in the folders that the application states, and in `share` of each
+//! `AMENT_PREFIX_PATH`. Recordings that it states come before them.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -118,9 +118,22 @@ impl Types<'_> {
         self.recorded.get(name).cloned().or_else(|| self.file(name))
     }
 
-    /// Returns the text of the file that defines a message.
+    /// Returns the text of the file that defines a message, or of the part of a service's file that is the request or the
+    /// response.
     fn file(&self, name: &str) -> Option<String> {
-        let (package, short) = name.split_once("/msg/")?;
+        if let Some((package, short)) = name.split_once("/msg/") {
+            return self.text(package, "msg", short);
+        }
+        let (package, short) = name.split_once("/srv/")?;
+        let (service, part) = short.rsplit_once('_')?;
+        let place = ["Request", "Response"].iter().position(|known| *known == part)?;
+        let text = self.text(package, "srv", service)?;
+        let lines: Vec<_> = text.lines().collect();
+        let mut parts = lines.split(|line| line.trim() == "---");
+        parts.nth(place).map(|lines| lines.join("\n"))
+    }
+
+    fn text(&self, package: &str, kind: &str, short: &str) -> Option<String> {
         let is_name =
             |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         if !is_name(package) || !is_name(short) {
@@ -129,7 +142,7 @@ impl Types<'_> {
         let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
         let installed = std::env::split_paths(&prefixes).map(|prefix| prefix.join("share"));
         let folders = self.folders.iter().cloned().chain(installed);
-        let file = Path::new(package).join("msg").join(format!("{short}.msg"));
+        let file = Path::new(package).join(kind).join(format!("{short}.{kind}"));
         let mut files = folders.map(|folder| folder.join(&file));
         files.find_map(|file| std::fs::read_to_string(file).ok())
     }

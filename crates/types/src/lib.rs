@@ -24,6 +24,7 @@ mod scalar;
 mod scenery;
 mod sensor;
 mod seq;
+mod services;
 mod stamp;
 mod tags;
 mod text;
@@ -54,6 +55,9 @@ pub use sensor::{
     WheelEncoders,
 };
 pub use seq::Seq;
+pub use services::{
+    EmptyRequest, EmptyResponse, SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse,
+};
 pub use stamp::{Frame, Header, Time};
 pub use tags::{TagDetection, TagDetections};
 pub use text::{Text, TooLong};
@@ -135,6 +139,12 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         Thing::describe(),
         Scenery::describe(),
         Movers::describe(),
+        EmptyRequest::describe(),
+        EmptyResponse::describe(),
+        SetBoolRequest::describe(),
+        SetBoolResponse::describe(),
+        TriggerRequest::describe(),
+        TriggerResponse::describe(),
     ]
 }
 

@@ -306,3 +306,38 @@ fn a_type_is_that_of_a_recording_which_the_application_names() {
         "{missing}"
     );
 }
+
+#[test]
+fn the_parts_of_a_service_are_those_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let services = folder.path().join("my_msgs/srv");
+    std::fs::create_dir_all(&services).unwrap();
+    let grasp = "# Where.\ngeometry_msgs/Point place\nuint8 HARD=1\n---\nbool done\nstring why\n";
+    std::fs::write(services.join("Grasp.srv"), grasp).unwrap();
+    std::fs::write(services.join("Reset.srv"), "---\n").unwrap();
+    let fields = |name: &str| {
+        let entry =
+            format!("subscribe = {{ \"/there\" = \"there\", \"/c\" = {{ as = \"c\", type = \"{name}\" }} }}");
+        let interfaces = folder.path().display().to_string();
+        let application = read(&format!("interfaces = [{interfaces:?}]\n{}", text(&entry)), &[])
+            .map_err(|faults| faults.to_string())?;
+        let topics = &application.instances[application.instance("topics").unwrap()];
+        let value_type = &topics.listed[1].value_type;
+        assert_eq!((&*value_type.name, value_type.bytes > 0), (name, true));
+        let fields = value_type.fields.iter();
+        Ok::<_, String>(fields.map(|field| field.name.clone()).collect::<Vec<_>>())
+    };
+    assert_eq!(fields("my_msgs/srv/Grasp_Request").unwrap(), ["place"]);
+    assert_eq!(fields("my_msgs/srv/Grasp_Response").unwrap(), ["done", "why"]);
+    assert!(fields("my_msgs/srv/Reset_Request").unwrap().is_empty());
+    assert!(fields("my_msgs/srv/Reset_Response").unwrap().is_empty());
+    assert_eq!(fields("std_srvs/srv/SetBool_Request").unwrap(), ["data"]);
+    for missing in [
+        "my_msgs/srv/Grasp",
+        "my_msgs/srv/Grasp_Event",
+        "my_msgs/srv/Other_Request",
+    ] {
+        let error = fields(missing).unwrap_err();
+        assert!(error.contains("nothing defines the type"), "{error}");
+    }
+}

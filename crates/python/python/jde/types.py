@@ -18,6 +18,8 @@ __all__ = [
     "ColorBlobs",
     "CompressedImage",
     "Connection",
+    "Empty_Request",
+    "Empty_Response",
     "Footprint",
     "Header",
     "Image",
@@ -53,6 +55,7 @@ __all__ = [
     "RangeRing",
     "Route",
     "Scenery",
+    "SetBool_Response",
     "SonarEcho",
     "Start",
     "Strip",
@@ -63,6 +66,8 @@ __all__ = [
     "Time",
     "Transform",
     "TransformStamped",
+    "Trigger_Request",
+    "Trigger_Response",
     "Truth",
     "Twist",
     "TwistWithCovariance",
@@ -1067,3 +1072,40 @@ class Movers:
 
     things: Sequence[Thing] = field(default_factory=list)
     """The objects."""
+
+
+@standard("std_srvs/srv/Empty_Request")
+class Empty_Request:
+    """A request without contents."""
+
+
+@standard("std_srvs/srv/Empty_Response")
+class Empty_Response:
+    """A response without contents."""
+
+
+@standard("std_srvs/srv/SetBool_Response")
+class SetBool_Response:
+    """What became of a request to switch something."""
+
+    success: bool = False
+    """Whether it was done."""
+
+    message: str = ""
+    """What was done, or why it was not."""
+
+
+@standard("std_srvs/srv/Trigger_Request")
+class Trigger_Request:
+    """A request without contents, to do what the name of the service says."""
+
+
+@standard("std_srvs/srv/Trigger_Response")
+class Trigger_Response:
+    """What became of a request to do something."""
+
+    success: bool = False
+    """Whether it was done."""
+
+    message: str = ""
+    """What was done, or why it was not."""

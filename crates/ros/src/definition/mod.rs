@@ -19,12 +19,17 @@ const PACKAGE: &str = "jde_msgs";
 /// The line between two definitions.
 const RULE: &str = "================================================================================";
 
-/// Returns the name of a type's schema in the form of ROS 2: `package/msg/Type`. Characters that a ROS name
-/// cannot have become `_`.
+/// Returns the name of a type's schema in the form of ROS 2: `package/msg/Type`, and `package/srv/Type_Request` of the
+/// request of a service. Characters that a ROS name cannot have become `_`.
 #[must_use]
 pub fn name(value_type: &Type) -> String {
     let (package, name) = parts(&value_type.name);
-    format!("{package}/msg/{name}")
+    let folder = if value_type.name.contains("/srv/") {
+        "srv"
+    } else {
+        "msg"
+    };
+    format!("{package}/{folder}/{name}")
 }
 
 /// Returns the definition of a type and of all types that it contains, with docs and units as comments.

@@ -12,8 +12,9 @@ use hiroz_schema::{
 };
 use jde_abi::describe::Scalar;
 
-use crate::definition::scalar;
-use crate::hash::{number, placeholder};
+use crate::Type;
+use crate::definition::{self, scalar};
+use crate::hash::{describe_type, number, placeholder, referenced};
 
 pub use standard::standard;
 pub use values::ValueError;
@@ -107,6 +108,11 @@ impl Interfaces {
         let response: Vec<_> = lines.collect();
         self.message(&format!("{name}_Request"), &request.join("\n"))?;
         self.message(&format!("{name}_Response"), &response.join("\n"))?;
+        self.envelope(name)
+    }
+
+    /// Adds the messages of a service that contain its request and its response.
+    fn envelope(&mut self, name: &str) -> Result<(), InterfaceError> {
         let short = name.replace("/srv/", "/").replace("/action/", "/");
         let event = format!(
             "service_msgs/ServiceEventInfo info\n{short}_Request[<=1] request\n{short}_Response[<=1] response"
@@ -148,7 +154,37 @@ impl Interfaces {
     /// Returns the hash of an interface, as in `RIHS01_eeff2cd6...`; `None` for one that was not added.
     #[must_use]
     pub fn hash(&self, name: &str) -> Option<String> {
+        self.hash_with(name, BTreeMap::new())
+    }
+
+    /// Returns the hash of a service whose request and response are values of these types, which are named
+    /// `NAME_Request` and `NAME_Response`; `None` if they are not.
+    #[must_use]
+    pub fn service_hash(name: &str, request: &Type, response: &Type) -> Option<String> {
+        let of_events = ["builtin_interfaces/msg/Time", "service_msgs/msg/ServiceEventInfo"];
+        let of_events = standard()
+            .0
+            .iter()
+            .filter(|(name, _)| of_events.contains(&name.as_str()));
+        let mut interfaces = Self(
+            of_events
+                .map(|(name, members)| (name.clone(), members.clone()))
+                .collect(),
+        );
         let mut parts = BTreeMap::new();
+        for value_type in [request, response] {
+            referenced(value_type, &mut parts);
+            let name = definition::name(value_type);
+            // Its description is that of the type.
+            interfaces.0.insert(name.clone(), Vec::new());
+            parts.insert(name, describe_type(value_type));
+        }
+        interfaces.envelope(name).ok()?;
+        interfaces.hash_with(name, parts)
+    }
+
+    /// Returns the hash of an interface that contains these parts.
+    fn hash_with(&self, name: &str, mut parts: BTreeMap<String, TypeDescription>) -> Option<String> {
         self.describe(name, &mut parts);
         let message = TypeDescriptionMsg {
             type_description: parts.remove(name)?,

@@ -133,6 +133,29 @@ fn the_parts_of_an_action_have_the_hashes_of_ros() {
 }
 
 #[test]
+fn a_service_of_values_has_the_hash_of_its_definition() {
+    let types = jde_types::standard();
+    let of = |name: &str| types.iter().find(|value_type| value_type.name == name).unwrap();
+    for service in [
+        "std_srvs/srv/Empty",
+        "std_srvs/srv/SetBool",
+        "std_srvs/srv/Trigger",
+    ] {
+        let [request, response] = ["Request", "Response"].map(|part| of(&format!("{service}_{part}")));
+        let hash = Interfaces::service_hash(service, request, response);
+        assert_eq!(hash, standard().hash(service), "{service}");
+        assert_eq!(
+            Some(crate::hash::rihs01(response)),
+            standard().hash(&response.name)
+        );
+        assert_eq!(
+            Interfaces::service_hash("std_srvs/srv/Other", request, response),
+            None
+        );
+    }
+}
+
+#[test]
 fn interfaces_have_the_hashes_of_ros() {
     for (name, hash) in JAZZY {
         assert_eq!(standard().hash(name), Some(format!("RIHS01_{hash}")), "{name}");
