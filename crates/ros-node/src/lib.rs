@@ -12,6 +12,7 @@ mod latched;
 pub mod names;
 mod node;
 mod outbox;
+mod remaps;
 mod services;
 mod session;
 mod settings;
@@ -21,6 +22,7 @@ pub use action::{Action, ActionClient, ActionServer, GoalEvent, GoalId, GoalStat
 pub use clock::{Clock, Measured};
 pub use keys::{Announced, Direction, NodeName, Quality, Service, Topic};
 pub use node::{Node, NodeConfig, NodeState, ReceivedMessage};
+pub use remaps::Remaps;
 pub use services::{Client, Request, Response};
 pub use settings::{Settings, environment_connection, environment_domain};
 

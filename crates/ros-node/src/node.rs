@@ -11,6 +11,7 @@ use zenoh::Config;
 use zenoh::bytes::ZBytes;
 
 use crate::keys::{Direction, NodeName, Service, Topic};
+use crate::remaps::Remaps;
 use crate::services::{Client, Request, Response};
 use crate::session;
 use crate::shared::Shared;
@@ -35,6 +36,8 @@ pub struct NodeConfig {
     pub services: Vec<Service>,
     /// What it calls; a client's number is its index.
     pub clients: Vec<Client>,
+    /// The rules that replace names of its topics and services when it starts.
+    pub remaps: Remaps,
 }
 
 impl NodeConfig {
@@ -50,7 +53,22 @@ impl NodeConfig {
             subscriptions: Vec::new(),
             services: Vec::new(),
             clients: Vec::new(),
+            remaps: Remaps::default(),
         }
+    }
+
+    /// Gives its topics and services the names that the rules state.
+    fn remapped(mut self) -> Self {
+        let topics = self.publications.iter_mut().chain(&mut self.subscriptions);
+        let clients = self.clients.iter_mut().map(|client| &mut client.service);
+        let services = self.services.iter_mut().chain(clients);
+        let names = topics
+            .map(|topic| &mut topic.name)
+            .chain(services.map(|service| &mut service.name));
+        for name in names {
+            *name = self.remaps.apply(&self.name, std::mem::take(name));
+        }
+        self
     }
 
     /// Its topics of each direction. Services have the keys of topics.
@@ -102,6 +120,7 @@ impl Node {
     /// # Errors
     /// If the system cannot start a thread.
     pub fn start(config: NodeConfig) -> io::Result<Self> {
+        let config = config.remapped();
         let shared = Arc::new(Shared::new(&config));
         let thread_shared = Arc::clone(&shared);
         thread::Builder::new()
@@ -146,9 +165,20 @@ impl Node {
         self.0.take_request(timeout)
     }
 
+    /// Takes the next request to the service of that number.
+    pub fn take_request_of(&self, service: usize) -> Option<Request> {
+        self.0.take_request_of(service)
+    }
+
     /// Submits the response to a request.
     pub fn reply(&self, request: Request, message: Vec<u8>) {
-        self.0.reply(request, message);
+        self.0.reply(request, Ok(message));
+    }
+
+    /// Submits the reason why a request has no response. A caller of jde receives it; those of `rmw_zenoh` have no
+    /// outcome.
+    pub fn refuse(&self, request: Request, reason: String) {
+        self.0.reply(request, Err(reason));
     }
 
     /// Whether a node offers the service of this client.

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use zenoh::bytes::ZBytes;
 use zenoh::query::{ConsolidationMode, Query, QueryTarget, Queryable};
@@ -10,7 +10,7 @@ use zenoh::{Session, Wait};
 
 use crate::attachment::{Gid, attachment_now, parse};
 use crate::keys::Service;
-use crate::shared::{Shared, lock};
+use crate::shared::{MAX_WAITING, Shared, lock};
 
 /// A service that the node calls.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub struct Client {
 pub struct Request {
     /// The number of the service.
     pub service: usize,
+    /// When it arrived.
+    pub received_at: Instant,
     query: Query,
 }
 
@@ -39,14 +41,26 @@ pub struct Response {
 }
 
 impl Request {
+    fn new(service: usize, query: Query) -> Self {
+        Self {
+            service,
+            received_at: Instant::now(),
+            query,
+        }
+    }
+
     /// Its message.
     #[must_use]
     pub fn message(&self) -> Cow<'_, [u8]> {
         self.query.payload().map_or(Cow::Borrowed(&[]), ZBytes::to_bytes)
     }
 
-    /// Sends the response.
-    pub(crate) fn reply(self, response: Vec<u8>) -> zenoh::Result<()> {
+    /// Sends the response, or the reason why there is none.
+    pub(crate) fn reply(self, response: Result<Vec<u8>, String>) -> zenoh::Result<()> {
+        let response = match response {
+            Ok(response) => response,
+            Err(reason) => return self.query.reply_err(reason).wait(),
+        };
         let attachment = self.query.attachment().map(ZBytes::to_bytes);
         let (sequence, gid) = attachment.as_deref().and_then(parse).unwrap_or_default();
         self.query
@@ -69,8 +83,11 @@ pub(crate) fn serve(
         .complete(true)
         .callback(move |query| {
             let attachment = query.attachment().map(ZBytes::to_bytes);
-            if query.payload().is_some() && attachment.as_deref().and_then(parse).is_some() {
-                shared.request(Request { service, query });
+            if query.payload().is_some()
+                && attachment.as_deref().and_then(parse).is_some()
+                && let Err(request) = shared.request(Request::new(service, query))
+            {
+                let _ = request.reply(Err(format!("{MAX_WAITING} requests wait already")));
             }
         })
         .wait()

@@ -5,6 +5,8 @@ use zenoh::config::EndPoint;
 
 use crate::keys::NodeName;
 use crate::names;
+use crate::node::NodeConfig;
+use crate::remaps::Remaps;
 
 /// Protocols that this crate is built with.
 const ENDPOINT_KEYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
@@ -34,18 +36,39 @@ pub struct Settings<'a> {
     pub node: &'a str,
     /// What has the node, such as a schema: its name is that of the node if `node` is empty.
     pub owner: &'a str,
+    /// Rules that replace names, `FROM:=TO` with commas between them.
+    pub remap: &'a str,
 }
 
 impl Settings<'_> {
-    /// Returns the node's name.
+    /// Returns a node without topics and services.
     ///
     /// # Errors
-    /// If a name or the environment's domain is not valid in ROS 2.
+    /// If a name, an address, a rule or the environment's domain is not valid, or a file cannot be read.
+    pub fn node_config(&self) -> Result<NodeConfig, String> {
+        Ok(NodeConfig {
+            remaps: self.remap.parse()?,
+            ..NodeConfig::new(self.name()?, self.connection_config()?)
+        })
+    }
+
+    /// Returns the node's name. A rule for all nodes gives a namespace only to a node that states none.
+    ///
+    /// # Errors
+    /// If a name, a rule or the environment's domain is not valid in ROS 2.
     pub fn name(&self) -> Result<NodeName, String> {
+        let remaps: Remaps = self.remap.parse()?;
+        let own = names::node(self.node, self.owner)?;
+        let node = remaps.node(&own).map_or_else(|| own.clone(), str::to_owned);
+        let stated = names::namespace(self.namespace)?;
+        let namespace = match remaps.namespace(&node) {
+            Some((namespace, is_own)) if is_own || stated.is_empty() => namespace.to_owned(),
+            _ => stated,
+        };
         Ok(NodeName {
             domain: names::domain(self.domain, environment_domain().as_deref())?,
-            namespace: names::namespace(self.namespace)?,
-            node: names::node(self.node, self.owner)?,
+            namespace,
+            node,
             bridged: self.is_bridged(),
         })
     }
@@ -156,6 +179,7 @@ fn stated_connection(file: &str, overrides: &str) -> Result<(Config, String), St
         namespace: "",
         node: "",
         owner: "",
+        remap: "",
     };
     let (mut config, mut endpoint) = settings.connection_config()?;
     for entry in overrides
@@ -222,6 +246,7 @@ mod tests {
             namespace: "fleet",
             node: "",
             owner: "one",
+            remap: "",
         }
     }
 
@@ -318,5 +343,34 @@ mod tests {
     fn the_node_has_the_name_of_its_owner_in_its_namespace() {
         let name = settings("", "").name().unwrap();
         assert_eq!((name.domain, name.full().as_str()), (3, "/fleet/one"));
+    }
+
+    #[test]
+    fn rules_name_a_node_and_its_namespace() {
+        let named = |namespace, remap| {
+            let settings = Settings {
+                namespace,
+                remap,
+                ..settings("tcp/a:1", "")
+            };
+            let config = settings.node_config().unwrap();
+            let topic = config
+                .remaps
+                .apply(&config.name, format!("{}/scan", config.name.namespace));
+            (config.name.full(), topic)
+        };
+        let name = |full: &str, topic: &str| (full.to_owned(), topic.to_owned());
+        assert_eq!(named("", "__ns:=/all"), name("/all/one", "/all/scan"));
+        assert_eq!(named("own", "__ns:=/all"), name("/own/one", "/own/scan"));
+        assert_eq!(named("own", "one:__ns:=/"), name("/one", "/scan"));
+        assert_eq!(
+            named("own", "one:__node:=two,scan:=~/scan"),
+            name("/own/two", "/own/two/scan")
+        );
+        let wrong = Settings {
+            remap: "scan",
+            ..settings("tcp/a:1", "")
+        };
+        assert!(wrong.node_config().unwrap_err().contains("`scan` is no rule"));
     }
 }

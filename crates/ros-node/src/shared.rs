@@ -17,8 +17,9 @@ use crate::services::{Request, Response};
 
 /// Most remarks per node. They are remembered so that none is repeated.
 const MAX_REMARKS: usize = 64;
-/// Most requests or responses of one service that wait; later ones replace the oldest.
-const MAX_WAITING: usize = 10;
+/// Most requests or responses of one service that wait. Further requests are refused; further responses replace the
+/// oldest.
+pub(crate) const MAX_WAITING: usize = 10;
 /// Most publications of a latched topic whose order is known.
 const MAX_SOURCES: usize = 256;
 
@@ -43,8 +44,8 @@ struct SendQueue {
     outboxes: Vec<Outbox>,
     /// Requests to send: client, number and message.
     calls: Vec<(usize, i64, Vec<u8>)>,
-    /// Responses to send.
-    replies: Vec<(Request, Vec<u8>)>,
+    /// Responses to send, or the reasons why there are none.
+    replies: Vec<(Request, Result<Vec<u8>, String>)>,
     /// Publications to query for their newest messages: subscription, and key.
     caches: Vec<(usize, String)>,
     /// Topics that other nodes have in the opposite direction, and that are to be announced.
@@ -86,8 +87,8 @@ pub(crate) struct Work {
     pub(crate) batches: Vec<(usize, Vec<Vec<u8>>)>,
     /// Requests to send: client, number and message.
     pub(crate) calls: Vec<(usize, i64, Vec<u8>)>,
-    /// Responses to send.
-    pub(crate) replies: Vec<(Request, Vec<u8>)>,
+    /// Responses to send, or the reasons why there are none.
+    pub(crate) replies: Vec<(Request, Result<Vec<u8>, String>)>,
     /// Publications to query for their newest messages: subscription, and key.
     pub(crate) caches: Vec<(usize, String)>,
     /// Directions and numbers of topics to announce.
@@ -168,9 +169,9 @@ impl Shared {
         sequence
     }
 
-    /// Submits a response.
-    pub(crate) fn reply(&self, request: Request, message: Vec<u8>) {
-        lock(&self.queue).replies.push((request, message));
+    /// Submits a response, or the reason why there is none.
+    pub(crate) fn reply(&self, request: Request, response: Result<Vec<u8>, String>) {
+        lock(&self.queue).replies.push((request, response));
         self.changed.notify_one();
     }
 
@@ -186,6 +187,13 @@ impl Shared {
             requests = wait(&self.requested, requests, timeout);
         }
         requests.pop_front()
+    }
+
+    /// Takes the next request to a service.
+    pub(crate) fn take_request_of(&self, service: usize) -> Option<Request> {
+        let mut requests = lock(&self.requests);
+        let place = requests.iter().position(|request| request.service == service)?;
+        requests.remove(place)
     }
 
     pub(crate) fn take_response(&self, client: usize) -> Option<Response> {
@@ -300,17 +308,16 @@ impl Shared {
         });
     }
 
-    /// Stores a request.
-    pub(crate) fn request(&self, request: Request) {
+    /// Stores a request, or returns it if too many wait.
+    pub(crate) fn request(&self, request: Request) -> Result<(), Request> {
         let mut requests = lock(&self.requests);
         let of_service = |other: &&Request| other.service == request.service;
-        if requests.iter().filter(of_service).count() >= MAX_WAITING
-            && let Some(oldest) = requests.iter().position(|other| other.service == request.service)
-        {
-            requests.remove(oldest);
+        if requests.iter().filter(of_service).count() >= MAX_WAITING {
+            return Err(request);
         }
         requests.push_back(request);
         self.requested.notify_one();
+        Ok(())
     }
 
     /// Stores the outcome of a request of this node.

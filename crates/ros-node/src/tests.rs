@@ -53,8 +53,7 @@ impl Router {
 
     /// A node without topics and services.
     pub(crate) fn node(&self, node: &str) -> NodeConfig {
-        let settings = self.settings(node);
-        NodeConfig::new(settings.name().unwrap(), settings.connection_config().unwrap())
+        self.settings(node).node_config().unwrap()
     }
 
     fn settings<'a>(&'a self, node: &'a str) -> Settings<'a> {
@@ -67,6 +66,7 @@ impl Router {
             namespace: "",
             node,
             owner: "",
+            remap: "",
         }
     }
 }

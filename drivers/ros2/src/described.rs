@@ -10,7 +10,7 @@ use jde_schema::prelude::*;
 use crate::messages::STAMP;
 
 /// A type of message that is known by its description alone.
-pub(super) struct DescribedCodec {
+pub(crate) struct DescribedCodec {
     value_type: Arc<Type>,
     header: Option<HeaderPlace>,
     /// Whether it has times besides the stamp of its header.
@@ -28,7 +28,7 @@ struct HeaderPlace {
 }
 
 impl DescribedCodec {
-    pub(super) fn new(value_type: &Arc<Type>) -> Self {
+    pub(crate) fn new(value_type: &Arc<Type>) -> Self {
         Self {
             header: HeaderPlace::of(value_type),
             has_times: count_times(value_type) > usize::from(HeaderPlace::of(value_type).is_some()),
@@ -37,17 +37,22 @@ impl DescribedCodec {
     }
 
     /// The topic of that name with these messages.
-    pub(super) fn topic(&self, name: String, quality: Quality) -> Topic {
+    pub(crate) fn topic(&self, name: String, quality: Quality) -> Topic {
         Topic::new(name, &self.value_type, quality)
     }
 
+    /// The type of its values.
+    pub(crate) fn value_type(&self) -> &Type {
+        &self.value_type
+    }
+
     /// Whether its messages begin with a header.
-    pub(super) fn has_header(&self) -> bool {
+    pub(crate) fn has_header(&self) -> bool {
         self.header.is_some()
     }
 
     /// Encodes a value that was measured at its stamp, or at `time` if it has none; in `frame` unless that is empty.
-    pub(super) fn encode(&self, value: &[u8], frame: &str, time: Duration, clock: &Clock) -> Vec<u8> {
+    pub(crate) fn encode(&self, value: &[u8], frame: &str, time: Duration, clock: &Clock) -> Vec<u8> {
         let mut message = Vec::new();
         let frame = self
             .header
@@ -85,7 +90,7 @@ impl DescribedCodec {
     }
 
     /// The stamp of a message, if its type has a header.
-    pub(super) fn stamp(&self, message: &[u8]) -> Option<Time> {
+    pub(crate) fn stamp(&self, message: &[u8]) -> Option<Time> {
         self.header?;
         let (sec, nanosec) = message.get(STAMP)?.split_first_chunk::<4>()?;
         Some(Time {
@@ -98,7 +103,7 @@ impl DescribedCodec {
     ///
     /// # Errors
     /// If the message is of another type or does not fit. The value is then unusable.
-    pub(super) fn decode_into(
+    pub(crate) fn decode_into(
         &self,
         message: &[u8],
         (time, clock): (Duration, &Clock),

@@ -97,12 +97,11 @@ impl Follow {
     }
 
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveFollow> {
-        let name = settings.name()?;
-        let connection = settings.connection_config()?;
-        let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
+        let node = settings.node_config()?;
+        let topic = names::topic(&node.name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
         let config = NodeConfig {
             subscriptions: velocity::topics(&topic, Quality::DEFAULT).to_vec(),
-            ..NodeConfig::new(name, connection)
+            ..node
         };
         Ok(ActiveFollow {
             connection: RosConnection::start(config, ClockSource::Wall)?,

@@ -21,13 +21,13 @@ pub(crate) fn action(namespace: &str, name: &str) -> Result<Action, String> {
     })
 }
 
-/// Refuses a connection that actions do not pass.
+/// Refuses a connection that services and actions do not pass.
 ///
 /// # Errors
 /// If it is one to a bridge of DDS.
 pub(crate) fn refuse_bridge(settings: &Settings<'_>) -> Result<(), &'static str> {
     match settings.is_bridged() {
-        true => Err("actions do not pass a bridge of DDS: connect to a router of rmw_zenoh"),
+        true => Err("services and actions do not pass a bridge of DDS: connect to a router of rmw_zenoh"),
         false => Ok(()),
     }
 }

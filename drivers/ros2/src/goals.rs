@@ -1,6 +1,6 @@
 //! The driver by which programs of ROS 2 send targets: the server of Nav2's action, and RViz's topic of goals.
 
-use jde_ros_node::{ActionServer, GoalId, GoalStatus, NodeConfig, Quality, ServerEvent, Settings, names};
+use jde_ros_node::{ActionServer, GoalId, GoalStatus, Quality, ServerEvent, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::json;
 
@@ -123,10 +123,10 @@ impl Inspect for Goals {
 impl Goals {
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveGoals> {
         goal::refuse_bridge(settings)?;
-        let name = settings.name()?;
-        let action = goal::action(&name.namespace, self.action.get(cx).as_str())?;
-        let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?;
-        let mut config = NodeConfig::new(name, settings.connection_config()?);
+        let mut config = settings.node_config()?;
+        let namespace = &config.name.namespace;
+        let action = goal::action(namespace, self.action.get(cx).as_str())?;
+        let topic = names::topic(namespace, self.topic.get(cx).as_str())?;
         let poses = topic.map(|topic| {
             let codec = Codec::new();
             config

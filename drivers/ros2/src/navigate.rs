@@ -167,13 +167,13 @@ impl Navigate {
 
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveNavigate> {
         goal::refuse_bridge(settings)?;
-        let name = settings.name()?;
-        let action = goal::action(&name.namespace, self.action.get(cx).as_str())?;
-        let topic = names::topic(&name.namespace, self.topic.get(cx).as_str())?;
+        let node = settings.node_config()?;
+        let action = goal::action(&node.name.namespace, self.action.get(cx).as_str())?;
+        let topic = names::topic(&node.name.namespace, self.topic.get(cx).as_str())?;
         let topic = topic.ok_or(NO_TOPIC)?;
         let mut config = NodeConfig {
             subscriptions: velocity::topics(&topic, Quality::DEFAULT).to_vec(),
-            ..NodeConfig::new(name, settings.connection_config()?)
+            ..node
         };
         Ok(ActiveNavigate {
             client: ActionClient::declare(action, &mut config),

@@ -1,6 +1,6 @@
 //! The modulations of the node and its connections, which every driver of this plugin has.
 
-use jde_ros_node::{Settings, environment_domain, names};
+use jde_ros_node::{Remaps, Settings, environment_domain, names};
 use jde_schema::prelude::{Context, Modulation, Problems, Text};
 
 /// Declares a type of schema whose instances are nodes. The modulations of the node come before the ports that it
@@ -30,6 +30,10 @@ macro_rules! node_schema {
             /// Name of the node; empty for that of this schema.
             #[modulation(default = "", fixed)]
             node: Modulation<Text<128>>,
+            /// Rules that replace names of topics and services, `FROM:=TO` with commas between them, as ROS 2 takes them
+            /// with `-r`.
+            #[modulation(default = "", fixed)]
+            remap: Modulation<Text<1020>>,
             $($fields)*
         }
 
@@ -40,10 +44,11 @@ macro_rules! node_schema {
                 work: impl FnOnce(jde_ros_node::Settings<'_>) -> R,
             ) -> R {
                 let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
-                let (config, namespace, node) = (
+                let (config, namespace, node, remap) = (
                     self.config.get(cx),
                     self.namespace.get(cx),
                     self.node.get(cx),
+                    self.remap.get(cx),
                 );
                 work(jde_ros_node::Settings {
                     config: config.as_str(),
@@ -54,6 +59,7 @@ macro_rules! node_schema {
                     namespace: namespace.as_str(),
                     node: node.as_str(),
                     owner: cx.name(),
+                    remap: remap.as_str(),
                 })
             }
 
@@ -70,6 +76,7 @@ macro_rules! node_schema {
                     domain: &self.domain,
                     namespace: &self.namespace,
                     node: &self.node,
+                    remap: &self.remap,
                 };
                 self.with_settings(cx, |settings| {
                     modulations.inspect(cx, &settings, topics, problems);
@@ -88,6 +95,7 @@ pub(crate) struct Modulations<'m> {
     pub(crate) domain: &'m Modulation<i32>,
     pub(crate) namespace: &'m Modulation<Text<128>>,
     pub(crate) node: &'m Modulation<Text<128>>,
+    pub(crate) remap: &'m Modulation<Text<1020>>,
 }
 
 impl Modulations<'_> {
@@ -106,6 +114,7 @@ impl Modulations<'_> {
         );
         let namespace = problems.expect(self.namespace, names::namespace(settings.namespace));
         problems.expect(self.node, names::node(settings.node, settings.owner));
+        problems.expect(self.remap, settings.remap.parse::<Remaps>());
         if let Err(error) = settings.connection_config() {
             match settings.config {
                 "" => problems.wrong(self.connect, error),

@@ -207,10 +207,9 @@ impl Inspect for Transform {
 
 impl Transform {
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTransform> {
-        let name = settings.name()?;
-        let connection = settings.connection_config()?;
+        let node = settings.node_config()?;
         let topic = |topic: &Modulation<Text<128>>| {
-            names::topic(&name.namespace, topic.get(cx).as_str()).map(Option::unwrap_or_default)
+            names::topic(&node.name.namespace, topic.get(cx).as_str()).map(Option::unwrap_or_default)
         };
         let topics = [topic(&self.tf_topic)?, topic(&self.tf_static_topic)?];
         let codec = Codec::<Transforms>::new();
@@ -219,7 +218,7 @@ impl Transform {
             subscriptions: qualities
                 .map(|(quality, topic)| codec.topic(topic, quality))
                 .collect(),
-            ..NodeConfig::new(name, connection)
+            ..node
         };
         Ok(ActiveTransform {
             connection: RosConnection::start(config, self.clock.get(cx).into())?,

@@ -64,8 +64,8 @@ impl Peer {
             namespace: "",
             node: "peer",
             owner: "",
+            remap: "",
         };
-        let connection = settings.connection_config().expect("the address is valid");
         let clients = SERVICES.map(|(name, kind)| Client {
             service: Service::new(format!("/fleet/scout/{name}"), kind, standard()).expect("a service"),
             timeout: Duration::from_secs(60),
@@ -76,7 +76,7 @@ impl Peer {
         let config = NodeConfig {
             clients: clients.to_vec(),
             subscriptions: topics.to_vec(),
-            ..NodeConfig::new(settings.name().expect("the name is valid"), connection)
+            ..settings.node_config().expect("the address is valid")
         };
         let names = SERVICES.iter().enumerate();
         Self {

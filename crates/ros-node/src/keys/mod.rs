@@ -223,6 +223,32 @@ impl Service {
         })
     }
 
+    /// A service of that name, whose request and response are values of these types.
+    ///
+    /// # Errors
+    /// If they are not the request and the response of one service.
+    pub fn of_values(name: String, request: &Type, response: &Type) -> Result<Self, String> {
+        let is_service = |stem: &&str| stem.contains("/srv/");
+        let part = |value_type: &Type, part: &str| {
+            let stem = value_type.name.strip_suffix(part).filter(is_service);
+            stem.map(str::to_owned).ok_or_else(|| {
+                format!(
+                    "`{}` is not the name of a PACKAGE/srv/NAME{part}",
+                    value_type.name
+                )
+            })
+        };
+        let (type_name, other) = (part(request, "_Request")?, part(response, "_Response")?);
+        let hash = Interfaces::service_hash(&type_name, request, response).ok_or_else(|| {
+            format!("its request is one of `{type_name}`, and its response one of `{other}`")
+        })?;
+        Ok(Self {
+            name,
+            type_name,
+            hash,
+        })
+    }
+
     /// The topic that has the keys and tokens of this service.
     pub(crate) fn topic(&self) -> Topic {
         Topic {

@@ -205,10 +205,9 @@ impl Base {
     }
 
     fn start_with(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveBase> {
-        let name = settings.name()?;
-        let connection = settings.connection_config()?;
+        let node = settings.node_config()?;
         let mut topics = Vec::new();
-        let namespace = name.namespace.as_str();
+        let namespace = node.name.namespace.as_str();
         let laser = subscription(&mut topics, namespace, self.laser_topic.get(cx).as_str())?;
         let odometry = subscription(&mut topics, namespace, self.odometry_topic.get(cx).as_str())?;
         let image = subscription(&mut topics, namespace, self.image_topic.get(cx).as_str())?;
@@ -230,7 +229,7 @@ impl Base {
                 .flat_map(|topic| velocity::topics(topic, Quality::DEFAULT))
                 .collect(),
             subscriptions: topics,
-            ..NodeConfig::new(name, connection)
+            ..node
         };
         let connection = RosConnection::start(config, self.clock.get(cx).into())?;
         Ok(ActiveBase {

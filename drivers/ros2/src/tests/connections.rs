@@ -285,6 +285,7 @@ fn a_zenoh_configuration_file_states_the_addresses() {
         namespace: "",
         node: "",
         owner: "x",
+        remap: "",
     };
     assert!(
         settings.connection_config().is_err(),

@@ -1,28 +1,11 @@
 //! Nav2's action from both ends: Nav2 drives for an application, and an application drives for ROS 2.
 
-use jde_ros_node::{
-    ActionClient, ActionServer, GoalEvent, GoalStatus, Node, NodeConfig, ServerEvent, Settings,
-};
+use jde_ros_node::{ActionClient, ActionServer, GoalEvent, GoalStatus, Node, ServerEvent};
 use serde_json::{Value as Json, json};
 
 use super::*;
 use crate::goal;
 use crate::{Goals, Navigate};
-
-/// The other program's node.
-fn config(address: &str) -> NodeConfig {
-    let settings = Settings {
-        config: "",
-        connect: address,
-        listen: "",
-        has_endpoint: true,
-        domain: 3,
-        namespace: "",
-        node: "other",
-        owner: "",
-    };
-    NodeConfig::new(settings.name().unwrap(), settings.connection_config().unwrap())
-}
 
 /// Nav2, and the schema that lets it drive.
 struct Nav2 {

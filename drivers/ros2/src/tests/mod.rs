@@ -4,6 +4,7 @@ mod base;
 mod connections;
 mod goals;
 mod pictures;
+mod services;
 mod standard;
 mod topics;
 mod transform;
@@ -12,7 +13,7 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::Instant;
 
-use jde_ros_node::{NodeName, Quality, Topic};
+use jde_ros_node::{NodeConfig, NodeName, Quality, Settings, Topic};
 use jde_schema::bench::{Bench, Entry};
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
@@ -106,6 +107,22 @@ fn open_router(address: &str) -> Session {
         config.insert_json5(key, &value).unwrap();
     }
     zenoh::open(config).wait().unwrap()
+}
+
+/// The other program's node.
+fn config(address: &str) -> NodeConfig {
+    let settings = Settings {
+        config: "",
+        connect: address,
+        listen: "",
+        has_endpoint: true,
+        domain: 3,
+        namespace: "",
+        node: "other",
+        owner: "",
+        remap: "",
+    };
+    settings.node_config().unwrap()
 }
 
 fn name() -> NodeName {

@@ -1,6 +1,5 @@
 //! Topics by the application file: variables are published, and messages are exported.
 
-mod described;
 mod mounts;
 mod publication;
 mod quality;
@@ -143,24 +142,23 @@ impl Topics {
     }
 
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveTopics> {
-        let name = settings.name()?;
-        let connection = settings.connection_config()?;
-        if let Some((import, twin)) = self.twins(&name.namespace).first() {
+        let node = settings.node_config()?;
+        let namespace = node.name.namespace.as_str();
+        if let Some((import, twin)) = self.twins(namespace).first() {
             let label = import.label();
             return Err(format!("`{twin}` and `{label}` in `publish` have the same topic").into());
         }
         let (mut published, mut subscribed) = (Vec::new(), Vec::new());
         let publications = self.publish.iter();
         let publications = publications
-            .map(|import| TopicPublication::new(&name.namespace, import, &mut published))
+            .map(|import| TopicPublication::new(namespace, import, &mut published))
             .collect::<Result<Vec<_>, String>>()?;
         let exports = self.subscribe.iter();
         let exports = exports
-            .map(|export| TopicExport::new(&name.namespace, export, &mut subscribed))
+            .map(|export| TopicExport::new(namespace, export, &mut subscribed))
             .collect::<Result<Vec<_>, String>>()?;
-        let topic = |topic: &Modulation<Text<128>>| {
-            jde_ros_node::names::topic(&name.namespace, topic.get(cx).as_str())
-        };
+        let topic =
+            |topic: &Modulation<Text<128>>| jde_ros_node::names::topic(namespace, topic.get(cx).as_str());
         let transforms = topic(&self.tf_topic)?
             .and_then(|topic| TransformPublisher::new(topic, &self.publish, &mut published));
         let mounts = topic(&self.tf_static_topic)?
@@ -168,7 +166,7 @@ impl Topics {
         let config = NodeConfig {
             publications: published,
             subscriptions: subscribed,
-            ..NodeConfig::new(name, connection)
+            ..node
         };
         let connection = RosConnection::start(config, self.clock.get(cx))?;
         Ok(ActiveTopics {

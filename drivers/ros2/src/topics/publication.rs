@@ -6,12 +6,12 @@ use jde_schema::ListedImport;
 use jde_schema::describe::Type;
 use jde_schema::prelude::*;
 
-use super::described::DescribedCodec;
 use super::quality::quality;
 use super::settings::Publication;
 use crate::camera_info::{self, CameraInfo};
 use crate::compressed::{self, Compressor};
 use crate::connection::RosConnection;
+use crate::described::DescribedCodec;
 use crate::messages::{Codec, PoseWithCovarianceStamped, measured, typed};
 use crate::tf::range_messages;
 use crate::velocity::{self, VelocityPublisher};

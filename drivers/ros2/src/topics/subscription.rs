@@ -8,12 +8,12 @@ use jde_schema::describe::Type;
 use jde_schema::prelude::*;
 use jde_schema::types::{CompressedImage, JointState, NavSatFix, PointCloud2};
 
-use super::described::DescribedCodec;
 use super::publication::{is_of, topic_name};
 use super::quality::quality;
 use super::settings::Subscription;
 use crate::compressed::{self, Arrival, Decompressor};
 use crate::connection::{RosConnection, TopicSubscription};
+use crate::described::DescribedCodec;
 use crate::messages::{Codec, PoseWithCovarianceStamped};
 use crate::scan::Sweep;
 use crate::velocity::{self, VelocitySubscription};

@@ -1,0 +1,154 @@
+//! A service of this node: each request is exported, and the next new value of a variable is its response.
+
+use jde_ros_node::{NodeConfig, Request, Service};
+use jde_schema::describe::{Form, Type};
+use jde_schema::prelude::*;
+use jde_schema::{ListedExport, ListedImport};
+
+use super::settings::{Plain, Timed};
+use crate::connection::RosConnection;
+use crate::described::DescribedCodec;
+
+/// A service, and the request that it serves.
+pub(super) struct ServiceServer {
+    /// Its number among the services of the node.
+    number: usize,
+    name: String,
+    request: DescribedCodec,
+    response: DescribedCodec,
+    timeout: Duration,
+    serving: Option<Serving>,
+}
+
+/// A request that is exported.
+struct Serving {
+    request: Request,
+    /// The number of the newest value that was there before.
+    before: u64,
+}
+
+impl ServiceServer {
+    /// Adds the service to those of the node.
+    pub(super) fn new(
+        service: Service,
+        request: &ListedExport<Timed>,
+        response: &ListedImport<Plain>,
+        config: &mut NodeConfig,
+    ) -> Self {
+        let (number, name) = (config.services.len(), service.name.clone());
+        config.services.push(service);
+        Self {
+            number,
+            name,
+            request: DescribedCodec::new(request.value_type()),
+            response: DescribedCodec::new(response.value_type()),
+            timeout: request.settings().timeout(),
+            serving: None,
+        }
+    }
+
+    /// Sends a new value as the response to the request that is exported, and exports the next one.
+    pub(super) fn exchange(
+        &mut self,
+        cx: &Context,
+        connection: &mut RosConnection,
+        export: &mut ListedExport<Timed>,
+        response: &ListedImport<Plain>,
+    ) {
+        let newest = response.get(cx);
+        let number = newest.as_ref().map_or(0, |value| value.sequence());
+        if let Some(serving) = &self.serving {
+            if let Some(value) = newest.filter(|value| value.sequence() != serving.before) {
+                let message = self.response.encode(&value, "", value.time(), &connection.clock);
+                if let Some(Serving { request, .. }) = self.serving.take() {
+                    connection.node.reply(request, message);
+                }
+            } else if serving.request.received_at.elapsed() >= self.timeout {
+                let reason = format!("no schema responded within {:?}", self.timeout);
+                connection.warn_once(cx, format!("{}: {reason}", self.name));
+                self.give_up(connection, &reason);
+            }
+            if self.serving.is_some() {
+                return;
+            }
+            export.retract(cx);
+        }
+        while let Some(request) = connection.node.take_request_of(self.number) {
+            if request.received_at.elapsed() >= self.timeout {
+                let reason = format!("the requests before it took {:?}", self.timeout);
+                self.fail(connection, request, &reason);
+                continue;
+            }
+            match self.export(cx, connection, &request.message(), export) {
+                Ok(()) => {
+                    self.serving = Some(Serving {
+                        request,
+                        before: number,
+                    });
+                    return;
+                }
+                Err(error) => {
+                    connection.warn_once(cx, format!("{}: {error}", self.name));
+                    connection.node.refuse(request, error);
+                }
+            }
+        }
+    }
+
+    /// Ends the request that is exported, without a response of a schema.
+    pub(super) fn give_up(&mut self, connection: &RosConnection, reason: &str) {
+        if let Some(Serving { request, .. }) = self.serving.take() {
+            self.fail(connection, request, reason);
+        }
+    }
+
+    /// Answers a request without a schema. A response that has the fields `success` and `message` says why.
+    fn fail(&self, connection: &RosConnection, request: Request, reason: &str) {
+        match failure(self.response.value_type(), reason) {
+            Some(value) => {
+                let message = self
+                    .response
+                    .encode(&value, "", Duration::ZERO, &connection.clock);
+                connection.node.reply(request, message);
+            }
+            None => connection.node.refuse(request, reason.to_owned()),
+        }
+    }
+
+    /// Exports a request.
+    fn export(
+        &self,
+        cx: &Context,
+        connection: &mut RosConnection,
+        message: &[u8],
+        export: &mut ListedExport<Timed>,
+    ) -> Result<(), String> {
+        let measured = match self.request.stamp(message) {
+            Some(stamp) => connection.measured(cx, &self.name, stamp, cx.now()),
+            None => cx.now(),
+        };
+        let clock = &connection.clock;
+        let written = export.write_with(cx, None, |value| {
+            self.request.decode_into(message, (measured, clock), value)
+        });
+        written.map_err(|error| error.to_string())
+    }
+}
+
+/// Returns the response without success that has this message; `None` if the type has no such fields.
+fn failure(value_type: &Type, reason: &str) -> Option<Vec<u8>> {
+    let field = |name: &str| value_type.fields.iter().find(|field| field.name == name);
+    let message = field("message").filter(|_| field("success").is_some())?;
+    let Form::Text {
+        capacity,
+        length_offset,
+    } = message.form
+    else {
+        return None;
+    };
+    let text = &reason[..reason.floor_char_boundary(capacity)];
+    let mut value = vec![0; value_type.bytes];
+    value[message.offset..][..text.len()].copy_from_slice(text.as_bytes());
+    value[length_offset..][..4].copy_from_slice(&(text.len() as u32).to_ne_bytes());
+    Some(value)
+}
