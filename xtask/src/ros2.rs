@@ -108,6 +108,12 @@ impl<'a> Peers<'a> {
         let _router = Peer::start(self, "router")?;
         let tools = |role| self.python_file(TOOLS, &[role, &self.port]);
         beside(self.context, &mut self.jde("ros2", &["topics"]), tools("robot"))?;
+        let jde = self.context.target.join("debug/jde").display().to_string();
+        let mut services = self.python_file(TOOLS, &["services", &self.port, &jde]);
+        print!(
+            "{}",
+            shell::read(&mut services).context("the tools of ROS 2 failed")?
+        );
         if !shell::succeeds(Command::new("ros2").args(["pkg", "prefix", "nav2_msgs"])) {
             println!("SKIPPED: no nav2_msgs in this ROS 2, so no goal of Nav2's action is sent");
             return Ok(());

@@ -61,7 +61,12 @@ pub(super) fn from_option(
             .fault(&(0..0), message)
             .suggest(&given.variable, "modulations", known);
     };
-    if let Some(node) = parse_node(report, &given.value, &schema.ports[port].value_type) {
+    let value = match &schema.ports[port].role {
+        Role::Modulation { limits, .. } => choice_of(limits, &given.value),
+        _ => None,
+    };
+    let value = value.unwrap_or(&given.value);
+    if let Some(node) = parse_node(report, value, &schema.ports[port].value_type) {
         set_initial(report, section, schema, port, &node, paths, &mut bindings[port]);
     }
 }
@@ -154,6 +159,12 @@ fn set_initial(
     }
 }
 
+/// Returns the choice that a text states by its number, as parameters of ROS 2 do.
+fn choice_of<'l>(limits: &'l Limits, text: &str) -> Option<&'l str> {
+    let number: usize = text.parse().ok()?;
+    limits.choices.get(number).map(String::as_str)
+}
+
 /// Reads one of the choices, by its name.
 fn choice(
     report: &mut FaultReport,
@@ -185,4 +196,22 @@ fn choice(
         return None;
     };
     Some(Value::UInt(number as u64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_option_may_state_a_choice_by_its_number() {
+        let limits = Limits {
+            choices: ["wall", "follow"].map(str::to_owned).to_vec(),
+            ..Limits::default()
+        };
+        assert_eq!(choice_of(&limits, "1"), Some("follow"));
+        for other in ["2", "-1", "1.0", "wall", ""] {
+            assert_eq!(choice_of(&limits, other), None, "{other}");
+        }
+        assert_eq!(choice_of(&Limits::default(), "0"), None);
+    }
 }

@@ -17,6 +17,8 @@ pub struct Override {
     pub value: String,
     /// The folder of relative paths.
     pub folder: PathBuf,
+    /// Where a file states it, for messages; `None` for an option.
+    pub place: Option<String>,
 }
 
 impl FromStr for Override {
@@ -33,6 +35,7 @@ impl FromStr for Override {
                 variable: variable.to_owned(),
                 value: value.trim().to_owned(),
                 folder: std::env::current_dir().unwrap_or_default(),
+                place: None,
             }),
             Some(_) | None => Err(format!(
                 "{} is not an option: write schema.variable=value, such as goon.fast=\"0.3 m/s\"",
@@ -44,6 +47,15 @@ impl FromStr for Override {
 
 impl fmt::Display for Override {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "--set {}.{}={}", self.schema, self.variable, self.value)
+        let Self {
+            schema,
+            variable,
+            value,
+            ..
+        } = self;
+        match &self.place {
+            Some(place) => write!(f, "{place}: {schema}.{variable}={value}"),
+            None => write!(f, "--set {schema}.{variable}={value}"),
+        }
     }
 }

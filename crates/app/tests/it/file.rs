@@ -222,6 +222,7 @@ fn an_option_has_a_schema_a_variable_and_a_value() {
             variable: "speed".to_owned(),
             value: "\"0.3 m/s\"".to_owned(),
             folder: std::env::current_dir().expect("a folder"),
+            place: None,
         })
     );
     assert_eq!(

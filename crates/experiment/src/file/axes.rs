@@ -67,6 +67,7 @@ pub(super) fn set_value(
         variable: variable.to_owned(),
         value,
         folder: folder.to_owned(),
+        place: None,
     };
     Some(SetValue { value, span })
 }
@@ -297,6 +298,7 @@ fn start(report: &mut FaultReport, subject: &Subject<'_>, node: &Node) -> Option
         // The modulation is a list of at most one pose.
         value: format!("[{}]", source(subject.text, place)),
         folder: folder(subject.file).to_owned(),
+        place: None,
     });
     Some(Choice {
         label: label(subject.text, node),

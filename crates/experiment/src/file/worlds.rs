@@ -83,6 +83,7 @@ fn world_of(report: &mut FaultReport, subject: &Subject<'_>, written: &str, node
                 variable: WORLD.to_owned(),
                 value: Value::from(path.display().to_string()).to_string(),
                 folder: folder(subject.file).to_owned(),
+                place: None,
             })
             .collect(),
         variant: None,

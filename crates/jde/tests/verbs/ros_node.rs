@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::attached::{Running, Sandbox};
 use crate::support::jde_with_plugins;
 
-const SERVICES: [(&str, &str); 8] = [
+const SERVICES: [(&str, &str); 9] = [
     ("list_parameters", "rcl_interfaces/srv/ListParameters"),
     ("get_parameters", "rcl_interfaces/srv/GetParameters"),
     ("describe_parameters", "rcl_interfaces/srv/DescribeParameters"),
@@ -22,6 +22,7 @@ const SERVICES: [(&str, &str); 8] = [
     ("get_state", "lifecycle_msgs/srv/GetState"),
     ("change_state", "lifecycle_msgs/srv/ChangeState"),
     ("release", "std_srvs/srv/Trigger"),
+    ("enable", "std_srvs/srv/SetBool"),
 ];
 const TOPICS: [(&str, &str, Quality); 4] = [
     (
@@ -30,7 +31,7 @@ const TOPICS: [(&str, &str, Quality); 4] = [
         Quality::PARAMETERS,
     ),
     (
-        "/diagnostics",
+        "/fleet/health",
         "diagnostic_msgs/msg/DiagnosticArray",
         Quality::DEFAULT,
     ),
@@ -141,13 +142,21 @@ fn start(sandbox: &Sandbox, address: &str) -> Running {
         "ZENOH_CONFIG_OVERRIDE",
         format!("connect/endpoints=[\"{address}\"]"),
     );
+    let file = sandbox.folder().join("parameters.yaml");
+    let parameters =
+        "/fleet/*: { ros__parameters: { goon.slow: 0.15 } }\nother: { ros__parameters: { none: 1 } }";
+    std::fs::write(&file, parameters).expect("a file");
     let names = [
         "-r",
         "__node:=scout",
         "-r",
         "__ns:=/fleet",
+        "-r",
+        "/diagnostics:=health",
         "-p",
         "goon.fast:=0.3",
+        "--params-file",
+        file.to_str().expect("a path"),
     ];
     sandbox.spawn(command, &[&["--ros-args"][..], &names].concat())
 }
@@ -175,6 +184,7 @@ fn r14_a_node_of_ros_operates_the_application() {
         "{listed}"
     );
     assert_eq!(peer.get("goon.fast")["double_value"], 0.3);
+    assert_eq!(peer.get("goon.slow")["double_value"], 0.15);
     assert_eq!(peer.get("goon.none")["type"], 0);
     let described = peer.call("describe_parameters", json!({ "names": ["goon.fast"] }));
     let descriptor = &described["descriptors"][0];
@@ -242,8 +252,12 @@ fn r14_a_node_of_ros_operates_the_application() {
     assert_eq!(peer.state(), "inactive");
     assert_eq!(peer.call("release", json!({}))["success"], true);
     assert_eq!(peer.state(), "active");
+    for (data, state) in [(false, "inactive"), (true, "active")] {
+        assert_eq!(peer.call("enable", json!({ "data": data }))["success"], true);
+        assert_eq!(peer.state(), state);
+    }
 
-    peer.until("/diagnostics", |array| {
+    peer.until("/fleet/health", |array| {
         let mut statuses = array["status"].as_array().expect("a list").iter();
         statuses.any(|status| status["name"] == "scout: goon" && status["level"] == 0)
     });
@@ -286,7 +300,7 @@ fn a_run_without_a_router_is_the_same_and_says_so_once() {
 fn wrong_arguments_of_ros_are_usage() {
     let sandbox = Sandbox::new();
     for (arguments, expected) in [
-        (&["-r", "scan:=front"][..], "`scan` cannot be renamed here"),
+        (&["-r", "scan:=front/"][..], "`front/` is not a valid name"),
         (&["-r", "__node:=a b"], "node = \"a b\""),
         (&["-p", "goon.fst:=1"], "did you mean `fast`?"),
     ] {

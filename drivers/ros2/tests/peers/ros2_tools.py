@@ -2,6 +2,8 @@
 
     ros2_tools.py robot PORT    beside `jde run ros2`: they list it, show its topics and transforms, and drive it
     ros2_tools.py goals PORT    beside `jde run ros2-goals`: they show its map and send it to a place
+    ros2_tools.py services PORT JDE
+                                they launch services.toml with parameters and other names, and call its service
 
 It fails with a message if a tool has not shown what it must after LIMIT seconds.
 """
@@ -14,9 +16,10 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 from ros2_peer import TYPES, check
-from with_rclpy import end_with_parent, environment
+from with_rclpy import close, connect, end_with_parent, environment
 
 LIMIT = 60.0
 # No daemon, which would outlive the test; the tool itself looks for this many seconds.
@@ -111,6 +114,34 @@ def goals():
     shows(f"{send} '{{pose: {{header: {{frame_id: map}}, {place}}}}}'", "distance_remaining: ", "SUCCEEDED")
 
 
+def services():
+    from std_srvs.srv import SetBool
+
+    asked = []
+
+    def switch(request, response):
+        asked.append(request.data)
+        response.success, response.message = request.data, f"light {request.data}"
+        return response
+
+    # The application calls it as /light.
+    connect(int(sys.argv[2])).create_service(SetBool, "/lamp/light", switch)
+    folder = Path(__file__).parent
+    endpoint = f"tcp/127.0.0.1:{sys.argv[2]}"
+    launch = ["launch", str(folder / "services.launch.py"), f"jde:={sys.argv[3]}", f"connect:={endpoint}"]
+    with Tool(*launch, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL):
+        shows(f"service list -t {ALONE}", "/fleet/relay [std_srvs/srv/SetBool]", "/fleet/scout/enable [std_srvs/srv/SetBool]")
+        for data in ["true", "false"]:
+            said = f"success={data.title()}, message='light {data.title()}'"
+            shows(f"service call /fleet/relay std_srvs/srv/SetBool '{{data: {data}}}'", said)
+        check(asked[:1] == [True] and False in asked, f"the service was asked {asked}")
+        shows(f"param get {ALONE} /fleet/scout follow.patience", "Double value is: 0.75")
+        shows(f"param get {ALONE} /fleet/scout pioneer.laser_range", "Double value is: 7.5")
+        shows("service call /fleet/scout/enable std_srvs/srv/SetBool '{data: false}'", "success=True")
+        shows(f"lifecycle get {ALONE} /fleet/scout", "inactive")
+    close()
+
+
 if __name__ == "__main__":
     variables = os.environ | environment(int(sys.argv[2])) | {"PYTHONUNBUFFERED": "1"}
-    {"robot": robot, "goals": goals}[sys.argv[1]]()
+    {"robot": robot, "goals": goals, "services": services}[sys.argv[1]]()

@@ -21,6 +21,7 @@ def start(context):
         arguments=["run", stated("application"), "--plain", *shlex.split(stated("options"))],
         name=stated("node") or None,
         namespace=stated("namespace") or None,
+        parameters=[stated("params")] if stated("params") else None,
         output="screen",
         # A driver stops its robot before it ends.
         sigterm_timeout="10",
@@ -34,6 +35,7 @@ def generate_launch_description():
             DeclareLaunchArgument("application", description="The application: its name, or the path of its file."),
             DeclareLaunchArgument("node", default_value="", description="The node's name; empty for the application's."),
             DeclareLaunchArgument("namespace", default_value="", description="The node's namespace."),
+            DeclareLaunchArgument("params", default_value="", description="A file of parameters."),
             DeclareLaunchArgument("options", default_value="", description="Further options of `jde run`."),
             OpaqueFunction(function=start),
         ]

@@ -15,6 +15,7 @@ pub(crate) mod recording;
 mod replay;
 mod report;
 mod ros_args;
+mod ros_params;
 mod run;
 mod shell;
 mod sim;

@@ -1,20 +1,31 @@
 //! `--ros-args`: what launch files and `ros2 run` pass to a node.
 
-use clap::Args;
-use jde_app::Override;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use jde_abi::describe::Role;
+use jde_app::{Application, Binding, Override};
+use jde_board::value::{Value, decode, encode};
+use jde_ros_node::Remaps;
+
+use super::ros_params::{self, parameter};
 use crate::failure::Failure;
 use crate::log::Filter;
-use crate::session::RosNames;
+use crate::paths;
+use crate::session::ros_node_name;
 
 /// What is accepted, for messages.
-const ACCEPTED: &str = "-r __node:=NAME, -r __ns:=/NAMESPACE, -p SCHEMA.MODULATION:=VALUE, --log-level LEVEL";
+const ACCEPTED: &str = "-r __node:=NAME, -r __ns:=/NAMESPACE, -r FROM:=TO, -p SCHEMA.MODULATION:=VALUE, \
+                        --params-file FILE, --log-level LEVEL";
+/// The modulation of a schema that takes rules for names.
+const REMAP: &str = "remap";
 
 /// The application as a node of ROS 2.
 #[derive(Args)]
 pub(crate) struct RosArgs {
     /// Be a node of ROS 2 over Zenoh: modulations are parameters, with services to stop and to release. Arguments
-    /// up to `--`: -r __node:=NAME, -r __ns:=/NAMESPACE, -p SCHEMA.MODULATION:=VALUE, --log-level LEVEL.
+    /// up to `--`: -r __node:=NAME, -r __ns:=/NAMESPACE, -r FROM:=TO, -p SCHEMA.MODULATION:=VALUE, --params-file FILE,
+    /// --log-level LEVEL.
     #[arg(long, value_name = "ARGUMENT", num_args = 0.., allow_hyphen_values = true, value_terminator = "--",
           conflicts_with = "lockstep")]
     ros_args: Option<Vec<String>>,
@@ -23,8 +34,8 @@ pub(crate) struct RosArgs {
 /// The arguments, parsed.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct ParsedRosArgs {
-    /// The names of the node.
-    pub(crate) names: RosNames,
+    /// The names of the node, and other names of topics and services.
+    pub(crate) remaps: Remaps,
     /// Initial values of modulations.
     pub(crate) parameters: Vec<Override>,
     /// What the log shows.
@@ -32,21 +43,69 @@ pub(crate) struct ParsedRosArgs {
 }
 
 impl RosArgs {
-    /// Returns the arguments; `None` if the application is no node.
+    /// Returns the arguments; `None` if the application, given as a file or by name, is no node.
     ///
     /// # Errors
     /// An argument is not accepted.
-    pub(crate) fn parse(self) -> Result<Option<ParsedRosArgs>, Failure> {
-        let parse = |arguments: Vec<String>| parse(&arguments);
+    pub(crate) fn parse(self, application: &Path) -> Result<Option<ParsedRosArgs>, Failure> {
+        let parse = |arguments: Vec<String>| parse(&arguments, || application_name(application));
         let parsed = self.ros_args.map(parse).transpose();
         parsed
             .map_err(|error| Failure::usage(format!("--ros-args: {error}"), format!("it accepts {ACCEPTED}")))
     }
 }
 
-fn parse(arguments: &[String]) -> Result<ParsedRosArgs, String> {
+impl ParsedRosArgs {
+    /// Gives the rules to each schema that has a modulation for them, before those that the application states.
+    ///
+    /// # Errors
+    /// The rules are too long.
+    pub(crate) fn remap(&self, application: &mut Application) -> Result<(), Failure> {
+        let rules = self.remaps.without_names_of_all().to_string();
+        for instance in &mut application.instances {
+            let is_remap = |role: &Role| matches!(role, Role::Modulation { .. });
+            let ports = instance.schema.ports.iter().zip(&mut instance.bindings);
+            for (port, binding) in ports.filter(|(port, _)| port.name == REMAP && is_remap(&port.role)) {
+                let Binding::Modulation { initial, set } = binding else {
+                    continue;
+                };
+                let text = match decode(&port.value_type, initial).into_only_field() {
+                    _ if rules.is_empty() => continue,
+                    Value::Text(stated) if !stated.is_empty() => format!("{rules},{stated}"),
+                    _ => rules.clone(),
+                };
+                encode(&port.value_type, &Value::Text(text), initial).map_err(|error| {
+                    Failure::usage(
+                        format!("--ros-args: {}.{REMAP}: {error}", instance.name),
+                        "state fewer rules, or rename the topics in the application file",
+                    )
+                })?;
+                *set = true;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the name of an application, which is that of its node. The faults of its file are found later.
+fn application_name(given: &Path) -> String {
+    let file = paths::find_application(given).unwrap_or_else(|_| given.to_owned());
+    let text = std::fs::read_to_string(&file).unwrap_or_default();
+    let stated = toml::from_str::<toml::Table>(&text).ok();
+    let stated = stated.and_then(|table| Some(table.get("name")?.as_str()?.to_owned()));
+    let stem = file.file_stem().unwrap_or_default();
+    stated.unwrap_or_else(|| stem.to_string_lossy().into_owned())
+}
+
+/// Where initial values come from, in the order of the arguments.
+enum Stated {
+    One(Override),
+    File(PathBuf),
+}
+
+fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<ParsedRosArgs, String> {
     let mut parsed = ParsedRosArgs::default();
-    let mut levels = Vec::new();
+    let (mut levels, mut stated) = (Vec::new(), Vec::new());
     let mut arguments = arguments.iter();
     while let Some(flag) = arguments.next() {
         let mut value = || {
@@ -57,20 +116,15 @@ fn parse(arguments: &[String]) -> Result<ParsedRosArgs, String> {
         match flag.as_str() {
             // launch files separate groups of arguments by repeating it.
             "--ros-args" => {}
-            "-r" | "--remap" => remap(value()?, &mut parsed.names)?,
-            "-p" | "--param" => parsed.parameters.push(parameter(value()?)?),
+            "-r" | "--remap" => parsed.remaps.extend(value()?.parse()?),
+            "-p" | "--param" => stated.extend(assignment(value()?)?.map(Stated::One)),
+            "--params-file" => stated.push(Stated::File(value()?.into())),
             "--log-level" => levels.push(value()?.replace(":=", "=")),
             // Where the log goes: /rosout has it always, and so has standard error.
             "--enable-rosout-logs"
             | "--enable-stdout-logs"
             | "--enable-external-lib-logs"
             | "--disable-external-lib-logs" => {}
-            "--params-file" => {
-                return Err(
-                    "it reads no file of parameters; state each with -p, or use an application file"
-                        .to_owned(),
-                );
-            }
             other => return Err(format!("`{other}` is not accepted")),
         }
     }
@@ -79,28 +133,26 @@ fn parse(arguments: &[String]) -> Result<ParsedRosArgs, String> {
         let text = levels.join(",").replace("fatal", "error");
         parsed.filter = Some(text.parse()?);
     }
+    let needs_name = stated.iter().any(|stated| matches!(stated, Stated::File(_)));
+    let node = if needs_name {
+        ros_node_name(&parsed.remaps, &application())?.full()
+    } else {
+        String::new()
+    };
+    for stated in stated {
+        match stated {
+            Stated::One(parameter) => parsed.parameters.push(parameter),
+            Stated::File(file) => parsed.parameters.extend(ros_params::read(&file, &node)?),
+        }
+    }
     Ok(parsed)
 }
 
-fn remap(rule: &str, names: &mut RosNames) -> Result<(), String> {
-    match rule.split_once(":=") {
-        Some(("__node" | "__name", name)) => names.node = Some(name.to_owned()),
-        Some(("__ns", namespace)) => names.namespace = Some(namespace.to_owned()),
-        Some((topic, _)) => {
-            return Err(format!(
-                "`{topic}` cannot be renamed here; the application file states the names of topics"
-            ));
-        }
-        None => return Err(format!("`{rule}` is no rule; expected FROM:=TO")),
-    }
-    Ok(())
-}
-
-fn parameter(assignment: &str) -> Result<Override, String> {
-    let (name, value) = assignment
+fn assignment(text: &str) -> Result<Option<Override>, String> {
+    let (name, value) = text
         .split_once(":=")
-        .ok_or_else(|| format!("`{assignment}` is no parameter; expected SCHEMA.MODULATION:=VALUE"))?;
-    format!("{name}={value}").parse()
+        .ok_or_else(|| format!("`{text}` is no parameter; expected SCHEMA.MODULATION:=VALUE"))?;
+    parameter(name, value)
 }
 
 #[cfg(test)]
@@ -109,32 +161,59 @@ mod tests {
 
     fn parsed(text: &str) -> Result<ParsedRosArgs, String> {
         let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-        parse(&words)
+        parse(&words, || "robot".to_owned())
     }
 
     #[test]
     fn the_arguments_of_launch_files_are_accepted() {
-        let text = "-r __node:=scout --ros-args -r __ns:=/fleet -p goon.fast:=0.3 --log-level info --log-level goon:=debug";
+        let text = "-r __node:=scout --ros-args -r __ns:=/fleet -r scan:=front -p goon.fast:=0.3 --log-level info --log-level goon:=debug";
         let parsed = parsed(text).unwrap();
-        let names = RosNames {
-            node: Some("scout".to_owned()),
-            namespace: Some("/fleet".to_owned()),
-        };
-        assert_eq!(parsed.names, names);
+        assert_eq!(
+            parsed.remaps.to_string(),
+            "__node:=scout,__ns:=/fleet,scan:=front"
+        );
         assert_eq!(parsed.parameters[0].to_string(), "--set goon.fast=0.3");
         assert_eq!(parsed.filter, Some("info,goon=debug".parse().unwrap()));
-        assert_eq!(super::parse(&[]), Ok(ParsedRosArgs::default()));
+        assert_eq!(super::parse(&[], String::new), Ok(ParsedRosArgs::default()));
+    }
+
+    #[test]
+    fn files_of_parameters_are_of_the_node_and_in_the_order_of_the_arguments() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("p.yaml");
+        std::fs::write(
+            &file,
+            "/fleet/robot: { ros__parameters: { goon.fast: 0.2 } }\nscout: { ros__parameters: { goon.fast: 0.1 } }",
+        )
+        .unwrap();
+        let file = file.display();
+        let said = |text: &str| {
+            let parsed = parsed(text).unwrap();
+            let values = parsed.parameters.iter().map(|parameter| parameter.value.clone());
+            values.collect::<Vec<_>>()
+        };
+        let arguments = format!("-p goon.fast:=0.3 --params-file {file} -p goon.fast:=0.4");
+        assert_eq!(
+            said(&format!("{arguments} -r __ns:=/fleet")),
+            ["0.3", "0.2", "0.4"]
+        );
+        assert_eq!(
+            said(&format!("{arguments} -r __node:=scout")),
+            ["0.3", "0.1", "0.4"]
+        );
+        assert_eq!(said(&arguments), ["0.3", "0.4"]);
     }
 
     #[test]
     fn what_is_not_supported_is_refused_in_words() {
         for (text, expected) in [
-            ("-r scan:=/front", "`scan` cannot be renamed here"),
+            ("-r scan:=/front/", "not a valid name"),
             ("-r scan", "expected FROM:=TO"),
             ("-p", "a value is missing after -p"),
             ("-p goon.fast=1", "expected SCHEMA.MODULATION:=VALUE"),
-            ("-p use_sim_time:=true", "write schema.variable=value"),
-            ("--params-file p.yaml", "no file of parameters"),
+            ("-p use_sim_time:=true", "`use_sim_time` is no parameter"),
+            ("-p fast:=1", "`fast` is no parameter"),
+            ("--params-file no-such-file.yaml", "no-such-file.yaml: "),
             ("--log-level loud", "`loud` is not a level"),
             ("-e /enclave", "`-e` is not accepted"),
         ] {

@@ -87,10 +87,13 @@ pub(crate) struct Run {
 impl Run {
     /// Runs the application.
     pub(super) fn run(self, filter: Option<Filter>) -> Result<(), Failure> {
-        let mut ros = self.ros.parse()?;
+        let mut ros = self.ros.parse(&self.application)?;
         let mut set = self.set;
         set.extend(ros.iter_mut().flat_map(|ros| ros.parameters.drain(..)));
         let mut loaded = load::load_to_start(&self.application, &set)?;
+        if let Some(ros) = &ros {
+            ros.remap(&mut loaded.application)?;
+        }
         let ros_filter = ros.as_mut().and_then(|ros| ros.filter.take());
         let log = start_log(ros_filter.or(filter), &loaded)?;
         if let Some(seed) = self.time.seed {
@@ -111,7 +114,7 @@ impl Run {
         extensions.push(Box::new(LinkOptions::from(self.link)));
         if let Some(ros) = ros {
             extensions.push(Box::new(RosOptions {
-                names: ros.names,
+                remaps: ros.remaps,
                 log: log.clone(),
             }));
         }

@@ -19,7 +19,7 @@ use jde_loader::Plugins;
 use jde_records::event::{Event, Observer};
 use jde_ros::interface::standard;
 use jde_ros_node::{
-    Node, NodeConfig, NodeName, NodeState, Quality, Request, Service, Topic, environment_connection,
+    Node, NodeConfig, NodeName, NodeState, Quality, Remaps, Request, Service, Topic, environment_connection,
     environment_domain, names,
 };
 use serde_json::{Value, json};
@@ -46,7 +46,7 @@ const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 const MAX_LINES: usize = 256;
 
 /// The services below the node's own name, and their types.
-const SERVICES: [(&str, &str); 13] = [
+const SERVICES: [(&str, &str); 14] = [
     ("list_parameters", "rcl_interfaces/srv/ListParameters"),
     ("get_parameters", "rcl_interfaces/srv/GetParameters"),
     ("get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"),
@@ -69,6 +69,7 @@ const SERVICES: [(&str, &str); 13] = [
     ),
     ("stop", "std_srvs/srv/Trigger"),
     ("release", "std_srvs/srv/Trigger"),
+    ("enable", "std_srvs/srv/SetBool"),
 ];
 
 /// A topic that the node publishes.
@@ -100,19 +101,10 @@ const TOPICS: [(&str, &str, Quality); 4] = [
     ),
 ];
 
-/// What the command line states of the node.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct RosNames {
-    /// The node's name; that of the application if it is `None`.
-    pub(crate) node: Option<String>,
-    /// Its namespace.
-    pub(crate) namespace: Option<String>,
-}
-
 /// Makes the application a node.
 pub(crate) struct RosOptions {
-    /// Its names.
-    pub(crate) names: RosNames,
+    /// Its names, and other names of its topics and services.
+    pub(crate) remaps: Remaps,
     /// The log that is published.
     pub(crate) log: Log,
 }
@@ -150,14 +142,25 @@ impl Extension for RosOptions {
     }
 }
 
+/// Returns the name that an application has as a node.
+///
+/// # Errors
+/// The environment's domain is not valid.
+pub(crate) fn node_name(remaps: &Remaps, application: &str) -> Result<NodeName, String> {
+    let own = names::node("", application)?;
+    let node = remaps.node(&own).unwrap_or(&own).to_owned();
+    let namespace = remaps.namespace(&node).map(|(namespace, _)| namespace.to_owned());
+    Ok(NodeName {
+        domain: names::domain(-1, environment_domain().as_deref())?,
+        namespace: namespace.unwrap_or_default(),
+        node,
+        bridged: false,
+    })
+}
+
 impl RosOptions {
     fn config(&self, application: &str) -> Result<NodeConfig, String> {
-        let name = NodeName {
-            domain: names::domain(-1, environment_domain().as_deref())?,
-            namespace: names::namespace(self.names.namespace.as_deref().unwrap_or_default())?,
-            node: names::node(self.names.node.as_deref().unwrap_or_default(), application)?,
-            bridged: false,
-        };
+        let name = node_name(&self.remaps, application)?;
         let own = name.full();
         let unknown = |kind: &str| format!("{kind} is no standard interface");
         let topics = TOPICS.iter().map(|(name, kind, quality)| {
@@ -170,6 +173,7 @@ impl RosOptions {
         Ok(NodeConfig {
             publications: topics.collect::<Result<_, _>>()?,
             services: services.collect::<Result<_, _>>()?,
+            remaps: self.remaps.clone(),
             ..NodeConfig::new(name, environment_connection()?)
         })
     }
@@ -345,12 +349,13 @@ impl Server {
             "get_available_states" => lifecycle::states(),
             "get_available_transitions" => lifecycle::available(&self.subject),
             "get_transition_graph" => lifecycle::graph(),
-            "stop" => self.trigger(&Action::StopAll),
-            _ => self.trigger(&Action::ReleaseAll),
+            "enable" if request["data"] == true => self.act(&Action::ReleaseAll),
+            "stop" | "enable" => self.act(&Action::StopAll),
+            _ => self.act(&Action::ReleaseAll),
         }
     }
 
-    fn trigger(&self, action: &Action) -> Value {
+    fn act(&self, action: &Action) -> Value {
         match self.subject.act(OPERATOR, action) {
             Ok(()) => json!({ "success": true, "message": "" }),
             Err(refusal) => json!({ "success": false, "message": refusal.error }),

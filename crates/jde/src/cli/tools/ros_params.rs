@@ -1,0 +1,255 @@
+//! Files of parameters, as `--params-file` names them: initial values of modulations, for the nodes that their keys name.
+
+use std::path::Path;
+
+use jde_app::Override;
+use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
+
+/// The key of the parameters of a node.
+const PARAMETERS: &str = "ros__parameters";
+/// The parameter of every node of ROS 2 that chooses its clock.
+const SIM_TIME: &str = "use_sim_time";
+
+/// The parameters of a node in a file, in its order.
+struct ParameterFile<'f> {
+    file: &'f Path,
+    /// The full name of the node.
+    node: &'f str,
+    parameters: Vec<Override>,
+}
+
+/// Returns the parameters that a file states for the node of that full name.
+///
+/// # Errors
+/// The file cannot be read, or is no file of parameters: where, and why.
+pub(super) fn read(file: &Path, node: &str) -> Result<Vec<Override>, String> {
+    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    parse(file, node, &text)
+}
+
+/// Returns the initial value of a parameter, `SCHEMA.MODULATION` or `SCHEMA.MODULATION.FIELD`; `None` for one that
+/// changes nothing. `value` is TOML, or a text.
+///
+/// # Errors
+/// It is no such parameter.
+pub(super) fn parameter(name: &str, value: &str) -> Result<Option<Override>, String> {
+    if name == SIM_TIME {
+        return match value {
+            "false" => Ok(None),
+            _ => Err(format!(
+                "`{SIM_TIME}` is no parameter: state clock = \"follow\" for the drivers in the application file"
+            )),
+        };
+    }
+    let mut parts = name.split('.');
+    let (Some(schema), Some(modulation)) = (parts.next(), parts.next()) else {
+        return Err(format!("`{name}` is no parameter; expected SCHEMA.MODULATION"));
+    };
+    let value = parts.rev().fold(value.to_owned(), |inner, field| {
+        format!("{{ {field:?} = {inner} }}")
+    });
+    format!("{schema}.{modulation}={value}").parse().map(Some)
+}
+
+fn parse(file: &Path, node: &str, text: &str) -> Result<Vec<Override>, String> {
+    let mut this = ParameterFile {
+        file,
+        node,
+        parameters: Vec::new(),
+    };
+    let documents = MarkedYaml::load_from_str(text)
+        .map_err(|error| this.wrong(error.marker().line(), &format!("invalid YAML: {}", error.info())))?;
+    for document in &documents {
+        this.nodes("", document)?;
+    }
+    Ok(this.parameters)
+}
+
+impl ParameterFile<'_> {
+    /// Reads the nodes of a namespace.
+    fn nodes(&mut self, namespace: &str, yaml: &MarkedYaml<'_>) -> Result<(), String> {
+        let expected = format!("expected names of nodes, each with `{PARAMETERS}`");
+        let map = yaml
+            .data
+            .as_mapping()
+            .ok_or_else(|| self.wrong_at(yaml, &expected))?;
+        for (key, value) in map {
+            let key_text = key
+                .data
+                .as_str()
+                .ok_or_else(|| self.wrong_at(key, "a name is a text"))?;
+            if key_text == PARAMETERS {
+                if namespace.is_empty() {
+                    return Err(self.wrong_at(key, &expected));
+                }
+                if fits(namespace, self.node) {
+                    self.group("", value)?;
+                }
+            } else {
+                self.nodes(&format!("{namespace}/{}", key_text.trim_matches('/')), value)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads parameters whose names begin with a prefix.
+    fn group(&mut self, prefix: &str, yaml: &MarkedYaml<'_>) -> Result<(), String> {
+        let Some(map) = yaml.data.as_mapping() else {
+            return Err(self.wrong_at(yaml, "expected parameters, as in `goon.fast: 0.3`"));
+        };
+        for (key, value) in map {
+            let own = key
+                .data
+                .as_str()
+                .ok_or_else(|| self.wrong_at(key, "a name is a text"))?;
+            let name = match prefix {
+                "" => own.to_owned(),
+                prefix => format!("{prefix}.{own}"),
+            };
+            if value.data.is_mapping() {
+                self.group(&name, value)?;
+                continue;
+            }
+            let text = self.value(value).map_err(|error| self.wrong_at(value, &error))?;
+            let parameter = parameter(&name, &text).map_err(|error| self.wrong_at(key, &error))?;
+            let place = format!("{}:{}", self.file.display(), key.span.start.line());
+            self.parameters.extend(parameter.map(|parameter| Override {
+                place: Some(place),
+                ..parameter
+            }));
+        }
+        Ok(())
+    }
+
+    /// Returns a value as TOML.
+    fn value(&self, yaml: &MarkedYaml<'_>) -> Result<String, String> {
+        Ok(match &yaml.data {
+            YamlData::Value(Scalar::Boolean(value)) => value.to_string(),
+            YamlData::Value(Scalar::Integer(value)) => value.to_string(),
+            YamlData::Value(Scalar::FloatingPoint(value)) => format!("{:?}", value.0).to_lowercase(),
+            // A text in JSON is one in TOML.
+            YamlData::Value(Scalar::String(text)) => serde_json::Value::from(&**text).to_string(),
+            YamlData::Sequence(elements) => {
+                let elements = elements.iter().map(|element| self.value(element));
+                format!("[{}]", elements.collect::<Result<Vec<_>, _>>()?.join(", "))
+            }
+            _ => return Err("expected a bool, a number, a text or a list of them".to_owned()),
+        })
+    }
+
+    fn wrong_at(&self, yaml: &MarkedYaml<'_>, reason: &str) -> String {
+        self.wrong(yaml.span.start.line(), reason)
+    }
+
+    fn wrong(&self, line: usize, reason: &str) -> String {
+        format!("{}:{line}: {reason}", self.file.display())
+    }
+}
+
+/// Whether a pattern is the full name of a node. In it, `*` is any name, and `**` any number of them.
+fn fits(pattern: &str, node: &str) -> bool {
+    let [pattern, node] = [pattern, node].map(|name| name.trim_matches('/').split('/').collect::<Vec<_>>());
+    tokens_fit(&pattern, &node)
+}
+
+fn tokens_fit(pattern: &[&str], node: &[&str]) -> bool {
+    match pattern {
+        [] => node.is_empty(),
+        ["**", rest @ ..] => (0..=node.len()).any(|taken| tokens_fit(rest, &node[taken..])),
+        [first, rest @ ..] => {
+            let fits = |own: &&str| *first == "*" || first == own;
+            node.first().is_some_and(|own| fits(own)) && tokens_fit(rest, &node[1..])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Result<Vec<String>, String> {
+        let parameters = parse(Path::new("p.yaml"), "/fleet/scout", text)?;
+        Ok(parameters.iter().map(Override::to_string).collect())
+    }
+
+    #[test]
+    fn parameters_of_the_node_are_read_in_order() {
+        let text = "\
+/**:
+  ros__parameters:
+    use_sim_time: false
+    goon: { fast: 0.3, names: [a, \"b\"] }
+/other:
+  ros__parameters: { goon.fast: 9 }
+fleet:
+  scout:
+    ros__parameters:
+      goon.fast: 1
+      vff.place.x: -1.5e-3
+      vff.on: true
+/*/scout:
+  ros__parameters:
+    vff.text: 0.3 m/s
+";
+        assert_eq!(
+            read_text(text).unwrap(),
+            [
+                "p.yaml:4: goon.fast=0.3",
+                "p.yaml:4: goon.names=[\"a\", \"b\"]",
+                "p.yaml:10: goon.fast=1",
+                "p.yaml:11: vff.place={ \"x\" = -0.0015 }",
+                "p.yaml:12: vff.on=true",
+                "p.yaml:15: vff.text=\"0.3 m/s\"",
+            ]
+        );
+        assert_eq!(read_text(""), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn wildcards_are_names_of_nodes() {
+        for (pattern, expected) in [
+            ("/**", true),
+            ("**", true),
+            ("/fleet/**", true),
+            ("/fleet/*", true),
+            ("/**/scout", true),
+            ("/fleet/scout/**", true),
+            ("*", false),
+            ("/scout", false),
+            ("/fleet", false),
+            ("/other/**", false),
+        ] {
+            assert_eq!(fits(pattern, "/fleet/scout"), expected, "{pattern}");
+        }
+        assert!(fits("*", "/scout") && fits("scout", "/scout"));
+    }
+
+    #[test]
+    fn what_is_no_parameter_is_refused_with_its_line() {
+        for (text, expected) in [
+            ("a: [", "invalid YAML"),
+            ("- a", "p.yaml:1: expected names of nodes"),
+            ("scout:\n  goon.fast: 1", "p.yaml:2: expected names of nodes"),
+            (
+                "ros__parameters:\n  goon.fast: 1",
+                "p.yaml:1: expected names of nodes",
+            ),
+            ("/**:\n  ros__parameters: 1", "p.yaml:2: expected parameters"),
+            (
+                "/**:\n  ros__parameters:\n    fast: 1",
+                "p.yaml:3: `fast` is no parameter",
+            ),
+            (
+                "/**:\n  ros__parameters:\n    a.b:\n",
+                "expected a bool, a number",
+            ),
+            (
+                "/**:\n  ros__parameters:\n    use_sim_time: true",
+                "p.yaml:3: `use_sim_time` is no parameter",
+            ),
+        ] {
+            let error = read_text(text).unwrap_err();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+}
