@@ -11,6 +11,7 @@ use hiroz_schema::{
     FieldDescription, FieldTypeDescription, TypeDescription, TypeDescriptionMsg, TypeId, calculate_hash,
 };
 use jde_abi::describe::Scalar;
+use serde_json::{Value, json};
 
 use crate::Type;
 use crate::definition::{self, scalar};
@@ -39,7 +40,8 @@ struct Member {
 enum Kind {
     /// The number, and the type's identifier in hashes, which distinguishes `byte` from `uint8`.
     Scalar(Scalar, u8),
-    Text,
+    /// The greatest number of bytes, or 0 for any.
+    Text(usize),
     Message(String),
 }
 
@@ -68,7 +70,7 @@ impl Interfaces {
     /// Adds a message; the messages that it contains come before it. Constants and comments are skipped.
     ///
     /// # Errors
-    /// [`InterfaceError`]. Texts with a bound and wide texts are not supported.
+    /// [`InterfaceError`]. Wide texts are not supported.
     pub fn message(&mut self, name: &str, definition: &str) -> Result<(), InterfaceError> {
         let mut members = Vec::new();
         for line in definition.lines() {
@@ -183,14 +185,35 @@ impl Interfaces {
         interfaces.hash_with(name, parts)
     }
 
+    /// Returns the description of an interface, a `type_description_interfaces/msg/TypeDescription`; `None` for one that
+    /// was not added.
+    #[must_use]
+    pub fn description(&self, name: &str) -> Option<Value> {
+        let whole = self.describe_with(name, BTreeMap::new())?;
+        let others = whole.referenced_type_descriptions.iter();
+        Some(json!({
+            "type_description": description_of(&whole.type_description),
+            "referenced_type_descriptions": others.map(description_of).collect::<Vec<_>>(),
+        }))
+    }
+
     /// Returns the hash of an interface that contains these parts.
-    fn hash_with(&self, name: &str, mut parts: BTreeMap<String, TypeDescription>) -> Option<String> {
+    fn hash_with(&self, name: &str, parts: BTreeMap<String, TypeDescription>) -> Option<String> {
+        let whole = self.describe_with(name, parts)?;
+        Some(calculate_hash(&whole).to_rihs_string())
+    }
+
+    /// Returns the description of an interface that contains these parts.
+    fn describe_with(
+        &self,
+        name: &str,
+        mut parts: BTreeMap<String, TypeDescription>,
+    ) -> Option<TypeDescriptionMsg> {
         self.describe(name, &mut parts);
-        let message = TypeDescriptionMsg {
+        Some(TypeDescriptionMsg {
             type_description: parts.remove(name)?,
             referenced_type_descriptions: parts.into_values().collect(),
-        };
-        Some(calculate_hash(&message).to_rihs_string())
+        })
     }
 
     /// Adds the descriptions of a message and of those that it contains, each once.
@@ -222,7 +245,13 @@ impl Interfaces {
             return Ok(Kind::Scalar(scalar, id));
         }
         if element == "string" {
-            return Ok(Kind::Text);
+            return Ok(Kind::Text(0));
+        }
+        if let Some(bound) = element.strip_prefix("string<=") {
+            let bound = bound.parse().ok().filter(|bound| *bound > 0);
+            return bound
+                .map(Kind::Text)
+                .ok_or("the bound of a text is a number from 1");
         }
         let package = interface.split('/').next().unwrap_or_default();
         let (package, name) = element.rsplit_once('/').unwrap_or((package, element));
@@ -240,8 +269,13 @@ impl Member {
     fn describe(&self) -> FieldDescription {
         let (kind, nested_type_name) = match &self.kind {
             Kind::Scalar(_, id) => (*id, String::new()),
-            Kind::Text => (TypeId::STRING, String::new()),
+            Kind::Text(0) => (TypeId::STRING, String::new()),
+            Kind::Text(_) => (TypeId::BOUNDED_STRING, String::new()),
             Kind::Message(name) => (TypeId::NESTED_TYPE, name.clone()),
+        };
+        let string_capacity = match self.kind {
+            Kind::Text(bound) => bound as u64,
+            Kind::Scalar(..) | Kind::Message(_) => 0,
         };
         let (offset, capacity) = match self.count {
             Count::One => (0, 0),
@@ -254,12 +288,28 @@ impl Member {
             field_type: FieldTypeDescription {
                 type_id: kind + offset,
                 capacity: capacity as u64,
-                string_capacity: 0,
+                string_capacity,
                 nested_type_name,
             },
             default_value: String::new(),
         }
     }
+}
+
+fn description_of(part: &TypeDescription) -> Value {
+    let fields = part.fields.iter().map(|field| {
+        let kind = &field.field_type;
+        json!({
+            "name": field.name,
+            "type": {
+                "type_id": kind.type_id,
+                "capacity": kind.capacity,
+                "string_capacity": kind.string_capacity,
+                "nested_type_name": kind.nested_type_name,
+            },
+        })
+    });
+    json!({ "type_name": part.type_name, "fields": fields.collect::<Vec<_>>() })
 }
 
 /// Splits a type such as `float64[<=4]` into that of its elements, and their number.

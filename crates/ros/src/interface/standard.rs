@@ -76,6 +76,30 @@ const MESSAGES: &[(&str, &str)] = &[
         "diagnostic_msgs/msg/DiagnosticArray",
         "std_msgs/Header header\nDiagnosticStatus[] status",
     ),
+    (
+        "type_description_interfaces/msg/FieldType",
+        "uint8 type_id\nuint64 capacity\nuint64 string_capacity\nstring<=255 nested_type_name",
+    ),
+    (
+        "type_description_interfaces/msg/Field",
+        "string name\nFieldType type\nstring default_value",
+    ),
+    (
+        "type_description_interfaces/msg/IndividualTypeDescription",
+        "string<=255 type_name\nField[] fields",
+    ),
+    (
+        "type_description_interfaces/msg/TypeDescription",
+        "IndividualTypeDescription type_description\nIndividualTypeDescription[] referenced_type_descriptions",
+    ),
+    (
+        "type_description_interfaces/msg/TypeSource",
+        "string type_name\nstring encoding\nstring raw_file_contents",
+    ),
+    (
+        "type_description_interfaces/msg/KeyValue",
+        "string key\nstring value",
+    ),
     ("unique_identifier_msgs/msg/UUID", "uint8[16] uuid"),
     (
         "action_msgs/msg/GoalInfo",
@@ -136,6 +160,12 @@ const SERVICES: &[(&str, &str)] = &[
     (
         "action_msgs/srv/CancelGoal",
         "GoalInfo goal_info\n---\nint8 return_code\nGoalInfo[] goals_canceling",
+    ),
+    (
+        "type_description_interfaces/srv/GetTypeDescription",
+        "string type_name\nstring type_hash\nbool include_type_sources\n---\nbool successful\n\
+         string failure_reason\nTypeDescription type_description\nTypeSource[] type_sources\n\
+         KeyValue[] extra_information",
     ),
     ("std_srvs/srv/Empty", "---"),
     ("std_srvs/srv/Trigger", "---\nbool success\nstring message"),

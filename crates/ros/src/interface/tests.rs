@@ -64,6 +64,10 @@ const JAZZY: &[(&str, &str)] = &[
         "59b7ecefce0982a8a844b9f2c4f14764c1c4543cc55e72924e2aa4adad83e9bc",
     ),
     (
+        "type_description_interfaces/srv/GetTypeDescription",
+        "69b9c19c1021405984cc60dbbb1edceb147a6538b411d812ba6afabeed962cd5",
+    ),
+    (
         "std_srvs/srv/Empty",
         "5888399dedec5ccc85ea6451949fd2c9f97bfdf963f9a588821639fcd31b5d19",
     ),
@@ -130,6 +134,30 @@ fn the_parts_of_an_action_have_the_hashes_of_ros() {
         let name = format!("tf2_msgs/action/LookupTransform_{part}");
         assert_eq!(interfaces.hash(&name), Some(format!("RIHS01_{hash}")), "{part}");
     }
+}
+
+#[test]
+fn an_interface_is_described_with_what_it_contains() {
+    let described = standard().description("std_srvs/srv/SetBool").unwrap();
+    assert_eq!(
+        described["type_description"]["fields"][0]["type"]["nested_type_name"],
+        "std_srvs/srv/SetBool_Request"
+    );
+    let others = described["referenced_type_descriptions"].as_array().unwrap();
+    let names: Vec<_> = others
+        .iter()
+        .map(|other| other["type_name"].as_str().unwrap())
+        .collect();
+    assert!(
+        names.is_sorted() && names.contains(&"std_srvs/srv/SetBool_Event"),
+        "{names:?}"
+    );
+    let name = "type_description_interfaces/msg/TypeDescription";
+    assert!(standard().encode(name, &described).is_ok());
+    let bounded = &standard().description(name).unwrap()["referenced_type_descriptions"][1]["fields"][3];
+    let kind = json!({ "type_id": 21, "capacity": 0, "string_capacity": 255, "nested_type_name": "" });
+    assert_eq!(bounded["type"], kind);
+    assert_eq!(standard().description("std_srvs/srv/Other"), None);
 }
 
 #[test]

@@ -134,7 +134,7 @@ impl Interfaces {
         let value = stated.unwrap_or(&Value::Null);
         match &member.kind {
             Kind::Message(name) => self.write(name, &member.name, value, writer),
-            Kind::Text => {
+            Kind::Text(_) => {
                 let text = match value {
                     Value::Null => "",
                     value => value.as_str().ok_or_else(|| kind(&member.name, value, "text"))?,
@@ -185,7 +185,7 @@ impl Interfaces {
     fn read_element(&self, member: &Member, reader: &mut Reader<'_>) -> Result<Value, ValueError> {
         match &member.kind {
             Kind::Message(name) => self.read(name, reader),
-            Kind::Text => Ok(Value::from(reader.text(&member.name)?)),
+            Kind::Text(_) => Ok(Value::from(reader.text(&member.name)?)),
             Kind::Scalar(scalar, _) => {
                 let size = scalar.bytes();
                 let bytes = reader.take(size, size, &member.name)?;

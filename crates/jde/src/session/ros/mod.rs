@@ -46,7 +46,7 @@ const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 const MAX_LINES: usize = 256;
 
 /// The services below the node's own name, and their types.
-const SERVICES: [(&str, &str); 14] = [
+const SERVICES: [(&str, &str); 15] = [
     ("list_parameters", "rcl_interfaces/srv/ListParameters"),
     ("get_parameters", "rcl_interfaces/srv/GetParameters"),
     ("get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"),
@@ -70,6 +70,10 @@ const SERVICES: [(&str, &str); 14] = [
     ("stop", "std_srvs/srv/Trigger"),
     ("release", "std_srvs/srv/Trigger"),
     ("enable", "std_srvs/srv/SetBool"),
+    (
+        "get_type_description",
+        "type_description_interfaces/srv/GetTypeDescription",
+    ),
 ];
 
 /// A topic that the node publishes.
@@ -350,6 +354,7 @@ impl Server {
             "get_available_transitions" => lifecycle::available(&self.subject),
             "get_transition_graph" => lifecycle::graph(),
             "enable" if request["data"] == true => self.act(&Action::ReleaseAll),
+            "get_type_description" => describe_type(request),
             "stop" | "enable" => self.act(&Action::StopAll),
             _ => self.act(&Action::ReleaseAll),
         }
@@ -359,6 +364,18 @@ impl Server {
         match self.subject.act(OPERATOR, action) {
             Ok(()) => json!({ "success": true, "message": "" }),
             Err(refusal) => json!({ "success": false, "message": refusal.error }),
+        }
+    }
+}
+
+/// The response to `get_type_description`, without the text of the definitions.
+fn describe_type(request: &Value) -> Value {
+    let [name, hash] = ["type_name", "type_hash"].map(|field| request[field].as_str().unwrap_or_default());
+    let has_hash = standard().hash(name).is_some_and(|known| known == hash);
+    match standard().description(name).filter(|_| has_hash) {
+        Some(description) => json!({ "successful": true, "type_description": description }),
+        None => {
+            json!({ "failure_reason": format!("{name} with the hash {hash} is not a type of this node") })
         }
     }
 }
