@@ -26,15 +26,17 @@ impl Body {
             return Some(Self::Mocked(MockedInstance::new(mock)));
         }
         match call.engine.process_config(call.number) {
-            // SAFETY: the table was checked.
-            None => unsafe {
+            None => {
                 let listed = &call.engine.application.instances[call.number].listed;
                 let own = call.build.ports() - listed.len();
-                InProcessInstance::create(call.build.table, &HOST, context(call), listed, own)
+                // SAFETY: the table was checked.
+                let created =
+                    unsafe { InProcessInstance::create(call.build.table, &HOST, context(call), listed, own) };
+                if let Err(reason) = created {
+                    call.failure.get_or_insert_with(|| reason.to_owned());
+                }
+                created.ok().map(Self::InProcess)
             }
-            .map(Self::InProcess)
-            .map_err(|reason| _ = call.failure.get_or_insert_with(|| reason.to_owned()))
-            .ok(),
             Some(config) => {
                 IsolatedInstance::create(call, &config).map(|instance| Self::Isolated(Box::new(instance)))
             }
