@@ -59,6 +59,22 @@ impl Filter {
         }) >= level
     }
 
+    /// Takes the loggers of a node of ROS 2 for what they log: that of the node for all schemas, and `NODE.SCHEMA` for one.
+    #[must_use]
+    pub(crate) fn with_loggers_of(mut self, node: &str) -> Self {
+        for (name, level) in std::mem::take(&mut self.schema_levels) {
+            match name.strip_prefix(node) {
+                Some("") => self.default_level = level,
+                Some(of_node) => {
+                    let schema = of_node.strip_prefix('.').unwrap_or(&name);
+                    self.schema_levels.push((schema.to_owned(), level));
+                }
+                None => self.schema_levels.push((name, level)),
+            }
+        }
+        self
+    }
+
     /// Checks that every schema in the filter exists.
     ///
     /// # Errors
@@ -170,6 +186,14 @@ mod tests {
             "=info".parse::<Filter>().unwrap_err(),
             "`=info` names no schema; write schema=level"
         );
+    }
+
+    #[test]
+    fn the_loggers_of_a_node_are_its_schemas_and_all_of_them() {
+        let of_node = |text: &str| filter(text).with_loggers_of("fleet.scout");
+        assert_eq!(of_node("fleet.scout=debug,vff=info"), filter("debug,vff=info"));
+        assert_eq!(of_node("fleet.scout.goon=debug"), filter("goon=debug"));
+        assert_eq!(of_node("fleet.scouts=debug"), filter("fleet.scouts=debug"));
     }
 
     #[test]

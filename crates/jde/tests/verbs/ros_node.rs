@@ -157,6 +157,8 @@ fn start(sandbox: &Sandbox, address: &str) -> Running {
         "goon.fast:=0.3",
         "--params-file",
         file.to_str().expect("a path"),
+        "--log-level",
+        "fleet.scout.goon:=debug",
     ];
     sandbox.spawn(command, &[&["--ros-args"][..], &names].concat())
 }

@@ -128,17 +128,19 @@ fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<P
             other => return Err(format!("`{other}` is not accepted")),
         }
     }
-    if !levels.is_empty() {
-        // `fatal` is a level of ROS 2, and none here.
-        let text = levels.join(",").replace("fatal", "error");
-        parsed.filter = Some(text.parse()?);
-    }
-    let needs_name = stated.iter().any(|stated| matches!(stated, Stated::File(_)));
+    let has_file = stated.iter().any(|stated| matches!(stated, Stated::File(_)));
+    let needs_name = has_file || !levels.is_empty();
     let node = if needs_name {
         ros_node_name(&parsed.remaps, &application())?.full()
     } else {
         String::new()
     };
+    if !levels.is_empty() {
+        // `fatal` is a level of ROS 2, and none here.
+        let filter: Filter = levels.join(",").replace("fatal", "error").parse()?;
+        let logger = node.trim_start_matches('/').replace('/', ".");
+        parsed.filter = Some(filter.with_loggers_of(&logger));
+    }
     for stated in stated {
         match stated {
             Stated::One(parameter) => parsed.parameters.push(parameter),
@@ -166,7 +168,7 @@ mod tests {
 
     #[test]
     fn the_arguments_of_launch_files_are_accepted() {
-        let text = "-r __node:=scout --ros-args -r __ns:=/fleet -r scan:=front -p goon.fast:=0.3 --log-level info --log-level goon:=debug";
+        let text = "-r __node:=scout --ros-args -r __ns:=/fleet -r scan:=front -p goon.fast:=0.3 --log-level fleet.scout:=info --log-level fleet.scout.goon:=debug";
         let parsed = parsed(text).unwrap();
         assert_eq!(
             parsed.remaps.to_string(),
