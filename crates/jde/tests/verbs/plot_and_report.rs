@@ -402,7 +402,7 @@ fn a_recording_by_another_program_is_reported_and_plotted() {
     let left_out =
         "messages of /base/odom that are left out: 2, because `frame_id` has 60 elements, and room for 52";
     assert!(page.html.contains(left_out), "{}", page.html);
-    let played = run_on("replay", &file, &["--plain", "--speed", "1000x"]);
+    let played = run_on("replay", &file, &["--plain", "--speed", "100x"]);
     assert!(
         played.out.contains(&format!("not played: {left_out}")),
         "{played:?}"
