@@ -493,3 +493,11 @@ def test_the_layouts_are_those_of_c() -> None:
             made = kind()
             layout = kind.__jde_layout__  # type: ignore[attr-defined]
             assert layout.encode(layout.decode(layout.encode(made))) == layout.encode(made), kind
+
+
+def test_a_list_of_texts_is_one_of_str() -> None:
+    layout = t.JointState.__jde_layout__  # type: ignore[attr-defined]
+    joints = layout.decode(layout.encode(t.JointState(name=["left", "right"], position=[1.0, 2.0])))
+    assert (joints.name, list(joints.position)) == (["left", "right"], [1.0, 2.0])
+    with pytest.raises(ValueError, match="`name`: `data` holds at most 60 bytes, not 61"):
+        layout.encode(t.JointState(name=["x" * 61]))

@@ -59,7 +59,20 @@ impl From<&HazardDetectionVector> for Bumpers {
 
 #[cfg(test)]
 mod tests {
+    use jde_ros_node::Quality;
+
     use super::*;
+    use crate::messages::Codec;
+
+    #[test]
+    fn hazards_have_the_type_of_the_create() {
+        let topic = Codec::<HazardDetectionVector>::new().topic("/h".to_owned(), Quality::SENSOR_DATA);
+        // As `rosbags` 0.11.9 computes it from the definitions of irobot_create_msgs.
+        assert_eq!(
+            topic.hash,
+            "RIHS01_90913822b0a9155a64b12352ba73b2ca9248d73874ebf7700ed277b2dca57edd"
+        );
+    }
 
     #[test]
     fn bumps_are_where_their_frames_say() {
