@@ -119,10 +119,11 @@ impl OperatorHandle {
 
     /// Stops all schemas at once: every root sleeps with everything below it, and every command is neutral. A
     /// schema inside an iteration can send no more commands in it, even if it is released meanwhile. The stop
-    /// lasts until [`Self::release_all`], or until operators have played or released the roots one by one.
+    /// lasts until [`Self::release_all`], or until operators have played or released the roots one by one. Before
+    /// the start, it keeps the roots from waking at the start.
     ///
     /// # Errors
-    /// The application has not started, or has ended.
+    /// The application has ended.
     pub fn stop_all(&self) -> Result<(), String> {
         self.engine.operators.stop_all(&self.by)
     }

@@ -48,16 +48,22 @@ impl Hierarchy {
 
     /// Puts every root to sleep with everything below it, and keeps it asleep. It does not wait: a schema
     /// inside an iteration loses its authority at once. Every group of roots brakes, whatever its absence
-    /// policy.
+    /// policy. Before the start, it keeps every root from waking at the start.
     ///
     /// # Errors
-    /// The application is not running. Nothing changes then.
+    /// The application is shut down. Nothing changes then.
     pub fn stop_all(&mut self, now: Nanos, out: &mut Vec<Effect>) -> Result<(), Refused> {
-        if self.phase != Phase::Running {
+        if self.phase == Phase::Over {
             return Err(Refused::NotRunning);
         }
         let plan = Arc::clone(&self.plan);
         for &group in plan.root_groups() {
+            if self.phase == Phase::Fresh {
+                for &root in plan.members(group) {
+                    self.node_mut(root).stop_with_all();
+                }
+                continue;
+            }
             let before = self.group(group).choice();
             self.drop_handover(group);
             self.cancel_arbitration(group);

@@ -128,6 +128,20 @@ fn restarts_are_counted_within_a_time_window() {
 }
 
 #[test]
+fn r14_roots_that_are_stopped_before_the_start_wake_when_everything_goes_on() {
+    let spec = Spec {
+        schemas: vec![SchemaSpec::new("father", Kind::Motor, 10)],
+        groups: vec![GroupSpec::new("roots", None, vec![FATHER])],
+    };
+    let mut h = Hierarchy::new(spec).expect("a valid specification");
+    assert_eq!(effects(|out| h.stop_all(0, out).expect("it is not over")), []);
+    let woken = Effect::Woken(FATHER);
+    assert!(!effects(|out| h.start(0, out)).contains(&woken));
+    let released = effects(|out| drop(h.release_all(1, out).expect("it runs")));
+    assert!(released.contains(&woken));
+}
+
+#[test]
 fn r14_stop_all_is_one_transaction_and_brakes_groups_that_would_hold() {
     let schema = |name| SchemaSpec::new(name, Kind::Motor, 10);
     let roots = GroupSpec {

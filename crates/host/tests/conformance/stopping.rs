@@ -12,6 +12,7 @@ use jde_types::Twist;
 use crate::common::{Call, Executor, Scenario, TestApp, in_real_time, on_every_executor};
 
 on_every_executor!(
+    r14_what_is_stopped_before_the_start_waits_until_everything_is_released,
     r14_stop_all_stops_everything_at_once_without_a_takeover,
     r14_the_end_of_a_lease_does_not_resume_what_stop_all_stopped,
     r14_release_all_keeps_individual_stops_and_unloads,
@@ -124,6 +125,31 @@ fn r14_release_all_keeps_individual_stops_and_unloads(executor: Executor) {
     for name in ["before", "gone"] {
         assert_ne!(app.schema(name).state, State::Slept, "{name}");
     }
+    app.stop();
+}
+
+fn r14_what_is_stopped_before_the_start_waits_until_everything_is_released(executor: Executor) {
+    let scenario = Scenario::new();
+    scenario.drives("high", &Arc::new(true.into()), 0.3);
+    let body = r#"
+        roots = ["high"]
+        [schemas.robot]
+        type = "test/robot"
+        [schemas.high]
+        type = "test/motor"
+        actuators = { base = "robot.velocity" }
+    "#;
+    let options = Options {
+        start_hook: Some(Box::new(|handle| Ok(handle.operator("ana@laptop").stop_all()?))),
+        ..Options::default()
+    };
+    let mut app = TestApp::start_with(executor, &scenario, body, options);
+    let hold = app.schema("high").operator.expect("it is held");
+    assert_eq!((hold.by.as_str(), hold.with_everything), ("ana@laptop", true));
+    let states = ["high", "robot"].map(|name| app.schema(name).state);
+    assert_eq!(states, [State::Slept; 2]);
+    app.operator().release_all().expect("the operator may");
+    app.until_line("robot velocity 0.3");
     app.stop();
 }
 
