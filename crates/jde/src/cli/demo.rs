@@ -98,6 +98,7 @@ impl Demo {
             extensions: vec![Box::new(LinkOptions::from(self.link))],
             #[cfg(not(feature = "tools"))]
             extensions: Vec::new(),
+            stopped: false,
             watch: false,
         };
         let finished = session::run(loaded, options, &log)?;

@@ -46,7 +46,7 @@ use crate::{summary, top};
 use collector::{Collector, SAMPLE_INTERVAL};
 use digest::DigestWriter;
 use extension::PreparedExtension;
-use local_application::LocalApplication;
+use local_application::{LocalApplication, terminal_operator};
 use pending_file::PendingFile;
 use progress::ProgressPrinter;
 use service::ServiceNotifier;
@@ -92,6 +92,8 @@ pub(crate) struct RunOptions {
     pub(crate) picture: Option<PathBuf>,
     /// What accompanies the run.
     pub(crate) extensions: Vec<Box<dyn Extension>>,
+    /// Whether everything is stopped at the start, until an operator releases it; real time only.
+    pub(crate) stopped: bool,
     /// Whether schemas are reloaded when the files of their plugins change; real time only.
     pub(crate) watch: bool,
 }
@@ -173,7 +175,10 @@ pub(crate) fn run(loaded: LoadedApplication, options: RunOptions, log: &Log) -> 
         .iter()
         .map(|extension| extension.before_start(&plugins))
         .collect();
-    host_options.start_hook = Some(Box::new(|handle| {
+    host_options.start_hook = Some(Box::new(move |handle| {
+        if options.stopped {
+            terminal_operator(handle).stop_all()?;
+        }
         hooks.into_iter().try_for_each(|hook| hook(handle))
     }));
 

@@ -24,7 +24,7 @@ const SERVICES: [(&str, &str); 9] = [
     ("release", "std_srvs/srv/Trigger"),
     ("enable", "std_srvs/srv/SetBool"),
 ];
-const TOPICS: [(&str, &str, Quality); 4] = [
+const TOPICS: [(&str, &str, Quality); 5] = [
     (
         "/parameter_events",
         "rcl_interfaces/msg/ParameterEvent",
@@ -41,6 +41,7 @@ const TOPICS: [(&str, &str, Quality); 4] = [
         Quality::DEFAULT,
     ),
     ("/rosout", "rcl_interfaces/msg/Log", Quality::LOG),
+    ("/fleet/bond", "bond/msg/Status", Quality::DEFAULT),
 ];
 
 /// Another node, which is also the router.
@@ -134,10 +135,27 @@ impl Peer {
     fn state(&self) -> Value {
         self.call("get_state", json!({}))["current_state"]["label"].take()
     }
+
+    /// Requests a transition, which succeeds, and returns the state then.
+    fn change(&self, transition: u8) -> Value {
+        let request = json!({ "transition": { "id": transition } });
+        assert_eq!(self.call("change_state", request), json!({ "success": true }));
+        self.state()
+    }
 }
 
-fn start(sandbox: &Sandbox, address: &str) -> Running {
+/// Starts a peer, and an application with these options.
+fn open(sandbox: &Sandbox, options: &[&str]) -> (Peer, Running) {
+    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("tcp/{}", socket.local_addr().expect("the socket has an address"));
+    drop(socket);
+    let peer = Peer::open(sandbox, &address);
+    (peer, start(sandbox, &address, options))
+}
+
+fn start(sandbox: &Sandbox, address: &str, options: &[&str]) -> Running {
     let mut command = jde_with_plugins(&["run", "apps/safe-navigation.toml", "--plain"]);
+    command.args(options);
     command.env("ROS_DOMAIN_ID", "7").env(
         "ZENOH_CONFIG_OVERRIDE",
         format!("connect/endpoints=[\"{address}\"]"),
@@ -170,11 +188,7 @@ fn double(name: &str, value: f64) -> Value {
 #[test]
 fn r14_a_node_of_ros_operates_the_application() {
     let sandbox = Sandbox::new();
-    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = format!("tcp/{}", socket.local_addr().expect("the socket has an address"));
-    drop(socket);
-    let peer = Peer::open(&sandbox, &address);
-    let _robot = start(&sandbox, &address);
+    let (peer, _robot) = open(&sandbox, &[]);
 
     let listed = peer.call("list_parameters", json!({ "prefixes": ["goon"] }));
     let names = listed["result"]["names"].as_array().expect("names");
@@ -271,6 +285,43 @@ fn r14_a_node_of_ros_operates_the_application() {
         event["goal_state"]["label"] == "finalized"
     });
     assert_eq!(event["transition"]["label"], "shutdown");
+    while !sandbox.apps().is_empty() {}
+}
+
+#[test]
+fn r14_a_manager_of_life_cycles_brings_the_application_up_and_down() {
+    let (configure, cleanup, activate, deactivate, shutdown) = (1, 2, 3, 4, 5);
+    let sandbox = Sandbox::new();
+    let (peer, _robot) = open(&sandbox, &["--stopped"]);
+    assert_eq!(peer.state(), "unconfigured");
+    let schemas = sandbox.json(&["ps"])["schemas"].take();
+    let mut schemas = schemas.as_array().expect("schemas").iter();
+    assert!(
+        schemas.all(|schema| schema["iterations"] == 0),
+        "nothing has been awake"
+    );
+    assert_eq!(peer.change(configure), "inactive");
+    assert_eq!(peer.change(activate), "active");
+    let heartbeat = |active: bool| {
+        peer.until("/fleet/bond", |status| {
+            status["id"] == "scout" && status["active"] == active
+        })
+    };
+    let instance = heartbeat(true)["instance_id"].take();
+    assert_ne!(instance, "");
+    assert_eq!(peer.change(deactivate), "inactive");
+    assert_eq!(heartbeat(false)["instance_id"], instance);
+    assert_eq!(peer.change(cleanup), "unconfigured");
+    sandbox.run_ok(&["release", "--all"]);
+    assert_eq!(peer.state(), "active");
+    sandbox.run_ok(&["stop", "--all"]);
+    assert_eq!(peer.state(), "inactive");
+    assert_eq!(peer.change(cleanup), "unconfigured");
+    let request = json!({ "transition": { "id": shutdown } });
+    assert_eq!(peer.call("change_state", request), json!({ "success": true }));
+    peer.until("/fleet/scout/transition_event", |event| {
+        event["goal_state"]["label"] == "finalized"
+    });
     while !sandbox.apps().is_empty() {}
 }
 

@@ -67,6 +67,11 @@ const MESSAGES: &[(&str, &str)] = &[
         "lifecycle_msgs/msg/TransitionEvent",
         "uint64 timestamp\nTransition transition\nState start_state\nState goal_state",
     ),
+    (
+        "bond/msg/Status",
+        "std_msgs/Header header\nstring id\nstring instance_id\nbool active\nfloat32 heartbeat_timeout\n\
+         float32 heartbeat_period",
+    ),
     ("diagnostic_msgs/msg/KeyValue", "string key\nstring value"),
     (
         "diagnostic_msgs/msg/DiagnosticStatus",

@@ -24,6 +24,10 @@ const JAZZY: &[(&str, &str)] = &[
         "d5f8873a2f0146498f812d7885c7327ce27e463d36811d8792f35ee38c0d6c38",
     ),
     (
+        "bond/msg/Status",
+        "87eaccffa254ffffadc0b61600452e8251740f06c25659a2dbda4927fdb1f70a",
+    ),
+    (
         "rcl_interfaces/srv/ListParameters",
         "3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d",
     ),

@@ -53,6 +53,9 @@ pub(crate) struct Run {
     /// Set another initial value of a modulation (repeatable).
     #[arg(long, value_name = "SCHEMA.VARIABLE=VALUE")]
     set: Vec<Override>,
+    /// Start with everything stopped, until an operator releases it, as by jde release --all.
+    #[arg(long, conflicts_with = "lockstep")]
+    stopped: bool,
     /// Reload schemas when the files of their plugins change, as jde reload does.
     #[arg(long, conflicts_with = "lockstep")]
     watch: bool,
@@ -137,6 +140,7 @@ impl Run {
             decisions: self.decisions,
             picture: self.picture,
             extensions,
+            stopped: self.stopped,
             watch: self.watch,
         };
         let finished = session::run(loaded, options, &log)?;

@@ -9,65 +9,145 @@ use jde_link::{Running, Subject as _};
 use jde_records::snapshot::SchemaView;
 use serde_json::{Value, json};
 
-use super::OPERATOR;
+use super::{CHANGE_INTERVAL, OPERATOR, reports};
 
 /// A state: its number in `lifecycle_msgs/msg/State`, and its name.
 type State = (u8, &'static str);
 
+const UNCONFIGURED: State = (1, "unconfigured");
 const INACTIVE: State = (2, "inactive");
 const ACTIVE: State = (3, "active");
 const FINALIZED: State = (4, "finalized");
 
 /// Number, name, start and goal of each transition. The numbers are those of `lifecycle_msgs/msg/Transition`.
-const TRANSITIONS: [(u8, &str, State, State); 4] = [
+const TRANSITIONS: [(u8, &str, State, State); 7] = [
+    (1, "configure", UNCONFIGURED, INACTIVE),
+    (2, "cleanup", INACTIVE, UNCONFIGURED),
     (3, "activate", INACTIVE, ACTIVE),
     (4, "deactivate", ACTIVE, INACTIVE),
+    (5, "shutdown", UNCONFIGURED, FINALIZED),
     (6, "shutdown", INACTIVE, FINALIZED),
     (7, "shutdown", ACTIVE, FINALIZED),
 ];
 
-/// The state that was published last.
-#[derive(Default)]
-pub(super) struct Lifecycle(Option<State>);
+/// The time without a heartbeat after which a bond is broken, s: Nav2's.
+const BOND_TIMEOUT_S: f64 = 4.0;
+
+/// The part of the state that only the node knows, and what was published of it.
+pub(super) struct Lifecycle {
+    /// Whether the node is inactive while everything is stopped, and not unconfigured.
+    is_configured: bool,
+    is_finalized: bool,
+    published: Option<State>,
+    /// The name of this run among those that have a bond of the same name.
+    instance: String,
+    is_bonded: bool,
+}
 
 impl Lifecycle {
+    /// The node is active at its start, or unconfigured if everything is stopped.
+    pub(super) fn new(subject: &Running) -> Self {
+        Self {
+            is_configured: !is_stopped(subject),
+            is_finalized: false,
+            published: None,
+            instance: format!("{}-{}", std::process::id(), since_epoch_ns()),
+            is_bonded: false,
+        }
+    }
+
+    /// The run ends.
+    pub(super) fn finalize(&mut self) {
+        self.is_finalized = true;
+    }
+
     /// Returns the event of a change since the last call.
     pub(super) fn event(&mut self, subject: &Running) -> Option<Value> {
-        self.enter(current(subject))
-    }
-
-    /// Returns the event of the end of the run.
-    pub(super) fn finalize(&mut self) -> Option<Value> {
-        self.enter(FINALIZED)
-    }
-
-    fn enter(&mut self, goal: State) -> Option<Value> {
-        let start = self.0.replace(goal);
+        let (start, goal) = (self.published, self.current(subject));
+        self.published = Some(goal);
         let transition = TRANSITIONS
             .iter()
             .find(|transition| Some(transition.2) == start && transition.3 == goal)?;
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let mut event = description(transition);
-        event["timestamp"] = json!(since.as_nanos() as u64);
+        event["timestamp"] = json!(since_epoch_ns());
         Some(event)
     }
-}
 
-/// The response to `get_state`.
-pub(super) fn state(subject: &Running) -> Value {
-    json!({ "current_state": named(current(subject)) })
+    /// Returns the heartbeat of the node's bond, by which a manager of Nav2 notices its end: while it is active, and
+    /// once afterwards.
+    pub(super) fn heartbeat(&mut self, subject: &Running, node: &str) -> Option<Value> {
+        let is_active = self.current(subject) == ACTIVE;
+        let was_bonded = std::mem::replace(&mut self.is_bonded, is_active);
+        (is_active || was_bonded).then(|| {
+            json!({
+                "header": { "stamp": reports::stamp() },
+                "id": node,
+                "instance_id": self.instance,
+                "active": is_active,
+                "heartbeat_timeout": BOND_TIMEOUT_S,
+                "heartbeat_period": CHANGE_INTERVAL.as_secs_f64(),
+            })
+        })
+    }
+
+    /// The response to `get_state`.
+    pub(super) fn state(&mut self, subject: &Running) -> Value {
+        json!({ "current_state": named(self.current(subject)) })
+    }
+
+    /// The response to `get_available_transitions`.
+    pub(super) fn available(&mut self, subject: &Running) -> Value {
+        let state = self.current(subject);
+        let transitions = TRANSITIONS.iter().filter(|transition| transition.2 == state);
+        json!({ "available_transitions": transitions.map(description).collect::<Vec<_>>() })
+    }
+
+    /// Carries out a transition, and returns the response to `change_state`.
+    pub(super) fn change(&mut self, subject: &Running, handle: &Handle, request: &Value) -> Value {
+        let wanted = &request["transition"];
+        let state = self.current(subject);
+        // As in ROS 2, a transition without a number is meant by its name.
+        let is_wanted = |(number, name, start, _): &&(u8, &str, State, State)| {
+            *start == state && (wanted["id"] == *number || (wanted["id"] == 0 && wanted["label"] == *name))
+        };
+        let transition = TRANSITIONS.iter().find(is_wanted);
+        let success = transition.is_some_and(|(_, _, start, goal)| match (*start, *goal) {
+            (_, FINALIZED) => {
+                self.finalize();
+                handle.stop();
+                true
+            }
+            (_, ACTIVE) => act(subject, &Action::ReleaseAll),
+            (ACTIVE, _) => act(subject, &Action::StopAll),
+            (_, goal) => {
+                self.is_configured = goal == INACTIVE;
+                true
+            }
+        });
+        json!({ "success": success })
+    }
+
+    fn current(&mut self, subject: &Running) -> State {
+        if self.is_finalized {
+            return FINALIZED;
+        }
+        if !is_stopped(subject) {
+            // Another operator may have released everything.
+            self.is_configured = true;
+            return ACTIVE;
+        }
+        if self.is_configured {
+            INACTIVE
+        } else {
+            UNCONFIGURED
+        }
+    }
 }
 
 /// The response to `get_available_states`.
 pub(super) fn states() -> Value {
-    json!({ "available_states": [named(INACTIVE), named(ACTIVE), named(FINALIZED)] })
-}
-
-/// The response to `get_available_transitions`.
-pub(super) fn available(subject: &Running) -> Value {
-    let state = current(subject);
-    let transitions = TRANSITIONS.iter().filter(|transition| transition.2 == state);
-    json!({ "available_transitions": transitions.map(description).collect::<Vec<_>>() })
+    let states = [UNCONFIGURED, INACTIVE, ACTIVE, FINALIZED].map(named);
+    json!({ "available_states": states })
 }
 
 /// The response to `get_transition_graph`.
@@ -75,36 +155,19 @@ pub(super) fn graph() -> Value {
     json!({ "available_transitions": TRANSITIONS.iter().map(description).collect::<Vec<_>>() })
 }
 
-/// Carries out a transition, and returns the response to `change_state`.
-pub(super) fn change(subject: &Running, handle: &Handle, request: &Value) -> Value {
-    let wanted = &request["transition"];
-    let state = current(subject);
-    // As in ROS 2, a transition without a number is meant by its name.
-    let is_wanted = |(number, name, start, _): &&(u8, &str, State, State)| {
-        *start == state && (wanted["id"] == *number || (wanted["id"] == 0 && wanted["label"] == *name))
-    };
-    let success = match TRANSITIONS.iter().find(is_wanted) {
-        Some((_, _, _, goal)) if *goal == FINALIZED => {
-            handle.stop();
-            true
-        }
-        Some((_, _, _, goal)) => {
-            let action = if *goal == ACTIVE {
-                Action::ReleaseAll
-            } else {
-                Action::StopAll
-            };
-            let done = subject.act(OPERATOR, &action);
-            done.inspect_err(|refusal| tracing::warn!("ROS 2: {}", refusal.error))
-                .is_ok()
-        }
-        None => false,
-    };
-    json!({ "success": success })
+fn act(subject: &Running, action: &Action) -> bool {
+    let done = subject.act(OPERATOR, action);
+    done.inspect_err(|refusal| tracing::warn!("ROS 2: {}", refusal.error))
+        .is_ok()
 }
 
-/// The state of the application.
-fn current(subject: &Running) -> State {
+fn since_epoch_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    since.as_nanos() as u64
+}
+
+/// Whether an operator has stopped everything.
+fn is_stopped(subject: &Running) -> bool {
     let schemas = subject.snapshot().schemas;
     let is_held = |root: &SchemaView| root.operator.as_ref().is_some_and(|hold| hold.with_everything);
     let roots = schemas
@@ -112,11 +175,7 @@ fn current(subject: &Running) -> State {
         .filter(|schema| schema.father.is_none() && schema.group.is_some());
     let mut roots = roots.peekable();
     // An operator may have played a root since everything was stopped.
-    if roots.peek().is_some() && roots.all(is_held) {
-        INACTIVE
-    } else {
-        ACTIVE
-    }
+    roots.peek().is_some() && roots.all(is_held)
 }
 
 fn named((id, label): State) -> Value {

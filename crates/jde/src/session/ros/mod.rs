@@ -83,10 +83,11 @@ enum Publication {
     ParameterEvents,
     Diagnostics,
     TransitionEvent,
+    Bond,
 }
 
 /// The topics in the order of [`Publication`]: name, type and quality. A name with `~` is below the node's own.
-const TOPICS: [(&str, &str, Quality); 4] = [
+const TOPICS: [(&str, &str, Quality); 5] = [
     ("/rosout", "rcl_interfaces/msg/Log", Quality::LOG),
     (
         "/parameter_events",
@@ -103,6 +104,7 @@ const TOPICS: [(&str, &str, Quality); 4] = [
         "lifecycle_msgs/msg/TransitionEvent",
         Quality::DEFAULT,
     ),
+    ("bond", "bond/msg/Status", Quality::DEFAULT),
 ];
 
 /// Makes the application a node.
@@ -167,9 +169,9 @@ impl RosOptions {
         let name = node_name(&self.remaps, application)?;
         let own = name.full();
         let unknown = |kind: &str| format!("{kind} is no standard interface");
-        let topics = TOPICS.iter().map(|(name, kind, quality)| {
-            let name = name.replace('~', &own);
-            Topic::of_interface(name, kind, standard(), *quality).ok_or_else(|| unknown(kind))
+        let topics = TOPICS.iter().map(|(topic, kind, quality)| {
+            let topic = names::topic(&name.namespace, &topic.replace('~', &own))?.unwrap_or_default();
+            Topic::of_interface(topic, kind, standard(), *quality).ok_or_else(|| unknown(kind))
         });
         let services = SERVICES.iter().map(|(name, kind)| {
             Service::new(format!("{own}/{name}"), kind, standard()).ok_or_else(|| unknown(kind))
@@ -236,7 +238,7 @@ impl Server {
         let subject = Running::new(handle.clone(), info);
         Ok(Self {
             parameters: Parameters::new(&subject),
-            lifecycle: Lifecycle::default(),
+            lifecycle: Lifecycle::new(&subject),
             name: config.name.clone(),
             node: Node::start(config)?,
             handle,
@@ -269,10 +271,8 @@ impl Server {
             }
         }
         // What was said at the end is sent, too.
-        self.publish_log();
-        if let Some(event) = self.lifecycle.finalize() {
-            self.publish(Publication::TransitionEvent, &event);
-        }
+        self.lifecycle.finalize();
+        self.publish_changes();
         self.node.close();
     }
 
@@ -298,6 +298,9 @@ impl Server {
         }
         if let Some(event) = self.lifecycle.event(&self.subject) {
             self.publish(Publication::TransitionEvent, &event);
+        }
+        if let Some(heartbeat) = self.lifecycle.heartbeat(&self.subject, &self.name.node) {
+            self.publish(Publication::Bond, &heartbeat);
         }
     }
 
@@ -348,10 +351,10 @@ impl Server {
             "describe_parameters" => self.parameters.describe(request),
             "set_parameters" => self.parameters.set(&self.subject, request),
             "set_parameters_atomically" => self.parameters.set_atomically(&self.subject, request),
-            "get_state" => lifecycle::state(&self.subject),
-            "change_state" => lifecycle::change(&self.subject, &self.handle, request),
+            "get_state" => self.lifecycle.state(&self.subject),
+            "change_state" => self.lifecycle.change(&self.subject, &self.handle, request),
             "get_available_states" => lifecycle::states(),
-            "get_available_transitions" => lifecycle::available(&self.subject),
+            "get_available_transitions" => self.lifecycle.available(&self.subject),
             "get_transition_graph" => lifecycle::graph(),
             "enable" if request["data"] == true => self.act(&Action::ReleaseAll),
             "get_type_description" => describe_type(request),
