@@ -168,7 +168,7 @@ impl Topic {
     #[must_use]
     pub fn meets(&self, direction: Direction, token: &str) -> bool {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
-        let [TOKENS, _, _, _, _, kind, _, _, _, topic, dds, hash, _] = parts[..] else {
+        let [TOKENS, _, _, _, _, kind, _, _, _, topic, dds, hash, _, ..] = parts[..] else {
             return false;
         };
         kind == direction.opposite().kind()
@@ -181,7 +181,7 @@ impl Topic {
     /// announces; `None` if they communicate, or if the token is unrelated.
     fn mismatch(&self, direction: Direction, token: &str) -> Option<String> {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
-        let [TOKENS, _, _, _, _, kind, _, namespace, node, topic, dds, hash, _] = parts[..] else {
+        let [TOKENS, _, _, _, _, kind, _, namespace, node, topic, dds, hash, _, ..] = parts[..] else {
             return None;
         };
         if kind != direction.opposite().kind() || topic != encode_name(&self.name) {

@@ -106,6 +106,15 @@ fn equal_and_unrelated_topics_are_no_mismatch() {
 }
 
 #[test]
+fn a_token_with_more_parts_is_of_its_topic() {
+    // Rolling adds which memories its buffers may be in.
+    let token = scan().token(&name(), "cd34", Direction::Subscribe, 1) + "/backends:cpu:";
+    assert!(scan().meets(Direction::Publish, &token));
+    let other_type = topic::<Odometry>("/fleet/scan");
+    assert!(other_type.mismatch(Direction::Publish, &token).is_some());
+}
+
+#[test]
 fn another_type_and_another_version_are_reported() {
     let odometry = topic::<Odometry>("/fleet/scan");
     let token = odometry.token(&name(), "cd34", Direction::Publish, 1);
