@@ -23,6 +23,8 @@ const PEER: &str = "drivers/ros2/tests/peers/ros2_peer.py";
 const TOOLS: &str = "drivers/ros2/tests/peers/ros2_tools.py";
 /// Succeeds where ROS 2 with its Zenoh middleware is sourced.
 const SOURCED: &str = "command -v ros2 && ros2 pkg prefix rmw_zenoh_cpp && python3 -c 'import rclpy'";
+/// The schemas of `ros2-arbiter` that connect.
+const SOURCES: [&str; 4] = ["robot", "teleop", "docking", "navigation"];
 /// The limit for one run of `jde`.
 const LIMIT: &str = "180s";
 
@@ -98,8 +100,7 @@ impl<'a> Peers<'a> {
         // it.
         let range = ["--set", "pioneer.laser_range=30"];
         self.among("drive", self.jde("ros2", &["topics"]).args(range))?;
-        let sources = ["robot", "teleop", "docking", "navigation"];
-        self.among("arbitrate", &mut self.jde("ros2-arbiter", &sources))?;
+        self.among("arbitrate", &mut self.jde("ros2-arbiter", &SOURCES))?;
         self.serve()
     }
 
@@ -114,7 +115,23 @@ impl<'a> Peers<'a> {
             "{}",
             shell::read(&mut services).context("the tools of ROS 2 failed")?
         );
-        if !shell::succeeds(Command::new("ros2").args(["pkg", "prefix", "nav2_msgs"])) {
+        beside(
+            self.context,
+            &mut self.jde("ros2-arbiter", &SOURCES),
+            tools("arbiter"),
+        )?;
+        let has = |package| shell::succeeds(Command::new("ros2").args(["pkg", "prefix", package]));
+        if has("robot_state_publisher") {
+            let mut application = self.jde("ros2", &["topics"]);
+            beside(
+                self.context,
+                application.arg("--set=topics.tf_static_topic="),
+                tools("frames"),
+            )?;
+        } else {
+            println!("SKIPPED: no robot_state_publisher in this ROS 2, so no frame comes from it");
+        }
+        if !has("nav2_msgs") {
             println!("SKIPPED: no nav2_msgs in this ROS 2, so no goal of Nav2's action is sent");
             return Ok(());
         }

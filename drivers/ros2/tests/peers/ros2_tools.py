@@ -1,7 +1,9 @@
 """The tools of ROS 2, as a user types them, beside a jde robot.
 
-    ros2_tools.py robot PORT    beside `jde run ros2`: they list it, show its topics and transforms, and drive it
-    ros2_tools.py goals PORT    beside `jde run ros2-goals`: they show its map and send it to a place
+    ros2_tools.py robot PORT     beside `jde run ros2`: they list it, show its topics and transforms, and drive it
+    ros2_tools.py frames PORT    beside `jde run ros2` without static transforms: robot_state_publisher says where its laser is
+    ros2_tools.py arbiter PORT   beside `jde run ros2-arbiter`: they drive by a topic of another name
+    ros2_tools.py goals PORT     beside `jde run ros2-goals`: they show its map and send it to a place
     ros2_tools.py services PORT JDE
                                 they launch services.toml with parameters and other names, and call its service
 
@@ -71,10 +73,10 @@ def shows(arguments, *expected):
     check(False, f"`{tool.name}` does not show {missing}:\n{''.join(output)}")
 
 
-def drives():
-    """Drives the robot with the keyboard until its odometry shows a velocity."""
+def drives(arguments, *teleop_arguments):
+    """Drives with the keyboard until a tool with these arguments shows a velocity."""
     ours, its = pty.openpty()
-    teleop = ["run", "teleop_twist_keyboard", "teleop_twist_keyboard"]
+    teleop = ["run", "teleop_twist_keyboard", "teleop_twist_keyboard", *teleop_arguments]
     with Tool(*teleop, stdin=its, stdout=subprocess.DEVNULL):
         ended = threading.Event()
 
@@ -85,7 +87,7 @@ def drives():
         keys = threading.Thread(target=press, daemon=True)
         keys.start()
         try:
-            shows(f"topic echo {ALONE} --filter m.twist.twist.linear.x>0.4 /odom", "linear:")
+            shows(arguments, "linear:")
         finally:
             ended.set()
             keys.join()
@@ -101,8 +103,22 @@ def robot():
     shows(f"topic info -v {ALONE} /scan", *quality)
     shows("topic hz --window 10 /odom", "average rate: ")
     shows(f"topic echo {ALONE} --once --field voltage /battery_state", "1")
-    drives()
+    drives(f"topic echo {ALONE} --filter m.twist.twist.linear.x>0.4 /odom")
     shows("run tf2_ros tf2_echo odom laser", "Translation: [")
+
+
+def frames():
+    links = "<link name='base_link'/><link name='laser'/>"
+    joint = "<parent link='base_link'/><child link='laser'/><origin xyz='0.1 0 0.18'/>"
+    description = f"<robot name='pioneer'>{links}<joint name='mount' type='fixed'>{joint}</joint></robot>"
+    publisher = ["run", "robot_state_publisher", "robot_state_publisher"]
+    with Tool(*publisher, "--ros-args", "-p", f"robot_description:={description}"):
+        shows("run tf2_ros tf2_echo odom laser", "0.180]")
+
+
+def arbiter():
+    renamed = ["--ros-args", "-r", "cmd_vel:=teleop/cmd_vel"]
+    drives(f"topic echo {ALONE} --filter m.linear.x>0.4 /cmd_vel", *renamed)
 
 
 def goals():
@@ -144,4 +160,5 @@ def services():
 
 if __name__ == "__main__":
     variables = os.environ | environment(int(sys.argv[2])) | {"PYTHONUNBUFFERED": "1"}
-    {"robot": robot, "goals": goals, "services": services}[sys.argv[1]]()
+    roles = {"robot": robot, "frames": frames, "arbiter": arbiter, "goals": goals, "services": services}
+    roles[sys.argv[1]]()
