@@ -2,7 +2,7 @@
 
 use jde_types::{Pose2D, normalize_angle};
 
-use crate::matrix::{Matrix, ZERO, add, invert, times};
+use crate::matrix::{Matrix, Vector, ZERO, add, add_square, invert, positive, times};
 use crate::scan::SurfacePoint;
 use crate::surface::{Surface, facing};
 
@@ -31,10 +31,22 @@ pub struct Guess {
 pub struct Fit {
     /// The pose.
     pub pose: Pose2D,
-    /// The inverse of its covariance, by the points alone.
+    /// The inverse of its covariance, by the points alone. What the noise of normals would say is left out, so it is zero
+    /// along a corridor that shows nothing there.
     pub information: Matrix,
     /// The share of the points that are on surfaces.
     pub share: f64,
+}
+
+/// What points say of a pose.
+struct Slopes {
+    /// The second and first derivatives of half the squares.
+    second: Matrix,
+    first: Vector,
+    /// How much of the second derivatives may be the noise of normals.
+    noise: Matrix,
+    /// The share of the points that are within the gate.
+    share: f64,
 }
 
 impl Surface {
@@ -44,7 +56,11 @@ impl Surface {
         let mut pose = *start;
         let mut gate = GATES.0;
         for _ in 0..MOST {
-            let (mut information, mut slope, _) = self.slope(points, &pose, gate);
+            let Slopes {
+                second: mut information,
+                first: mut slope,
+                ..
+            } = self.slopes(points, &pose, gate);
             add(&mut information, 1.0, &guess.information);
             let away = [
                 pose.x - guess.pose.x,
@@ -60,25 +76,30 @@ impl Surface {
             }
             gate = (0.7 * gate).max(GATES.1);
         }
-        let (information, _, share) = self.slope(points, &pose, GATES.1);
-        pose.is_finite().then_some(Fit {
+        let mut slopes = self.slopes(points, &pose, GATES.1);
+        add(&mut slopes.second, -1.0, &slopes.noise);
+        pose.is_finite().then(|| Fit {
             pose,
-            information,
-            share,
+            information: positive(&slopes.second),
+            share: slopes.share,
         })
     }
 
     /// Returns the share of points at a pose that are on surfaces.
     #[must_use]
     pub fn share(&self, points: &[SurfacePoint], pose: &Pose2D) -> f64 {
-        self.slope(points, pose, GATES.1).2
+        self.slopes(points, pose, GATES.1).share
     }
 
-    /// The second and first derivatives of half the squares, and the share of the points that are within the gate.
-    fn slope(&self, points: &[SurfacePoint], pose: &Pose2D, gate: f64) -> (Matrix, [f64; 3], f64) {
+    /// What points at a pose say of it.
+    ///
+    /// A normal that errs by a small angle adds the square of it along the surface. The angle between the normals of a point
+    /// and of its line shows how far both err, so its square is at least as much.
+    fn slopes(&self, points: &[SurfacePoint], pose: &Pose2D, gate: f64) -> Slopes {
         let (sin, cos) = libm::sincos(pose.theta);
         let (place, turn) = ((pose.x as f32, pose.y as f32), (sin as f32, cos as f32));
-        let (mut second, mut first, mut near, mut flat) = (ZERO, [0.0; 3], 0.0, 0.0);
+        let (mut second, mut first, mut noise) = (ZERO, [0.0; 3], ZERO);
+        let (mut near, mut flat) = (0.0, 0.0);
         for point in points {
             let moved = point.moved(place, turn);
             let Some(line) = self.nearest(moved.at) else {
@@ -102,18 +123,30 @@ impl Surface {
             let weight = (1.0 - share * share) * (1.0 - share * share);
             let normal = (f64::from(line.normal.0), f64::from(line.normal.1));
             let lever = (f64::from(moved.at.0) - pose.x, f64::from(moved.at.1) - pose.y);
-            let row = [normal.0, normal.1, lever.0 * normal.1 - lever.1 * normal.0];
-            for (number, at) in row.iter().enumerate() {
-                first[number] += weight * at * apart;
-                for (sum, other) in second[number].iter_mut().zip(row) {
-                    *sum += weight * at * other;
-                }
+            let row = |(x, y): (f64, f64)| [x, y, lever.0 * y - lever.1 * x];
+            let across = row(normal);
+            for (first, across) in first.iter_mut().zip(across) {
+                *first += weight * across * apart;
+            }
+            add_square(&mut second, weight, &across);
+            if point.is_flat() {
+                let cosine = f64::from(facing(moved.normal, line.normal));
+                let along = row((-normal.1, normal.0));
+                add_square(&mut noise, weight * (1.0 - cosine * cosine).max(0.0), &along);
+            } else {
+                add_square(&mut noise, weight, &across);
             }
         }
         let independent = (INDEPENDENT / f64::max(flat, 1.0)).min(1.0);
         let scale = independent / (DEVIATION * DEVIATION);
-        second.iter_mut().flatten().for_each(|number| *number *= scale);
-        first.iter_mut().for_each(|number| *number *= scale);
-        (second, first, near / points.len().max(1) as f64)
+        for number in second.iter_mut().chain(&mut noise).flatten().chain(&mut first) {
+            *number *= scale;
+        }
+        Slopes {
+            second,
+            first,
+            noise,
+            share: near / points.len().max(1) as f64,
+        }
     }
 }

@@ -6,6 +6,9 @@ pub(crate) type Vector = [f64; 3];
 
 pub(crate) const ZERO: Matrix = [[0.0; 3]; 3];
 
+/// Sweeps of rotations, each of which about squares what is left beside the diagonal.
+const SWEEPS: usize = 5;
+
 pub(crate) const fn diagonal(of: Vector) -> Matrix {
     [[of[0], 0.0, 0.0], [0.0, of[1], 0.0], [0.0, 0.0, of[2]]]
 }
@@ -57,6 +60,33 @@ pub(crate) fn add(to: &mut Matrix, factor: f64, other: &Matrix) {
     }
 }
 
+/// to + factor x xᵀ
+pub(crate) fn add_square(to: &mut Matrix, factor: f64, x: &Vector) {
+    for (row, a) in to.iter_mut().zip(x) {
+        for (to, b) in row.iter_mut().zip(x) {
+            *to += factor * a * b;
+        }
+    }
+}
+
+/// A symmetric matrix with 0 in place of its negative eigenvalues, by Jacobi's rotations.
+pub(crate) fn positive(a: &Matrix) -> Matrix {
+    let (mut values, mut vectors) = (*a, diagonal([1.0; 3]));
+    for _ in 0..SWEEPS {
+        for (one, other) in [(0, 1), (0, 2), (1, 2)] {
+            let angle = 0.5 * libm::atan2(2.0 * values[one][other], values[other][other] - values[one][one]);
+            let (sin, cos) = libm::sincos(angle);
+            let mut turn = diagonal([1.0; 3]);
+            (turn[one][one], turn[other][other]) = (cos, cos);
+            (turn[one][other], turn[other][one]) = (sin, -sin);
+            values = product(&product(&transpose(&turn), &values), &turn);
+            vectors = product(&vectors, &turn);
+        }
+    }
+    let kept = diagonal([0, 1, 2].map(|at| values[at][at].max(0.0)));
+    product(&product(&vectors, &kept), &transpose(&vectors))
+}
+
 /// xᵀ a x
 pub(crate) fn square(a: &Matrix, x: &Vector) -> f64 {
     dot(x, &times(a, x))
@@ -101,6 +131,22 @@ mod tests {
             [[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         ] {
             assert_eq!(invert(&bad), None, "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn negative_eigenvalues_become_zero_and_others_stay() {
+        let turn = {
+            let ((a, b), (c, d)) = (libm::sincos(0.7), libm::sincos(-1.1));
+            let flat = [[b, -a, 0.0], [a, b, 0.0], [0.0, 0.0, 1.0]];
+            product(&flat, &[[d, 0.0, c], [0.0, 1.0, 0.0], [-c, 0.0, d]])
+        };
+        let of = |values: Vector| product(&product(&turn, &diagonal(values)), &transpose(&turn));
+        for values in [[900.0, 4.0, 2.0], [900.0, -4.0, 2.0], [-1.0, -1.0, 3e4], [0.0; 3]] {
+            let (found, expected) = (positive(&of(values)), of(values.map(|value: f64| value.max(0.0))));
+            for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+                assert!((found - expected).abs() < 1e-9, "{values:?}");
+            }
         }
     }
 }
