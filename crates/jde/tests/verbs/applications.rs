@@ -150,6 +150,27 @@ fn slam_log_saves_the_map_of_the_whole_recorded_drive() {
 }
 
 #[test]
+fn localize_log_finds_the_robot_of_the_recorded_drive_on_the_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let test = folder.path().join("found.toml");
+    // The odometry of the recording is in the frame of the map, and hardly drifts.
+    let away = |axis: &str| {
+        let [pose, truth] =
+            ["localize.pose", "log.odometry"].map(|of| format!("{of}.pose.pose.position.{axis}"));
+        format!("math.abs({pose} - {truth}) < 0.2")
+    };
+    let near = format!("{} and {}", away("x"), away("y"));
+    let text = format!(
+        "name = 'it is found'\napplication = '{}'\nfor = '60s'\nmission = 'ignored'\n\
+         must.found = {{ eventually = '{near}' }}\nmust.right = {{ always = '{near}' }}\n",
+        root().join("apps/localize-log.toml").display()
+    );
+    std::fs::write(&test, &text).unwrap();
+    let output = output_of(jde_with_plugins(&["test"]).arg(&test));
+    assert_eq!(output.status, Some(0), "{output:?}");
+}
+
+#[test]
 fn vacuum_covers_two_rooms_around_a_table_that_its_map_does_not_know() {
     let world = format!("robot.world={}", root().join("worlds/rooms.toml").display());
     let map = format!("map.file={}", root().join("worlds/map/rooms.yaml").display());
