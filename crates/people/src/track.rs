@@ -31,6 +31,8 @@ pub(crate) struct Track {
     pub(crate) id: u32,
     pub(crate) filter: Filter,
     pub(crate) confidence: f64,
+    /// Where and when it began, m and s.
+    pub(crate) origin: ([f64; 2], f64),
     /// Where its legs were in the last scan in which it was seen, m; twice the same for one leg.
     pub(crate) places: [[f64; 2]; 2],
     /// The same at some times before, from the newest to the oldest, and how long ago the newest was, s.
@@ -50,12 +52,14 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// Begins with its first leg, which is as confident as this, and the second one if there is any.
-    pub(crate) fn new(places: [[f64; 2]; 2], legs: [Option<usize>; 2], confidence: f64) -> Self {
+    /// Begins with its first leg, which is as confident as this, and the second one if there is any, at the time `now`.
+    pub(crate) fn new(places: [[f64; 2]; 2], legs: [Option<usize>; 2], confidence: f64, now: f64) -> Self {
+        let place = between(places[0], places[1]);
         Self {
             id: 0,
-            filter: Filter::new(between(places[0], places[1]), DEVIATIONS[0], SPEED),
+            filter: Filter::new(place, DEVIATIONS[0], SPEED),
             confidence,
+            origin: (place, now),
             places,
             past: [places; TIMES],
             since: 0.0,
@@ -128,6 +132,15 @@ impl Track {
             let patience = self.seen.clamp(TENTATIVE, settings.patience.max(TENTATIVE));
             self.unseen <= patience && self.absent <= TENTATIVE
         }
+    }
+
+    /// Takes the number away, as another track has it now.
+    pub(crate) fn replace(&mut self) {
+        (self.id, self.unseen) = (0, f64::INFINITY);
+    }
+
+    pub(crate) fn is_replaced(&self) -> bool {
+        self.unseen.is_infinite()
     }
 
     /// Returns whether all its legs are so far from where they were.

@@ -21,6 +21,8 @@ const MISSING: [f64; 2] = [14.0, 10.0];
 /// How far a leg may be from where a person is expected, m; how much farther for each second without one, m/s; and at
 /// most, m.
 const REACH: [f64; 3] = [0.7, 1.0, 2.0];
+/// How long after the patience with a hidden person a new track may take the person's number, s: it must move before.
+const REMEMBERED: f64 = 3.0;
 /// The least distance of a person who appears from those who are known, m.
 const APART: f64 = 0.5;
 /// How often the places of legs are noted, s; from which age to which they count, s; and how near to one the same thing
@@ -80,7 +82,7 @@ impl Default for TrackerSettings {
 /// A person who is confirmed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Person {
-    /// The number of the person, from 1; never used again.
+    /// The number of the person, from 1; one who was lost and appears again keeps it.
     pub id: u32,
     /// The position, m.
     pub position: [f64; 2],
@@ -110,9 +112,19 @@ pub struct Tracker {
     stood: Vec<(f64, [f64; 2])>,
     /// When and where everything else was around persons.
     surroundings: Vec<(f64, [f64; 2])>,
+    /// Persons who are hidden, or ended while they were.
+    lost: Vec<Lost>,
     /// The time of the last scan, s.
     last: Option<f64>,
     confirmed: u32,
+}
+
+/// A person who is hidden or ended: the number, and where and when the legs were last seen, m and s.
+#[derive(Clone, Copy, Debug)]
+struct Lost {
+    id: u32,
+    place: [f64; 2],
+    time: f64,
 }
 
 impl Tracker {
@@ -134,6 +146,7 @@ impl Tracker {
         let time = now - self.last.replace(now).unwrap_or(now);
         if time < 0.0 {
             self.tracks.clear();
+            self.lost.clear();
             self.stood.clear();
             self.surroundings.clear();
         }
@@ -148,9 +161,9 @@ impl Tracker {
             }
         }
         self.compare(time);
-        self.tracks.retain(|track| track.is_kept(settings));
+        self.end(settings, now);
         self.confirm(settings, now, time);
-        self.appear(settings);
+        self.appear(settings, now);
         self.note(now);
         Ok(())
     }
@@ -189,6 +202,7 @@ impl Tracker {
     /// Forgets everybody. Numbers are not used again.
     pub fn forget(&mut self) {
         self.tracks.clear();
+        self.lost.clear();
         self.legs.clear();
         self.stood.clear();
         self.surroundings.clear();
@@ -227,7 +241,7 @@ impl Tracker {
         let count = self.legs.len();
         self.costs.clear();
         for track in &self.tracks {
-            let reach = (REACH[0] + REACH[1] * track.unseen).min(REACH[2]);
+            let reach = reach(track.unseen);
             let walks = track.id > 0 && distance(track.filter.velocity, [0.0; 2]) > WALKS;
             let costs = self.legs.iter().map(|(position, leg)| {
                 let (distance, square) = track.filter.distance(*position, DEVIATIONS[0]);
@@ -272,7 +286,37 @@ impl Tracker {
         }
     }
 
-    /// Makes persons of tracks, unless they may be the legs of one who is known.
+    /// Ends tracks, and remembers the persons who are hidden.
+    fn end(&mut self, settings: &TrackerSettings, now: f64) {
+        let (tracks, longest) = (&self.tracks, settings.patience + REMEMBERED);
+        let is_tracked = |lost: &Lost| tracks.iter().any(|track| track.id == lost.id);
+        self.lost
+            .retain(|lost| now - lost.time <= longest && !is_tracked(lost));
+        let hidden = tracks.iter().filter(|track| track.id > 0 && track.unseen > 0.0);
+        self.lost.extend(hidden.map(|track| Lost {
+            id: track.id,
+            place: between(track.places[0], track.places[1]),
+            time: now - track.unseen,
+        }));
+        self.tracks.retain(|track| track.is_kept(settings));
+    }
+
+    /// Returns the number of the nearest lost person who may have become a track: it began when the person was lost or later,
+    /// within reach and before a wall.
+    fn lost_before(&self, settings: &TrackerSettings, track: &Track) -> Option<u32> {
+        let (place, begin) = track.origin;
+        let reachable = self.lost.iter().filter(|lost| {
+            let gap = begin - lost.time;
+            (-TENTATIVE..=settings.patience).contains(&gap)
+                && distance(lost.place, place) < reach(gap.max(0.0))
+                && !is_blocked(&self.obstacles, lost.place, place, WALL)
+        });
+        let away = |lost: &Lost| distance(lost.place, place);
+        let nearest = reachable.min_by(|a, b| away(a).total_cmp(&away(b)));
+        nearest.map(|lost| lost.id)
+    }
+
+    /// Makes persons of tracks, unless they may be the legs of one who is known. Who was lost keeps the number.
     fn confirm(&mut self, settings: &TrackerSettings, now: f64, time: f64) {
         let mut persons = self.persons().count();
         for index in 0..self.tracks.len() {
@@ -283,21 +327,34 @@ impl Tracker {
             let moves = settings.moved <= 0.0
                 || track.has_moved(settings.moved) && !has_stood(&self.stood, now, &track.places);
             let moving = if moves { track.moving + time } else { 0.0 };
-            let is_near = |other: &Track| {
-                other.id > 0 && distance(other.filter.position, track.filter.position) < APART
-            };
-            if moves
-                && moving >= settings.confirm
-                && track.confidence >= settings.appears
-                && persons < MOST_PERSONS
-                && !self.tracks.iter().any(is_near)
-            {
-                persons += 1;
-                self.confirmed += 1;
-                self.tracks[index].id = self.confirmed;
+            let is_walking = moves && moving >= settings.confirm && track.confidence >= settings.appears;
+            if is_walking && persons < MOST_PERSONS {
+                let lost = self.lost_before(settings, track);
+                let is_near = |other: &Track| {
+                    let is_other = other.id > 0 && Some(other.id) != lost;
+                    is_other && distance(other.filter.position, track.filter.position) < APART
+                };
+                if !self.tracks.iter().any(is_near) {
+                    persons += 1;
+                    self.number(index, lost);
+                }
             }
             self.tracks[index].moving = moving;
         }
+        self.tracks.retain(|track| !track.is_replaced());
+    }
+
+    /// Gives a track the number of a person who was lost, or the next one.
+    fn number(&mut self, index: usize, lost: Option<u32>) {
+        let id = lost.unwrap_or(self.confirmed + 1);
+        self.confirmed = self.confirmed.max(id);
+        self.lost.retain(|lost| lost.id != id);
+        for track in &mut self.tracks {
+            if track.id == id {
+                track.replace();
+            }
+        }
+        self.tracks[index].id = id;
     }
 
     /// Notes where legs are that are those of no confirmed person, and what else is around persons, now and then.
@@ -341,7 +398,7 @@ impl Tracker {
 
     /// Begins a track for each leg that belongs to nobody, with the nearest other one. What looks little like a leg has
     /// a track, too, so that no person who is hidden takes it.
-    fn appear(&mut self, settings: &TrackerSettings) {
+    fn appear(&mut self, settings: &TrackerSettings, now: f64) {
         for first in 0..self.legs.len() {
             let (position, leg) = self.legs[first];
             let is_doubtful = leg.confidence < settings.appears;
@@ -367,9 +424,14 @@ impl Tracker {
             }
             let places = [position, near.map_or(position, |(other, _)| self.legs[other].0)];
             let legs = [Some(first), near.map(|(other, _)| other)];
-            self.tracks.push(Track::new(places, legs, leg.confidence));
+            self.tracks.push(Track::new(places, legs, leg.confidence, now));
         }
     }
+}
+
+/// Returns how far from where a person is expected a leg may be that was not seen for some time, m.
+fn reach(unseen: f64) -> f64 {
+    (REACH[0] + REACH[1] * unseen).min(REACH[2])
 }
 
 /// Returns whether something has stood at one of these places for long.

@@ -273,6 +273,23 @@ fn who_walks_behind_a_pillar_is_the_same_afterwards() {
 }
 
 #[test]
+fn who_turns_back_out_of_sight_is_the_same_afterwards() {
+    let mut room = Room::new(
+        "circles = [{ name = 'pillar', center = [2, 0.3], radius = 0.35 }]\n\
+         people = [{ name = 'anna', way = [[3, -3], [3, 0.45]], speed = 1.2, pause = 1 }]",
+    );
+    room.watch(2.0, |_, _| ());
+    assert_eq!(room.ids(), [1]);
+    let mut ended = 0;
+    room.watch(28.0, |persons, _| {
+        ended += usize::from(persons.is_empty());
+        assert!(persons.iter().all(|person| person.id == 1), "{persons:?}");
+    });
+    // The laser sees that nobody is where she would have gone on.
+    assert!(ended > 10, "without her in {ended} scans only");
+}
+
+#[test]
 fn furniture_is_nobody_even_if_it_looks_like_legs() {
     let mut room = Room::new(
         "circles = [{ name = 'feet', centers = [[2, 0], [2.3, 0.2], [3, 1], [3, 1.4], [1, -1.5]], radius = 0.06 }]",
