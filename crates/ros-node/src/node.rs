@@ -114,6 +114,13 @@ pub struct ReceivedMessage {
     pub received_at: Instant,
 }
 
+impl ReceivedMessage {
+    /// Its bytes, in the pieces in which they came.
+    pub fn pieces(&self) -> Vec<&[u8]> {
+        self.message.slices().collect()
+    }
+}
+
 impl Node {
     /// Starts the node's thread, which connects.
     ///

@@ -131,7 +131,7 @@ impl Decompressor {
     pub(crate) fn start() -> io::Result<Self> {
         let (codec, mut message) = (Codec::new(), CompressedImage::boxed());
         let worker = Worker::start(move |arrival: Arrival| {
-            let decoded = codec.decode_into(&arrival.message, &mut *message);
+            let decoded = codec.decode_into(&[&arrival.message], &mut *message);
             decoded.map_err(|error| error.to_string())?;
             let mut image = Image::boxed();
             let read = Picture::read(&message.data).and_then(|picture| picture.write_to(&mut image));

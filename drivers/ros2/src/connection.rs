@@ -121,8 +121,8 @@ impl RosConnection {
         subscription: &TopicSubscription<T>,
         value: &mut T,
     ) -> Option<Duration> {
-        let (message, arrived) = self.take(cx, subscription.number)?;
-        self.decode(cx, subscription, &message, value).then_some(arrived)
+        let (received, arrived) = self.take(cx, subscription.number)?;
+        self.decode(cx, subscription, &received, value).then_some(arrived)
     }
 
     /// Takes all messages of the subscription of that number, the oldest first, with the times of their arrival.
@@ -137,12 +137,10 @@ impl RosConnection {
     }
 
     /// Takes the newest message of the subscription of that number, and the time of its arrival.
-    pub(crate) fn take(&self, cx: &Context, number: usize) -> Option<(Vec<u8>, Duration)> {
+    pub(crate) fn take(&self, cx: &Context, number: usize) -> Option<(ReceivedMessage, Duration)> {
         let received = self.node.take(number)?;
-        Some((
-            received.message.to_bytes().into_owned(),
-            self.arrived(cx, &received),
-        ))
+        let arrived = self.arrived(cx, &received);
+        Some((received, arrived))
     }
 
     fn arrived(&self, cx: &Context, received: &ReceivedMessage) -> Duration {
@@ -160,10 +158,10 @@ impl RosConnection {
         &mut self,
         cx: &Context,
         subscription: &TopicSubscription<T>,
-        message: &[u8],
+        received: &ReceivedMessage,
         value: &mut T,
     ) -> bool {
-        let decoded = subscription.codec.decode_into(message, value);
+        let decoded = subscription.codec.decode_into(&received.pieces(), value);
         if let Err(error) = &decoded {
             self.warn_once(cx, format!("{}: {error}", subscription.topic));
         }

@@ -89,27 +89,34 @@ impl DescribedCodec {
         message
     }
 
-    /// The stamp of a message, if its type has a header.
-    pub(crate) fn stamp(&self, message: &[u8]) -> Option<Time> {
+    /// The stamp of a message in pieces, if its type has a header.
+    pub(crate) fn stamp(&self, pieces: &[&[u8]]) -> Option<Time> {
         self.header?;
-        let (sec, nanosec) = message.get(STAMP)?.split_first_chunk::<4>()?;
+        let mut bytes = pieces.iter().copied().flatten().copied().skip(STAMP.start);
+        let mut number = || {
+            let mut number = [0; 4];
+            for byte in &mut number {
+                *byte = bytes.next()?;
+            }
+            Some(number)
+        };
         Some(Time {
-            sec: i32::from_le_bytes(*sec),
-            nanosec: u32::from_le_bytes(nanosec.try_into().ok()?),
+            sec: i32::from_le_bytes(number()?),
+            nanosec: u32::from_le_bytes(number()?),
         })
     }
 
-    /// Replaces a value by the contents of a message, measured at `time`.
+    /// Replaces a value by the contents of a message in pieces, measured at `time`.
     ///
     /// # Errors
     /// If the message is of another type or does not fit. The value is then unusable.
     pub(crate) fn decode_into(
         &self,
-        message: &[u8],
+        pieces: &[&[u8]],
         (time, clock): (Duration, &Clock),
         value: &mut [u8],
     ) -> Result<(), cdr::Error> {
-        cdr::decode_into(&self.value_type, message, value)?;
+        cdr::decode_pieces(&self.value_type, pieces, value)?;
         if self.has_times {
             convert_times(&self.value_type, value, &mut |stamp| clock.time(stamp).into());
         }
@@ -231,12 +238,12 @@ mod tests {
             Twist::ZERO,
         );
         let message = codec.encode(value.as_bytes(), "wheels", Duration::from_secs(9), &clock());
-        let stamp = codec.stamp(&message).expect("a header");
+        let stamp = codec.stamp(&[&message]).expect("a header");
         assert_eq!((stamp.sec, stamp.nanosec), (1_700_000_002, 500_000_000));
         let mut decoded = Odometry::default();
         let time = Duration::from_millis(2500);
         codec
-            .decode_into(&message, (time, &clock()), decoded.as_bytes_mut())
+            .decode_into(&[&message], (time, &clock()), decoded.as_bytes_mut())
             .expect("it is one");
         assert_eq!(decoded.header, Header::new(value.header.stamp, "wheels"));
         assert_eq!(decoded.pose, value.pose);
@@ -247,7 +254,7 @@ mod tests {
             &clock(),
         );
         assert_eq!(
-            codec.stamp(&unstamped).map(|stamp| stamp.sec),
+            codec.stamp(&[&unstamped]).map(|stamp| stamp.sec),
             Some(1_700_000_009)
         );
     }
@@ -261,15 +268,19 @@ mod tests {
             Duration::ZERO,
             &clock(),
         );
-        assert_eq!(codec.stamp(&message), None);
+        assert_eq!(codec.stamp(&[&message]), None);
         let mut decoded = Twist::ZERO;
         codec
-            .decode_into(&message, (Duration::ZERO, &clock()), decoded.as_bytes_mut())
+            .decode_into(&[&message], (Duration::ZERO, &clock()), decoded.as_bytes_mut())
             .expect("it is one");
         assert_eq!(decoded, Twist::planar(0.5, 0.0));
         assert!(
             codec
-                .decode_into(&message[..9], (Duration::ZERO, &clock()), decoded.as_bytes_mut())
+                .decode_into(
+                    &[&message[..9]],
+                    (Duration::ZERO, &clock()),
+                    decoded.as_bytes_mut()
+                )
                 .is_err()
         );
     }
@@ -299,7 +310,7 @@ mod tests {
         let mut received = Path::default();
         let time = Duration::from_secs(9);
         codec
-            .decode_into(&message, (time, &clock()), received.as_bytes_mut())
+            .decode_into(&[&message], (time, &clock()), received.as_bytes_mut())
             .expect("it is one");
         assert_eq!(seconds(&received), [9, 7, 0]);
     }

@@ -122,12 +122,12 @@ impl<T: Value> Codec<T> {
         message
     }
 
-    /// Replaces a value by the contents of a message.
+    /// Replaces a value by the contents of a message that came in these pieces.
     ///
     /// # Errors
     /// If the message is of another type or does not fit. The value is then unusable.
-    pub(crate) fn decode_into(&self, message: &[u8], value: &mut T) -> Result<(), cdr::Error> {
-        cdr::decode_into(&self.value_type, message, value.as_bytes_mut())
+    pub(crate) fn decode_into(&self, pieces: &[&[u8]], value: &mut T) -> Result<(), cdr::Error> {
+        cdr::decode_pieces(&self.value_type, pieces, value.as_bytes_mut())
     }
 }
 
@@ -169,14 +169,14 @@ mod tests {
         );
         let message = codec.encode_stamped(&value, Duration::from_secs(9), &clock);
         let mut decoded = Odometry::default();
-        codec.decode_into(&message, &mut decoded).unwrap();
+        codec.decode_into(&[&message], &mut decoded).unwrap();
         assert_eq!(
             (decoded.header.stamp.sec, decoded.header.stamp.nanosec),
             (1_700_000_002, 500_000_000)
         );
         assert_eq!(decoded.pose, value.pose);
         let unstamped = codec.encode_stamped(&Odometry::default(), Duration::from_secs(9), &clock);
-        codec.decode_into(&unstamped, &mut decoded).unwrap();
+        codec.decode_into(&[&unstamped], &mut decoded).unwrap();
         assert_eq!(decoded.header.stamp.sec, 1_700_000_009);
     }
 }

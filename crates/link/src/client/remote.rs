@@ -150,7 +150,7 @@ impl Remote {
         let (variable, value_type) = self.typed(name)?;
         let key = self.inner.keys.variable(&variable.owner, &variable.variable);
         let reply = self.query(&key, None)?;
-        Sample::read(&value_type, &reply.message, reply.attachment.as_deref())
+        Sample::read(&value_type, &[&reply.message], reply.attachment.as_deref())
             .map_err(|reason| self.garbled(reason))
     }
 
@@ -183,7 +183,8 @@ impl Remote {
         let mut last = None;
         let deliver = move |sample: zenoh::sample::Sample| {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
-            match Sample::read(&value_type, &sample.payload().to_bytes(), attachment.as_deref()) {
+            let pieces: Vec<_> = sample.payload().slices().collect();
+            match Sample::read(&value_type, &pieces, attachment.as_deref()) {
                 Ok(sample) => {
                     // The newest value is sent again when another client joins.
                     let current = (sample.sequence, sample.bytes.is_some());

@@ -31,7 +31,7 @@ pub struct Sample {
 impl Sample {
     pub(crate) fn read(
         value_type: &Arc<Type>,
-        message: &[u8],
+        pieces: &[&[u8]],
         attachment: Option<&[u8]>,
     ) -> Result<Self, String> {
         let tag = attachment
@@ -40,7 +40,8 @@ impl Sample {
         let bytes = if tag.retracted {
             None
         } else {
-            let bytes = jde_ros::cdr::decode(value_type, message).map_err(|error| error.to_string())?;
+            let mut bytes = vec![0; value_type.bytes];
+            jde_ros::cdr::decode_pieces(value_type, pieces, &mut bytes).map_err(|error| error.to_string())?;
             Some(bytes)
         };
         Ok(Self {

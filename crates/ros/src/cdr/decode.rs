@@ -2,7 +2,8 @@
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
 
-use super::{Error, Reader};
+use super::Error;
+use super::pieces::Pieces;
 use crate::definition::texts;
 
 /// Returns the bytes of the value in a message. Bytes that no field has are zero.
@@ -23,20 +24,31 @@ pub fn decode(value_type: &Type, message: &[u8]) -> Result<Vec<u8>, Error> {
 /// # Panics
 /// If there are not as many bytes as the type has.
 pub fn decode_into(value_type: &Type, message: &[u8], value: &mut [u8]) -> Result<(), Error> {
+    decode_pieces(value_type, &[message], value)
+}
+
+/// As [`decode_into`], for a message that came in several pieces.
+///
+/// # Errors
+/// As for that.
+///
+/// # Panics
+/// As for that.
+pub fn decode_pieces(value_type: &Type, pieces: &[&[u8]], value: &mut [u8]) -> Result<(), Error> {
     assert_eq!(
         value.len(),
         value_type.bytes,
         "the bytes of a `{}`",
         value_type.name
     );
-    let mut reader = Reader::new(message)?;
+    let mut reader = Pieces::new(pieces)?;
     structure(value_type, value, &mut reader)?;
     reader.finish()
 }
 
-fn structure(value_type: &Type, value: &mut [u8], reader: &mut Reader<'_>) -> Result<(), Error> {
+fn structure(value_type: &Type, value: &mut [u8], reader: &mut Pieces<'_>) -> Result<(), Error> {
     if value_type.fields.is_empty() {
-        reader.take(1, 1, &value_type.name)?;
+        reader.fill(1, &mut [0], &value_type.name)?;
     }
     value_type
         .fields
@@ -44,7 +56,7 @@ fn structure(value_type: &Type, value: &mut [u8], reader: &mut Reader<'_>) -> Re
         .try_for_each(|field| one_field(field, value, reader))
 }
 
-fn one_field(field: &Field, value: &mut [u8], reader: &mut Reader<'_>) -> Result<(), Error> {
+fn one_field(field: &Field, value: &mut [u8], reader: &mut Pieces<'_>) -> Result<(), Error> {
     let count = match field.form {
         Form::One | Form::Array(_) => field.form.capacity(),
         Form::Sequence {
@@ -60,10 +72,8 @@ fn one_field(field: &Field, value: &mut [u8], reader: &mut Reader<'_>) -> Result
             capacity,
             length_offset,
         } => {
-            let text = reader.text(&field.name)?;
-            fits(field, text.len(), capacity)?;
-            set_length(value, length_offset, text.len());
-            value[field.offset..][..text.len()].copy_from_slice(text.as_bytes());
+            let length = text(field, capacity, &mut value[field.offset..], reader)?;
+            set_length(value, length_offset, length);
             return Ok(());
         }
     };
@@ -82,12 +92,27 @@ fn one_field(field: &Field, value: &mut [u8], reader: &mut Reader<'_>) -> Result
     }
 }
 
-fn scalars(scalar: Scalar, target: &mut [u8], reader: &mut Reader<'_>, field: &str) -> Result<(), Error> {
+/// Copies a text without its NUL. Returns its length.
+fn text(field: &Field, capacity: usize, target: &mut [u8], reader: &mut Pieces<'_>) -> Result<usize, Error> {
+    let is_none = || Error::Text(field.name.clone());
+    let with_nul = reader.length(&field.name)?;
+    reader.expect(with_nul, &field.name)?;
+    let length = with_nul.checked_sub(1).ok_or_else(is_none)?;
+    fits(field, length, capacity)?;
+    let mut nul = [0xff];
+    reader.fill(1, &mut target[..length], &field.name)?;
+    reader.fill(1, &mut nul, &field.name)?;
+    if nul != [0] || std::str::from_utf8(&target[..length]).is_err() {
+        return Err(is_none());
+    }
+    Ok(length)
+}
+
+fn scalars(scalar: Scalar, target: &mut [u8], reader: &mut Pieces<'_>, field: &str) -> Result<(), Error> {
     if target.is_empty() {
         return Ok(());
     }
-    let source = reader.take(scalar.bytes(), target.len(), field)?;
-    target.copy_from_slice(source);
+    reader.fill(scalar.bytes(), target, field)?;
     if cfg!(target_endian = "big") {
         target.chunks_exact_mut(scalar.bytes()).for_each(<[u8]>::reverse);
     }

@@ -8,10 +8,11 @@
 
 mod decode;
 mod encode;
+mod pieces;
 mod reader;
 mod writer;
 
-pub use decode::{decode, decode_into};
+pub use decode::{decode, decode_into, decode_pieces};
 pub use encode::encode;
 pub use reader::Reader;
 pub use writer::Writer;
@@ -56,6 +57,24 @@ impl Error {
             Self::Capacity { capacity, got, .. } => Self::Capacity { field, capacity, got },
             other => other,
         }
+    }
+
+    /// Checks the first four bytes of a message, or as many as it has.
+    fn check_encapsulation(head: &[u8]) -> Result<(), Self> {
+        // The second half contains options, which do not affect the body.
+        if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
+            return Err(Self::Encapsulation(head.to_vec()));
+        }
+        Ok(())
+    }
+
+    /// Checks the number of bytes after the last field.
+    fn check_surplus(surplus: usize) -> Result<(), Self> {
+        // Some writers pad the body to a multiple of four bytes.
+        if surplus >= 4 {
+            return Err(Self::Long(surplus));
+        }
+        Ok(())
     }
 }
 

@@ -16,10 +16,7 @@ impl<'a> Reader<'a> {
     /// [`Error::Encapsulation`].
     pub fn new(message: &'a [u8]) -> Result<Self, Error> {
         let (head, body) = message.split_at(message.len().min(ENCAPSULATION.len()));
-        // The second half contains options, which do not affect the body.
-        if head.len() < ENCAPSULATION.len() || head[..2] != ENCAPSULATION[..2] {
-            return Err(Error::Encapsulation(head.to_vec()));
-        }
+        Error::check_encapsulation(head)?;
         Ok(Self { body, position: 0 })
     }
 
@@ -72,11 +69,6 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// [`Error::Long`].
     pub fn finish(self) -> Result<(), Error> {
-        let surplus = self.body.len() - self.position;
-        // Some writers pad the body to a multiple of four bytes.
-        if surplus >= 4 {
-            return Err(Error::Long(surplus));
-        }
-        Ok(())
+        Error::check_surplus(self.body.len() - self.position)
     }
 }

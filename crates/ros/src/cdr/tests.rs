@@ -259,6 +259,29 @@ proptest! {
     }
 
     #[test]
+    fn a_message_in_pieces_is_the_same_value(value_type in types(), seed: u64, cuts: Vec<prop::sample::Index>) {
+        let mut value = vec![0; value_type.bytes];
+        Random(seed).fill(&value_type, &mut value);
+        let mut message = Vec::new();
+        encode(&value_type, &value, &mut message);
+        let mut pieces = Vec::new();
+        let mut start = 0;
+        let places = cuts.iter().map(|cut| cut.index(message.len()));
+        for end in places.collect::<std::collections::BTreeSet<_>>().into_iter().chain([message.len()]) {
+            pieces.push(&message[start..end]);
+            start = end;
+        }
+        let mut decoded = vec![0; value_type.bytes];
+        decode_pieces(&value_type, &pieces, &mut decoded).unwrap();
+        prop_assert_eq!(decoded, value);
+        pieces.pop();
+        prop_assert_eq!(
+            decode_pieces(&value_type, &pieces, &mut vec![0; value_type.bytes]),
+            decode(&value_type, &pieces.concat()).map(drop)
+        );
+    }
+
+    #[test]
     fn a_message_cut_short_is_refused(value_type in types(), seed: u64, cut: prop::sample::Index) {
         let mut value = vec![0; value_type.bytes];
         Random(seed).fill(&value_type, &mut value);

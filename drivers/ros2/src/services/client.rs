@@ -115,13 +115,13 @@ impl ServiceClient {
         message: &[u8],
         (time, export): (Duration, &mut ListedExport<Plain>),
     ) -> Result<(), String> {
-        let measured = match self.response.stamp(message) {
+        let measured = match self.response.stamp(&[message]) {
             Some(stamp) => connection.measured(cx, &self.service.name, stamp, cx.now()),
             None => cx.now(),
         };
         let clock = &connection.clock;
         let written = export.write_with(cx, Some(time), |value| {
-            self.response.decode_into(message, (measured, clock), value)
+            self.response.decode_into(&[message], (measured, clock), value)
         });
         written.map_err(|error| error.to_string())
     }

@@ -123,13 +123,13 @@ impl ServiceServer {
         message: &[u8],
         export: &mut ListedExport<Timed>,
     ) -> Result<(), String> {
-        let measured = match self.request.stamp(message) {
+        let measured = match self.request.stamp(&[message]) {
             Some(stamp) => connection.measured(cx, &self.name, stamp, cx.now()),
             None => cx.now(),
         };
         let clock = &connection.clock;
         let written = export.write_with(cx, None, |value| {
-            self.request.decode_into(message, (measured, clock), value)
+            self.request.decode_into(&[message], (measured, clock), value)
         });
         written.map_err(|error| error.to_string())
     }

@@ -150,7 +150,7 @@ fn receive<T: Value>(subscriber: &Subscriber<FifoChannelHandler<ReceivedSample>>
     assert_eq!(sample.attachment().unwrap().len(), 33);
     let mut value = T::zeroed();
     Codec::new()
-        .decode_into(&sample.payload().to_bytes(), &mut value)
+        .decode_into(&[&sample.payload().to_bytes()], &mut value)
         .unwrap();
     Some(value)
 }

@@ -54,7 +54,7 @@ fn a_picture_is_published_compressed_in_the_words_of_ros() {
     });
     let mut message = CompressedImage::boxed();
     Codec::new()
-        .decode_into(&sample.unwrap().payload().to_bytes(), &mut *message)
+        .decode_into(&[&sample.unwrap().payload().to_bytes()], &mut *message)
         .unwrap();
     assert_eq!(message.format, "bgr8; png compressed bgr8");
     assert_eq!(message.header.frame_id, "camera");

@@ -108,7 +108,7 @@ fn receive_frames(subscriber: &Subscriber<FifoChannelHandler<ReceivedSample>>) -
     let sample = subscriber.try_recv().unwrap()?;
     let mut message = Transforms::boxed();
     Codec::new()
-        .decode_into(&sample.payload().to_bytes(), &mut *message)
+        .decode_into(&[&sample.payload().to_bytes()], &mut *message)
         .unwrap();
     let steps = message.transforms.iter();
     Some(steps.map(|step| step.child_frame_id.to_string()).collect())

@@ -167,12 +167,13 @@ impl TopicExport {
         let name = &self.name;
         match &mut self.form {
             MessageForm::Described(number, codec, check) => {
-                let (message, arrived) = connection.take(cx, *number)?;
-                let stamp = codec.stamp(&message);
+                let (received, arrived) = connection.take(cx, *number)?;
+                let pieces = received.pieces();
+                let stamp = codec.stamp(&pieces);
                 let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
                 let clock = &connection.clock;
                 let written = export.write_with(cx, Some(time), |value| {
-                    let decoded = codec.decode_into(&message, (time, clock), value);
+                    let decoded = codec.decode_into(&pieces, (time, clock), value);
                     decoded.map_err(|error| error.to_string())?;
                     check.map_or(Ok(()), |check| check(value)).map_err(str::to_owned)
                 });
@@ -184,8 +185,9 @@ impl TopicExport {
             }
             MessageForm::Compressed(number, codec, decompressor) => {
                 decompressor.decompress(|| {
-                    let (message, arrived) = connection.take(cx, *number)?;
-                    let stamp = codec.stamp(&message);
+                    let (received, arrived) = connection.take(cx, *number)?;
+                    let message = received.message.to_bytes().into_owned();
+                    let stamp = codec.stamp(&[&message]);
                     let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
                     Some(Arrival {
                         message,
