@@ -4,6 +4,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use bytes::Bytes;
+use jde_abi::describe::Type;
 use jde_board::{Reader, Variable, Watch};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
@@ -26,8 +28,13 @@ pub(super) struct ValuePublisher {
     /// Sequence number of the last value sent, and whether there was a value.
     sent: Option<(u64, bool)>,
     repeats: Repeats,
+    message: Message,
     _watch: Option<Watch>,
 }
+
+/// The message of a value. Its memory is used again once Zenoh has sent it.
+#[derive(Clone, Default)]
+pub(super) struct Message(Arc<Vec<u8>>);
 
 impl ValuePublisher {
     pub(super) fn open(
@@ -56,6 +63,7 @@ impl ValuePublisher {
             due: Some(Instant::now()),
             sent: None,
             repeats: Repeats::new(),
+            message: Message::default(),
             _watch: watch,
         })
     }
@@ -77,7 +85,7 @@ impl ValuePublisher {
 
     fn send(&mut self, subject: &dyn Subject, now: Instant, repeat: bool) {
         let known = self.sent.filter(|_| !repeat);
-        let (tag, value) = newest(&mut self.reader, subject, known);
+        let (tag, value) = newest(&mut self.reader, &mut self.message, subject, known);
         let Some(tag) = tag else { return };
         let this = (tag.sequence, !tag.retracted);
         if self.sent.replace(this) != Some(this) {
@@ -89,9 +97,29 @@ impl ValuePublisher {
     }
 }
 
+impl Message {
+    /// Replaces it by that of a value, and returns it.
+    fn encode(&mut self, value_type: &Type, value: &[u8]) -> ZBytes {
+        if Arc::get_mut(&mut self.0).is_none() {
+            self.0 = Arc::default();
+        }
+        if let Some(message) = Arc::get_mut(&mut self.0) {
+            jde_ros::cdr::encode(value_type, value, message);
+        }
+        ZBytes::from(Bytes::from_owner(self.clone()))
+    }
+}
+
+impl AsRef<[u8]> for Message {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
 /// The newest value with its attachment; none if it was sent before.
 pub(super) fn newest(
     reader: &mut Reader,
+    message: &mut Message,
     subject: &dyn Subject,
     sent: Option<(u64, bool)>,
 ) -> (Option<Tag>, ZBytes) {
@@ -105,8 +133,7 @@ pub(super) fn newest(
     let (tag, value) = match reader.latch() {
         Some(latched) => {
             let stamp = latched.stamp;
-            let mut message = Vec::new();
-            jde_ros::cdr::encode(&value_type, latched.bytes, &mut message);
+            let value = message.encode(&value_type, latched.bytes);
             let tag = Tag {
                 sequence: stamp.sequence,
                 time: stamp.time,
@@ -115,7 +142,7 @@ pub(super) fn newest(
                 retracted: false,
                 writer: subject.writer(stamp.writer),
             };
-            (tag, ZBytes::from(message))
+            (tag, value)
         }
         None => {
             let now = subject.now();

@@ -24,7 +24,7 @@ use super::leases::Leases;
 use super::operator_workers::{Job, JobOutcome, OperatorRequest, OperatorWorkers};
 use super::server_session::ServerSession;
 use super::subject::Subject;
-use super::value_publisher;
+use super::value_publisher::{self, Message};
 use crate::keys::{self, Keys};
 use crate::message::{About, Action, Network, OperateReply, Refusal, Request, VariableInfo};
 
@@ -351,7 +351,9 @@ impl Worker {
             let Some(reader) = &mut self.readers[index] else {
                 continue;
             };
-            if let (Some(tag), value) = value_publisher::newest(reader, &*self.subject, None) {
+            if let (Some(tag), value) =
+                value_publisher::newest(reader, &mut Message::default(), &*self.subject, None)
+            {
                 let sent = query.reply(variable, value).attachment(tag.bytes()).wait();
                 if let Err(error) = sent {
                     tracing::debug!("a reply was not sent: {error}");
