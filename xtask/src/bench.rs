@@ -10,7 +10,7 @@ use clap::Args;
 
 use crate::metadata::Metadata;
 use crate::paint::Paint;
-use crate::shell;
+use crate::{ros2, shell};
 
 /// The folder of the benches.
 const FOLDER: &str = "benches";
@@ -18,6 +18,9 @@ const FOLDER: &str = "benches";
 /// The files with the figures and with the page that shows them.
 const TABLE: &str = "benches/table.json";
 const PAGE: &str = "docs/performance.md";
+/// The page with the figures of ROS 2, and the sources of the programs that they are compared with.
+const ROS2_PAGE: &str = "docs/drivers/ros2-figures.md";
+const ROS2_PEERS: &str = "benches/peers/ros2";
 
 /// The Python package that the rows of [`COMPARED`] compare with.
 const PACKAGE: &str = "ir-sim==2.12.0";
@@ -33,6 +36,9 @@ pub(crate) struct Choice {
     /// Only print the names of the rows.
     #[arg(long)]
     list: bool,
+    /// Measure the drivers of ROS 2 beside programs of ROS 2 instead, if it is sourced.
+    #[arg(long)]
+    ros2: bool,
     /// Take a tenth of the time, for less reliable figures.
     #[arg(long)]
     quick: bool,
@@ -46,6 +52,9 @@ pub(crate) struct Choice {
 pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode> {
     choice.check()?;
     let target = Metadata::of_workspace(root)?.target_directory;
+    if choice.ros2 {
+        return run_ros2(root, &target, choice, paint);
+    }
     if !choice.list {
         shell::run(
             shell::cargo()
@@ -54,10 +63,11 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
             paint,
         )?;
     }
-    shell::run(&mut build(root, &target), paint)?;
+    shell::run(build(root, &target).arg("--workspace"), paint)?;
     let built = target.join("release");
     let mut benches = Command::new(built.join("jde-benches"));
-    benches.args(choice.arguments(root, &std::env::current_dir()?));
+    benches.args(choice.arguments());
+    benches.args(choice.saved(root, &std::env::current_dir()?));
     benches.arg("--root").arg(root).arg("--built").arg(&built);
     if !choice.list && choice.needs_python() {
         match python(&target, paint) {
@@ -69,8 +79,41 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
             Err(error) => println!("{PACKAGE} is omitted: {error:#}"),
         }
     }
+    measure(&mut benches, paint)
+}
+
+/// Builds the drivers of ROS 2 and what they are compared with, and measures them.
+fn run_ros2(root: &Path, target: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode> {
+    let (built, peers) = (target.join("release"), target.join("bench-peers/ros2"));
+    if !choice.list {
+        if !ros2::is_sourced() {
+            println!("skipped: {}", ros2::NOT_SOURCED);
+            return Ok(ExitCode::SUCCESS);
+        }
+        let mut product = shell::cargo();
+        product.args(["build", "--release", "-p", "jde", "-p", "ros2"]);
+        shell::run(product.current_dir(root), paint)?;
+        let mut cmake = Command::new("cmake");
+        cmake.arg("-S").arg(root.join(ROS2_PEERS)).arg("-B").arg(&peers);
+        shell::run(&mut cmake, paint)?;
+        shell::run(Command::new("cmake").arg("--build").arg(&peers), paint)?;
+    }
+    let packages = ["-p", "jde-bench-ros2", "-p", "jde-bench-plugin"];
+    shell::run(build(root, target).args(packages), paint)?;
+    let mut benches = Command::new(built.join("jde-bench-ros2"));
+    benches.args(choice.arguments());
+    benches.arg("--root").arg(root).arg("--built").arg(&built);
+    benches.arg("--peers").arg(&peers);
+    if choice.save.is_some() {
+        benches.arg("--page").arg(root.join(ROS2_PAGE));
+    }
+    measure(&mut benches, paint)
+}
+
+/// Starts the benches. Returns their exit status.
+fn measure(benches: &mut Command, paint: Paint) -> Result<ExitCode> {
     benches.stdin(Stdio::null());
-    shell::show(&benches, paint);
+    shell::show(benches, paint);
     let status = benches.status().context("cannot start the benches")?;
     Ok(if status.success() {
         ExitCode::SUCCESS
@@ -83,7 +126,7 @@ pub(crate) fn run(root: &Path, choice: &Choice, paint: Paint) -> Result<ExitCode
 fn build(root: &Path, target: &Path) -> Command {
     let mut cargo = shell::cargo();
     cargo
-        .args(["build", "--release", "--workspace", "--target-dir"])
+        .args(["build", "--release", "--target-dir"])
         .arg(target)
         .current_dir(root.join(FOLDER));
     cargo
@@ -115,6 +158,9 @@ impl Choice {
 
     /// Checks that the project's table is only replaced by a complete one of full effort.
     fn check(&self) -> Result<()> {
+        if self.ros2 && matches!(self.save, Some(Some(_))) {
+            bail!("with `--ros2`, `--save` replaces the table in {ROS2_PAGE} and takes no file");
+        }
         if self.keeps_all() && (self.quick || !self.row.is_empty()) {
             bail!(
                 "`--save` alone replaces the whole table; to save another one, name a file, as in `--save some.json`"
@@ -123,12 +169,17 @@ impl Choice {
         Ok(())
     }
 
-    /// Returns the arguments for the benches, with absolute paths because the benches run in another folder.
-    fn arguments(&self, root: &Path, current: &Path) -> Vec<PathBuf> {
-        let rows = self.row.iter().flat_map(|row| ["--row", row]).map(PathBuf::from);
+    /// Returns the arguments that all benches have.
+    fn arguments(&self) -> Vec<&str> {
+        let rows = self.row.iter().flat_map(|row| ["--row", row]);
         let flags = [("--list", self.list), ("--quick", self.quick)];
         let flags = flags.into_iter().filter(|(_, given)| *given);
-        let save = self.save.iter().flat_map(|file| match file {
+        rows.chain(flags.map(|(flag, _)| flag)).collect()
+    }
+
+    /// Returns the arguments for what is saved, with absolute paths because the benches run in another folder.
+    fn saved(&self, root: &Path, current: &Path) -> Vec<PathBuf> {
+        let saved = self.save.iter().flat_map(|file| match file {
             Some(file) => vec!["--save".into(), current.join(file)],
             None => vec![
                 "--save".into(),
@@ -137,9 +188,7 @@ impl Choice {
                 root.join(PAGE),
             ],
         });
-        rows.chain(flags.map(|(flag, _)| flag.into()))
-            .chain(save)
-            .collect()
+        saved.collect()
     }
 }
 
@@ -151,6 +200,7 @@ mod tests {
         Choice {
             row: row.iter().map(|row| (*row).to_owned()).collect(),
             list: false,
+            ros2: false,
             quick,
             save: save.map(|file| file.map(PathBuf::from)),
         }
@@ -159,17 +209,9 @@ mod tests {
     #[test]
     fn the_options_are_passed_to_the_benches() {
         let some = choice(&["read", "demo"], true, Some(Some("some.json")));
-        let expected = [
-            "--row",
-            "read",
-            "--row",
-            "demo",
-            "--quick",
-            "--save",
-            "current/some.json",
-        ];
-        let arguments = |choice: &Choice| choice.arguments(Path::new("root"), Path::new("current"));
-        assert_eq!(arguments(&some), expected.map(PathBuf::from));
+        let saved = |choice: &Choice| choice.saved(Path::new("root"), Path::new("current"));
+        assert_eq!(some.arguments(), ["--row", "read", "--row", "demo", "--quick"]);
+        assert_eq!(saved(&some), ["--save", "current/some.json"].map(PathBuf::from));
         let expected = [
             "--save",
             "root/benches/table.json",
@@ -177,7 +219,7 @@ mod tests {
             "root/docs/performance.md",
         ];
         assert_eq!(
-            arguments(&choice(&[], false, Some(None))),
+            saved(&choice(&[], false, Some(None))),
             expected.map(PathBuf::from)
         );
     }
@@ -189,5 +231,11 @@ mod tests {
         assert!(choice(&[], true, Some(None)).check().is_err());
         assert!(choice(&["read"], true, Some(Some("some.json"))).check().is_ok());
         assert!(choice(&["read"], true, None).check().is_ok());
+        let of_ros2 = |save| Choice {
+            ros2: true,
+            ..choice(&[], false, Some(save))
+        };
+        assert!(of_ros2(None).check().is_ok());
+        assert!(of_ros2(Some("some.json")).check().is_err());
     }
 }

@@ -25,6 +25,9 @@ const TOOLS: &str = "drivers/ros2/tests/peers/ros2_tools.py";
 const SOURCED: &str = "command -v ros2 && ros2 pkg prefix rmw_zenoh_cpp && python3 -c 'import rclpy'";
 /// The schemas of `ros2-arbiter` that connect.
 const SOURCES: [&str; 4] = ["robot", "teleop", "docking", "navigation"];
+/// Why it was not used.
+pub(crate) const NOT_SOURCED: &str =
+    "no ROS 2 with rmw_zenoh_cpp is sourced in this terminal: source /opt/ros/jazzy/setup.bash";
 /// The limit for one run of `jde`.
 const LIMIT: &str = "180s";
 
@@ -49,9 +52,8 @@ pub(crate) fn run(context: &Context, python: &Path) -> Result<()> {
 
 /// With ROS 2 itself, where it is sourced.
 pub(crate) fn step(context: &Context) -> Result<StepOutcome> {
-    if !shell::succeeds(Command::new("sh").args(["-c", SOURCED])) {
-        let why = "no ROS 2 with rmw_zenoh_cpp is sourced in this terminal: source /opt/ros/jazzy/setup.bash";
-        return Ok(StepOutcome::Skipped(why.to_owned()));
+    if !is_sourced() {
+        return Ok(StepOutcome::Skipped(NOT_SOURCED.to_owned()));
     }
     in_folder(context, || {
         let peers = Peers::new(context, Path::new("python3"), "rclpy")?;
@@ -61,6 +63,11 @@ pub(crate) fn step(context: &Context) -> Result<StepOutcome> {
         peers.among("restart", &mut peers.jde("ros2", &["topics"]))
     })?;
     Ok(StepOutcome::Passed)
+}
+
+/// Whether ROS 2 with its Zenoh middleware is sourced.
+pub(crate) fn is_sourced() -> bool {
+    shell::succeeds(Command::new("sh").args(["-c", SOURCED]))
 }
 
 /// Runs something while the folder of the peers exists.

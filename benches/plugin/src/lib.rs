@@ -1,11 +1,15 @@
 //! Schemas that do almost nothing, so that the surrounding costs can be measured. They are loaded as any
 //! plugin.
 
+mod ros2;
+
 use std::fs;
 
 use jde_schema::prelude::*;
 
-/// The environment variable that names the file for the times of [`Clockwork`].
+use ros2::{Listen, Sensors, Talk};
+
+/// The environment variable that names the file for the times of [`Clockwork`], and of each [`Listen`] with its name.
 const TIMES_FILE: &str = "JDE_BENCH_NOTES";
 /// The environment variable that names the file to which [`First`] writes at its first iteration.
 const FIRST_FILE: &str = "JDE_BENCH_FIRST";
@@ -140,5 +144,5 @@ impl Schema for First {
 jde_schema::export!(
     "bench-000",
     "Schemas that do almost nothing.",
-    [Idle, Act, Head, Segment, First, Clockwork]
+    [Idle, Act, Head, Segment, First, Clockwork, Talk, Listen, Sensors]
 );

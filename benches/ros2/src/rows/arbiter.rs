@@ -1,0 +1,81 @@
+//! The time from a source's velocity to the robot's, beside `twist_mux`, in turns.
+
+use anyhow::{Result, ensure};
+use jde_measure::figure::{Figure, Goal, Line};
+use jde_measure::pairs::{Rounds, median};
+
+use crate::programs::{Programs, SETTLING};
+
+/// The parameters of `twist_mux`: one source.
+const MUX: &str = "/**:\n  ros__parameters:\n    use_stamped: false\n    topics:\n      navigation:\n        \
+                   topic: mux/source\n        timeout: 0.5\n        priority: 10\n";
+
+pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
+    let parameters = programs.folder.path().join("mux.yaml");
+    std::fs::write(&parameters, MUX)?;
+    let _router = programs.router()?;
+    let arguments = [
+        "--ros-args",
+        "--params-file",
+        &parameters.display().to_string(),
+        "-r",
+        "cmd_vel_out:=mux/robot",
+    ];
+    let _mux = programs.node("twist_mux", &arguments.map(str::to_owned))?;
+    let _usual = programs.jde("usual", &application(programs, "usual", ""))?;
+    let _fast = programs.jde("fast", &application(programs, "fast", "period = \"1ms\""))?;
+    std::thread::sleep(SETTLING);
+    let mut rounds = [Vec::new(), Vec::new(), Vec::new()];
+    for _ in 0..programs.seconds(2, 10).as_secs() {
+        for (rounds, side) in rounds.iter_mut().zip(["mux", "fast", "usual"]) {
+            rounds.push(round(programs, side)?);
+        }
+    }
+    let [mux, fast, usual] = rounds.map(Rounds::of);
+    let line = |what: &str, ours: &Rounds, goal| {
+        Line::compared(
+            format!("a velocity through an arbiter, {what}"),
+            Figure::Time(ours.median()),
+            "twist_mux",
+            Figure::Time(mux.median()),
+            goal,
+        )
+        .paired(ours.ratio_to(&mux))
+    };
+    Ok(vec![
+        line("periods of 1 ms", &fast, Goal::AtMost(1.1)),
+        line("periods of 20 ms", &usual, Goal::ReportOnly),
+    ])
+}
+
+/// An application like `apps/ros2-arbiter.toml`, with topics of its own.
+fn application(programs: &Programs, name: &str, period: &str) -> String {
+    let connect = format!("connect = \"tcp/127.0.0.1:{}\"\n{period}", programs.port);
+    format!(
+        "name = \"{name}\"\nroots = [\"navigation\"]\n[schemas.robot]\ntype = \"ros2/base\"\nnode = \"{name}_robot\"\n\
+         velocity_topic = \"{name}/robot\"\n{connect}\n[schemas.navigation]\ntype = \"ros2/follow\"\nnode = \"{name}_source\"\n\
+         topic = \"{name}/source\"\nactuators = {{ base = \"robot.velocity\" }}\n{connect}\n"
+    )
+}
+
+/// Returns the median time of some velocities, ns.
+fn round(programs: &Programs, side: &str) -> Result<f64> {
+    const COUNT: usize = 60;
+    let arguments = [
+        "drive",
+        &format!("{side}/source"),
+        &format!("{side}/robot"),
+        &COUNT.to_string(),
+    ];
+    let text = programs.rclcpp(&arguments.map(str::to_owned))?.output()?;
+    let times = text
+        .lines()
+        .map(str::parse::<f64>)
+        .collect::<Result<Vec<_>, _>>()?;
+    ensure!(
+        times.len() > COUNT / 2,
+        "{side} let {} of {COUNT} velocities pass",
+        times.len()
+    );
+    Ok(median(times))
+}
