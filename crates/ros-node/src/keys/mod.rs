@@ -181,7 +181,23 @@ impl Topic {
     /// announces; `None` if they communicate, or if the token is unrelated.
     fn mismatch(&self, direction: Direction, token: &str) -> Option<String> {
         let parts: Vec<&str> = token.splitn(14, '/').collect();
-        let [TOKENS, _, _, _, _, kind, _, namespace, node, topic, dds, hash, _, ..] = parts[..] else {
+        let [
+            TOKENS,
+            _,
+            _,
+            _,
+            _,
+            kind,
+            _,
+            namespace,
+            node,
+            topic,
+            dds,
+            hash,
+            _,
+            ..,
+        ] = parts[..]
+        else {
             return None;
         };
         if kind != direction.opposite().kind() || topic != encode_name(&self.name) {
