@@ -85,7 +85,7 @@ pub(crate) fn serve(
             let attachment = query.attachment().map(ZBytes::to_bytes);
             if query.payload().is_some()
                 && attachment.as_deref().and_then(parse).is_some()
-                && let Err(request) = shared.request(Request::new(service, query))
+                && let Some(request) = shared.request(Request::new(service, query))
             {
                 let _ = request.reply(Err(format!("{MAX_WAITING} requests wait already")));
             }

@@ -309,15 +309,15 @@ impl Shared {
     }
 
     /// Stores a request, or returns it if too many wait.
-    pub(crate) fn request(&self, request: Request) -> Result<(), Request> {
+    pub(crate) fn request(&self, request: Request) -> Option<Request> {
         let mut requests = lock(&self.requests);
         let of_service = |other: &&Request| other.service == request.service;
         if requests.iter().filter(of_service).count() >= MAX_WAITING {
-            return Err(request);
+            return Some(request);
         }
         requests.push_back(request);
         self.requested.notify_one();
-        Ok(())
+        None
     }
 
     /// Stores the outcome of a request of this node.
