@@ -126,7 +126,7 @@ fn message<T: Value>(value: &T) -> Vec<u8> {
 
 fn decoded<T: Value>(message: &[u8]) -> T {
     let mut value = T::zeroed();
-    Codec::new().decode_into(message, &mut value).unwrap();
+    Codec::new().decode_into(&[message], &mut value).unwrap();
     value
 }
 
