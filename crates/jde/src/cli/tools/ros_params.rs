@@ -158,7 +158,7 @@ fn tokens_fit(pattern: &[&str], node: &[&str]) -> bool {
         ["**", rest @ ..] => (0..=node.len()).any(|taken| tokens_fit(rest, &node[taken..])),
         [first, rest @ ..] => {
             let fits = |own: &&str| *first == "*" || first == own;
-            node.first().is_some_and(|own| fits(own)) && tokens_fit(rest, &node[1..])
+            node.first().is_some_and(fits) && tokens_fit(rest, &node[1..])
         }
     }
 }
