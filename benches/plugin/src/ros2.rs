@@ -139,7 +139,7 @@ impl Schema for Sensors {
         *scan = LaserScan {
             angle_min: -1.57,
             angle_max: 1.57,
-            angle_increment: 3.14 / BEAMS as f32,
+            angle_increment: std::f32::consts::PI / BEAMS as f32,
             range_max: 12.0,
             ranges: (0..BEAMS).map(|beam| 1.0 + beam as f32 / BEAMS as f32).collect(),
             ..LaserScan::default()
