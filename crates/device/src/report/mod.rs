@@ -1,8 +1,13 @@
 //! The state of a device's connection, exported when it changes. It observes no device: the caller supplies
 //! the state.
 
+use core::time::Duration;
+
 use crate::port::{Port, PortState};
 use jde_schema::prelude::*;
+
+/// After this time without a reply it is logged that the line is open.
+const SILENCE: Duration = Duration::from_secs(5);
 
 /// The state of the connection to a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +30,8 @@ pub struct ConnectionReport {
     exported: Option<Connection>,
     /// The failure that was last logged; empty after the device has connected.
     last_failure: Text<120>,
+    /// Since when the line is open without a reply.
+    silent_since: Option<Duration>,
 }
 
 impl<'a> ConnectionState<'a> {
@@ -44,7 +51,7 @@ impl<'a> ConnectionState<'a> {
 
 impl ConnectionReport {
     /// Exports the state of a connection after `attempts` attempts, if it has changed. Logs a device that
-    /// connects, and a failure that differs from the last one logged.
+    /// connects, a failure that differs from the last one logged, and a device that has not replied for five seconds.
     pub fn update(
         &mut self,
         cx: &Context<'_>,
@@ -53,6 +60,7 @@ impl ConnectionReport {
         attempts: u32,
     ) {
         let connection = connection(cx, state, attempts);
+        self.report_silence(cx, state, connection.note);
         let key = |connection: Connection| (connection.state, connection.attempts, connection.note);
         if self.exported.map(key) == Some(key(connection)) {
             return;
@@ -77,6 +85,18 @@ impl ConnectionReport {
         }
         self.exported = Some(connection);
         export.write(cx, connection);
+    }
+
+    fn report_silence(&mut self, cx: &Context<'_>, state: ConnectionState<'_>, note: Text<120>) {
+        if !matches!(state, ConnectionState::Probing(_)) {
+            self.silent_since = None;
+            return;
+        }
+        let since = *self.silent_since.get_or_insert(cx.now());
+        if cx.now().saturating_sub(since) >= SILENCE && note != self.last_failure {
+            self.last_failure = note;
+            warn!(cx, "{note}");
+        }
     }
 
     /// Retracts the export and resets the report, when the driver goes to sleep.

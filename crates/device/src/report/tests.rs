@@ -111,6 +111,18 @@ fn a_connected_device_is_logged_once_until_it_is_lost() {
 }
 
 #[test]
+fn a_device_that_does_not_reply_is_logged_once() {
+    let mut bench = Bench::new();
+    report(&mut bench, 1, &[(4, 1, "scanner"); 5]);
+    assert_eq!(log(&bench), [""; 0]);
+    report(&mut bench, 6, &[(4, 1, "scanner"); 9]);
+    assert_eq!(log(&bench), ["the line is open; looking for the scanner"]);
+    report(&mut bench, 15, &[(2, 1, "LMS"), (4, 1, "scanner"), (1, 1, "")]);
+    report(&mut bench, 18, &[(4, 1, "scanner"); 5]);
+    assert_eq!(log(&bench)[1..], ["LMS"]);
+}
+
+#[test]
 fn sleeping_resets_the_report() {
     let mut bench = Bench::new();
     report(&mut bench, 1, &[(3, 1, "no plug")]);
