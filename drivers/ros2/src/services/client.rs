@@ -60,8 +60,8 @@ impl ServiceClient {
         }
     }
 
-    /// Sends a new value as a request when there is none under way, and exports the response. `requested` is the number
-    /// of the value that was the last request.
+    /// Exports a response, or sends a new value as a request if there is none under way. `requested` is the number of the
+    /// value that was the last request.
     pub(super) fn exchange(
         &mut self,
         cx: &Context,
@@ -76,6 +76,8 @@ impl ServiceClient {
                     .outcome
                     .and_then(|message| self.export(cx, connection, &message, (pending.time, export)));
                 self.report(cx, outcome);
+                // Its readers shall see it before the next request retracts it.
+                return;
             }
         }
         if self.pending.is_none()
@@ -104,6 +106,7 @@ impl ServiceClient {
         {
             let message = core::mem::take(message);
             pending.phase = Phase::Sent(connection.node.call(self.number, message));
+            pending.since = cx.now();
         }
     }
 

@@ -92,6 +92,10 @@ impl Schema for Services {
             for ((server, place), request) in active.servers.iter_mut().zip(requests) {
                 server.exchange(cx, connection, request, &self.send_response[*place]);
             }
+        } else {
+            for (server, _) in &mut active.servers {
+                server.give_up(connection, "there is no time on /clock yet");
+            }
         }
         connection.export_connection(cx, &mut self.connection, None);
         Ok(())

@@ -23,6 +23,8 @@ pub(super) struct ServiceServer {
 /// A request that is exported.
 struct Serving {
     request: Request,
+    /// When it was exported.
+    since: Duration,
     /// The number of the newest value that was there before.
     before: u64,
 }
@@ -47,7 +49,7 @@ impl ServiceServer {
         }
     }
 
-    /// Sends a new value as the response to the request that is exported, and exports the next one.
+    /// Sends a new value as the response to the request that is exported, or exports the next one.
     pub(super) fn exchange(
         &mut self,
         cx: &Context,
@@ -58,20 +60,26 @@ impl ServiceServer {
         let newest = response.get(cx);
         let number = newest.as_ref().map_or(0, |value| value.sequence());
         if let Some(serving) = &self.serving {
-            if let Some(value) = newest.filter(|value| value.sequence() != serving.before) {
+            let is_response = |value: &Sample<'_, [u8]>| {
+                value.sequence() != serving.before && value.time() >= serving.since
+            };
+            if let Some(value) = newest.filter(is_response) {
                 let message = self.response.encode(&value, "", value.time(), &connection.clock);
                 if let Some(Serving { request, .. }) = self.serving.take() {
                     connection.node.reply(request, message);
                 }
-            } else if serving.request.received_at.elapsed() >= self.timeout {
+            } else if cx.now() >= serving.since + self.timeout {
                 let reason = format!("no schema responded within {:?}", self.timeout);
                 connection.warn_once(cx, format!("{}: {reason}", self.name));
-                self.give_up(connection, &reason);
+                if let Some(Serving { request, .. }) = self.serving.take() {
+                    self.fail(connection, request, &reason);
+                }
             }
-            if self.serving.is_some() {
-                return;
+            if self.serving.is_none() {
+                // Readers see that there is none before there is the next one.
+                export.retract(cx);
             }
-            export.retract(cx);
+            return;
         }
         while let Some(request) = connection.node.take_request_of(self.number) {
             if request.received_at.elapsed() >= self.timeout {
@@ -83,6 +91,7 @@ impl ServiceServer {
                 Ok(()) => {
                     self.serving = Some(Serving {
                         request,
+                        since: cx.now(),
                         before: number,
                     });
                     return;
@@ -95,9 +104,11 @@ impl ServiceServer {
         }
     }
 
-    /// Ends the request that is exported, without a response of a schema.
+    /// Ends the request that is exported and those that wait, without a response of a schema.
     pub(super) fn give_up(&mut self, connection: &RosConnection, reason: &str) {
-        if let Some(Serving { request, .. }) = self.serving.take() {
+        let exported = self.serving.take().map(|serving| serving.request);
+        let waiting = std::iter::from_fn(|| connection.node.take_request_of(self.number));
+        for request in exported.into_iter().chain(waiting) {
             self.fail(connection, request, reason);
         }
     }

@@ -145,12 +145,9 @@ fn each_new_value_is_a_request_and_its_response_has_the_time_of_the_value() {
     assert!(pair.node.take_request(Duration::ZERO).is_none());
     let response = SetBoolResponse::new(true, "on");
     pair.node.reply(request, message(&response));
-    let next = pair.until(|node, bench| {
-        if bench.exported("lit") == Some(response) {
-            assert_eq!(bench.exported_at("lit"), Some(asked));
-        }
-        node.take_request(Duration::ZERO)
-    });
+    pair.until(|_, bench| (bench.exported("lit") == Some(response)).then_some(()));
+    assert_eq!(pair.fixture.bench.exported_at("lit"), Some(asked));
+    let next = pair.request();
     assert_eq!(decoded::<SetBoolRequest>(&next.message()), on(false));
     assert_eq!(
         pair.fixture.bench.exported::<SetBoolResponse>("lit"),
@@ -255,6 +252,55 @@ fn a_request_that_no_schema_answers_fails_in_words() {
         }
     }
     assert_eq!(pair.fixture.bench.exported::<TriggerRequest>("asked"), None);
+}
+
+#[test]
+fn a_value_from_before_the_request_is_no_response_to_it() {
+    let mut pair = Pair::new(&trigger(60.0), with_home);
+    pair.until(|node, _| node.has_server(0).then_some(()));
+    let before = pair.fixture.start.elapsed();
+    pair.node.call(0, message(&TriggerRequest::default()));
+    pair.exported::<TriggerRequest>("asked");
+    // As the response to an earlier request, which comes too late.
+    pair.fixture.bench.set_now(before);
+    pair.fixture
+        .bench
+        .import("home", &TriggerResponse::new(true, "late"));
+    pair.pause();
+    assert!(pair.node.take_response(0).is_none());
+    let done = TriggerResponse::new(true, "home");
+    pair.fixture.bench.import("home", &done);
+    assert_eq!(pair.response().outcome, Ok(message(&done)));
+}
+
+#[test]
+fn requests_that_wait_are_answered_when_the_driver_sleeps_and_each_is_seen_alone() {
+    let mut pair = Pair::new(&trigger(60.0), with_home);
+    pair.until(|node, _| node.has_server(0).then_some(()));
+    for _ in 0..3 {
+        pair.node.call(0, message(&TriggerRequest::default()));
+    }
+    pair.exported::<TriggerRequest>("asked");
+    pair.pause();
+    pair.fixture
+        .bench
+        .import("home", &TriggerResponse::new(true, "home"));
+    pair.until(|_, bench| bench.exported::<TriggerRequest>("asked").is_none().then_some(()));
+    pair.exported::<TriggerRequest>("asked");
+    pair.response();
+    pair.fixture.bench.sleep().unwrap();
+    for _ in 0..2 {
+        let response = loop {
+            if let Some(response) = pair.node.take_response(0) {
+                break decoded::<TriggerResponse>(&response.outcome.unwrap());
+            }
+            thread::yield_now();
+        };
+        assert_eq!(
+            response,
+            TriggerResponse::new(false, "the schema that offers it sleeps")
+        );
+    }
 }
 
 #[test]
