@@ -157,11 +157,7 @@ fn main() -> Result<ExitCode> {
         std::fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
     }
     if let Some(file) = cli.page {
-        let page =
-            std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-        let page = page::replace_table(&page, &page::markdown(&measured))
-            .with_context(|| format!("{} has no table to replace", file.display()))?;
-        std::fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
+        page::save(&file, &measured)?;
     }
     Ok(if complete {
         ExitCode::SUCCESS

@@ -389,11 +389,12 @@ fn tests(context: &Context) -> Result<StepOutcome> {
     command.args(&selection);
     jobs.push(Job::last("documentation", command));
     if context.options.package.is_none() {
-        // The tests of the package `measure`. The programs that the benches compare with take minutes to
+        // The tests of two packages of the benches. The programs that the benches compare with take minutes to
         // build; only the lints build them.
-        let mut command = context.cargo(&["test", "--manifest-path", BENCHES, "--package", "jde-measure"]);
-        command.arg("--target-dir").arg(&context.target);
-        jobs.push(Job::last("benches/measure", command));
+        let packages = ["--package", "jde-measure", "--package", "jde-bench-ros2"];
+        let mut command = context.cargo(&["test", "--manifest-path", BENCHES]);
+        command.args(packages).arg("--target-dir").arg(&context.target);
+        jobs.push(Job::last("benches", command));
     }
     for job in &mut jobs {
         // Some tests build plugins, which the first step has built for this compiler.

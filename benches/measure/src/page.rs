@@ -1,6 +1,10 @@
 //! The table in Markdown, and its place in the page that explains it. The lines contain the verdicts.
 
 use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context as _, Result};
 
 use crate::figure::{Line, Verdict};
 use crate::table::cells;
@@ -25,6 +29,17 @@ pub fn markdown(rows: &[(String, Vec<Line>)]) -> String {
         let _ = writeln!(text, "| {} | {verdict} |", cells[..6].join(" | "));
     }
     text
+}
+
+/// Replaces the table of the page in a file.
+///
+/// # Errors
+/// The file cannot be read or written, or has no table.
+pub fn save(file: &Path, rows: &[(String, Vec<Line>)]) -> Result<()> {
+    let page = fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+    let page = replace_table(&page, &markdown(rows))
+        .with_context(|| format!("{} has no table to replace", file.display()))?;
+    fs::write(file, page).with_context(|| format!("cannot write {}", file.display()))
 }
 
 /// Returns the page with its table replaced, or `None` if it has no table.

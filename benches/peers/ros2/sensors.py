@@ -1,4 +1,5 @@
-"""Publishes what a robot measures at 20 Hz with rclpy: a scan, a picture of 640 by 480 and a transform. It ends when its
+"""Publishes what a robot measures at 20 Hz with rclpy: a scan, a picture of 640 by 480, an odometry and
+a transform. It ends when its
 standard input closes, and prints "ready" first."""
 
 import array

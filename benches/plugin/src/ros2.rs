@@ -137,6 +137,7 @@ impl Schema for Sensors {
     fn iterate(&mut self, cx: &Context) -> Result {
         let mut scan = self.laser.loan(cx);
         *scan = LaserScan {
+            header: header("laser"),
             angle_min: -1.57,
             angle_max: 1.57,
             angle_increment: std::f32::consts::PI / BEAMS as f32,
@@ -148,11 +149,19 @@ impl Schema for Sensors {
         let mut image = self.image.loan(cx);
         (image.height, image.width, image.step) = (480, 640, 3 * 640);
         image.encoding = Text::truncated("rgb8");
+        image.header = header("camera");
         image.data.resize(3 * 640 * 480);
         image.publish();
         let odometry = Odometry::planar(cx.now(), Pose2D::ORIGIN, Twist::planar(0.1, 0.0));
         self.odometry.write(cx, odometry);
         Ok(())
+    }
+}
+
+fn header(frame: &str) -> Header {
+    Header {
+        frame_id: Frame::truncated(frame),
+        ..Header::default()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Measures the drivers of ROS 2 beside programs of ROS 2, over one router and in turns, and prints one table.
+//! Measures the drivers of ROS 2 beside programs of ROS 2, and prints one table.
 //! `cargo xtask bench --ros2` builds everything and starts this program. `docs/drivers/ros2-figures.md` describes each row.
 
 mod arrivals;
@@ -8,7 +8,7 @@ mod rows;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use jde_measure::page;
@@ -67,12 +67,12 @@ fn main() -> Result<ExitCode> {
         }
     }
     println!("\n{}", table(&measured, Paint(false)));
-    if let Some(file) = cli.page.filter(|_| complete) {
-        let page =
-            std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-        let page = page::replace_table(&page, &page::markdown(&measured))
-            .with_context(|| format!("{} has no table to replace", file.display()))?;
-        std::fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
+    if let Some(file) = cli.page {
+        if complete {
+            page::save(&file, &measured)?;
+        } else {
+            eprintln!("nothing is saved: a row could not be measured");
+        }
     }
     Ok(if complete {
         ExitCode::SUCCESS

@@ -147,6 +147,7 @@ impl Programs {
         let connect = format!("{mode}connect/endpoints=[\"tcp/{}:{}\"]", self.address, self.port);
         // Its warnings would be on the standard output.
         command
+            .env("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")
             .env("ZENOH_CONFIG_OVERRIDE", connect)
             .env("RUST_LOG", "error")
     }

@@ -55,18 +55,16 @@ fn share(programs: &Programs, start: impl FnOnce() -> Result<Program>) -> Result
     let before = program.processor_time()?;
     thread::sleep(time);
     let share = 100.0 * (program.processor_time()? - before) / time.as_secs_f64();
+    // The middleware writes its messages between.
     let text = counting.end()?;
-    for count in text.lines() {
-        let least = 20 * (time + SETTLING / 4).as_secs();
-        ensure!(
-            count.parse::<u64>()? >= least,
-            "only {count} messages of a topic in {time:?} from {}",
-            program.name
-        );
-    }
+    let counts: Vec<u64> = text.lines().filter_map(|line| line.parse().ok()).collect();
+    ensure!(counts.len() == TOPICS.len(), "the topics were not counted");
+    // A twentieth may be missing, and what is sent before both know each other.
+    let least = 19 * (time + SETTLING / 2).as_secs();
     ensure!(
-        text.lines().count() == TOPICS.len(),
-        "the topics were not counted"
+        counts.iter().all(|count| *count >= least),
+        "only {counts:?} messages of {TOPICS:?} in {time:?} from {}",
+        program.name
     );
     Ok(share)
 }

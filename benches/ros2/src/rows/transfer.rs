@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use jde_measure::figure::{Figure, Goal, Line};
 
 use super::IDLE;
@@ -77,6 +77,7 @@ pub(crate) fn rate(programs: &Programs) -> Result<Vec<Line>> {
             let keys = "period = \"1ms\"\nlisten = \"tcp/127.0.0.1:0\"";
             let (all, within) = flood(programs, keys, side, bytes)?;
             let count = all.of(&format!("{side}{bytes}"), within).len();
+            ensure!(count > 0, "no message of {bytes} bytes arrived from {side}");
             each.push((within.1 - within.0) as f64 / count as f64);
         }
         for (what, ours) in [("out of jde", each[1]), ("into jde", each[2])] {
