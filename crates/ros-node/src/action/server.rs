@@ -11,7 +11,7 @@ use crate::services::Request;
 /// The goals that have ended and are remembered, for clients that ask for their results later.
 const MOST_ENDED: usize = 16;
 /// The requests for the result of a goal that wait; a later one takes the place of the oldest.
-const MAX_WAITING: usize = 16;
+const MAX_RESULT_REQUESTS: usize = 16;
 /// Response to a cancellation: a goal of this identifier is not known.
 const UNKNOWN_GOAL: u8 = 2;
 /// Response to a cancellation: the goal has ended already.
@@ -210,10 +210,14 @@ impl ActionServer {
         let id = id_of(&value);
         match self.goals.iter_mut().find(|goal| goal.id == id) {
             Some(goal) if !goal.status.has_ended() => {
-                if goal.waiting.len() == MAX_WAITING {
-                    goal.waiting.remove(0);
+                if goal.waiting.len() < MAX_RESULT_REQUESTS {
+                    goal.waiting.push(request);
+                } else {
+                    node.refuse(
+                        request,
+                        format!("{MAX_RESULT_REQUESTS} requests for this result wait already"),
+                    );
                 }
-                goal.waiting.push(request);
             }
             Some(goal) => {
                 let (status, result) = (goal.status as u8, goal.result.clone());

@@ -152,7 +152,7 @@ fn a_rejected_goal_and_one_whose_server_is_gone_end_with_the_reason() {
 }
 
 #[test]
-fn at_most_16_requests_for_the_result_of_a_goal_wait_and_the_oldest_go() {
+fn at_most_16_requests_for_the_result_of_a_goal_wait_and_further_ones_are_refused() {
     let mut ends = Ends::new();
     let id = ends.goal();
     let mut config = ends.router.node("curious");
@@ -168,28 +168,34 @@ fn at_most_16_requests_for_the_result_of_a_goal_wait_and_the_oldest_go() {
         let part = "nav2_msgs/action/NavigateToPose_GetResult_Request";
         curious.call(0, action().encode(part, &request))
     };
-    let mut lost = Vec::new();
-    let mut newest = 0;
+    let mut refused = Vec::new();
+    let mut asked = Vec::new();
     for _ in 0..17 {
-        newest = ask(id);
+        asked.push(ask(id));
         // The result of an unknown goal is answered at once, after the request before it was taken.
         let answered = ask(GoalId::default());
         until(|| {
             ends.server.poll(&ends.worker, Duration::ZERO, |_| false);
             let response = curious.take_response(0)?;
             let is_answer = response.sequence == answered;
-            lost.extend(Some(response).filter(|_| !is_answer));
+            refused.extend(Some(response).filter(|_| !is_answer));
             is_answer.then_some(())
         });
     }
-    let first = until(|| lost.pop().or_else(|| curious.take_response(0)));
-    assert!(first.outcome.unwrap_err().starts_with("no node answers"));
+    let last = until(|| refused.pop().or_else(|| curious.take_response(0)));
+    assert_eq!(last.sequence, asked[16]);
+    assert!(
+        last.outcome
+            .unwrap_err()
+            .contains("16 requests for this result wait already")
+    );
+    // One of those that wait may be that of the caller, and the newest ten responses of `curious` are kept.
     ends.server
         .end(&ends.worker, id, GoalStatus::Succeeded, json!({}));
-    let last = until(|| {
+    let waited = until(|| {
         curious
             .take_response(0)
-            .filter(|response| response.sequence == newest)
+            .filter(|response| response.sequence == asked[14])
     });
-    assert!(last.outcome.is_ok(), "{last:?}");
+    assert!(waited.outcome.is_ok(), "{waited:?}");
 }
