@@ -111,7 +111,7 @@ impl Peer {
     }
 
     /// Waits for a message on a topic that fulfils a condition.
-    fn until(&self, topic: &str, condition: impl Fn(&Value) -> bool) -> Value {
+    fn until(&self, topic: &str, mut condition: impl FnMut(&Value) -> bool) -> Value {
         let number = TOPICS
             .iter()
             .position(|(name, ..)| *name == topic)
@@ -319,9 +319,14 @@ fn r14_a_manager_of_life_cycles_brings_the_application_up_and_down() {
     assert_eq!(peer.change(cleanup), "unconfigured");
     let request = json!({ "transition": { "id": shutdown } });
     assert_eq!(peer.call("change_state", request), json!({ "success": true }));
+    let up_and_down = ["configure", "activate", "deactivate", "cleanup"];
+    let mut transitions = Vec::new();
     peer.until("/fleet/scout/transition_event", |event| {
+        transitions.push(event["transition"]["label"].clone());
         event["goal_state"]["label"] == "finalized"
     });
+    let expected = [&up_and_down[..], &up_and_down, &["shutdown"]].concat();
+    assert_eq!(transitions, expected, "each has its event");
     while !sandbox.apps().is_empty() {}
 }
 

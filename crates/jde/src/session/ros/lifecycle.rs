@@ -19,8 +19,10 @@ const INACTIVE: State = (2, "inactive");
 const ACTIVE: State = (3, "active");
 const FINALIZED: State = (4, "finalized");
 
-/// Number, name, start and goal of each transition. The numbers are those of `lifecycle_msgs/msg/Transition`.
-const TRANSITIONS: [(u8, &str, State, State); 7] = [
+/// Number, name, start and goal of a transition. The numbers are those of `lifecycle_msgs/msg/Transition`.
+type Transition = (u8, &'static str, State, State);
+
+const TRANSITIONS: [Transition; 7] = [
     (1, "configure", UNCONFIGURED, INACTIVE),
     (2, "cleanup", INACTIVE, UNCONFIGURED),
     (3, "activate", INACTIVE, ACTIVE),
@@ -61,16 +63,23 @@ impl Lifecycle {
         self.is_finalized = true;
     }
 
-    /// Returns the event of a change since the last call.
-    pub(super) fn event(&mut self, subject: &Running) -> Option<Value> {
-        let (start, goal) = (self.published, self.current(subject));
-        self.published = Some(goal);
-        let transition = TRANSITIONS
-            .iter()
-            .find(|transition| Some(transition.2) == start && transition.3 == goal)?;
-        let mut event = description(transition);
-        event["timestamp"] = json!(since_epoch_ns());
-        Some(event)
+    /// Returns the events of the changes since the last call. What became active without being configured, by a release
+    /// of everything, has the events of both transitions.
+    pub(super) fn events(&mut self, subject: &Running) -> Vec<Value> {
+        let goal = self.current(subject);
+        let Some(start) = self.published.replace(goal) else {
+            return Vec::new();
+        };
+        let steps = match (start, goal) {
+            (UNCONFIGURED, ACTIVE) => vec![(UNCONFIGURED, INACTIVE), (INACTIVE, ACTIVE)],
+            step => vec![step],
+        };
+        let is_step = |transition: &&Transition| steps.contains(&(transition.2, transition.3));
+        let mut events: Vec<_> = TRANSITIONS.iter().filter(is_step).map(description).collect();
+        for event in &mut events {
+            event["timestamp"] = json!(since_epoch_ns());
+        }
+        events
     }
 
     /// Returns the heartbeat of the node's bond, by which a manager of Nav2 notices its end: while it is active, and
@@ -107,7 +116,7 @@ impl Lifecycle {
         let wanted = &request["transition"];
         let state = self.current(subject);
         // As in ROS 2, a transition without a number is meant by its name.
-        let is_wanted = |(number, name, start, _): &&(u8, &str, State, State)| {
+        let is_wanted = |(number, name, start, _): &&Transition| {
             *start == state && (wanted["id"] == *number || (wanted["id"] == 0 && wanted["label"] == *name))
         };
         let transition = TRANSITIONS.iter().find(is_wanted);
@@ -182,7 +191,7 @@ fn named((id, label): State) -> Value {
     json!({ "id": id, "label": label })
 }
 
-fn description((id, label, start, goal): &(u8, &str, State, State)) -> Value {
+fn description((id, label, start, goal): &Transition) -> Value {
     json!({
         "transition": { "id": id, "label": label },
         "start_state": named(*start),

@@ -296,11 +296,15 @@ impl Server {
         if let Some(event) = self.parameters.event(&self.name.full()) {
             self.publish(Publication::ParameterEvents, &event);
         }
-        if let Some(event) = self.lifecycle.event(&self.subject) {
-            self.publish(Publication::TransitionEvent, &event);
-        }
+        self.publish_transitions();
         if let Some(heartbeat) = self.lifecycle.heartbeat(&self.subject, &self.name.node) {
             self.publish(Publication::Bond, &heartbeat);
+        }
+    }
+
+    fn publish_transitions(&mut self) {
+        for event in self.lifecycle.events(&self.subject) {
+            self.publish(Publication::TransitionEvent, &event);
         }
     }
 
@@ -337,6 +341,8 @@ impl Server {
             .decode(&format!("{kind}_Request"), &request.message())
             .map(|message| self.respond(name, &message))
             .and_then(|response| standard().encode(&format!("{kind}_Response"), &response));
+        // Each change has its event, before the response as in ROS 2.
+        self.publish_transitions();
         match response {
             Ok(message) => self.node.reply(request, message),
             Err(error) => tracing::warn!("ROS 2: a request to {name} is ignored: {error}"),
