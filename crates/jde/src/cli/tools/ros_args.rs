@@ -56,13 +56,14 @@ impl RosArgs {
 }
 
 impl ParsedRosArgs {
-    /// Gives the rules to each schema that has a modulation for them, before those that the application states.
+    /// Gives the rules to each schema of the plugin `ros2`, before those that the application states.
     ///
     /// # Errors
     /// The rules are too long.
     pub(crate) fn remap(&self, application: &mut Application) -> Result<(), Failure> {
         let rules = self.remaps.without_names_of_all().to_string();
-        for instance in &mut application.instances {
+        let drivers = application.instances.iter_mut();
+        for instance in drivers.filter(|instance| application.plugins[instance.plugin].name == "ros2") {
             let is_remap = |role: &Role| matches!(role, Role::Modulation { .. });
             let ports = instance.schema.ports.iter().zip(&mut instance.bindings);
             for (port, binding) in ports.filter(|(port, _)| port.name == REMAP && is_remap(&port.role)) {
