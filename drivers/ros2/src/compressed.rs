@@ -1,7 +1,8 @@
 //! Compressed pictures, in both directions. Threads compress and decompress them, since that takes longer than an
 //! iteration may: the newest picture when a thread is free, and none in between.
 
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::{io, thread};
 
 use jde_picture::{Compression, Picture};
@@ -32,6 +33,11 @@ impl<I: Send + 'static, O: Send + 'static> Worker<I, O> {
             .spawn(move || {
                 // Without the permission the niceness stays the same, which is not an error.
                 let _ = rustix::process::nice(NICE);
+                // A decoder that panics must not end the pictures after the one that it cannot read.
+                let mut work = |input| {
+                    let result = catch_unwind(AssertUnwindSafe(|| work(input)));
+                    result.unwrap_or_else(|_| Err("a library for pictures failed on this one".to_owned()))
+                };
                 while let Ok(input) = waiting.recv()
                     && finished.send(work(input)).is_ok()
                 {}
@@ -54,14 +60,7 @@ impl<I: Send + 'static, O: Send + 'static> Worker<I, O> {
 
     /// Takes the result of an input, once.
     fn take(&mut self) -> Option<Result<O, String>> {
-        let result = match self.results.try_recv() {
-            Ok(result) => result,
-            Err(TryRecvError::Empty) => return None,
-            Err(TryRecvError::Disconnected) if !self.is_busy => return None,
-            Err(TryRecvError::Disconnected) => {
-                Err("the thread that works on its pictures has failed".to_owned())
-            }
-        };
+        let result = self.results.try_recv().ok()?;
         self.is_busy = false;
         Some(result)
     }
@@ -153,5 +152,30 @@ impl Decompressor {
     /// Takes the picture of a message that was handed over.
     pub(crate) fn picture(&mut self) -> Option<Result<Decompressed, String>> {
         self.0.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_on_which_a_library_panics_is_an_error_and_the_next_one_passes() {
+        let mut worker = Worker::start(|number: u32| {
+            assert_ne!(number, 1, "as a decoder that fails");
+            Ok(number)
+        })
+        .unwrap();
+        let mut result = |number| {
+            worker.offer(|| Some(number));
+            loop {
+                if let Some(result) = worker.take() {
+                    return result;
+                }
+                thread::yield_now();
+            }
+        };
+        assert!(result(1).unwrap_err().contains("failed on this one"));
+        assert_eq!(result(2), Ok(2));
     }
 }

@@ -182,6 +182,14 @@ impl Services {
     fn server(&self, namespace: &str, request: &ListedExport<Timed>) -> Result<(Service, usize), String> {
         let responses = self.send_response.iter().map(ListedImport::label);
         let place = partner(responses, request.label(), "send_response")?;
+        let name = |entry: &ListedExport<Timed>| names::topic(namespace, entry.label()).ok().flatten();
+        let mut earlier = self.take_request.iter().map_while(|entry| {
+            let is_earlier = entry.label() != request.label();
+            is_earlier.then(|| (entry.label(), name(entry)))
+        });
+        if let Some((twin, _)) = earlier.find(|(_, other)| *other == name(request)) {
+            return Err(format!("`{twin}` is the same service"));
+        }
         let types = (request.value_type(), self.send_response[place].value_type());
         Ok((
             service(namespace, request.label(), request.settings(), types)?,

@@ -151,6 +151,10 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
         frame: Text::new("map"),
         ..default
     };
+    let latched = Publication {
+        qos: Text::new("latched"),
+        ..default
+    };
     let unmoved = Publication {
         transform: Flag::FALSE,
         ..default
@@ -181,9 +185,9 @@ fn wrong_entries_of_lists_are_refused_with_what_is_wrong() {
             "`frame` is of messages",
         ),
         (
-            vec![Entry::new::<RangeRing>("publish", "sonar").settings(&frame)],
-            "sonar",
-            "`frame` is of messages",
+            vec![Entry::new::<Twist>("publish", "speed").settings(&latched)],
+            "speed",
+            "a velocity is not latched",
         ),
         (
             vec![Entry::new::<Imu>("publish", "imu").settings(&unmoved)],
@@ -375,7 +379,7 @@ fn a_velocity_has_the_quality_that_its_entry_states_in_both_forms() {
         ..Publication::DEFAULT
     };
     let subscribed = Subscription {
-        durability: Text::new("transient_local"),
+        reliability: Text::new("best_effort"),
         depth: 4,
         ..Subscription::DEFAULT
     };
@@ -395,7 +399,7 @@ fn a_velocity_has_the_quality_that_its_entry_states_in_both_forms() {
         announced.extend(seen.map(|sample| sample.key_expr().to_string()));
         announced.iter().filter(|token| token.contains("/bench/")).count() == 4
     });
-    for (kind, profile) in [("/MP/", "2::,3:"), ("/MS/", ":1:,4:")] {
+    for (kind, profile) in [("/MP/", "2::,3:"), ("/MS/", "2::,4:")] {
         for form in ["Twist_", "TwistStamped_"] {
             let is_it = |token: &&String| {
                 token.contains("/bench/") && token.contains(kind) && token.contains(&format!("::{form}/"))

@@ -381,7 +381,15 @@ fn an_entry_without_its_partner_or_of_another_type_is_refused() {
     let response = Entry::new::<SetBoolResponse>("take_response", "light").named("lit");
     let request =
         |timeout| Entry::new::<SetBoolRequest>("send_request", "light").settings(&Timed { timeout });
+    let [asked, answer] = trigger(1.0);
+    let twins = vec![
+        asked,
+        answer,
+        Entry::new::<TriggerRequest>("take_request", "/home").named("again"),
+        Entry::new::<TriggerResponse>("send_response", "/home"),
+    ];
     for (entries, expected) in [
+        (twins, "`home` is the same service"),
         (vec![request(1.0)], "`take_response` has no entry of this name"),
         (vec![response.clone()], "`send_request` has no entry of this name"),
         (vec![request(0.0), response.clone()], "`timeout` is 0 s"),

@@ -118,7 +118,12 @@ fn receive_frames(subscriber: &Subscriber<FifoChannelHandler<ReceivedSample>>) -
 fn each_sonar_of_a_ring_is_sent_once() {
     let address = unused_address();
     let session = open_router(&address);
-    let mut fixture = Fixture::<Topics>::with_lists(&address, &[Entry::new::<RangeRing>("publish", "sonar")]);
+    let settings = Publication {
+        frame: Text::new("rear"),
+        ..Publication::DEFAULT
+    };
+    let entry = Entry::new::<RangeRing>("publish", "sonar").settings(&settings);
+    let mut fixture = Fixture::<Topics>::with_lists(&address, &[entry]);
     let mut ring = RangeRing::default();
     ring.ranges.extend_from_slice(&[1.0; 16]).unwrap();
     ring.poses.extend_from_slice(&[Pose2D::ORIGIN; 16]).unwrap();
@@ -133,7 +138,7 @@ fn each_sonar_of_a_ring_is_sent_once() {
         );
         frames.len() >= 16
     });
-    let expected: Vec<_> = (0..16).map(|number| format!("sonar_{number}")).collect();
+    let expected: Vec<_> = (0..16).map(|number| format!("rear_{number}")).collect();
     assert_eq!(frames, expected);
 }
 

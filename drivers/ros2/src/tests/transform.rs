@@ -206,7 +206,7 @@ fn mounts_of_a_jde_robot_reach_a_lookup_that_begins_later() {
 }
 
 #[test]
-fn frames_have_names_of_any_length() {
+fn frames_have_names_longer_than_those_of_values() {
     let (session, fixture) = fixture();
     let mut fixture = fixture.awake();
     let long = "arm/".repeat(40);
@@ -254,10 +254,11 @@ fn two_lasers_in_one_frame_are_said_to_have_one_mount() {
     }
     let mut fixture = fixture.awake();
     fixture.until_logged(
-        "`back` in `publish` has the frame `laser`, which has the mount of `front`: give each sensor a frame of its own",
+        "`back` and `front` in `publish` are both in the frame `laser`, which is where `front` is mounted: state a `frame` of its own \
+         for one of them",
     );
     for _ in 0..20 {
         fixture.step();
     }
-    assert_eq!(count_log(&fixture.bench, "has the frame `laser`"), 1);
+    assert_eq!(count_log(&fixture.bench, "in the frame `laser`"), 1);
 }

@@ -68,14 +68,19 @@ pub(crate) fn message(placed: impl IntoIterator<Item = Placed>, stamp: Time) -> 
     message
 }
 
-/// Converts a ring of sonars to the messages of ROS 2: one per sonar, each in its own frame.
-pub(crate) fn range_messages(ring: &RangeRing) -> impl Iterator<Item = (Range, Pose2D)> + '_ {
+/// Converts a ring of sonars to the messages of ROS 2: one per sonar, each in its own frame, which begins with `frame`, or
+/// with `sonar` if that is empty.
+pub(crate) fn range_messages<'r>(
+    ring: &'r RangeRing,
+    frame: &'r str,
+) -> impl Iterator<Item = (Range, Pose2D)> + 'r {
+    let frame = if frame.is_empty() { "sonar" } else { frame };
     let sonars = ring.ranges.iter().zip(&ring.poses).enumerate();
-    sonars.map(|(number, (range, pose))| {
+    sonars.map(move |(number, (range, pose))| {
         let message = Range {
             header: Header {
                 stamp: ring.header.stamp,
-                frame_id: Frame::truncated(&format!("sonar_{number}")),
+                frame_id: Frame::truncated(&format!("{frame}_{number}")),
             },
             radiation_type: ring.radiation_type,
             field_of_view: ring.field_of_view,
@@ -145,7 +150,7 @@ mod tests {
         ring.ranges.extend_from_slice(&[1.0, f32::INFINITY]).unwrap();
         let mount = Pose2D::new(0.2, 0.1, 0.3);
         ring.poses.extend_from_slice(&[Pose2D::ORIGIN, mount]).unwrap();
-        let range_messages: Vec<_> = range_messages(&ring).collect();
+        let range_messages: Vec<_> = range_messages(&ring, "").collect();
         assert_eq!(range_messages.len(), 2);
         let (message, pose) = &range_messages[1];
         assert_eq!(

@@ -239,6 +239,18 @@ fn unknown_and_unconnected_frames_are_named() {
 }
 
 #[test]
+fn a_name_of_a_frame_that_is_too_long_is_refused_by_its_beginning() {
+    let mut tree = Tree::default();
+    insert(&mut tree, "b", &"a".repeat(255), SECOND, Transform::IDENTITY).unwrap();
+    let error = insert(&mut tree, &"ä".repeat(128), "b", SECOND, Transform::IDENTITY).unwrap_err();
+    let expected = format!(
+        "the name of a frame has more than 255 bytes: `{}`...",
+        "ä".repeat(20)
+    );
+    assert_eq!(error, expected);
+}
+
+#[test]
 fn a_loop_of_frames_is_refused_and_the_rest_stays() {
     let mut tree = Tree::default();
     insert(&mut tree, "b", "a", SECOND, planar(1.0, 0.0, 0.0)).unwrap();

@@ -12,6 +12,8 @@ use super::history::{Beyond, History, KEPT, normalized};
 
 /// Most frames.
 const MAX_FRAMES: usize = 1024;
+/// Most bytes of a frame's name, which is kept and may be logged.
+const MAX_NAME: usize = 255;
 /// Greatest error of the length of a rotation's quaternion: that of tf2.
 const TOLERANCE: f64 = 0.01;
 /// Most frames that a message lists.
@@ -158,6 +160,12 @@ impl Tree {
         let (parent, child) = (plain(published.parent), plain(published.child));
         if parent.is_empty() || child.is_empty() {
             return Err("a transform without the name of a frame".to_owned());
+        }
+        if let Some(long) = [parent, child].into_iter().find(|name| name.len() > MAX_NAME) {
+            let begin = &long[..long.floor_char_boundary(40)];
+            return Err(format!(
+                "the name of a frame has more than {MAX_NAME} bytes: `{begin}`..."
+            ));
         }
         let transform = valid(&published.transform)
             .ok_or_else(|| format!("`{child}` in `{parent}` has invalid numbers"))?;

@@ -66,7 +66,7 @@ impl MountPublisher {
                 }
             };
             if is_of::<RangeRing>(import.value_type()) {
-                for (range, pose) in range_messages(&typed(&value)) {
+                for (range, pose) in range_messages(&typed(&value), settings.frame.as_str()) {
                     place(range.header.frame_id, pose.into());
                 }
             } else if is_sensor(import) {
@@ -90,14 +90,16 @@ impl MountPublisher {
         }
     }
 
-    /// Adds a frame of the entry with that key, unless one of its name is there.
+    /// Adds a frame of the entry with that key, unless it has no name or one of its name is there.
     ///
     /// # Errors
     /// If that is elsewhere, and of another entry.
     fn add(&mut self, new: Placed, label: &'static str) -> Result<(), String> {
         match self.placed.iter().find(|(known, _)| known.child == new.child) {
+            _ if new.child.is_empty() => Ok(()),
             Some((known, owner)) if *owner != label && *known != new => Err(format!(
-                "`{label}` in `publish` has the frame `{}`, which has the mount of `{owner}`: give each sensor a frame of its own",
+                "`{label}` and `{owner}` in `publish` are both in the frame `{}`, which is where `{owner}` is mounted: state a \
+                 `frame` of its own for one of them",
                 new.child
             )),
             Some(_) => Ok(()),

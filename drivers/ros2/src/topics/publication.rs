@@ -83,7 +83,7 @@ pub(super) fn check(namespace: &str, import: &ListedImport<Publication>) -> Resu
         return Err(format!("`period` is {}; expected 0 s to 3600 s", settings.period));
     }
     let is_ring = is_of::<RangeRing>(value_type);
-    if !settings.frame.is_empty() && (is_ring || !DescribedCodec::new(value_type).has_header()) {
+    if !settings.frame.is_empty() && !is_ring && !DescribedCodec::new(value_type).has_header() {
         return Err("`frame` is of messages with a header of their own, and this type has none".to_owned());
     }
     if !settings.transform.get() && !is_of::<Odometry>(value_type) {
@@ -233,7 +233,10 @@ impl TopicPublication {
             MessageForm::Ranges(codec) => {
                 let ring = typed::<RangeRing>(&value);
                 let message = |(range, _)| codec.encode_stamped(&range, value.time(), clock);
-                node.publish(self.number, range_messages(&ring).map(message).collect());
+                node.publish(
+                    self.number,
+                    range_messages(&ring, frame.as_str()).map(message).collect(),
+                );
             }
             MessageForm::Position(codec) => {
                 let mut pose = PoseWithCovarianceStamped::from(&typed::<PositionFix>(&value));

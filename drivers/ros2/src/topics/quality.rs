@@ -2,6 +2,9 @@
 
 use jde_ros_node::Quality;
 use jde_schema::describe::Type;
+use jde_schema::types::Twist;
+
+use super::publication::is_of;
 
 /// What an entry states of its quality of service. What it does not state is empty or 0.
 #[derive(Clone, Copy)]
@@ -42,7 +45,7 @@ const SENSORS: [&str; 12] = [
 /// Returns the quality of service that an entry states, or the usual one of the type where it states none.
 ///
 /// # Errors
-/// If there is no quality of that name.
+/// If there is no quality of that name, or a velocity is latched: an old one would be driven.
 pub(super) fn quality(settings: QualitySettings<'_>, value_type: &Type) -> Result<Quality, String> {
     let mut quality = named("qos", settings.qos, &NAMES)?.unwrap_or_else(|| of_type(value_type));
     if let Some(reliable) = named("reliability", settings.reliability, &RELIABILITIES)? {
@@ -50,6 +53,9 @@ pub(super) fn quality(settings: QualitySettings<'_>, value_type: &Type) -> Resul
     }
     if let Some(latched) = named("durability", settings.durability, &DURABILITIES)? {
         quality.latched = latched;
+    }
+    if quality.latched && is_of::<Twist>(value_type) {
+        return Err("a velocity is not latched: whoever connects later would drive an old one".to_owned());
     }
     match settings.depth {
         0 => {}

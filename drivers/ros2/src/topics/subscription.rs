@@ -52,7 +52,7 @@ type Check = fn(&[u8]) -> Result<(), &'static str>;
 /// Returns the check of the values of a type, if it has one.
 fn check_of(value_type: &Type) -> Option<Check> {
     fn of<T: Value>(value: &[u8], check: fn(&T) -> Result<(), &'static str>) -> Result<(), &'static str> {
-        T::view(value).map_or(Ok(()), check)
+        T::view(value).map_or(Err("its bytes are not aligned"), check)
     }
     if is_of::<JointState>(value_type) {
         Some(|value| of(value, JointState::check))
@@ -184,6 +184,7 @@ impl TopicExport {
                 Some(arrived)
             }
             MessageForm::Compressed(number, codec, decompressor) => {
+                let picture = decompressor.picture();
                 decompressor.decompress(|| {
                     let (received, arrived) = connection.take(cx, *number)?;
                     let message = received.message.to_bytes().into_owned();
@@ -195,7 +196,7 @@ impl TopicExport {
                         arrived,
                     })
                 });
-                match decompressor.picture()? {
+                match picture? {
                     Ok((image, arrived)) => {
                         write(cx, export, image.header.stamp.into(), &*image);
                         Some(arrived)
