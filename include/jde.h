@@ -115,8 +115,8 @@ extern "C" {
 /** Port or child flag: the application may leave it unbound. */
 #define JDE_OPTIONAL 1u
 /**
- * Import flag: a new value re-evaluates the precondition at once (R12), unless the application sets other
- * triggers.
+ * Import flag: a new value re-evaluates the precondition at once, or lets a schema without one iterate at once (R12),
+ * unless the application sets other triggers. Command flag: a new command lets the driver iterate at once.
  */
 #define JDE_TRIGGER 2u
 /**
@@ -372,6 +372,12 @@ extern "C" {
 /** The id of the ability, whose table is a jde_lists. It and all that belongs to it exist since minor version 7. */
 #define JDE_ABILITY_LISTS "jde.lists"
 
+/**
+ * The id of the extension, whose table is a jde_turns. Only an application in real time has it, and only for instances in
+ * the host's own process.
+ */
+#define JDE_EXTENSION_TURNS "jde.turns"
+
 /** Policy: the order in which the father names its children. */
 #define JDE_POLICY_PRIORITY 0u
 /** Policy: the highest number that a candidate offers. */
@@ -413,6 +419,7 @@ typedef struct jde_judgement jde_judgement;
 typedef struct jde_lists jde_lists;
 typedef struct jde_port_list jde_port_list;
 typedef struct jde_listed_port jde_listed_port;
+typedef struct jde_turns jde_turns;
 
 /** The host's data of an instance; opaque to the plugin, and valid only inside a call of that instance. */
 struct jde_context;
@@ -1058,6 +1065,23 @@ struct jde_listed_port {
     const jde_type *value_type;
     /** Its settings, in the type of the list. */
     const void *settings;
+};
+
+/** The table that jde_host.extension returns for JDE_EXTENSION_TURNS. It lives until the process ends. */
+struct jde_turns {
+    /** Bytes of this table. */
+    uint32_t size;
+    /** 0. */
+    uint32_t reserved;
+    /** Returns a handle of the instance whose call has this context. Give it to `close` once. */
+    void *(*open)(jde_context *);
+    /**
+     * Requests a turn of the instance without waiting for its period (R12), if the instance is awake. Any thread may call
+     * it, also after the instance or the application has ended.
+     */
+    void (*request)(const void *);
+    /** Frees a handle. */
+    void (*close)(void *);
 };
 
 /*

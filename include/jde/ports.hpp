@@ -55,7 +55,7 @@ private:
     const jde_port *table_ = nullptr;
 };
 
-/** A new value of the import re-evaluates the precondition at once (R12). */
+/** A new value of the import re-evaluates the precondition, or a new command lets the driver iterate, at once (R12). */
 inline constexpr struct Trigger {
 } trigger;
 /** The application may leave it unbound. */
@@ -349,7 +349,7 @@ public:
     constexpr Command(Ports &owner, const char *name, const char *doc, T neutral, Nanoseconds validity, Options... options) noexcept
         : Port(owner, JDE_COMMAND, name, doc, detail::type_of<T>()), neutral_(neutral)
     {
-        static_assert((detail::is_one_of<Options, unit> && ...), "a command takes jde::unit");
+        static_assert((detail::is_one_of<Options, Trigger, unit> && ...), "a command takes jde::trigger and jde::unit");
         if (validity.count() < 1) {
             detail::a_command_is_in_force_for_at_least_one_nanosecond();
         }

@@ -194,8 +194,13 @@ fn port(port: &Port) -> raw::Port {
             table.choice_count = choices.len() as u32;
             table.choices = array(choices);
         }
-        Role::Command { neutral, validity_ns } => {
+        Role::Command {
+            neutral,
+            validity_ns,
+            trigger,
+        } => {
             table.kind = raw::COMMAND;
+            table.flags |= flag(*trigger, raw::TRIGGER);
             table.initial = bytes(neutral);
             table.validity_ns = *validity_ns;
         }

@@ -187,6 +187,7 @@ fn description() -> Plugin {
                 Role::Command {
                     neutral: vec![0; 8],
                     validity_ns: 7,
+                    trigger: true,
                 },
             ),
         ],

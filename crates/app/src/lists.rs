@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_abi::describe::{Port, PortList, Role, Schema, Type};
+use jde_abi::describe::{Kind, Port, PortList, Role, Schema, Type};
 use jde_abi::lists::ListedPort;
 use jde_abi::read::{ENTRY_KEYS, PERIOD};
 use jde_board::value::encode;
@@ -171,7 +171,10 @@ fn import(
     let (owner, port) = variable::find(report, drafts, what, &from, VariableKind::Readable, None)?;
     Some(Port {
         name: entry.label.text.to_owned(),
-        role: Role::Import { trigger: false },
+        // A driver passes new values on at once (R12). It does not trigger itself.
+        role: Role::Import {
+            trigger: drafts.schema(index)?.kind == Kind::Driver && owner != index,
+        },
         optional: true,
         ..drafts.schema(owner)?.ports[port].clone()
     })

@@ -1,10 +1,9 @@
 //! Binds the imports and actuators of an instance to variables of other instances, and sets its triggers.
 //! Children are bound in `children`.
 
-use jde_abi::describe::{Kind, Port, Role, Schema};
+use jde_abi::describe::{Port, Role, Schema};
 use jde_abi::lists::ListedPort;
 
-use super::children::kind_noun;
 use super::drafts::{Drafts, InstanceContext};
 use super::lists;
 use super::remote::{self, RemoteVariables};
@@ -154,17 +153,6 @@ pub(super) fn triggers(report: &mut FaultReport, instance: &InstanceContext, bin
         if let Binding::Import { trigger, .. } = binding {
             *trigger = false;
         }
-    }
-    if let (Some(first), kind @ (Kind::Perceptive | Kind::Driver)) = (names.first(), instance.schema.kind) {
-        let message = format!(
-            "{} is {}, which has no precondition to re-evaluate",
-            section.label,
-            kind_noun(kind)
-        );
-        report
-            .fault(&first.span, message)
-            .advise("remove `triggers`, or give it a shorter `period`");
-        return;
     }
     let what = section.key("triggers");
     for name in names {

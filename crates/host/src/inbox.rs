@@ -13,6 +13,7 @@ pub(crate) struct Inbox {
     pub(crate) transitions: Vec<Option<Nanos>>,
     pub(crate) promoted: bool,
     pub(crate) triggered: bool,
+    pub(crate) turn_requested: bool,
     pub(crate) period_changed: bool,
     pub(crate) replaced: bool,
     pub(crate) unloaded: bool,
@@ -38,6 +39,7 @@ impl Inbox {
             Signal::Unloaded => self.unloaded = true,
             Signal::Promoted => self.promoted = true,
             Signal::Triggered => self.triggered = true,
+            Signal::TurnRequested => self.turn_requested = true,
             Signal::PeriodChanged => self.period_changed = true,
             Signal::PanelOpened => self.panel_opened = true,
             Signal::GestureQueued => self.gesture_queued = true,
@@ -51,8 +53,8 @@ impl Inbox {
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        let has_rule_signal =
-            self.promoted || self.triggered || self.period_changed || self.replaced || self.unloaded;
+        let has_turn = self.promoted || self.triggered || self.turn_requested;
+        let has_rule_signal = has_turn || self.period_changed || self.replaced || self.unloaded;
         let has_signal = has_rule_signal || self.panel_opened || self.gesture_queued || self.build_pending;
         self.transitions.is_empty() && self.arbitration_requests.is_empty() && !has_signal
     }

@@ -68,7 +68,7 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 /// | `#[import]` | `Import<T>` | `trigger`, `optional`, `unit`, `name` |
 /// | `#[export]` | `Export<T>` | `unit`, `name` |
 /// | `#[modulation(default = ...)]` | `Modulation<T>` | `unit`, `min`, `max`, `fixed`, `name` |
-/// | `#[command(neutral = ..., validity = "500ms")]` | `Command<T>` | `unit`, `name` |
+/// | `#[command(neutral = ..., validity = "500ms")]` | `Command<T>` | `trigger`, `unit`, `name` |
 /// | `#[actuator]` | `Actuator<T>` | `optional`, `unit`, `name` |
 /// | `#[child(group = "...")]`, `#[child(perceptive)]` | `Child` | `optional`, `name` |
 /// | `#[child(group = "...")]`, the last of all | `Children` | `name` |

@@ -144,6 +144,7 @@ fn port(py: Python<'_>, spec: PortSpec) -> PyResult<Port> {
         "command" => Role::Command {
             neutral: initial()?,
             validity_ns: spec.validity_ns,
+            trigger: spec.trigger,
         },
         "actuator" => Role::Actuator,
         "modulates" => Role::ChildModulation { child: spec.child },

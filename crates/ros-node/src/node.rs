@@ -2,6 +2,7 @@
 //! waits for the network. The node's own thread does, and sends only what was submitted.
 
 use std::collections::VecDeque;
+use std::fmt;
 use std::io;
 use std::sync::Arc;
 use std::thread;
@@ -38,6 +39,32 @@ pub struct NodeConfig {
     pub clients: Vec<Client>,
     /// The rules that replace names of its topics and services when it starts.
     pub remaps: Remaps,
+    /// What it calls when something arrives.
+    pub arrival: Arrival,
+}
+
+/// What a node calls in a thread of Zenoh when a message, a request or a response arrives, and when a service that it
+/// calls is there or gone. It must not block.
+#[derive(Clone, Default)]
+pub struct Arrival(Option<Arc<dyn Fn() + Send + Sync>>);
+
+impl Arrival {
+    /// Calls this function.
+    pub fn new(call: impl Fn() + Send + Sync + 'static) -> Self {
+        Self(Some(Arc::new(call)))
+    }
+
+    pub(crate) fn call(&self) {
+        if let Some(call) = &self.0 {
+            call();
+        }
+    }
+}
+
+impl fmt::Debug for Arrival {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Arrival").field(&self.0.is_some()).finish()
+    }
 }
 
 impl NodeConfig {
@@ -54,6 +81,7 @@ impl NodeConfig {
             services: Vec::new(),
             clients: Vec::new(),
             remaps: Remaps::default(),
+            arrival: Arrival::default(),
         }
     }
 

@@ -11,7 +11,7 @@ use zenoh::sample::Sample;
 
 use crate::attachment::{Gid, parse};
 use crate::keys::Direction;
-use crate::node::{NodeConfig, NodeState, ReceivedMessage};
+use crate::node::{Arrival, NodeConfig, NodeState, ReceivedMessage};
 use crate::outbox::Outbox;
 use crate::services::{Request, Response};
 
@@ -35,6 +35,7 @@ pub(crate) struct Shared {
     clients: Vec<Mutex<ClientState>>,
     /// Whether the node sends anything: messages, requests or responses.
     pub(crate) sends: bool,
+    arrival: Arrival,
     status: Mutex<NodeStatus>,
 }
 
@@ -128,6 +129,7 @@ impl Shared {
             requested: Condvar::new(),
             clients: config.clients.iter().map(|_| Mutex::default()).collect(),
             sends: !(publications.is_empty() && config.clients.is_empty() && config.services.is_empty()),
+            arrival: config.arrival.clone(),
             status: Mutex::new(NodeStatus {
                 state: NodeState::Connecting,
                 attempts: 0,
@@ -306,6 +308,8 @@ impl Shared {
             message: sample.payload().clone(),
             received_at: Instant::now(),
         });
+        drop(inbox);
+        self.arrival.call();
     }
 
     /// Stores a request, or returns it if too many wait.
@@ -316,7 +320,9 @@ impl Shared {
             return Some(request);
         }
         requests.push_back(request);
+        drop(requests);
         self.requested.notify_one();
+        self.arrival.call();
         None
     }
 
@@ -327,6 +333,8 @@ impl Shared {
             state.responses.pop_front();
         }
         state.responses.push_back(Response { sequence, outcome });
+        drop(state);
+        self.arrival.call();
     }
 
     /// Reports that a node begins or ends to offer the service of a client.
@@ -337,6 +345,8 @@ impl Shared {
         } else {
             state.servers.remove(token);
         }
+        drop(state);
+        self.arrival.call();
     }
 
     /// Reports a publication that can be queried for its newest messages.

@@ -62,6 +62,7 @@ mod output;
 pub mod panel;
 mod schema;
 mod slot;
+mod turns;
 
 pub use child::{Child, Children, State, Status};
 pub use context::{Context, Severity};
@@ -81,6 +82,7 @@ pub use memory::{Memory, Saved, Saving};
 pub use output::{Actuator, Export, Loan, Modulates, Outcome};
 pub use panel::{Gesture, Panel, Pen};
 pub use schema::{Arbitrate, Describe, Precondition, Schema};
+pub use turns::TurnRequester;
 
 /// The names that a schema usually needs: `use jde_schema::prelude::*;`.
 pub mod prelude {

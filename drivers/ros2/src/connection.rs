@@ -5,7 +5,7 @@ use core::time::Duration;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_device::{ConnectionReport, ConnectionState};
-use jde_ros_node::{Clock, Measured, Node, NodeConfig, NodeState, Quality, ReceivedMessage};
+use jde_ros_node::{Arrival, Clock, Measured, Node, NodeConfig, NodeState, Quality, ReceivedMessage};
 use jde_schema::prelude::*;
 
 use crate::clock_source::{self, ClockMessage, ClockSource};
@@ -40,6 +40,14 @@ pub(crate) struct TopicSubscription<T> {
     codec: Codec<T>,
     /// Arrival of the newest readable message, until it is stale.
     last_received: Option<Duration>,
+}
+
+/// Lets what arrives at a node request a turn of its schema, which then does not wait for its period.
+pub(crate) fn arrival(cx: &Context) -> Arrival {
+    let requester = cx.turn_requester();
+    requester.map_or_else(Arrival::default, |requester| {
+        Arrival::new(move || requester.request())
+    })
 }
 
 impl RosConnection {

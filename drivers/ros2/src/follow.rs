@@ -5,7 +5,7 @@ use jde_ros_node::{NodeConfig, Quality, Settings, names};
 use jde_schema::prelude::*;
 
 use crate::clock_source::ClockSource;
-use crate::connection::RosConnection;
+use crate::connection::{RosConnection, arrival};
 use crate::settings::node_schema;
 use crate::velocity::{self, VelocitySubscription};
 
@@ -101,6 +101,7 @@ impl Follow {
         let topic = names::topic(&node.name.namespace, self.topic.get(cx).as_str())?.unwrap_or_default();
         let config = NodeConfig {
             subscriptions: velocity::topics(&topic, Quality::DEFAULT).to_vec(),
+            arrival: arrival(cx),
             ..node
         };
         Ok(ActiveFollow {

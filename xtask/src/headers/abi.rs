@@ -14,7 +14,7 @@ use syn::{PathArguments, PointerMutability, ReturnType, Type};
 use super::names::{block, comment, constant, member, structure};
 
 /// The sources of the ABI, in the order of the declarations in C.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 8] = [
     include_str!("../../../crates/abi/src/raw/mod.rs"),
     include_str!("../../../crates/abi/src/raw/host.rs"),
     include_str!("../../../crates/abi/src/raw/panel.rs"),
@@ -22,6 +22,7 @@ const SOURCES: [&str; 7] = [
     include_str!("../../../crates/abi/src/raw/inspect.rs"),
     include_str!("../../../crates/abi/src/raw/guard.rs"),
     include_str!("../../../crates/abi/src/raw/lists.rs"),
+    include_str!("../../../crates/abi/src/raw/turns.rs"),
 ];
 /// The part of `jde.h` that exists only in C: macros and functions that use the tables.
 const HELPERS: &str = include_str!("helpers.h");

@@ -83,7 +83,7 @@ fn jde(programs: &Programs, keys: &str) -> Result<Program> {
         .collect();
     let application = format!(
         "name = \"many\"\n{IDLE}[schemas.talk]\ntype = \"bench-000/talk\"\nevery = 0.02\n\
-         [schemas.topics]\ntype = \"ros2/topics\"\nperiod = \"5ms\"\nconnect = \"tcp/127.0.0.1:{}\"\n{keys}{publish}",
+         [schemas.topics]\ntype = \"ros2/topics\"\nconnect = \"tcp/127.0.0.1:{}\"\n{keys}{publish}",
         programs.port
     );
     programs.jde("many", &application)

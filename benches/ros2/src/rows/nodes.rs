@@ -14,7 +14,7 @@ const NODES: &str = "200";
 
 pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
     let application = format!(
-        "name = \"nodes\"\nroots = [\"heard\"]\n[schemas.topics]\ntype = \"ros2/topics\"\nperiod = \"1ms\"\n\
+        "name = \"nodes\"\nroots = [\"heard\"]\n[schemas.topics]\ntype = \"ros2/topics\"\n\
          connect = \"tcp/127.0.0.1:{}\"\nsubscribe.tick = \"tick\"\n\
          [schemas.heard]\ntype = \"bench-000/listen\"\nimports = {{ input = \"topics.tick\" }}\n",
         programs.port

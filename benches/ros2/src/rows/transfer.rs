@@ -30,17 +30,12 @@ struct Driver {
 pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
     let drivers = [
         Driver {
-            what: "1 ms, `listen`",
-            keys: "period = \"1ms\"\nlisten = \"tcp/127.0.0.1:0\"",
+            what: "`listen`",
+            keys: "listen = \"tcp/127.0.0.1:0\"",
             goal: Goal::AtMost(1.1),
         },
         Driver {
-            what: "1 ms, by the router",
-            keys: "period = \"1ms\"",
-            goal: Goal::ReportOnly,
-        },
-        Driver {
-            what: "20 ms, by the router",
+            what: "by the router",
             keys: "",
             goal: Goal::ReportOnly,
         },
@@ -74,7 +69,7 @@ pub(crate) fn rate(programs: &Programs) -> Result<Vec<Line>> {
     for (size, bytes) in SIZES {
         let mut each = Vec::new();
         for side in ["rclcpp", "jde", "into"] {
-            let keys = "period = \"1ms\"\nlisten = \"tcp/127.0.0.1:0\"";
+            let keys = "listen = \"tcp/127.0.0.1:0\"";
             let (all, within) = flood(programs, keys, side, bytes)?;
             let count = all.of(&format!("{side}{bytes}"), within).len();
             ensure!(count > 0, "no message of {bytes} bytes arrived from {side}");

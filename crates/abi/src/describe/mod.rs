@@ -125,6 +125,8 @@ pub enum Role {
         neutral: Vec<u8>,
         /// How long a command is in force, ns.
         validity_ns: u64,
+        /// Whether a new command lets the driver iterate at once (R12).
+        trigger: bool,
     },
     /// Writes a driver's command.
     Actuator,

@@ -31,6 +31,7 @@ mod inspect;
 mod lists;
 mod panel;
 mod state;
+mod turns;
 
 use core::ffi::{c_char, c_void};
 
@@ -40,6 +41,7 @@ pub use inspect::*;
 pub use lists::*;
 pub use panel::*;
 pub use state::*;
+pub use turns::*;
 
 /// The first eight bytes of a [`Plugin`]: "JDEPLUG1" read as a little-endian number.
 pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
@@ -112,8 +114,8 @@ pub const CHILD_MODULATION: u32 = 5;
 
 /// Port or child flag: the application may leave it unbound.
 pub const OPTIONAL: u32 = 1;
-/// Import flag: a new value re-evaluates the precondition at once (R12), unless the application sets other
-/// triggers.
+/// Import flag: a new value re-evaluates the precondition at once, or lets a schema without one iterate at once (R12),
+/// unless the application sets other triggers. Command flag: a new command lets the driver iterate at once.
 pub const TRIGGER: u32 = 2;
 /// Modulation flag: read when the schema awakes, and kept until it sleeps. Later writes take effect at the
 /// next awakening (R8).

@@ -335,6 +335,7 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
             raw::COMMAND => Role::Command {
                 neutral: initial()?,
                 validity_ns: table.validity_ns,
+                trigger: table.flags & raw::TRIGGER != 0,
             },
             raw::ACTUATOR if kind != Kind::Motor => {
                 return place.wrong("only a motor schema commands actuators");

@@ -204,6 +204,7 @@ fn robot() -> Schema {
     let velocity = Role::Command {
         neutral: vec![0; 16],
         validity_ns: 500_000_000,
+        trigger: false,
     };
     let ports = vec![
         port("laser", "sensor_msgs/msg/LaserScan", Role::Export),

@@ -52,6 +52,15 @@ subscribe."/seen" = { as = "seen", type = "nav_msgs/msg/Odometry", x = 2 }"#,
         .zip(&topics.schema.ports[own..])
         .map(|(listed, port)| (listed.list, &*listed.label, &*port.name, &*port.value_type.name))
         .collect();
+    let triggers: Vec<_> = topics.bindings[own + 2..]
+        .iter()
+        .map(|binding| matches!(binding, Binding::Import { trigger: true, .. }))
+        .collect();
+    assert_eq!(
+        triggers,
+        [true, false],
+        "a driver passes on what others export, at once"
+    );
     assert_eq!(
         found,
         [

@@ -206,18 +206,7 @@ apps/good.toml:20:1: schema `example` has no child in its role `brake`
 }
 
 #[test]
-fn a_trigger_must_be_a_bound_import_of_a_motor_schema() {
-    check(
-        &[(
-            r#"type    = "look""#,
-            r#"type = "look"
-triggers = ["laser"]"#,
-        )],
-        r#"
-apps/good.toml:40:13: schema `look` is a perceptive schema, which has no precondition to re-evaluate
-    help: remove `triggers`, or give it a shorter `period`
-"#,
-    );
+fn a_trigger_must_be_a_bound_import() {
     check(
         &[(
             r#"type      = "teleop""#,

@@ -243,6 +243,11 @@ impl Engine {
         self.rules.set_period(instance, period);
     }
 
+    /// Requests a turn of an instance ahead of its period, if it is awake (R12).
+    pub(crate) fn request_turn(&self, instance: usize) {
+        self.rules.signals.send(instance, Signal::TurnRequested);
+    }
+
     /// The host itself panicked: brakes all actuators and ends the application.
     pub(crate) fn report_panic(&self) {
         self.rules.brake_all();

@@ -97,7 +97,12 @@ pub(super) fn wire(
                 (Role::Modulation { .. }, Binding::Modulation { initial, .. }) => {
                     (Access::Modulation, Some(initial.clone()), writers + SPARE_WRITERS)
                 }
-                (Role::Command { validity_ns, neutral }, _) => (
+                (
+                    Role::Command {
+                        validity_ns, neutral, ..
+                    },
+                    _,
+                ) => (
                     Access::Command {
                         validity: *validity_ns,
                     },
@@ -184,7 +189,7 @@ pub(super) fn wire(
     Ok((variables, ports, commands))
 }
 
-/// Signals an instance for each import that re-evaluates its precondition (R12), and for its period.
+/// Signals an instance for each import and each command that triggers it (R12), and for its period.
 pub(super) fn watch_triggers(engine: &Engine, bells: &Arc<dyn Notifier>) -> Vec<Watch> {
     let mut watches = Vec::new();
     for (number, instance) in engine.application.instances.iter().enumerate() {
@@ -206,6 +211,13 @@ pub(super) fn watch_triggers(engine: &Engine, bells: &Arc<dyn Notifier>) -> Vec<
             } = binding
             {
                 let variable = engine.variables.source(*source);
+                watches.push(variable.watch(ring(|| Signal::Triggered)));
+            }
+        }
+        for (place, port) in instance.schema.ports.iter().enumerate() {
+            if matches!(port.role, Role::Command { trigger: true, .. })
+                && let Some(variable) = engine.variables.of(number, place)
+            {
                 watches.push(variable.watch(ring(|| Signal::Triggered)));
             }
         }

@@ -5,7 +5,7 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::{c_char, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::null;
 
@@ -13,6 +13,7 @@ use jde_abi::raw::{self, Context, Host};
 use jde_abi::table::{self, text_of};
 
 use super::call::CallContext;
+use super::turns::TURNS;
 
 /// The table given to every instance.
 pub(super) static HOST: Host = Host {
@@ -42,7 +43,11 @@ pub(super) static HOST: Host = Host {
 ///
 /// # Safety
 /// `context` is the one given to the current call of an instance, on this thread.
-unsafe fn in_call<R>(context: *mut Context, on_panic: R, body: impl FnOnce(&mut CallContext<'_>) -> R) -> R {
+pub(super) unsafe fn in_call<R>(
+    context: *mut Context,
+    on_panic: R,
+    body: impl FnOnce(&mut CallContext<'_>) -> R,
+) -> R {
     // SAFETY: by the contract of `Host`, the context is the one that `Instance::call_optional` made, and
     // nothing else uses it during the call.
     let call = unsafe { &mut *context.cast::<CallContext<'_>>() };
@@ -150,8 +155,15 @@ unsafe extern "C" fn fail(context: *mut Context, text: *const c_char, length: u6
     unsafe { in_call(context, (), |call| call.failure = Some(text_of(text, length))) }
 }
 
-unsafe extern "C" fn extension(_: *mut Context, _: *const c_char) -> *const c_void {
-    null()
+unsafe extern "C" fn extension(context: *mut Context, id: *const c_char) -> *const c_void {
+    // SAFETY: the plugin gives a text with a NUL at its end, and the context of this call.
+    unsafe {
+        let is_turns = CStr::from_ptr(id).to_bytes() == raw::EXTENSION_TURNS.as_bytes();
+        match is_turns && real_time(context) == 1 {
+            true => (&raw const TURNS).cast(),
+            false => null(),
+        }
+    }
 }
 
 unsafe extern "C" fn retract(context: *mut Context, port: u32) -> i32 {

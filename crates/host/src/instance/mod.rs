@@ -19,6 +19,7 @@ mod port_access;
 mod ports;
 mod retained;
 mod scratch;
+mod turns;
 mod view;
 
 use std::ffi::CString;

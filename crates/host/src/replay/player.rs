@@ -196,6 +196,8 @@ impl Player {
                 Signal::PeriodChanged => slot.runner.retime(),
                 // A replay has no viewers and no operators.
                 Signal::PanelOpened | Signal::GestureQueued | Signal::BuildPending => {}
+                // The recording has the turn.
+                Signal::TurnRequested => {}
                 Signal::ArbitrationRequested { group, ticket, level } => {
                     let since = now;
                     slot.arbitrations.push(PendingArbitration {

@@ -33,6 +33,10 @@ use deadlines::Lateness;
 use phase::Phase;
 use turn_record::TurnRecord;
 
+/// The time from the end of a turn until one that an instance requests, ns (R12): a flood of requests is a thousand turns per
+/// second.
+const MIN_GAP: Nanos = 1_000_000;
+
 /// Takes one instance through the phases of its life.
 pub(crate) struct Runner {
     engine: Arc<Engine>,
@@ -163,6 +167,9 @@ impl Runner {
                 None => self.fall_asleep(),
             }
         }
+        if inbox.turn_requested {
+            self.add_turn();
+        }
         if inbox.build_pending
             && let Some(swap) = self.engine.builds.start_swap(self.number)
         {
@@ -219,6 +226,17 @@ impl Runner {
         }
         self.period = period;
         self.engine.set_period(self.number, period);
+    }
+
+    /// Adds a turn, which is due now unless the one before has only just ended (R12).
+    fn add_turn(&mut self) {
+        let now = self.engine.clock.now();
+        let earliest = self.last_turn.saturating_add(MIN_GAP).max(now);
+        if let Some(awake) = self.phase.awake()
+            && earliest < awake.deadlines.due()
+        {
+            awake.deadlines.add(earliest);
+        }
     }
 
     /// Adds the last call of the instance to the record of the turn.

@@ -10,5 +10,6 @@ mod loader;
 mod safe_navigation;
 mod shared_value;
 mod standing_still;
+mod turns;
 mod two_robots;
 mod versions;

@@ -108,6 +108,7 @@ enum Role {
     Command {
         neutral: Vec<u8>,
         validity_ns: u64,
+        trigger: bool,
     },
     Actuator,
     ChildModulation {

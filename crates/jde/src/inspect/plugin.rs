@@ -155,11 +155,16 @@ fn describe_port(port: &Port) -> String {
                 None => format!("{value_type} = {}{range}{fixed}", of_type(default)),
             }
         }
-        Role::Command { neutral, validity_ns } => {
+        Role::Command {
+            neutral,
+            validity_ns,
+            trigger,
+        } => {
             format!(
-                "{value_type}, in force for {}, neutral {}",
+                "{value_type}, in force for {}, neutral {}{}",
                 format_setting(*validity_ns),
-                of_type(neutral)
+                of_type(neutral),
+                if *trigger { ", trigger" } else { "" }
             )
         }
     };

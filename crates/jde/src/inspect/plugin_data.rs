@@ -66,6 +66,7 @@ enum RoleData {
     Command {
         neutral: serde_json::Value,
         validity_ns: u64,
+        trigger: bool,
     },
     Actuator,
     ChildModulation {
@@ -132,9 +133,14 @@ fn port(schema: &Schema, port: &Port) -> PortData {
                 choices: limits.choices.clone(),
                 fixed: *fixed,
             },
-            Role::Command { neutral, validity_ns } => RoleData::Command {
+            Role::Command {
+                neutral,
+                validity_ns,
+                trigger,
+            } => RoleData::Command {
                 neutral: json(neutral),
                 validity_ns: *validity_ns,
+                trigger: *trigger,
             },
             Role::Actuator => RoleData::Actuator,
             Role::ChildModulation { child } => RoleData::ChildModulation {

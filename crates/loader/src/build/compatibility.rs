@@ -325,10 +325,13 @@ impl<'a> CompatibilityCheck<'a> {
         }
         match (&old.role, &new.role) {
             (
-                Role::Command { neutral, validity_ns },
+                Role::Command {
+                    neutral, validity_ns, ..
+                },
                 Role::Command {
                     neutral: new_neutral,
                     validity_ns: new_validity,
+                    ..
                 },
             ) if neutral != new_neutral || validity_ns != new_validity => self.errors.push(format!(
                 "{name} has another neutral value or validity, by which actuators are stopped"

@@ -39,6 +39,7 @@ pub(super) enum Role {
     Command {
         neutral: Expr,
         validity_ns: u64,
+        trigger: bool,
     },
     Actuator {
         optional: bool,
@@ -69,7 +70,11 @@ const KINDS: &[(&str, &str, &[&str])] = &[
         "Modulation",
         &["default", "unit", "min", "max", "fixed", "name"],
     ),
-    ("command", "Command", &["neutral", "validity", "unit", "name"]),
+    (
+        "command",
+        "Command",
+        &["neutral", "validity", "trigger", "unit", "name"],
+    ),
     ("actuator", "Actuator", &["optional", "unit", "name"]),
     ("child", "Child", &["group", "perceptive", "optional", "name"]),
     ("child", MANY, &["group", "name"]),
@@ -207,10 +212,14 @@ impl Field {
                     derived::modulation::<#ty>(#name, #doc, #unit, #default, (#min, #max), #flags)
                 }
             }
-            Role::Command { neutral, validity_ns } => {
-                let neutral = constant(neutral);
+            Role::Command {
+                neutral,
+                validity_ns,
+                trigger,
+            } => {
+                let (neutral, flags) = (constant(neutral), flags(&[(*trigger, quote!(TRIGGER))]));
                 quote_spanned! { ty.span() =>
-                    derived::command::<#ty>(#name, #doc, #unit, #neutral, #validity_ns)
+                    derived::command::<#ty>(#name, #doc, #unit, #neutral, #validity_ns, #flags)
                 }
             }
             Role::Actuator { optional } => {
@@ -321,6 +330,7 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
             Role::Command {
                 neutral,
                 validity_ns: duration(&validity)?,
+                trigger: options.trigger,
             }
         }
         "actuator" => Role::Actuator {

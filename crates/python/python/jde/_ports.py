@@ -238,9 +238,12 @@ def modulation(
     return Modulation(Options(default=default, unit=unit, min=min, max=max, fixed=fixed))
 
 
-def command(neutral: Any, *, validity: str | float, unit: str = "") -> Any:
-    """A command of a driver: the value that stops the actuator, and how long a command is in force (`"500ms"`)."""
-    return Command(Options(default=neutral, validity=validity, unit=unit))
+def command(neutral: Any, *, validity: str | float, trigger: bool = False, unit: str = "") -> Any:
+    """A command of a driver: the value that stops the actuator, and how long a command is in force (`"500ms"`).
+
+    With `trigger` a new command lets the driver iterate at once.
+    """
+    return Command(Options(default=neutral, validity=validity, trigger=trigger, unit=unit))
 
 
 def modulates(child: str, name: str, *, unit: str = "", optional: bool = False) -> Any:

@@ -178,10 +178,12 @@ pub const fn command<T: Value>(
     unit: &'static CStr,
     neutral: &'static T,
     validity_ns: u64,
+    flags: u32,
 ) -> raw::Port {
     raw::Port {
         initial: ptr::from_ref(neutral).cast(),
         validity_ns,
+        flags,
         ..port::<T>(raw::COMMAND, name, doc, unit)
     }
 }

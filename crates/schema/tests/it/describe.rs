@@ -197,7 +197,8 @@ fn a_command_has_its_neutral_value_and_validity() {
         velocity.role,
         Role::Command {
             neutral,
-            validity_ns: 500_000_000
+            validity_ns: 500_000_000,
+            trigger: false
         }
     );
     assert_eq!(velocity.unit, "rad/s");

@@ -10,7 +10,7 @@ use jde_schema::prelude::*;
 use jde_schema::types::Route;
 
 use crate::clock_source::FollowedClock;
-use crate::connection::{RosConnection, TopicSubscription};
+use crate::connection::{RosConnection, TopicSubscription, arrival};
 use crate::drive::Drive;
 use crate::messages::Codec;
 use crate::scan::Sweep;
@@ -75,7 +75,7 @@ node_schema! {
         #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
         stale: Modulation<f64>,
         /// Speeds of the base.
-        #[command(neutral = Twist::ZERO, validity = "500ms")]
+        #[command(neutral = Twist::ZERO, validity = "500ms", trigger)]
         velocity: Command<Twist>,
         /// The scan of the laser. If it has more beams than fit, groups of adjacent beams are replaced by their
         /// nearest.
@@ -229,6 +229,7 @@ impl Base {
                 .flat_map(|topic| velocity::topics(topic, Quality::DEFAULT))
                 .collect(),
             subscriptions: topics,
+            arrival: arrival(cx),
             ..node
         };
         let connection = RosConnection::start(config, self.clock.get(cx).into())?;

@@ -12,7 +12,7 @@ use jde_schema::prelude::*;
 use jde_schema::{ListedExport, ListedImport};
 
 use crate::clock_source::FollowedClock;
-use crate::connection::RosConnection;
+use crate::connection::{RosConnection, arrival};
 use crate::goal;
 use crate::settings::node_schema;
 use client::ServiceClient;
@@ -146,6 +146,7 @@ impl Services {
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveServices> {
         goal::refuse_bridge(settings)?;
         let mut config = settings.node_config()?;
+        config.arrival = arrival(cx);
         let namespace = config.name.namespace.clone();
         let (mut clients, mut servers) = (Vec::new(), Vec::new());
         for import in self.send_request.iter() {

@@ -12,7 +12,7 @@ use jde_schema::ListedImport;
 use jde_schema::prelude::*;
 
 use crate::clock_source::ClockSource;
-use crate::connection::RosConnection;
+use crate::connection::{RosConnection, arrival};
 use crate::settings::node_schema;
 use mounts::MountPublisher;
 use publication::TopicPublication;
@@ -166,6 +166,7 @@ impl Topics {
         let config = NodeConfig {
             publications: published,
             subscriptions: subscribed,
+            arrival: arrival(cx),
             ..node
         };
         let connection = RosConnection::start(config, self.clock.get(cx))?;
