@@ -301,8 +301,8 @@ impl Tracker {
         self.tracks.retain(|track| track.is_kept(settings));
     }
 
-    /// Returns the number of the nearest lost person who may have become a track: it began when the person was lost or later,
-    /// within reach and before a wall.
+    /// Returns the number of the nearest lost person who may have become a track. It began when the person was lost, at most
+    /// [`TENTATIVE`] before or `patience` later, within reach, and with no wall between.
     fn lost_before(&self, settings: &TrackerSettings, track: &Track) -> Option<u32> {
         let (place, begin) = track.origin;
         let reachable = self.lost.iter().filter(|lost| {

@@ -265,6 +265,22 @@ def test_large_values_and_own_types_pass() -> None:
     assert (bench.exported("nearest"), bench.exported_at("nearest")) == (0.0, 1.25)
 
 
+class Asks(Schema, kind="perceptive", period="50ms"):
+    """Asks to switch something on."""
+
+    request: Export[t.SetBool_Request]
+    """The request."""
+
+    def iterate(self) -> None:
+        self.request.write(t.SetBool_Request(data=True))
+
+
+def test_a_request_with_one_field_is_an_object() -> None:
+    bench = Bench(Asks)
+    bench.iterate()
+    assert bench.exported("request").data is True
+
+
 class Father(Schema, kind="motor", period="75ms"):
     """Sends its children."""
 

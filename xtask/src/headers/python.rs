@@ -36,9 +36,9 @@ pub(super) fn module() -> String {
     out
 }
 
-/// Whether values of a type are numbers or texts of Python.
+/// Whether values of a type are numbers or texts of Python. A request is none, though it may have the one field `data`.
 fn is_plain(ty: &Type) -> bool {
-    matches!(ty.fields.as_slice(), [field] if field.name == "data")
+    !ty.name.contains("/srv/") && matches!(ty.fields.as_slice(), [field] if field.name == "data")
 }
 
 fn write_class(ty: &Type, out: &mut String) {

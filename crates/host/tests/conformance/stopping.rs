@@ -29,18 +29,19 @@ mod hanging {
     );
 }
 
+const ONE: &str = r#"
+    roots = ["high"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.high]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
 fn r14_the_end_of_a_lease_does_not_resume_what_stop_all_stopped(executor: Executor) {
     let scenario = Scenario::new();
     scenario.drives("high", &Arc::new(true.into()), 0.3);
-    let body = r#"
-        roots = ["high"]
-        [schemas.robot]
-        type = "test/robot"
-        [schemas.high]
-        type = "test/motor"
-        actuators = { base = "robot.velocity" }
-    "#;
-    let mut app = TestApp::start(executor, &scenario, body);
+    let mut app = TestApp::start(executor, &scenario, ONE);
     app.until_line("robot velocity 0.3");
     let high = app.index("high");
     let operator = app.operator();
@@ -131,19 +132,11 @@ fn r14_release_all_keeps_individual_stops_and_unloads(executor: Executor) {
 fn r14_what_is_stopped_before_the_start_waits_until_everything_is_released(executor: Executor) {
     let scenario = Scenario::new();
     scenario.drives("high", &Arc::new(true.into()), 0.3);
-    let body = r#"
-        roots = ["high"]
-        [schemas.robot]
-        type = "test/robot"
-        [schemas.high]
-        type = "test/motor"
-        actuators = { base = "robot.velocity" }
-    "#;
     let options = Options {
         start_hook: Some(Box::new(|handle| Ok(handle.operator("ana@laptop").stop_all()?))),
         ..Options::default()
     };
-    let mut app = TestApp::start_with(executor, &scenario, body, options);
+    let mut app = TestApp::start_with(executor, &scenario, ONE, options);
     let hold = app.schema("high").operator.expect("it is held");
     assert_eq!((hold.by.as_str(), hold.with_everything), ("ana@laptop", true));
     let states = ["high", "robot"].map(|name| app.schema(name).state);

@@ -55,6 +55,7 @@ __all__ = [
     "RangeRing",
     "Route",
     "Scenery",
+    "SetBool_Request",
     "SetBool_Response",
     "SonarEcho",
     "Start",
@@ -1082,6 +1083,14 @@ class Empty_Request:
 @standard("std_srvs/srv/Empty_Response")
 class Empty_Response:
     """A response without contents."""
+
+
+@standard("std_srvs/srv/SetBool_Request")
+class SetBool_Request:
+    """A request to switch something on or off."""
+
+    data: bool = False
+    """On or off."""
 
 
 @standard("std_srvs/srv/SetBool_Response")

@@ -1,16 +1,13 @@
 //! Builds of a type with lists of ports, whose entries stay those of the application file.
 
-use std::path::Path;
-
 use jde_abi::raw;
-use jde_app::parse;
-use jde_host::Options;
 use jde_host::reload::ReloadOptions;
 use jde_loader::LoadedPlugin;
 use jde_schema::prelude::*;
 use jde_schema::{Exports, Imports};
 
-use crate::common::{Call, Executor, Scenario, TestApp, on_every_executor, plugins, text};
+use super::start_with;
+use crate::common::{Executor, on_every_executor};
 
 on_every_executor!(a_build_has_the_entries_of_its_lists_unless_they_have_changed);
 
@@ -103,23 +100,7 @@ const APP: &str = r#"
 "#;
 
 fn a_build_has_the_entries_of_its_lists_unless_they_have_changed(executor: Executor) {
-    let scenario = Scenario::new();
-    scenario.on_call("idle", |_, _| Ok(()));
-    scenario.on_call("eye", |call, io| {
-        if call == Call::Iterate {
-            io.publish(4.0);
-        }
-        Ok(())
-    });
-    let mut plugins = plugins();
-    plugins.link(&FIRST).expect("its tables are valid");
-    let text = text(executor, &scenario, APP);
-    let application =
-        parse(&text, Path::new("apps/test.toml"), &[], &plugins).unwrap_or_else(|faults| panic!("{faults}"));
-    let mut app = match TestApp::run(executor, &scenario, application, &plugins, Options::default()) {
-        Ok(app) => app,
-        Err(error) => panic!("{error}"),
-    };
+    let mut app = start_with(executor, &FIRST, APP);
     app.until(|app| app.handle.value::<f64>("bridge.there") == Ok(Some(12.0)));
     let (bridge, operator) = (app.index("bridge"), app.operator());
     let replace = |table| {
