@@ -98,7 +98,9 @@ impl Programs {
     /// Starts the router, and waits until it listens.
     pub(crate) fn router(&self) -> Result<Program> {
         let mut command = self.command(installed("rmw_zenoh_cpp", "rmw_zenohd")?);
-        let listen = format!("listen/endpoints=[\"tcp/0.0.0.0:{}\"]", self.port);
+        // Of a namespace, the other machine reaches it too.
+        let address = self.namespace.map_or(self.address, |_| "0.0.0.0");
+        let listen = format!("listen/endpoints=[\"tcp/{address}:{}\"]", self.port);
         command
             .env("ZENOH_CONFIG_OVERRIDE", listen)
             .env("RUST_LOG", "error")
