@@ -15,8 +15,20 @@ use crate::tf::{Placed, Transforms, message, range_messages};
 pub(super) struct MountPublisher {
     number: usize,
     codec: Codec<Transforms>,
+    /// The place of the entry that names the base.
+    base: Option<usize>,
+    /// What each entry is.
+    sensors: Vec<Option<Sensor>>,
     /// Each frame, and the key of its entry.
     placed: Vec<(Placed, &'static str)>,
+}
+
+/// A sensor on the base.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sensor {
+    Laser,
+    Sonars,
+    Camera,
 }
 
 impl MountPublisher {
@@ -26,12 +38,15 @@ impl MountPublisher {
         publish: &Imports<Publication>,
         topics: &mut Vec<Topic>,
     ) -> Option<Self> {
-        publish.iter().find(|import| is_sensor(import))?;
+        let sensors: Vec<_> = publish.iter().map(sensor).collect();
+        sensors.iter().flatten().next()?;
         let codec = Codec::new();
         topics.push(codec.topic(topic, Quality::LATCHED));
         Some(Self {
             number: topics.len() - 1,
             codec,
+            base: publish.iter().position(is_base),
+            sensors,
             placed: Vec::new(),
         })
     }
@@ -43,15 +58,18 @@ impl MountPublisher {
         connection: &mut RosConnection,
         publish: &Imports<Publication>,
     ) {
-        let base = match publish.iter().find(|import| is_base(import)) {
-            Some(import) => import
+        let base = match self.base {
+            Some(place) => publish[place]
                 .get(cx)
                 .map(|value| typed::<Odometry>(&value).child_frame_id),
             None => Some(Frame::new("base_link")),
         };
         let Some(base) = base else { return };
         let before = self.placed.len();
-        for import in publish.iter() {
+        for (place, import) in publish.iter().enumerate() {
+            let Some(sensor) = self.sensors[place] else {
+                continue;
+            };
             let Some(value) = import.get(cx) else { continue };
             let settings = import.settings();
             let mut place = |child, pose: Pose| {
@@ -65,15 +83,15 @@ impl MountPublisher {
                     connection.warn_once(cx, message);
                 }
             };
-            if is_of::<RangeRing>(import.value_type()) {
+            if sensor == Sensor::Sonars {
                 for (range, pose) in range_messages(&typed(&value), settings.frame.as_str()) {
                     place(range.header.frame_id, pose.into());
                 }
-            } else if is_sensor(import) {
+            } else {
                 let stated = Frame::truncated(settings.frame.as_str());
                 let own = typed::<Header>(&value[..size_of::<Header>()]).frame_id;
                 let child = if stated.is_empty() { own } else { stated };
-                let pose = if is_of::<Image>(import.value_type()) {
+                let pose = if sensor == Sensor::Camera {
                     camera(settings)
                 } else {
                     settings.mount.into()
@@ -111,10 +129,18 @@ impl MountPublisher {
     }
 }
 
-/// Whether an entry is a sensor on the base.
-fn is_sensor(import: &ListedImport<Publication>) -> bool {
+/// Returns which sensor on the base an entry is.
+fn sensor(import: &ListedImport<Publication>) -> Option<Sensor> {
     let value_type = import.value_type();
-    is_of::<LaserScan>(value_type) || is_of::<RangeRing>(value_type) || is_of::<Image>(value_type)
+    if is_of::<LaserScan>(value_type) {
+        Some(Sensor::Laser)
+    } else if is_of::<RangeRing>(value_type) {
+        Some(Sensor::Sonars)
+    } else if is_of::<Image>(value_type) {
+        Some(Sensor::Camera)
+    } else {
+        None
+    }
 }
 
 /// The pose of the frame of a camera: x to the right of the picture, y down, z into it.

@@ -14,8 +14,17 @@ use crate::tf::{Placed, Transforms, message};
 pub(super) struct TransformPublisher {
     number: usize,
     codec: Codec<Transforms>,
-    /// The sequence number of the last value of each entry.
-    sent: Vec<u64>,
+    /// What each entry is, and the sequence number of its last value.
+    entries: Vec<(Option<Transformed>, u64)>,
+}
+
+/// What a transform is made of.
+#[derive(Clone, Copy)]
+enum Transformed {
+    /// An odometry: the base in its frame.
+    Base,
+    /// The pose of a frame.
+    Pose,
 }
 
 impl TransformPublisher {
@@ -25,13 +34,14 @@ impl TransformPublisher {
         publish: &Imports<Publication>,
         topics: &mut Vec<Topic>,
     ) -> Option<Self> {
-        publish.iter().find(|import| is_base(import) || is_pose(import))?;
+        let entries: Vec<_> = publish.iter().map(|import| (transformed(import), 0)).collect();
+        entries.iter().find(|(transformed, _)| transformed.is_some())?;
         let codec = Codec::new();
         topics.push(codec.topic(topic, Quality::DEFAULT));
         Some(Self {
             number: topics.len() - 1,
             codec,
-            sent: vec![0; publish.len()],
+            entries,
         })
     }
 
@@ -45,18 +55,20 @@ impl TransformPublisher {
         if !connection.node.has_subscribers(self.number) {
             return;
         }
-        for (import, sent) in publish.iter().zip(&mut self.sent) {
+        for (import, (transformed, sent)) in publish.iter().zip(&mut self.entries) {
+            let Some(transformed) = transformed else { continue };
             let Some(value) = import.get(cx).filter(|value| value.sequence() != *sent) else {
                 continue;
             };
-            let (header, mut placed) = if is_base(import) {
-                let odometry = typed::<Odometry>(&value);
-                (odometry.header, Placed::base(&odometry))
-            } else if is_pose(import) {
-                let pose = typed::<PoseStamped>(&value);
-                (pose.header, Placed::new(&pose, import.settings().child))
-            } else {
-                continue;
+            let (header, mut placed) = match transformed {
+                Transformed::Base => {
+                    let odometry = typed::<Odometry>(&value);
+                    (odometry.header, Placed::base(&odometry))
+                }
+                Transformed::Pose => {
+                    let pose = typed::<PoseStamped>(&value);
+                    (pose.header, Placed::new(&pose, import.settings().child))
+                }
             };
             let stated = import.settings().frame;
             if !stated.is_empty() {
@@ -75,7 +87,12 @@ pub(super) fn is_base(import: &ListedImport<Publication>) -> bool {
     import.settings().transform.get() && is_of::<Odometry>(import.value_type())
 }
 
-/// Whether an entry is the pose of a frame.
-fn is_pose(import: &ListedImport<Publication>) -> bool {
-    !import.settings().child.is_empty() && is_of::<PoseStamped>(import.value_type())
+/// Returns of what an entry is the transform, if it is one.
+fn transformed(import: &ListedImport<Publication>) -> Option<Transformed> {
+    let is_pose = || !import.settings().child.is_empty() && is_of::<PoseStamped>(import.value_type());
+    if is_base(import) {
+        Some(Transformed::Base)
+    } else {
+        is_pose().then_some(Transformed::Pose)
+    }
 }
