@@ -46,16 +46,38 @@ pub struct NodeConfig {
 /// What a node calls in a thread of Zenoh when a message, a request or a response arrives, and when a service that it
 /// calls is there or gone. It must not block.
 #[derive(Clone, Default)]
-pub struct Arrival(Option<Arc<dyn Fn() + Send + Sync>>);
+pub struct Arrival {
+    call: Option<Arc<dyn Fn() + Send + Sync>>,
+    except: Option<usize>,
+}
 
 impl Arrival {
     /// Calls this function.
     pub fn new(call: impl Fn() + Send + Sync + 'static) -> Self {
-        Self(Some(Arc::new(call)))
+        Self {
+            call: Some(Arc::new(call)),
+            except: None,
+        }
+    }
+
+    /// The same, but for messages of the subscription of that number.
+    #[must_use]
+    pub fn except(self, subscription: usize) -> Self {
+        Self {
+            except: Some(subscription),
+            ..self
+        }
+    }
+
+    /// Calls it for a message of a subscription.
+    pub(crate) fn call_for(&self, subscription: usize) {
+        if self.except != Some(subscription) {
+            self.call();
+        }
     }
 
     pub(crate) fn call(&self) {
-        if let Some(call) = &self.0 {
+        if let Some(call) = &self.call {
             call();
         }
     }
@@ -63,7 +85,9 @@ impl Arrival {
 
 impl fmt::Debug for Arrival {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Arrival").field(&self.0.is_some()).finish()
+        f.debug_struct("Arrival")
+            .field("except", &self.except)
+            .finish_non_exhaustive()
     }
 }
 

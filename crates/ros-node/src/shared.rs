@@ -309,7 +309,7 @@ impl Shared {
             received_at: Instant::now(),
         });
         drop(inbox);
-        self.arrival.call();
+        self.arrival.call_for(subscription);
     }
 
     /// Stores a request, or returns it if too many wait.

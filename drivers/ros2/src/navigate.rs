@@ -5,7 +5,7 @@ use jde_schema::prelude::*;
 use serde_json::json;
 
 use crate::clock_source::ClockSource;
-use crate::connection::{RosConnection, arrival};
+use crate::connection::RosConnection;
 use crate::goal;
 use crate::settings::node_schema;
 use crate::velocity::{self, VelocitySubscription};
@@ -173,7 +173,6 @@ impl Navigate {
         let topic = topic.ok_or(NO_TOPIC)?;
         let mut config = NodeConfig {
             subscriptions: velocity::topics(&topic, Quality::DEFAULT).to_vec(),
-            arrival: arrival(cx),
             ..node
         };
         Ok(ActiveNavigate {

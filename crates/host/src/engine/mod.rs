@@ -21,7 +21,7 @@ mod wiring;
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use jde_abi::describe::Kind;
@@ -58,6 +58,8 @@ pub(crate) struct Engine {
     /// How much earlier than the last of the instances woken together each instance is due, ns.
     staggers: Vec<Nanos>,
     pub(crate) metrics: Vec<InstanceMetrics>,
+    /// Whether each instance has requested a turn that has not begun.
+    turn_requests: Vec<AtomicBool>,
     pub(crate) panels: Arc<Panels>,
     pub(crate) builds: BuildRegistry,
     pub(crate) processes: ProcessTable,
@@ -145,6 +147,7 @@ impl Engine {
             variables,
             clock,
             staggers,
+            turn_requests: meters.iter().map(|_| AtomicBool::new(false)).collect(),
             metrics: meters,
             panels,
             builds,
@@ -244,8 +247,16 @@ impl Engine {
     }
 
     /// Requests a turn of an instance ahead of its period, if it is awake (R12).
+    /// Requests before that turn begins are one, so that a flood of them is no flood of signals.
     pub(crate) fn request_turn(&self, instance: usize) {
-        self.rules.signals.send(instance, Signal::TurnRequested);
+        if !self.turn_requests[instance].swap(true, Ordering::AcqRel) {
+            self.rules.signals.send(instance, Signal::TurnRequested);
+        }
+    }
+
+    /// The turn that an instance requested begins, or it has none. What happened before a request is visible to it.
+    pub(crate) fn end_turn_request(&self, instance: usize) {
+        self.turn_requests[instance].swap(false, Ordering::AcqRel);
     }
 
     /// The host itself panicked: brakes all actuators and ends the application.

@@ -175,7 +175,9 @@ unsafe extern "C" fn real_time(context: *mut Context) -> u32 {
     // SAFETY: the plugin gives the context of this call.
     unsafe {
         in_call(context, 0, |call| {
-            u32::from(call.engine.clock.has_wall_clock_speed())
+            // What speaks to a device takes no part in a replay.
+            let clock = &call.engine.clock;
+            u32::from(clock.has_wall_clock_speed() && !clock.is_replayed())
         })
     }
 }

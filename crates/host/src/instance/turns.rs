@@ -43,13 +43,12 @@ unsafe extern "C" fn open(context: *mut Context) -> *mut c_void {
 unsafe extern "C" fn request(handle: *const c_void) {
     // SAFETY: the plugin gives a handle that it has not closed.
     let handle = unsafe { &*handle.cast::<Handle>() };
-    let Some(engine) = handle.engine.upgrade() else {
-        return;
-    };
-    let send = || engine.request_turn(handle.number);
-    if catch_unwind(AssertUnwindSafe(send)).is_err() {
-        engine.report_panic();
-    }
+    // The application may end here, so its end is inside, too. A panic can no longer be reported then.
+    let _ = catch_unwind(AssertUnwindSafe(|| {
+        if let Some(engine) = handle.engine.upgrade() {
+            engine.request_turn(handle.number);
+        }
+    }));
 }
 
 unsafe extern "C" fn close(handle: *mut c_void) {

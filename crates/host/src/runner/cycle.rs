@@ -53,6 +53,11 @@ impl Runner {
         self.check_and_iterate(now, request);
     }
 
+    /// The turn that the instance has requested: as one at its period, and its deadlines stay.
+    pub(super) fn run_requested(&mut self, now: Nanos) {
+        self.check_and_iterate(now, IterationRequest::Any);
+    }
+
     /// Evaluates the precondition of a motor schema, and iterates if the rules permit.
     fn check_and_iterate(&mut self, now: Nanos, request: IterationRequest) {
         let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {

@@ -43,9 +43,9 @@ impl Deadlines {
         self.due
     }
 
-    /// Adds a turn at `time`. The grid stays.
-    pub(super) fn add(&mut self, time: Nanos) {
-        self.due = time;
+    /// Adds a turn at `now`. The grid stays.
+    pub(super) fn add(&mut self, now: Nanos) {
+        self.due = now;
     }
 
     /// Changes the period: the next turn is due one new period after the last. A deadline that the new period

@@ -116,9 +116,19 @@ impl Runner {
             let deadlines = awake.deadlines;
             let now = self.engine.clock.now();
             self.record.begin(Turn::CYCLED);
-            if now >= deadlines.due() {
+            let is_due = now >= deadlines.due();
+            let is_requested = awake.requested.is_some_and(|begin| begin <= now);
+            if is_due || is_requested {
+                awake.requested = None;
+                // What arrives from now on is of another turn.
+                self.engine.end_turn_request(self.number);
+            }
+            if is_due {
                 awake.is_due_at_once = false;
                 self.run_cycle(now, deadlines);
+                has_run = true;
+            } else if is_requested {
+                self.run_requested(now);
                 has_run = true;
             } else if triggered || promoted && self.engine.rules.is_taking(self.number) {
                 // The values behind the choice may be a period old, so it checks again before it acts (R8).
@@ -135,8 +145,14 @@ impl Runner {
             self.take_gesture();
         }
         self.end_turn(has_run);
+        if self.phase.awake().is_none_or(|awake| awake.requested.is_none()) {
+            self.engine.end_turn_request(self.number);
+        }
         match &self.phase {
-            Phase::Awake(_, awake) => Some(awake.deadlines.due()),
+            Phase::Awake(_, awake) => {
+                let due = awake.deadlines.due();
+                Some(awake.requested.map_or(due, |begin| begin.min(due)))
+            }
             Phase::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
             Phase::Absent | Phase::Slept(_) => None,
         }
@@ -228,14 +244,12 @@ impl Runner {
         self.engine.set_period(self.number, period);
     }
 
-    /// Adds a turn, which is due now unless the one before has only just ended (R12).
+    /// Adds a turn, which begins now unless the one before has only just ended (R12). Its deadlines stay.
     fn add_turn(&mut self) {
         let now = self.engine.clock.now();
-        let earliest = self.last_turn.saturating_add(MIN_GAP).max(now);
-        if let Some(awake) = self.phase.awake()
-            && earliest < awake.deadlines.due()
-        {
-            awake.deadlines.add(earliest);
+        let begin = self.last_turn.saturating_add(MIN_GAP).max(now);
+        if let Some(awake) = self.phase.awake() {
+            awake.requested.get_or_insert(begin);
         }
     }
 

@@ -26,6 +26,8 @@ pub(super) struct Installed {
 /// What exists while an instance is awake.
 pub(super) struct Awake {
     pub(super) deadlines: Deadlines,
+    /// When a requested turn begins, in addition to its deadlines (R12).
+    pub(super) requested: Option<Nanos>,
     /// When its last check was. A change of readiness occurred after that.
     pub(super) last_check: Nanos,
     /// A build took over in this turn; its next turn follows at once, in addition to its deadlines.
@@ -96,6 +98,7 @@ impl Installed {
         let result = self.instance.awake();
         let awake = Awake {
             deadlines,
+            requested: None,
             last_check: now,
             is_due_at_once: false,
             unloading: false,

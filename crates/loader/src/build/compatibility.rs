@@ -336,6 +336,17 @@ impl<'a> CompatibilityCheck<'a> {
             ) if neutral != new_neutral || validity_ns != new_validity => self.errors.push(format!(
                 "{name} has another neutral value or validity, by which actuators are stopped"
             )),
+            (
+                Role::Command { trigger, .. },
+                Role::Command {
+                    trigger: new_trigger, ..
+                },
+            ) if trigger != new_trigger => {
+                self.notes.push(format!(
+                    "{name} is {} a trigger; the application keeps its setting",
+                    if *new_trigger { "now" } else { "no longer" }
+                ));
+            }
             (Role::Import { trigger }, Role::Import { trigger: new_trigger }) if trigger != new_trigger => {
                 self.notes.push(format!(
                     "{name} is {} a trigger by default; the application keeps its setting",

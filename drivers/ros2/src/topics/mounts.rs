@@ -113,8 +113,10 @@ impl MountPublisher {
     /// # Errors
     /// If that is elsewhere, and of another entry.
     fn add(&mut self, new: Placed, label: &'static str) -> Result<(), String> {
+        if new.child.is_empty() {
+            return Ok(());
+        }
         match self.placed.iter().find(|(known, _)| known.child == new.child) {
-            _ if new.child.is_empty() => Ok(()),
             Some((known, owner)) if *owner != label && *known != new => Err(format!(
                 "`{label}` and `{owner}` in `publish` are both in the frame `{}`, which is where `{owner}` is mounted: state a \
                  `frame` of its own for one of them",
