@@ -271,8 +271,9 @@ class Asks(Schema, kind="perceptive", period="50ms"):
     request: Export[t.SetBool_Request]
     """The request."""
 
-    def iterate(self) -> None:
+    def iterate(self, cx: Context) -> None:
         self.request.write(t.SetBool_Request(data=True))
+        cx.debug("asked")
 
 
 def test_a_request_with_one_field_is_an_object() -> None:

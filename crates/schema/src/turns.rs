@@ -26,7 +26,7 @@ unsafe impl Sync for TurnRequester {}
 
 impl Context<'_> {
     /// Returns what requests turns of this instance from its own threads. `None` in lockstep, at another speed than real
-    /// time, in a process of its own, and in a bench: there the instance has only its period.
+    /// time, in a replay, in a process of its own, and in a bench: there the instance has only its period.
     #[must_use]
     pub fn turn_requester(&self) -> Option<TurnRequester> {
         // SAFETY: the context is that of the present call, and the id ends with a NUL. A table of that id is a `Turns` that
@@ -46,7 +46,8 @@ impl Context<'_> {
 
 impl TurnRequester {
     /// Requests a turn without waiting for the period, if the instance is awake: it checks, and iterates if it may. Several
-    /// requests before that turn are one. Does not block. Has no effect after the end of the instance.
+    /// requests before that turn are one. Does not block. Has no effect after the end of the application; after that of the
+    /// instance, its successor takes the turn.
     pub fn request(&self) {
         // SAFETY: the handle is open.
         unsafe { (self.turns.request)(self.handle.as_ptr()) }
