@@ -23,7 +23,7 @@ pub(super) struct ServiceServer {
 /// A request that is exported.
 struct Serving {
     request: Request,
-    /// When it was exported.
+    /// The time just before its export.
     since: Duration,
     /// The number of the newest value that was there before.
     before: u64,
@@ -87,11 +87,13 @@ impl ServiceServer {
                 self.fail(connection, request, &reason);
                 continue;
             }
+            // Before the export: a response may have the time of its request.
+            let since = cx.now();
             match self.export(cx, connection, &request.message(), export) {
                 Ok(()) => {
                     self.serving = Some(Serving {
                         request,
-                        since: cx.now(),
+                        since,
                         before: number,
                     });
                     return;
