@@ -373,8 +373,8 @@ extern "C" {
 #define JDE_ABILITY_LISTS "jde.lists"
 
 /**
- * The id of the extension, whose table is a jde_turns. Only an application in real time has it, and only for instances in
- * the host's own process.
+ * The id of the extension, whose table is a jde_turns. jde_host.extension returns null in lockstep, at another
+ * speed than real time, in a replay, in a process of its own, and in a host that does not know it.
  */
 #define JDE_EXTENSION_TURNS "jde.turns"
 
@@ -1076,8 +1076,9 @@ struct jde_turns {
     /** Returns a handle of the instance whose call has this context. Give it to `close` once. */
     void *(*open)(jde_context *);
     /**
-     * Requests a turn of the instance without waiting for its period (R12), if the instance is awake. Any thread may call
-     * it, also after the instance or the application has ended.
+     * Requests a turn of the instance in addition to the periodic ones (R12), if the instance is awake. Requests before
+     * that turn begins are one. Does not block. Any thread may call it, also after the instance or the application
+     * has ended.
      */
     void (*request)(const void *);
     /** Frees a handle. */

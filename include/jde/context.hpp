@@ -109,12 +109,12 @@ public:
     std::uint64_t application() const noexcept { return host_.application(raw_); }
     /** The instance's name in the application. */
     const char *name() const noexcept { return host_.name(raw_); }
-    /** Throws in lockstep and at another speed: for drivers of devices, in `awake`. */
+    /** Throws in lockstep, at another speed and in a replay: for what speaks to a device, in `awake`. */
     void require_real_time() const
     {
         if (JDE_HOST_HAS(&host_, real_time) && host_.real_time(raw_) == 0) {
-            throw Failure("it speaks to a device, which can be neither hurried nor halted: run without --lockstep, --speed and "
-                          "--break (--record FILE --when CONDITION records what leads to a moment)");
+            throw Failure("it speaks to a device, which can be neither hurried nor halted: it runs without --lockstep, "
+                          "--speed and --break, and in no replay (--record FILE --when CONDITION records what leads to a moment)");
         }
     }
 

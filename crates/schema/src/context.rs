@@ -46,11 +46,12 @@ impl Context<'_> {
         Duration::from_nanos(unsafe { (self.host.now)(self.raw.as_ptr()) })
     }
 
-    /// Checks that the application runs in real time. A driver of a device calls it in `awake`.
+    /// Checks that the application runs in real time. A schema that speaks to a device or to another program calls it in
+    /// `awake`.
     ///
     /// # Errors
-    /// In lockstep, or if the application runs at another speed than real time or may stand still: a device cannot
-    /// follow.
+    /// In lockstep, in a replay, or if the application runs at another speed than real time or may stand still: a device
+    /// cannot follow.
     pub fn require_real_time(&self) -> Result<()> {
         let Some(real_time) = self.host.real_time else {
             return Err(self.unbound_message("whether time is real").into());
@@ -60,8 +61,8 @@ impl Context<'_> {
             return Ok(());
         }
         Err(
-            "it speaks to a device, which can be neither hurried nor halted: run without --lockstep, --speed and --break \
-             (--record FILE --when CONDITION records what leads to a moment)"
+            "it speaks to a device, which can be neither hurried nor halted: it runs without --lockstep, --speed and \
+             --break, and in no replay (--record FILE --when CONDITION records what leads to a moment)"
                 .into(),
         )
     }

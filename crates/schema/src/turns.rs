@@ -1,4 +1,4 @@
-//! Turns ahead of the period: what waits for a device or a network in a thread of its own need not wait for the period too.
+//! Turns in addition to the periodic ones: a schema whose own thread has received something need not wait for its period.
 
 #![allow(unsafe_code)]
 

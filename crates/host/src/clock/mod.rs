@@ -31,9 +31,8 @@ pub(crate) enum Clock {
     Virtual {
         /// The current time.
         now: AtomicU64,
-        /// In a replay, whether the recorded clock ran at the speed of wall-clock time; `None` outside a
-        /// replay.
-        recorded_real_time: Option<bool>,
+        /// Whether it repeats a recorded clock.
+        is_replayed: bool,
         /// Present if time may stand still.
         standstill: Option<Standstill>,
     },
@@ -70,16 +69,16 @@ impl Clock {
     pub(crate) fn new_virtual() -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
-            recorded_real_time: None,
+            is_replayed: false,
             standstill: None,
         }
     }
 
-    /// Repeats the times of a recorded clock, which may have run at the speed of wall-clock time.
-    pub(crate) fn replayed(at_wall_clock_speed: bool) -> Self {
+    /// Repeats the times of a recorded clock.
+    pub(crate) fn replayed() -> Self {
         Self::Virtual {
             now: AtomicU64::new(0),
-            recorded_real_time: Some(at_wall_clock_speed),
+            is_replayed: true,
             standstill: None,
         }
     }
@@ -265,28 +264,19 @@ impl Clock {
         }
     }
 
-    /// Whether a second of the application is always a second of wall-clock time.
+    /// Whether a second of the application is always a second of wall-clock time, as devices need it. Not in a replay.
     pub(crate) fn has_wall_clock_speed(&self) -> bool {
         match self {
             Self::Real {
                 speed, standstill, ..
             } => *speed == 1.0 && standstill.is_none(),
-            Self::Counted(_) => false,
-            Self::Virtual {
-                recorded_real_time, ..
-            } => recorded_real_time.unwrap_or(false),
+            Self::Counted(_) | Self::Virtual { .. } => false,
         }
     }
 
     /// Whether the clock repeats a recorded time, in which no turn is late.
     pub(crate) fn is_replayed(&self) -> bool {
-        matches!(
-            self,
-            Self::Virtual {
-                recorded_real_time: Some(_),
-                ..
-            }
-        )
+        matches!(self, Self::Virtual { is_replayed: true, .. })
     }
 
     /// Whether calls take time. In lockstep they do not.

@@ -246,7 +246,7 @@ impl Engine {
         self.rules.set_period(instance, period);
     }
 
-    /// Requests a turn of an instance ahead of its period, if it is awake (R12).
+    /// Requests a turn of an instance in addition to the periodic ones, if it is awake (R12).
     /// Requests before that turn begins are one, so that a flood of them is no flood of signals.
     pub(crate) fn request_turn(&self, instance: usize) {
         if !self.turn_requests[instance].swap(true, Ordering::AcqRel) {

@@ -1,4 +1,4 @@
-//! The extension by which an instance requests turns ahead of its period, from its own threads (R12).
+//! The extension by which an instance requests turns from its own threads (R12).
 
 #![allow(unsafe_code)]
 

@@ -109,7 +109,7 @@ impl Replay {
     ) -> Result<Self, StartError> {
         let (engine, ports) = Engine::new(
             application,
-            Clock::replayed(slack > 0),
+            Clock::replayed(),
             observers,
             None,
             None,

@@ -29,6 +29,8 @@ impl Runner {
         let early = self.engine.stagger(self.number);
         let deadlines = Deadlines::of_awakening(woken, early, self.period, now);
         self.record.begin(Turn::AWOKE);
+        // One of before its sleep.
+        self.engine.end_turn_request(self.number);
         let result;
         (self.phase, result) = installed.wake_up(deadlines, now);
         self.record_look();

@@ -118,8 +118,7 @@ impl Runner {
             self.record.begin(Turn::CYCLED);
             let is_due = now >= deadlines.due();
             let is_requested = awake.requested.is_some_and(|begin| begin <= now);
-            if is_due || is_requested {
-                awake.requested = None;
+            if (is_due || is_requested) && awake.requested.take().is_some() {
                 // What arrives from now on is of another turn.
                 self.engine.end_turn_request(self.number);
             }
@@ -145,9 +144,6 @@ impl Runner {
             self.take_gesture();
         }
         self.end_turn(has_run);
-        if self.phase.awake().is_none_or(|awake| awake.requested.is_none()) {
-            self.engine.end_turn_request(self.number);
-        }
         match &self.phase {
             Phase::Awake(_, awake) => {
                 let due = awake.deadlines.due();
@@ -248,8 +244,9 @@ impl Runner {
     fn add_turn(&mut self) {
         let now = self.engine.clock.now();
         let begin = self.last_turn.saturating_add(MIN_GAP).max(now);
-        if let Some(awake) = self.phase.awake() {
-            awake.requested.get_or_insert(begin);
+        match self.phase.awake() {
+            Some(awake) => _ = awake.requested.get_or_insert(begin),
+            None => self.engine.end_turn_request(self.number),
         }
     }
 

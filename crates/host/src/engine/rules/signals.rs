@@ -39,7 +39,7 @@ pub(crate) enum Signal {
     /// A value that triggers the instance was published (R12), or a driver received a command that cannot
     /// wait.
     Triggered,
-    /// The instance requests a turn ahead of its period (R12).
+    /// The instance requests a turn (R12).
     TurnRequested,
     /// The instance must arbitrate (R4).
     ArbitrationRequested {

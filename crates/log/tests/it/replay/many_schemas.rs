@@ -29,6 +29,16 @@ struct Noise {
     state: u64,
 }
 
+/// Counts what a device says.
+#[derive(Describe)]
+#[schema(perceptive, period = "20ms")]
+struct Device {
+    /// The count.
+    #[export]
+    count: Export<f64>,
+    counted: f64,
+}
+
 /// Averages the sensed level.
 #[derive(Describe)]
 #[schema(perceptive, period = "5ms")]
@@ -144,6 +154,18 @@ impl Schema for Noise {
     }
 }
 
+impl Schema for Device {
+    fn awake(&mut self, cx: &Context) -> Result {
+        cx.require_real_time()
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        self.counted += 1.0;
+        self.count.write(cx, self.counted);
+        Ok(())
+    }
+}
+
 impl Schema for Smooth {
     fn iterate(&mut self, cx: &Context) -> Result {
         if let Some(level) = self.level.get(cx) {
@@ -216,6 +238,7 @@ impl Arbitrate for Leader {
 /// `Above` has no functions for awakening and sleeping, as a schema in C may.
 const SCHEMAS: &[raw::Schema] = &[
     Noise::TABLE,
+    Device::TABLE,
     Smooth::TABLE,
     Many::TABLE,
     raw::Schema {
@@ -265,12 +288,10 @@ fn application(plugins: &Plugins, text: &str) -> Application {
     jde_app::parse(text, Path::new("many.toml"), &[], plugins).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// Records until the driver has exported `levels` levels. Returns the text of the application and the number
-/// of recorded selections.
-fn record(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
+/// Records until the driver has exported `levels` levels. Returns the number of recorded selections.
+fn record(file: &Path, levels: u64, text: &str, real: bool) -> u64 {
     let plugins = plugins();
-    let text = format!("{head}{TEXT}");
-    let application = application(&plugins, &text);
+    let application = application(&plugins, text);
     let options = jde_log::Options {
         origin: Origin::of(&application, true),
         application: Some(&application),
@@ -309,7 +330,7 @@ fn record(file: &Path, levels: u64, head: &str, real: bool) -> (String, u64) {
     let messages = recording.messages().expect("the messages can be read");
     let decisions = messages
         .filter(|message| message.as_ref().expect("the message is intact").channel.topic == "/jde/decisions");
-    (text, decisions.count() as u64)
+    decisions.count() as u64
 }
 
 fn replay(file: &Path, text: &str) -> Verdicts {
@@ -331,7 +352,8 @@ fn replay(file: &Path, text: &str) -> Verdicts {
 fn check_replay_is_same(head: &str, real: bool) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("many.mcap");
-    let (text, decisions) = record(&file, 1500, head, real);
+    let text = format!("{head}{TEXT}");
+    let decisions = record(&file, 1500, &text, real);
     let verdict = replay(&file, &text);
     let first = (verdict.comparison.first.first(), &verdict.values);
     assert!(verdict.is_same(), "{first:#?}");
@@ -372,4 +394,16 @@ fn r16_a_run_in_a_thread_pool_is_replayed_with_the_same_result() {
 #[test]
 fn r16_a_run_in_lockstep_is_replayed_with_the_same_result() {
     check_replay_is_same("", false);
+}
+
+#[test]
+fn r16_a_schema_that_requires_real_time_does_not_awake_in_a_replay() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("device.mcap");
+    let text = TEXT.replace("many.shown", "device.count") + "[schemas.device]\ntype = \"many_schemas/device\"\n";
+    record(&file, 100, &text, true);
+    let values = replay(&file, &text).values.expect("turns contain the written values");
+    let count = values.first.iter().find(|deviation| deviation.schema == "device");
+    let count = count.unwrap_or_else(|| panic!("{values:#?}"));
+    assert_eq!((&*count.recorded, &*count.replayed), ("1", "nothing"));
 }
