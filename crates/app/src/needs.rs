@@ -66,9 +66,10 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
 }
 
 /// Reports schemas that trigger themselves: each value would cause another check at once, which exports the
-/// next value. Other cycles of imports are refused above, triggered or not, unless a motor schema is among
-/// them. A motor schema iterates at its period whatever triggers it (R12), so such a cycle is no faster than
-/// that.
+/// next value. Other cycles of imports are refused above, triggered or not, unless a motor schema or a driver
+/// is among them. A motor schema iterates at its period whatever triggers it (R12), so such a cycle is no
+/// faster than that. A driver exports what has arrived from outside, so what others make of it returns only
+/// once.
 pub(super) fn refuse_self_triggers(
     report: &mut FaultReport,
     drafts: &Drafts,

@@ -1,5 +1,7 @@
 //! The faults of variables that are unknown, missing or of another type.
 
+use jde_app::Binding;
+
 use crate::catalogue::{self, check};
 
 /// The roots of the good application.
@@ -262,6 +264,21 @@ apps/good.toml:40:48: schema `look` would trigger itself without end: `bearing` 
     for accepted in [new.clone() + "triggers = []\n", edit("look.tilt").1] {
         catalogue::application(&[(&old, &accepted)]);
     }
+    let text = edit("pioneer.heading").1 + "triggers = [\"laser\"]\n";
+    let application = catalogue::application(&[(&old, &text)]);
+    let look = application
+        .instance("look")
+        .map(|index| &application.instances[index]);
+    let triggers: Vec<bool> = look.map_or(Vec::new(), |look| {
+        look.bindings
+            .iter()
+            .filter_map(|binding| match binding {
+                Binding::Import { trigger, .. } => Some(*trigger),
+                _ => None,
+            })
+            .collect()
+    });
+    assert_eq!(triggers, [true, false], "a perceptive schema has triggers, too");
 }
 
 #[test]

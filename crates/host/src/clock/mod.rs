@@ -276,7 +276,13 @@ impl Clock {
 
     /// Whether the clock repeats a recorded time, in which no turn is late.
     pub(crate) fn is_replayed(&self) -> bool {
-        matches!(self, Self::Virtual { is_replayed: true, .. })
+        matches!(
+            self,
+            Self::Virtual {
+                is_replayed: true,
+                ..
+            }
+        )
     }
 
     /// Whether calls take time. In lockstep they do not.

@@ -6,15 +6,17 @@ use std::sync::Mutex;
 use jde_abi::raw;
 use jde_app::{Application, Executor};
 use jde_board::value::Value;
-use jde_core::Health;
+use jde_core::{Health, State};
 use jde_host::{Handle, Lockstep, Options, Running};
-use jde_loader::Plugins;
+use jde_loader::{LoadedPlugin, Plugins};
 use jde_schema::TurnRequester;
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
 
 const HOUR: u64 = 3_600_000_000_000;
 
+/// Held by a test that uses the variables below.
+static ALONE: Mutex<()> = Mutex::new(());
 /// Gives its requester to the test.
 static REQUESTER: Mutex<Option<TurnRequester>> = Mutex::new(None);
 /// When each iteration of `once` began and ended.
@@ -43,6 +45,22 @@ struct Wheel {
     speed: Command<f64>,
 }
 
+/// The same without the trigger.
+#[derive(Describe)]
+#[schema(driver, period = "3600s", name = "wheel")]
+struct SlowWheel {
+    /// The speed.
+    #[command(neutral = 0.0, validity = "3600s")]
+    #[expect(dead_code, reason = "only its description is compared")]
+    speed: Command<f64>,
+}
+
+impl Schema for SlowWheel {
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
+}
+
 impl Schema for Wheel {
     fn iterate(&mut self, cx: &Context) -> Result {
         *SPEED.lock().unwrap() = *self.speed.get(cx);
@@ -69,6 +87,7 @@ impl Schema for Once {
 }
 
 static PLUGIN: raw::Plugin = jde_schema::plugin!("turns", "Requests turns.", [Once, Wheel]);
+static SLOW: raw::Plugin = jde_schema::plugin!("turns", "Requests turns.", [Once, SlowWheel]);
 
 fn application(executor: Executor) -> (Application, Plugins) {
     let mut plugins = Plugins::new(Default::default());
@@ -111,6 +130,7 @@ fn is_ok(handle: &Handle) -> bool {
 #[test]
 fn r12_a_schema_requests_turns_in_real_time_and_a_flood_of_requests_is_bounded() {
     let _watchdog = Watchdog::for_test();
+    let _alone = ALONE.lock();
     for executor in [Executor::Threads, Executor::Pool] {
         ITERATIONS.lock().unwrap().clear();
         let (application, plugins) = application(executor);
@@ -150,12 +170,70 @@ fn r12_a_schema_requests_turns_in_real_time_and_a_flood_of_requests_is_bounded()
         // Nothing is there any more.
         request();
     }
+}
+
+#[test]
+fn r12_a_request_of_before_an_awakening_hinders_none_after_it() {
+    let _watchdog = Watchdog::for_test();
+    let _alone = ALONE.lock();
+    let before = iterations();
     let (application, plugins) = application(Executor::Threads);
-    let mut lockstep = Lockstep::start(application, &plugins, Options::default()).unwrap();
+    let running = Running::start(application, &plugins, Options::default()).unwrap();
+    let handle = running.handle();
+    let operator = handle.operator("ana");
+    let asleep = || handle.snapshot().schemas[0].state == State::Slept;
+    until(|| iterations() > before);
+    for _ in 0..50 {
+        // One that is under way as it falls asleep.
+        request();
+        operator.hold_asleep(0).unwrap();
+        until(asleep);
+        request();
+        let done = iterations();
+        operator.release(0).unwrap();
+        until(|| iterations() > done && !asleep());
+        // No request of before hinders this one.
+        let done = iterations();
+        request();
+        until(|| iterations() > done);
+    }
+    assert!(is_ok(&handle));
+}
+
+#[test]
+fn r12_only_real_time_has_requested_turns() {
+    let _watchdog = Watchdog::for_test();
+    let _alone = ALONE.lock();
+    let (fast, plugins) = application(Executor::Threads);
+    let options = Options {
+        speed: 2.0,
+        ..Options::default()
+    };
+    let before = iterations();
+    let running = Running::start(fast, &plugins, options).unwrap();
+    until(|| iterations() > before);
+    running.handle().stop();
+    running.wait();
+    assert!(REQUESTER.lock().unwrap().is_none(), "time is twice as fast");
+    let (slow, plugins) = application(Executor::Threads);
+    let mut lockstep = Lockstep::start(slow, &plugins, Options::default()).unwrap();
     lockstep.run_until(HOUR / 2);
     assert_eq!(*SPEED.lock().unwrap(), iterations() as f64, "a command triggers");
     assert!(
         REQUESTER.lock().unwrap().is_none(),
         "virtual time has only periods"
+    );
+}
+
+#[test]
+fn a_build_whose_command_triggers_no_longer_keeps_the_setting_and_says_so() {
+    let _alone = ALONE.lock();
+    let (application, plugins) = application(Executor::Threads);
+    let lockstep = Lockstep::start(application, &plugins, Options::default()).unwrap();
+    let build = LoadedPlugin::linked_in(&SLOW).unwrap();
+    let notes = lockstep.handle().operator("ana").check_build(1, &build).unwrap();
+    assert_eq!(
+        notes,
+        ["the command `speed` is no longer a trigger; the application keeps its setting"]
     );
 }

@@ -164,7 +164,7 @@ fn describe_port(port: &Port) -> String {
                 "{value_type}, in force for {}, neutral {}{}",
                 format_setting(*validity_ns),
                 of_type(neutral),
-                if *trigger { ", trigger" } else { "" }
+                if *trigger { ", triggers" } else { "" }
             )
         }
     };

@@ -65,7 +65,9 @@ class Context:
     def require_real_time(self) -> None:
         """Raise an error in lockstep and in a replay: for what speaks to a device, in `awake`."""
         if not self.is_real_time:
-            raise RuntimeError("its device runs in real time, and the application does not: it runs without --lockstep, and in no replay")
+            raise RuntimeError(
+                "its device runs in real time, and the application does not: it runs without --lockstep, and in no replay"
+            )
 
     def sample(self, port: Import[T] | Modulation[T] | Command[T]) -> Sample[T] | None:
         """Return the value of an input with its stamp, or None if it has no value: `cx.sample(Shy.laser)`."""

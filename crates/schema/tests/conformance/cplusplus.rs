@@ -2,8 +2,9 @@
 //! behaves the same as one in Rust.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::Command as Program;
 
+use jde_abi::describe::Role;
 use jde_abi::read;
 use jde_schema::bench::{Bench, Foreign};
 use jde_schema::prelude::*;
@@ -84,6 +85,22 @@ struct Porter {
     /// Whether it hurries.
     #[modulates(child = "cruise")]
     hurry: Modulates<bool>,
+}
+
+/// Locks a door.
+#[derive(Describe)]
+#[schema(driver, period = "1s")]
+struct Bolt {
+    /// Where it is to be.
+    #[command(neutral = 0.0, validity = "500ms", trigger, unit = "m")]
+    #[expect(dead_code, reason = "only its description is compared")]
+    place: Command<f64>,
+}
+
+impl Schema for Bolt {
+    fn iterate(&mut self, _: &Context) -> Result {
+        Ok(())
+    }
 }
 
 impl Schema for Porter {
@@ -303,8 +320,21 @@ fn the_standard_types_in_cplusplus_equal_those_in_rust() {
 }
 
 #[test]
+fn r12_a_driver_in_cplusplus_whose_command_triggers_is_described_as_in_rust() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cpp/doors.cpp");
+    // SAFETY: the table of a plugin that stays loaded.
+    let plugin = unsafe { read::plugin(open(&compile(&source, "bolt"))) }.expect("the tables are valid");
+    let in_rust = Bench::<Bolt>::new();
+    assert_eq!(plugin.schemas[1].ports, in_rust.description().ports);
+    assert!(matches!(
+        plugin.schemas[1].ports[0].role,
+        Role::Command { trigger: true, .. }
+    ));
+}
+
+#[test]
 fn a_library_needs_no_code_to_be_described() {
-    let output = Command::new("nm")
+    let output = Program::new("nm")
         .arg("-C")
         .arg(compile(
             &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cpp/doors.cpp"),
@@ -324,21 +354,21 @@ fn a_library_needs_no_code_to_be_described() {
 fn the_bench_in_cplusplus_passes_its_tests() {
     let program = output("bench-cpp");
     let warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"];
-    run(Command::new("c++")
+    run(Program::new("c++")
         .args(["-std=c++17", "-I"])
         .arg(include())
         .args(warnings)
         .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cpp/bench.cpp"))
         .arg("-o")
         .arg(&program));
-    run(&mut Command::new(program));
+    run(&mut Program::new(program));
 }
 
 #[test]
 fn the_headers_are_free_of_warnings_in_cplusplus_20() {
     for source in ["tests/cpp/doors.cpp", "examples/cpp/gauge.cpp"] {
         let warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"];
-        run(Command::new("c++")
+        run(Program::new("c++")
             .args(["-std=c++20", "-fsyntax-only", "-I"])
             .arg(include())
             .args(warnings)
@@ -374,7 +404,7 @@ fn a_mistake_is_a_compile_error_in_words() {
         );
         let file = output("mistake.cpp");
         std::fs::write(&file, &source).expect("written");
-        let compiled = Command::new("c++")
+        let compiled = Program::new("c++")
             .args(["-std=c++17", "-fsyntax-only", "-I"])
             .arg(include())
             .arg(&file)

@@ -1,4 +1,4 @@
-// A father with a value of its own, a choice and an inspection: the same as `Porter` of the tests in Rust.
+// A father with a value of its own, a choice and an inspection, and a driver: the same as `Porter` and `Bolt` of the tests in Rust.
 #include <jde.hpp>
 
 #include <limits>
@@ -96,4 +96,15 @@ public:
     }
 };
 
-JDE_EXPORT_PLUGIN("porter", "0.1.0", "Passes doors.", Porter);
+struct BoltPorts : jde::Ports {
+    jde::Command<double> place{*this, "place", "Where it is to be.", 0.0, 500ms, jde::trigger, jde::unit("m")};
+};
+
+class Bolt : public jde::Driver<BoltPorts> {
+public:
+    static constexpr jde::About about() { return {"bolt", "Locks a door.", 1s}; }
+
+    void iterate(jde::Context &) override {}
+};
+
+JDE_EXPORT_PLUGIN("porter", "0.1.0", "Passes doors.", Porter, Bolt);

@@ -400,9 +400,12 @@ fn r16_a_run_in_lockstep_is_replayed_with_the_same_result() {
 fn r16_a_schema_that_requires_real_time_does_not_awake_in_a_replay() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("device.mcap");
-    let text = TEXT.replace("many.shown", "device.count") + "[schemas.device]\ntype = \"many_schemas/device\"\n";
+    let text =
+        TEXT.replace("many.shown", "device.count") + "[schemas.device]\ntype = \"many_schemas/device\"\n";
     record(&file, 100, &text, true);
-    let values = replay(&file, &text).values.expect("turns contain the written values");
+    let values = replay(&file, &text)
+        .values
+        .expect("turns contain the written values");
     let count = values.first.iter().find(|deviation| deviation.schema == "device");
     let count = count.unwrap_or_else(|| panic!("{values:#?}"));
     assert_eq!((&*count.recorded, &*count.replayed), ("1", "nothing"));
