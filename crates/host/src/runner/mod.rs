@@ -33,9 +33,8 @@ use deadlines::Lateness;
 use phase::Phase;
 use turn_record::TurnRecord;
 
-/// The time from the end of a turn until one that an instance requests, ns (R12): a flood of requests is a thousand turns per
-/// second.
-const MIN_GAP: Nanos = 1_000_000;
+/// The least time from the end of a turn until one that an instance requests, ns (R12).
+const MIN_REST: Nanos = 200_000;
 
 /// Takes one instance through the phases of its life.
 pub(crate) struct Runner {
@@ -50,6 +49,9 @@ pub(crate) struct Runner {
     last_iteration: Nanos,
     /// When its last turn with a check or an iteration ended.
     last_turn: Nanos,
+    /// The time from the end of that turn until a requested one may begin: a flood of requests takes at most half of the
+    /// time.
+    rest: Nanos,
     /// A build took over in this turn; the result is reported at its end.
     takeover_pending: bool,
     /// The times of its drawings.
@@ -83,6 +85,7 @@ impl Runner {
             lateness: Lateness::default(),
             last_iteration: 0,
             last_turn: 0,
+            rest: 0,
             takeover_pending: false,
             pace: DrawingPace::default(),
             record: TurnRecord::new(number, journal, engine.clock.is_replayed()),
@@ -112,9 +115,9 @@ impl Runner {
             self.process_signals(inbox);
         }
         let mut has_run = false;
+        let now = self.engine.clock.now();
         if let Some(awake) = self.phase.awake() {
             let deadlines = awake.deadlines;
-            let now = self.engine.clock.now();
             self.record.begin(Turn::CYCLED);
             let is_due = now >= deadlines.due();
             let is_requested = awake.requested.is_some_and(|begin| begin <= now);
@@ -143,7 +146,7 @@ impl Runner {
         if touched {
             self.take_gesture();
         }
-        self.end_turn(has_run);
+        self.end_turn(has_run, now);
         match &self.phase {
             Phase::Awake(_, awake) => {
                 let due = awake.deadlines.due();
@@ -206,10 +209,11 @@ impl Runner {
     }
 
     /// Ends a turn: a takeover in it has succeeded so far, and a trial may be over.
-    fn end_turn(&mut self, has_run: bool) {
+    fn end_turn(&mut self, has_run: bool, begun: Nanos) {
         let now = self.engine.clock.now();
         if has_run {
             self.last_turn = now;
+            self.rest = MIN_REST.max(now - begun);
         }
         if std::mem::take(&mut self.takeover_pending) {
             self.engine.builds.finish_swap(self.number, Ok(()));
@@ -243,7 +247,7 @@ impl Runner {
     /// Adds a turn, which begins now unless the one before has only just ended (R12). Its deadlines stay.
     fn add_turn(&mut self) {
         let now = self.engine.clock.now();
-        let begin = self.last_turn.saturating_add(MIN_GAP).max(now);
+        let begin = self.last_turn.saturating_add(self.rest).max(now);
         match self.phase.awake() {
             Some(awake) => _ = awake.requested.get_or_insert(begin),
             None => self.engine.end_turn_request(self.number),
