@@ -167,7 +167,7 @@ fn flood(programs: &Programs, keys: &str, side: &str, bytes: u32) -> Result<(Arr
     );
     let out = format!(
         "{head}{IDLE}{topics}publish.{topic} = \"talk.out\"\n\
-         [schemas.talk]\ntype = \"bench-000/talk\"\nbytes = {bytes}\n"
+         [schemas.talk]\ntype = \"bench-000/talk\"\nbytes = {bytes}\nperiod = \"100us\"\n"
     );
     let into = format!(
         "{head}roots = [\"heard\"]\n{topics}subscribe.{topic} = \"value\"\n\
