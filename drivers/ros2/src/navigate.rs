@@ -12,6 +12,10 @@ use crate::velocity::{self, VelocitySubscription};
 
 /// Checks without an iteration between them, after which the schema does not drive any more.
 const LOST: u32 = 2;
+/// How long a rejected goal is sent again, and how often: Nav2 offers its action before it is active, and rejects goals until
+/// then.
+const REJECTED: Duration = Duration::from_secs(30);
+const AGAIN: Duration = Duration::from_secs(1);
 const NO_TOPIC: &str = "it commands the base with the velocities of a topic, as in \"nav/cmd_vel\"";
 
 node_schema! {
@@ -19,7 +23,8 @@ node_schema! {
     ///
     /// It is READY while there is a target that was not reached or given up and Nav2 answers. As WINNER it sends the target
     /// as a goal of `NavigateToPose`, and commands the base with the velocities that Nav2 publishes. When it loses the base, it
-    /// cancels the goal, and sends it again when it wins.
+    /// cancels the goal, and sends it again when it wins. A goal that Nav2 rejects is sent again for 30 s, because Nav2 rejects
+    /// all of them until it is active.
     #[schema(motor, period = "50ms", budget = "10ms")]
     pub struct Navigate {
         /// The action of Nav2.
@@ -64,6 +69,8 @@ struct ActiveNavigate {
     target: Option<Pose2D>,
     /// Whether the present goal is the newest target.
     is_sent: bool,
+    /// When Nav2 rejected the newest target first, and when it is sent again.
+    rejected: Option<(Duration, Duration)>,
     /// Whether the newest target was reached, or why it was given up.
     outcome: Option<Result<(), String>>,
     /// What Nav2 lacks.
@@ -118,7 +125,8 @@ impl Schema for Navigate {
             return Ok(());
         };
         let node = &active.connection.node;
-        if !active.is_sent {
+        let may_send = active.rejected.is_none_or(|(_, again)| cx.now() >= again);
+        if !active.is_sent && may_send {
             let stamp = active.connection.clock.stamp(cx.now());
             let pose = goal::stamped(target, frame.as_str(), stamp);
             active.client.send(node, &json!({ "pose": pose }));
@@ -182,6 +190,7 @@ impl Navigate {
             newest: None,
             target: None,
             is_sent: false,
+            rejected: None,
             outcome: None,
             missing: None,
             distance: 0.0,
@@ -197,7 +206,7 @@ impl ActiveNavigate {
     fn choose(&mut self, target: Option<Pose2D>) {
         if self.target != target {
             (self.target, self.outcome, self.is_sent) = (target, None, false);
-            self.distance = 0.0;
+            (self.rejected, self.distance) = (None, 0.0);
         }
     }
 
@@ -212,8 +221,8 @@ impl ActiveNavigate {
                 }
                 // The goal of an earlier target, or one that was canceled here.
                 _ if !self.is_sent => {}
-                GoalEvent::Accepted => {}
-                GoalEvent::Rejected => self.end(Err("Nav2 rejects the target".to_owned())),
+                GoalEvent::Accepted => self.rejected = None,
+                GoalEvent::Rejected => self.reject(cx.now()),
                 GoalEvent::Ended(GoalStatus::Succeeded, _) => self.end(Ok(())),
                 GoalEvent::Ended(GoalStatus::Canceled, _) => {
                     self.end(Err("another program canceled it".to_owned()));
@@ -235,6 +244,14 @@ impl ActiveNavigate {
         self.missing = is_missing.then(|| self.client.name().to_owned());
     }
 
+    fn reject(&mut self, now: Duration) {
+        let since = self.rejected.map_or(now, |(since, _)| since);
+        (self.rejected, self.is_sent) = (Some((since, now + AGAIN)), false);
+        if now >= since + REJECTED {
+            self.end(Err("Nav2 rejects the target".to_owned()));
+        }
+    }
+
     fn end(&mut self, outcome: Result<(), String>) {
         self.reached += u32::from(outcome.is_ok());
         (self.outcome, self.is_sent) = (Some(outcome), false);
@@ -251,6 +268,10 @@ impl ActiveNavigate {
             (None, Some(name)) => (Mission::RUNNING, format!("no node offers {name}")),
             (None, None) if self.target.is_none() => (Mission::RUNNING, String::from("no target")),
             (None, None) if self.client.is_active() => (Mission::RUNNING, String::from("Nav2 drives")),
+            (None, None) if self.rejected.is_some() => (
+                Mission::RUNNING,
+                String::from("Nav2 rejects the target, and is asked again"),
+            ),
             (None, None) => (Mission::RUNNING, String::from("waits for the base")),
         };
         Mission {

@@ -13,6 +13,8 @@ struct Nav2 {
     node: Node,
     server: ActionServer,
     fixture: Fixture<Navigate>,
+    /// The time of the application beyond that of the machine.
+    ahead: Duration,
 }
 
 impl Nav2 {
@@ -30,12 +32,15 @@ impl Nav2 {
             node,
             server,
             fixture: fixture.awake(),
+            ahead: Duration::ZERO,
         }
     }
 
     /// One turn of a schema that wins whenever it is READY. Returns whether it was.
     fn turn(&mut self) -> bool {
-        self.fixture.bench.set_now(self.fixture.start.elapsed());
+        self.fixture
+            .bench
+            .set_now(self.fixture.start.elapsed() + self.ahead);
         let ready = self.fixture.bench.check().unwrap().ready;
         if ready {
             self.fixture.bench.iterate().unwrap();
@@ -60,14 +65,25 @@ impl Nav2 {
         loop {
             self.turn();
             self.server.poll(&self.node, Duration::from_secs(1), |_| true);
-            let mission = self
-                .fixture
-                .bench
-                .exported::<Mission>("mission")
-                .unwrap_or_default();
+            let mission = self.mission();
             if mission.state == state {
                 return mission.note.to_string();
             }
+        }
+    }
+
+    fn mission(&self) -> Mission {
+        self.fixture
+            .bench
+            .exported::<Mission>("mission")
+            .unwrap_or_default()
+    }
+
+    /// Takes turns until the schema knows that its goal is rejected.
+    fn until_rejected(&mut self) {
+        while self.mission().note.as_str() != "Nav2 rejects the target, and is asked again" {
+            assert!(self.turn() || self.mission().note.as_str().contains("no node offers"));
+            self.server.poll(&self.node, Duration::from_secs(1), |_| false);
         }
     }
 
@@ -135,6 +151,30 @@ fn a_target_that_nav2_gives_up_fails_with_its_words_until_another_one() {
     assert!(!nav2.turn());
     nav2.aim(3.0);
     assert!(matches!(nav2.request(), ServerEvent::Accepted(..)));
+}
+
+#[test]
+fn a_goal_that_nav2_rejects_because_it_is_not_active_is_sent_again() {
+    let mut nav2 = Nav2::new();
+    nav2.aim(2.0);
+    nav2.until_rejected();
+    nav2.ahead += Duration::from_secs(1);
+    let ServerEvent::Accepted(id, _) = nav2.request() else {
+        panic!("the goal was sent again");
+    };
+    nav2.server.end(&nav2.node, id, GoalStatus::Succeeded, json!({}));
+    assert_eq!(nav2.until_state(Mission::DONE), "reached");
+    // The next one is rejected for longer.
+    nav2.aim(3.0);
+    nav2.until_rejected();
+    nav2.ahead += Duration::from_secs(30);
+    let rejects = |nav2: &mut Nav2| nav2.server.poll(&nav2.node, Duration::from_secs(1), |_| false);
+    while nav2.mission().state != Mission::FAILED {
+        nav2.turn();
+        rejects(&mut nav2);
+    }
+    assert_eq!(nav2.mission().note.as_str(), "Nav2 rejects the target");
+    assert!(!nav2.turn());
 }
 
 #[test]
