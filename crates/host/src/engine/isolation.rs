@@ -10,8 +10,14 @@ impl Engine {
     /// Gives up an instance whose process died or whose call hangs. The level selects again, and the next
     /// awakening creates a new instance of the build in force.
     pub(crate) fn report_death(&self, instance: usize, reason: String) {
-        self.rules.signals.send(instance, Signal::Replaced);
-        let moment = self.report_fault(instance, reason.clone());
+        let signals = &self.rules.signals;
+        let mut posted = false;
+        let moment = self.report_fault_with(instance, reason.clone(), || {
+            posted = signals.post(instance, Signal::Replaced);
+        });
+        if posted {
+            signals.notify(instance);
+        }
         self.rules.record_turn(Turn::GIVEN_UP, instance, 0, moment);
         self.roll_back_build(instance, &reason);
     }

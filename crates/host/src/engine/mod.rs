@@ -217,6 +217,11 @@ impl Engine {
     /// Reports that a call into the instance failed, and retracts the instance's exports. A driver that never
     /// completed an iteration ends the application, which cannot work without it.
     pub(crate) fn report_fault(&self, instance: usize, reason: String) -> Moment {
+        self.report_fault_with(instance, reason, || ())
+    }
+
+    /// The same, with something to do within its transaction, before a later one can wake the instance.
+    pub(super) fn report_fault_with(&self, instance: usize, reason: String, within: impl FnOnce()) -> Moment {
         let meter = &self.metrics[instance];
         // The event has the whole reason, such as a traceback.
         let summary = reason.lines().next().unwrap_or_default();
@@ -235,6 +240,7 @@ impl Engine {
             .transact_for(instance, |hierarchy, now, out| {
                 // In the transaction, so that a snapshot shows the fault with its effect.
                 meter.faults.fetch_add(1, Ordering::Relaxed);
+                within();
                 hierarchy.faulted(now, schema(instance), reason, out);
             })
             .1

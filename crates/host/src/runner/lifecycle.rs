@@ -18,6 +18,10 @@ impl Runner {
         if self.engine.operators.is_unloaded(self.number) || self.phase.is_awake() {
             return;
         }
+        // Its process died since, and the rules know it: its restart wakes it again.
+        if self.engine.rules.is_faulted(self.number) {
+            return;
+        }
         let installed = match self.phase.take() {
             Some((installed, _)) => installed,
             None => match self.create() {

@@ -16,6 +16,9 @@ use jde_watchdog::Watchdog;
 
 use super::{Engine, Notifier, Signal, schema};
 use crate::clock::Clock;
+use crate::inbox::Inbox;
+use crate::prepare::original_build;
+use crate::runner::Runner;
 
 /// A motor schema that does nothing. The tests report its checks.
 #[derive(Describe)]
@@ -38,8 +41,12 @@ struct Report {
 }
 
 impl Schema for Report {
-    fn iterate(&mut self, cx: &Context) -> jde_schema::Result {
+    fn check(&mut self, cx: &Context) -> jde_schema::Result<Precondition> {
         self.mission.write(cx, Mission::default());
+        Ok(true.into())
+    }
+
+    fn iterate(&mut self, _: &Context) -> jde_schema::Result {
         Ok(())
     }
 }
@@ -100,7 +107,10 @@ impl CountingNotifier {
 }
 
 impl Notifier for CountingNotifier {
-    fn post(&self, _: usize, _: Signal) -> bool {
+    fn post(&self, _: usize, signal: Signal) -> bool {
+        let engine = self.engine.get().and_then(Weak::upgrade).unwrap();
+        let is_alone = matches!(signal, Signal::Replaced) && engine.rules.is_unlocked();
+        assert!(!is_alone, "another transaction may come between a fault and this");
         self.posted.fetch_add(1, Ordering::Relaxed);
         true
     }
@@ -120,10 +130,19 @@ impl Notifier for CountingNotifier {
 
 /// An engine of that application. Its clock stands still.
 fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<CountingNotifier>) {
+    let (engine, notifier, _) = engine_and_runner(text, observers);
+    (engine, notifier)
+}
+
+/// The same, with the runner of the first instance.
+fn engine_and_runner(
+    text: &str,
+    observers: Vec<Box<dyn Observer>>,
+) -> (Arc<Engine>, Arc<CountingNotifier>, Runner) {
     let mut plugins = Plugins::new(SearchPath::default());
     plugins.link(&PLUGIN).unwrap();
     let application = parse(text, Path::new("test.toml"), &[], &plugins).unwrap();
-    let (engine, _ports) = Engine::new(
+    let (engine, mut ports) = Engine::new(
         application,
         Clock::new_virtual(),
         observers,
@@ -137,7 +156,9 @@ fn engine(text: &str, observers: Vec<Box<dyn Observer>>) -> (Arc<Engine>, Arc<Co
     counting.engine.set(Arc::downgrade(&engine)).unwrap();
     let notifier: Arc<dyn Notifier> = Arc::clone(&counting) as _;
     engine.attach(&notifier);
-    (engine, counting)
+    let build = original_build(&engine.application, &plugins, &engine.application.instances[0]).unwrap();
+    let runner = Runner::new(&engine, 0, build, ports.remove(0));
+    (engine, counting, runner)
 }
 
 #[test]
@@ -238,6 +259,30 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
             .read(|rules| matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_)));
         assert_eq!(blamed, expected, "begun at {begun:?}, returned: {returned}");
     }
+}
+
+#[test]
+fn r7_an_awakening_of_before_a_death_brings_no_instance_back() {
+    const REPORTS: &str = "roots = [\"report\"]\n[schemas.report]\ntype = \"engine-tests/report\"\n";
+    let (engine, _notifier, mut runner) = engine_and_runner(REPORTS, vec![]);
+    let mut turn = |signal| {
+        let mut inbox = Inbox::default();
+        inbox.push(signal);
+        runner.take_turn(inbox)
+    };
+    let mission = engine.variables.of(0, 0).unwrap();
+    engine.rules.start();
+    turn(Signal::Awake(0));
+    assert!(!mission.is_retracted(), "it has a value");
+    engine.report_death(0, String::from("its process died"));
+    for signal in [Signal::Replaced, Signal::Awake(0), Signal::Asleep] {
+        turn(signal);
+    }
+    assert!(mission.is_retracted());
+    engine.clock.advance_to(3_600_000_000_000);
+    engine.tick();
+    turn(Signal::Awake(3_600_000_000_000));
+    assert!(!mission.is_retracted(), "its successor has one");
 }
 
 /// Records the missions that stall.
