@@ -25,6 +25,13 @@ const TOOLS: &str = "drivers/ros2/tests/peers/ros2_tools.py";
 const SOURCED: &str = "command -v ros2 && ros2 pkg prefix rmw_zenoh_cpp && python3 -c 'import rclpy'";
 /// The schemas of `ros2-arbiter` that connect.
 const SOURCES: [&str; 4] = ["robot", "teleop", "docking", "navigation"];
+/// The packages of Nav2 that drive a robot.
+const NAV2: [&str; 4] = [
+    "nav2_planner",
+    "nav2_regulated_pure_pursuit_controller",
+    "nav2_behaviors",
+    "nav2_bt_navigator",
+];
 /// Why it was not used.
 pub(crate) const NOT_SOURCED: &str =
     "no ROS 2 with rmw_zenoh_cpp is sourced in this terminal: source /opt/ros/jazzy/setup.bash";
@@ -143,7 +150,14 @@ impl<'a> Peers<'a> {
             return Ok(());
         }
         let mut application = self.jde("ros2-goals", &["topics", "goals"]);
-        beside(self.context, &mut application, tools("goals"))
+        beside(self.context, &mut application, tools("goals"))?;
+        if !NAV2.iter().all(|package| has(package)) {
+            println!("SKIPPED: no Nav2 in this ROS 2, so it drives no robot of jde");
+            return Ok(());
+        }
+        let mut application = self.jde("ros2-nav2", &["topics", "nav2"]);
+        application.arg("--set=nav2.target={ pose = [3.55, 2.8, \"90 deg\"], set = true }");
+        beside(self.context, &mut application, tools("nav2"))
     }
 
     /// Runs an application while a ROS 2 program, which has this role, uses it.

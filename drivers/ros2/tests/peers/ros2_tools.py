@@ -4,6 +4,7 @@
     ros2_tools.py frames PORT    beside `jde run ros2` without static transforms: robot_state_publisher says where its laser is
     ros2_tools.py arbiter PORT   beside `jde run ros2-arbiter`: they drive by a topic of another name
     ros2_tools.py goals PORT     beside `jde run ros2-goals`: they show its map and send it to a place
+    ros2_tools.py nav2 PORT      beside `jde run ros2-nav2` with a target: Nav2 drives there
     ros2_tools.py services PORT JDE
                                 they launch services.toml with parameters and other names, and call its service
 
@@ -130,6 +131,16 @@ def goals():
     shows(f"{send} '{{pose: {{header: {{frame_id: map}}, {place}}}}}'", "distance_remaining: ", "SUCCEEDED")
 
 
+def nav2():
+    launch = ["launch", str(Path(__file__).with_name("nav2.launch.py"))]
+    with Tool(*launch, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL):
+        latched = "--qos-durability transient_local --qos-reliability reliable"
+        status = "/navigate_to_pose/_action/status action_msgs/msg/GoalStatusArray"
+        # 4 is SUCCEEDED.
+        shows(f"topic echo {latched} {status}", "status: 4")
+        shows(f"topic echo {ALONE} --once --filter m.pose.pose.position.y>2.6 /odom", "y: ")
+
+
 def services():
     from std_srvs.srv import SetBool
 
@@ -160,5 +171,5 @@ def services():
 
 if __name__ == "__main__":
     variables = os.environ | environment(int(sys.argv[2])) | {"PYTHONUNBUFFERED": "1"}
-    roles = {"robot": robot, "frames": frames, "arbiter": arbiter, "goals": goals, "services": services}
+    roles = {"robot": robot, "frames": frames, "arbiter": arbiter, "goals": goals, "nav2": nav2, "services": services}
     roles[sys.argv[1]]()
