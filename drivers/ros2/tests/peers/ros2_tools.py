@@ -138,7 +138,7 @@ def nav2():
         status = "/navigate_to_pose/_action/status action_msgs/msg/GoalStatusArray"
         # 4 is SUCCEEDED.
         shows(f"topic echo {latched} {status}", "status: 4")
-        shows(f"topic echo {ALONE} --once --filter m.pose.pose.position.y>2.6 /odom", "y: ")
+        shows(f"topic echo {ALONE} --once --filter m.pose.pose.position.y>2.3 /odom", "y: ")
 
 
 def services():
