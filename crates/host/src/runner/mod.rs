@@ -213,7 +213,7 @@ impl Runner {
         let now = self.engine.clock.now();
         if has_run {
             self.last_turn = now;
-            self.rest = MIN_REST.max(now - begun);
+            self.rest = MIN_REST.max(now.saturating_sub(begun));
         }
         if std::mem::take(&mut self.takeover_pending) {
             self.engine.builds.finish_swap(self.number, Ok(()));
