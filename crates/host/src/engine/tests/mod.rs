@@ -262,7 +262,7 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
 }
 
 #[test]
-fn r7_an_awakening_of_before_a_death_brings_no_instance_back() {
+fn r2_an_awakening_of_before_a_death_brings_no_instance_back() {
     const REPORTS: &str = "roots = [\"report\"]\n[schemas.report]\ntype = \"engine-tests/report\"\n";
     let (engine, _notifier, mut runner) = engine_and_runner(REPORTS, vec![]);
     let mut turn = |signal| {
