@@ -113,7 +113,7 @@ public:
     void require_real_time() const
     {
         if (JDE_HOST_HAS(&host_, real_time) && host_.real_time(raw_) == 0) {
-            throw Failure("it speaks to a device, which can be neither hurried nor halted: it runs without --lockstep, "
+            throw Failure("it speaks to a device, which can be neither hurried nor halted: run without --lockstep, "
                           "--speed and --break, and in no replay (--record FILE --when CONDITION records what leads to a moment)");
         }
     }

@@ -61,8 +61,8 @@ impl Context<'_> {
             return Ok(());
         }
         Err(
-            "it speaks to a device, which can be neither hurried nor halted: it runs without --lockstep, --speed and \
-             --break, and in no replay (--record FILE --when CONDITION records what leads to a moment)"
+            "it speaks to a device, which can be neither hurried nor halted: run without --lockstep, --speed and --break, \
+             and in no replay (--record FILE --when CONDITION records what leads to a moment)"
                 .into(),
         )
     }

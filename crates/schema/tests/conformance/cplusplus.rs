@@ -225,9 +225,19 @@ fn behaviour<S>(bench: &mut Bench<S>) -> Vec<String> {
 
 #[test]
 fn a_father_in_cplusplus_is_described_and_behaves_as_in_rust() {
-    // SAFETY: the table of a plugin that stays loaded.
-    let mut foreign: Bench<Foreign> =
-        unsafe { Bench::foreign(load("tests/cpp/doors.cpp")) }.expect("an instance");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cpp/doors.cpp");
+    let plugin = open(&compile(&source, "doors"));
+    // SAFETY: the tables of a plugin that stays loaded.
+    let (described, mut foreign): (_, Bench<Foreign>) = unsafe {
+        let described = read::plugin(plugin).expect("the tables are valid");
+        (
+            described,
+            Bench::foreign(&*(*plugin).schemas).expect("an instance"),
+        )
+    };
+    let bolt = &described.schemas[1].ports;
+    assert_eq!(*bolt, Bench::<Bolt>::new().description().ports);
+    assert!(matches!(bolt[0].role, Role::Command { trigger: true, .. }), "R12");
     let in_rust = behaviour(&mut Bench::<Porter>::new());
     assert!(
         in_rust[2].contains("import `doors` has no value"),
@@ -317,19 +327,6 @@ fn the_standard_types_in_cplusplus_equal_those_in_rust() {
             .zip(&standard)
             .all(|(port, ty)| port.value_type.same_as(ty))
     );
-}
-
-#[test]
-fn r12_a_driver_in_cplusplus_whose_command_triggers_is_described_as_in_rust() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cpp/doors.cpp");
-    // SAFETY: the table of a plugin that stays loaded.
-    let plugin = unsafe { read::plugin(open(&compile(&source, "bolt"))) }.expect("the tables are valid");
-    let in_rust = Bench::<Bolt>::new();
-    assert_eq!(plugin.schemas[1].ports, in_rust.description().ports);
-    assert!(matches!(
-        plugin.schemas[1].ports[0].role,
-        Role::Command { trigger: true, .. }
-    ));
 }
 
 #[test]
