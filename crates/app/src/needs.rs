@@ -1,5 +1,5 @@
-//! Which schemas keep each other awake (R6), and the check that perceptive schemas do not keep each other
-//! awake for ever.
+//! Which schemas keep each other awake (R6), and the check that perceptive schemas and drivers do not keep
+//! each other awake for ever.
 
 use jde_abi::describe::{Kind, Role, Schema};
 
@@ -39,7 +39,7 @@ pub(super) fn of_the_roots(report: &mut FaultReport, drafts: &Drafts, awake: &[T
     needed
 }
 
-/// Reports imports by which perceptive schemas need each other in a cycle: none of them could ever sleep.
+/// Reports imports by which perceptive schemas and drivers need each other in a cycle: none of them could ever sleep.
 pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances: &[Option<InstanceConfig>]) {
     let edges: Vec<Vec<Edge>> = instances
         .iter()
@@ -57,19 +57,18 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
             .fault(
                 &span,
                 format!(
-                    "perceptive schemas would keep each other awake for ever: {}",
+                    "these schemas would keep each other awake for ever: {}",
                     names.join(" -> ")
                 ),
             )
-            .advise("break the cycle: let one of them read another variable, or none");
+            .advise("break the cycle: let one of them read another variable, or none; of a driver, a second one can take what they export");
     }
 }
 
 /// Reports schemas that trigger themselves: each value would cause another check at once, which exports the
-/// next value. Other cycles of imports are refused above, triggered or not, unless a motor schema or a driver
-/// is among them. A motor schema iterates at its period whatever triggers it (R12), so such a cycle is no
-/// faster than that. A driver exports what has arrived from outside, so what others make of it returns only
-/// once.
+/// next value. Other cycles of imports are refused above, triggered or not, unless a motor schema is among
+/// them. A motor schema iterates at its period whatever triggers it (R12), so such a cycle is no faster than
+/// that.
 pub(super) fn refuse_self_triggers(
     report: &mut FaultReport,
     drafts: &Drafts,

@@ -256,7 +256,7 @@ apps/good.toml:9:84: `/c` in `subscribe` of schema `topics`: the type `nav_msgs/
 }
 
 #[test]
-fn a_cycle_through_a_list_is_refused_at_its_entry() {
+fn r12_a_cycle_of_drivers_is_refused_at_the_entry_of_a_list() {
     check(
         r#"subscribe = { "/there" = "there", "/a" = { as = "seen", type = "nav_msgs/msg/Odometry" } }
 publish = { "/b" = "other.seen" }
@@ -266,8 +266,8 @@ type      = "topics"
 subscribe = { "/b" = { as = "seen", type = "nav_msgs/msg/Odometry" } }
 publish   = { "/c" = "topics.seen" }"#,
         r#"
-apps/good.toml:15:22: perceptive schemas would keep each other awake for ever: topics -> other -> topics
-    help: break the cycle: let one of them read another variable, or none
+apps/good.toml:15:22: these schemas would keep each other awake for ever: topics -> other -> topics
+    help: break the cycle: let one of them read another variable, or none; of a driver, a second one can take what they export
 "#,
     );
 }

@@ -296,8 +296,8 @@ imports = { laser = "pioneer.laser", bearing = "look.heading" }
 "#,
         )],
         r#"
-apps/good.toml:43:48: perceptive schemas would keep each other awake for ever: look -> peer -> look
-    help: break the cycle: let one of them read another variable, or none
+apps/good.toml:43:48: these schemas would keep each other awake for ever: look -> peer -> look
+    help: break the cycle: let one of them read another variable, or none; of a driver, a second one can take what they export
 "#,
     );
 }
