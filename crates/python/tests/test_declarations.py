@@ -1,12 +1,14 @@
-"""Mistakes in the declaration of a schema are errors in words, at the line of its class."""
+"""Declarations of schemas: mistakes are errors in words, at the line of the class, and `jde describe` shows the rest."""
 
 from __future__ import annotations
 
+import json
 import re
 from typing import Any
 
 import pytest
 
+from conftest import Robot
 from jde import (
     Actuator,
     Child,
@@ -180,3 +182,23 @@ def test_the_tables_are_checked_as_those_of_any_plugin() -> None:
         Bench(Odd)
     with pytest.raises(ValueError, match="port `speed`.*miles"):
         Bench(Far)
+
+
+def test_a_command_that_triggers_is_described(robot: Robot) -> None:
+    (robot.folder / "lock.py").write_text(
+        """
+from jde import Command, Schema, command
+
+class Lock(Schema, kind="driver", period="1s"):
+    \"\"\"Locks a door.\"\"\"
+
+    place: Command[float] = command(0.0, validity="500ms", trigger=True)
+    force: Command[float] = command(0.0, validity="500ms")
+
+    def iterate(self, cx):
+        pass
+"""
+    )
+    described = robot.jde("describe", "lock.py", "--json")
+    assert described.status == 0, described.text
+    assert [port["trigger"] for port in json.loads(described.text)["schemas"][0]["ports"]] == [True, False]

@@ -47,26 +47,6 @@ def test_an_entry_point_is_found_by_its_name_described_and_listed(installed: Rob
     assert "slow-motion  0.0.0  Mine" in listed.text and "lost" not in listed.text, listed.text
 
 
-def test_a_command_that_triggers_is_described(robot: Robot) -> None:
-    (robot.folder / "lock.py").write_text(
-        """
-from jde import Command, Schema, command
-
-class Lock(Schema, kind="driver", period="1s"):
-    \"\"\"Locks a door.\"\"\"
-
-    place: Command[float] = command(0.0, validity="500ms", trigger=True)
-    force: Command[float] = command(0.0, validity="500ms")
-
-    def iterate(self, cx):
-        pass
-"""
-    )
-    described = robot.jde("describe", "lock.py", "--json")
-    assert described.status == 0, described.text
-    assert [port["trigger"] for port in json.loads(described.text)["schemas"][0]["ports"]] == [True, False]
-
-
 @pytest.mark.parametrize("text", ["[jde.schemas]\nno module\n", "[jde.schemas]\nnone = \n"])
 def test_a_malformed_distribution_hides_no_other(
     text: str, installed: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

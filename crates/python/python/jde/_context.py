@@ -66,7 +66,7 @@ class Context:
         """Raise an error in lockstep and in a replay: for what speaks to a device, in `awake`."""
         if not self.is_real_time:
             raise RuntimeError(
-                "its device runs in real time, and the application does not: it runs without --lockstep, and in no replay"
+                "its device runs in real time, and the application does not: run it without --lockstep, and in no replay"
             )
 
     def sample(self, port: Import[T] | Modulation[T] | Command[T]) -> Sample[T] | None:

@@ -5,8 +5,12 @@ from pathlib import Path
 from launch import LaunchDescription
 from launch_ros.actions import Node
 
-SERVERS = {"planner_server": "nav2_planner", "controller_server": "nav2_controller", "behavior_server": "nav2_behaviors"}
-NODES = SERVERS | {"bt_navigator": "nav2_bt_navigator"}
+NODES = {
+    "planner_server": "nav2_planner",
+    "controller_server": "nav2_controller",
+    "behavior_server": "nav2_behaviors",
+    "bt_navigator": "nav2_bt_navigator",
+}
 
 
 def generate_launch_description():
