@@ -297,7 +297,15 @@ fn iterations_and_periods_of_triggered_schemas_are_those_of_their_commands() {
                 assert!((reported / mean - 1.0).abs() < 0.2, "{row:?}: {mean} ms");
             }
         }
-        assert_eq!(iterations, times.len(), "{options:?}");
+        // A run in real time may end while the WINNER iterates: the final neutral command takes effect, and
+        // the command of that iteration does not.
+        let superseded = usize::from(!options.contains(&"--lockstep"));
+        let counts = times.len()..=times.len() + superseded;
+        assert!(
+            counts.contains(&iterations),
+            "{options:?}: {iterations} iterations, {} commands",
+            times.len()
+        );
         assert!(iterations > 5);
     }
 }
