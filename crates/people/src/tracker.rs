@@ -36,7 +36,7 @@ const AROUND: [f64; 2] = [0.5, 2.0];
 /// The least speed of a person who walks, m/s: no leg of this person is where something has stood.
 const WALKS: f64 = 0.25;
 /// How much of the acceleration of people what is not confirmed has: most of it is furniture.
-const CALM: f64 = 0.1;
+const CALM: f64 = 0.25;
 /// The distance from a wall within which nobody passes, m, and how near both ends of a way it does not count, m.
 const WALL: [f64; 2] = [0.08, 0.2];
 /// How much farther the laser must see for a place to be empty, and half of the place's width, m.
@@ -68,7 +68,7 @@ impl Default for TrackerSettings {
     fn default() -> Self {
         Self {
             detector: DetectorSettings::default(),
-            acceleration: 0.05,
+            acceleration: 0.02,
             appears: 0.5,
             confirm: 0.5,
             moved: 0.3,

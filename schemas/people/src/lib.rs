@@ -58,7 +58,7 @@ pub struct People {
     #[modulation(default = 1.0, unit = "s", min = 0.0, max = 60.0)]
     absence: Modulation<f64>,
     /// How readily people change their velocity, as the growth of its variance.
-    #[modulation(default = 0.05, unit = "m2/s3", min = 0.0001, max = 10.0)]
+    #[modulation(default = 0.02, unit = "m2/s3", min = 0.0001, max = 10.0)]
     acceleration: Modulation<f64>,
     /// A step of the odometry beyond which it is a jump, and no motion. A turn by more than 90 degrees is one, too.
     #[modulation(default = 1.0, unit = "m", min = 0.1)]
