@@ -43,7 +43,7 @@ pub(crate) fn declare(
     session: &Session,
 ) -> zenoh::Result<Declared> {
     let (name, id) = (&config.name, session.zid());
-    let token = (!name.bridged).then(|| {
+    let token = (!name.is_bridged()).then(|| {
         session
             .liveliness()
             .declare_token(name.token(&id.to_string()))
@@ -60,7 +60,7 @@ pub(crate) fn declare(
         for (number, topic) in topics.iter().enumerate() {
             let key = topic.key(name);
             // A key of a bridge has no type, so it has one topic only.
-            let is_possible = !name.bridged || topic.announced == Announced::Always;
+            let is_possible = !name.is_bridged() || topic.announced == Announced::Always;
             match direction {
                 Direction::Publish => {
                     let publisher = is_possible
@@ -78,7 +78,7 @@ pub(crate) fn declare(
                         ._subscribers
                         .push(subscribe(shared, session, number, key)?);
                 }
-                Direction::Serve | Direction::Call if name.bridged => {}
+                Direction::Serve | Direction::Call if name.is_bridged() => {}
                 Direction::Serve => declared
                     ._services
                     .push(services::serve(session, &key, shared, number)?),
@@ -88,7 +88,7 @@ pub(crate) fn declare(
             declared.tokens.extend(token);
         }
     }
-    if name.bridged {
+    if name.is_bridged() {
         return Ok(declared);
     }
     let shared = Arc::clone(shared);
@@ -182,7 +182,7 @@ pub(crate) fn announce(
     topic: &Topic,
     at: Announced,
 ) -> zenoh::Result<Option<LivelinessToken>> {
-    if topic.announced != at || config.name.bridged {
+    if topic.announced != at || config.name.is_bridged() {
         return Ok(None);
     }
     let token = token(config, session, (direction, number), topic);

@@ -20,11 +20,11 @@ mod shared;
 
 pub use action::{Action, ActionClient, ActionServer, GoalEvent, GoalId, GoalStatus, ServerEvent};
 pub use clock::{Clock, Measured};
-pub use keys::{Announced, Direction, NodeName, Quality, Service, Topic};
+pub use keys::{Announced, Direction, Middleware, NodeName, Quality, Service, Topic};
 pub use node::{Arrival, Node, NodeConfig, NodeState, ReceivedMessage};
 pub use remaps::Remaps;
 pub use services::{Client, Request, Response};
-pub use settings::{Settings, environment_connection, environment_domain};
+pub use settings::{Settings, environment_connection, environment_domain, environment_middleware};
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use zenoh::Config;
 use zenoh::bytes::ZBytes;
 
-use crate::keys::{Direction, NodeName, Service, Topic};
+use crate::keys::{Direction, Middleware, NO_HASH, NodeName, Service, Topic};
 use crate::remaps::Remaps;
 use crate::services::{Client, Request, Response};
 use crate::session;
@@ -109,16 +109,19 @@ impl NodeConfig {
         }
     }
 
-    /// Gives its topics and services the names that the rules state.
-    fn remapped(mut self) -> Self {
+    /// Gives its topics and services the names that the rules state, and the hashes that the middleware has.
+    fn adapted(mut self) -> Self {
         let topics = self.publications.iter_mut().chain(&mut self.subscriptions);
         let clients = self.clients.iter_mut().map(|client| &mut client.service);
         let services = self.services.iter_mut().chain(clients);
-        let names = topics
-            .map(|topic| &mut topic.name)
-            .chain(services.map(|service| &mut service.name));
-        for name in names {
+        let entities = topics
+            .map(|topic| (&mut topic.name, &mut topic.hash))
+            .chain(services.map(|service| (&mut service.name, &mut service.hash)));
+        for (name, hash) in entities {
             *name = self.remaps.apply(&self.name, std::mem::take(name));
+            if self.name.middleware == Middleware::RmwHumble {
+                NO_HASH.clone_into(hash);
+            }
         }
         self
     }
@@ -179,7 +182,7 @@ impl Node {
     /// # Errors
     /// If the system cannot start a thread.
     pub fn start(config: NodeConfig) -> io::Result<Self> {
-        let config = config.remapped();
+        let config = config.adapted();
         let shared = Arc::new(Shared::new(&config));
         let thread_shared = Arc::clone(&shared);
         thread::Builder::new()

@@ -154,11 +154,12 @@ impl std::fmt::Display for Remaps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::keys::Middleware;
 
     fn node() -> NodeName {
         NodeName {
             domain: 0,
-            bridged: false,
+            middleware: Middleware::Rmw,
             namespace: "/fleet".to_owned(),
             node: "scout".to_owned(),
         }

@@ -126,7 +126,7 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
         for (request, response) in replies {
             let _ = request.reply(response);
         }
-        for (number, sequence, message) in calls.into_iter().filter(|_| !config.name.bridged) {
+        for (number, sequence, message) in calls.into_iter().filter(|_| !config.name.is_bridged()) {
             let client = &config.clients[number];
             let topic = client.service.topic();
             let gid = gid(&token(config, session, (Direction::Call, number), &topic));

@@ -3,7 +3,7 @@
 use zenoh::Config;
 use zenoh::config::EndPoint;
 
-use crate::keys::NodeName;
+use crate::keys::{Middleware, NodeName};
 use crate::names;
 use crate::node::NodeConfig;
 use crate::remaps::Remaps;
@@ -15,14 +15,18 @@ const DEFAULT_ROUTER: &str = "tcp/localhost:7447";
 /// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
 const MAX_BYTES: usize = 16 << 20;
 
-/// What the address of a bridge of DDS begins with.
-const BRIDGE: &str = "ros2dds/";
+/// What the addresses begin with if another middleware than that of Iron and later is there.
+const MIDDLEWARES: [(&str, Middleware); 2] = [
+    ("ros2dds/", Middleware::Bridge),
+    ("humble/", Middleware::RmwHumble),
+];
 
 /// Where a node connects, and its names.
 pub struct Settings<'a> {
     /// Path of a Zenoh configuration file, or empty.
     pub config: &'a str,
-    /// Addresses to connect to, separated by commas. They begin with `ros2dds/` if a bridge of DDS is there.
+    /// Addresses to connect to, separated by commas. They begin with `ros2dds/` if a bridge of DDS is there, and with
+    /// `humble/` for nodes of Humble.
     pub connect: &'a str,
     /// Addresses to listen on, separated by commas.
     pub listen: &'a str,
@@ -69,14 +73,21 @@ impl Settings<'_> {
             domain: names::domain(self.domain, environment_domain().as_deref())?,
             namespace,
             node,
-            bridged: self.is_bridged(),
+            middleware: self.middleware(),
         })
     }
 
-    /// Whether it connects to a bridge of DDS.
+    /// Returns what it connects to.
     #[must_use]
-    pub fn is_bridged(&self) -> bool {
-        self.connect.starts_with(BRIDGE)
+    pub fn middleware(&self) -> Middleware {
+        self.addresses().0
+    }
+
+    /// Returns what it connects to, and the addresses.
+    fn addresses(&self) -> (Middleware, &str) {
+        let mut others = MIDDLEWARES.iter();
+        let other = others.find_map(|(prefix, other)| Some((*other, self.connect.strip_prefix(prefix)?)));
+        other.unwrap_or((Middleware::Rmw, self.connect))
     }
 
     /// Returns Zenoh's configuration, and its address for messages.
@@ -95,10 +106,7 @@ impl Settings<'_> {
             return Ok((config, self.config.to_owned()));
         }
         let (connect, listen) = (
-            endpoints(
-                "connect",
-                self.connect.strip_prefix(BRIDGE).unwrap_or(self.connect),
-            )?,
+            endpoints("connect", self.addresses().1)?,
             endpoints("listen", self.listen)?,
         );
         let (mode, endpoint) = match (connect.is_empty(), listen.is_empty()) {
@@ -153,6 +161,15 @@ impl Settings<'_> {
 #[must_use]
 pub fn environment_domain() -> Option<String> {
     std::env::var("ROS_DOMAIN_ID").ok()
+}
+
+/// Returns the middleware of the environment's ROS_DISTRO.
+#[must_use]
+pub fn environment_middleware() -> Middleware {
+    match std::env::var("ROS_DISTRO").as_deref() {
+        Ok("humble") => Middleware::RmwHumble,
+        _ => Middleware::Rmw,
+    }
 }
 
 /// Returns the configuration that the environment states as for `rmw_zenoh_cpp`, and its address for messages:
@@ -337,6 +354,25 @@ mod tests {
             );
         }
         assert!(stated_connection("no-such-file.json5", "").is_err());
+    }
+
+    #[test]
+    fn what_an_address_begins_with_states_the_middleware() {
+        for (prefix, middleware) in [
+            ("", Middleware::Rmw),
+            ("humble/", Middleware::RmwHumble),
+            ("ros2dds/", Middleware::Bridge),
+        ] {
+            let connect = format!("{prefix}tcp/a:1");
+            let settings = settings(&connect, "");
+            let (config, _) = settings.connection_config().unwrap();
+            assert_eq!(config.get_json("connect/endpoints").unwrap(), "[\"tcp/a:1\"]");
+            assert_eq!(settings.name().unwrap().middleware, middleware);
+        }
+        let error = settings("iron/tcp/a:1", "").connection_config().unwrap_err();
+        assert!(error.contains("iron/tcp/a:1"), "{error}");
+        // One that only listens.
+        assert!(settings("humble/", "tcp/localhost:0").connection_config().is_ok());
     }
 
     #[test]

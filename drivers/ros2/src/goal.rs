@@ -1,7 +1,7 @@
 //! Poses in the values of Nav2's action.
 
 use jde_ros::interface::standard;
-use jde_ros_node::{Action, Settings, names};
+use jde_ros_node::{Action, Middleware, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::{Value as Json, json};
 
@@ -26,9 +26,24 @@ pub(crate) fn action(namespace: &str, name: &str) -> Result<Action, String> {
 /// # Errors
 /// If it is one to a bridge of DDS.
 pub(crate) fn refuse_bridge(settings: &Settings<'_>) -> Result<(), &'static str> {
-    match settings.is_bridged() {
-        true => Err("services and actions do not pass a bridge of DDS: connect to a router of rmw_zenoh"),
-        false => Ok(()),
+    match settings.middleware() {
+        Middleware::Bridge => {
+            Err("services and actions do not pass a bridge of DDS: connect to a router of rmw_zenoh")
+        }
+        Middleware::Rmw | Middleware::RmwHumble => Ok(()),
+    }
+}
+
+/// Refuses a connection where the action `NavigateToPose` does not pass, or is another one.
+///
+/// # Errors
+/// If it is one to a bridge of DDS or to Humble.
+pub(crate) fn refuse_other_actions(settings: &Settings<'_>) -> Result<(), &'static str> {
+    match settings.middleware() {
+        Middleware::RmwHumble => {
+            Err("NavigateToPose of Humble has another result than that of Jazzy, which is known here")
+        }
+        Middleware::Rmw | Middleware::Bridge => refuse_bridge(settings),
     }
 }
 

@@ -114,7 +114,7 @@ impl Inspect for Goals {
         self.inspect_node(cx, &[&self.topic], problems);
         problems.expect(
             &self.connect,
-            self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),
+            self.with_settings(cx, |settings| goal::refuse_other_actions(&settings)),
         );
         problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
     }
@@ -122,7 +122,7 @@ impl Inspect for Goals {
 
 impl Goals {
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveGoals> {
-        goal::refuse_bridge(settings)?;
+        goal::refuse_other_actions(settings)?;
         let mut config = settings.node_config()?;
         let namespace = &config.name.namespace;
         let action = goal::action(namespace, self.action.get(cx).as_str())?;

@@ -155,7 +155,7 @@ impl Inspect for Navigate {
         self.inspect_node(cx, &[&self.topic], problems);
         problems.expect(
             &self.connect,
-            self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),
+            self.with_settings(cx, |settings| goal::refuse_other_actions(&settings)),
         );
         problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
         if self.topic.get(cx).is_empty() {
@@ -174,7 +174,7 @@ impl Navigate {
     }
 
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveNavigate> {
-        goal::refuse_bridge(settings)?;
+        goal::refuse_other_actions(settings)?;
         let node = settings.node_config()?;
         let action = goal::action(&node.name.namespace, self.action.get(cx).as_str())?;
         let topic = names::topic(&node.name.namespace, self.topic.get(cx).as_str())?;

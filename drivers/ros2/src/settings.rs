@@ -10,8 +10,8 @@ macro_rules! node_schema {
         #[derive(Describe)]
         $(#[$about])*
         pub struct $schema {
-            /// The router of ROS 2, or other nodes, to connect to; separated by commas. `ros2dds/` before them connects
-            /// to a bridge of DDS.
+            /// The router of ROS 2, or other nodes, to connect to; separated by commas. `humble/` before them is for nodes
+            /// of Humble, and `ros2dds/` connects to a bridge of DDS.
             #[modulation(default = "tcp/localhost:7447", fixed)]
             connect: Modulation<Text<512>>,
             /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass

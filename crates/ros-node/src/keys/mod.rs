@@ -14,6 +14,8 @@ use jde_ros::{Type, definition, hash};
 const TOKENS: &str = "@ros2_lv";
 /// The depth that tokens leave out.
 const DEFAULT_DEPTH: usize = 42;
+/// Stands for the hash of a type in Humble.
+pub(crate) const NO_HASH: &str = "TypeHashNotSupported";
 /// Replaces each `/` in a name within a token, and stands for an empty name.
 const SLASH: &str = "%";
 
@@ -22,13 +24,25 @@ const SLASH: &str = "%";
 pub struct NodeName {
     /// Nodes of different domains do not communicate.
     pub domain: u32,
-    /// Whether it speaks to a bridge of DDS, `zenoh-bridge-ros2dds`, whose keys are the names of topics alone, instead
-    /// of `rmw_zenoh`. It has no tokens then, and no services.
-    pub bridged: bool,
+    /// What it speaks to.
+    pub middleware: Middleware,
     /// Empty, or such as `/robot`.
     pub namespace: String,
     /// Its own name, such as `pioneer`.
     pub node: String,
+}
+
+/// What a node speaks to. It decides the form of the keys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Middleware {
+    /// `rmw_zenoh_cpp` of Iron and later.
+    #[default]
+    Rmw,
+    /// `rmw_zenoh_cpp` of Humble, which has no hashes of types.
+    RmwHumble,
+    /// `zenoh-bridge-ros2dds`, a bridge of DDS, whose keys are the names of topics alone. A node has no tokens then, and
+    /// no services.
+    Bridge,
 }
 
 /// A topic that the node publishes or subscribes to.
@@ -94,6 +108,11 @@ pub enum Direction {
 }
 
 impl NodeName {
+    /// Whether it speaks to a bridge of DDS.
+    pub(crate) fn is_bridged(&self) -> bool {
+        self.middleware == Middleware::Bridge
+    }
+
     /// The full name, such as `/robot/pioneer`.
     pub fn full(&self) -> String {
         format!("{}/{}", self.namespace, self.node)
@@ -147,7 +166,7 @@ impl Topic {
     /// The key of its messages.
     pub fn key(&self, name: &NodeName) -> String {
         let topic = self.name.trim_matches('/');
-        if name.bridged {
+        if name.is_bridged() {
             return topic.to_owned();
         }
         format!("{}/{topic}/{}/{}", name.domain, self.dds(), self.hash)
@@ -212,14 +231,24 @@ impl Topic {
                 self.type_name
             ));
         }
-        (hash != self.hash).then(|| {
-            format!(
-                "{description} is another version of {}, {}, and {} here: nothing passes between them",
-                self.type_name,
-                short(hash),
-                short(&self.hash)
-            )
-        })
+        match (hash == NO_HASH, self.hash == NO_HASH) {
+            (true, false) => Some(format!(
+                "{description} is of Humble: nothing passes between them; connect = \"humble/tcp/HOST:PORT\" is for nodes \
+                 of Humble"
+            )),
+            (false, true) => Some(format!(
+                "{description} is not of Humble: nothing passes between them; leave out `humble/` in connect for nodes of \
+                 other distributions"
+            )),
+            _ => (hash != self.hash).then(|| {
+                format!(
+                    "{description} is another version of {}, {}, and {} here: nothing passes between them",
+                    self.type_name,
+                    short(hash),
+                    short(&self.hash)
+                )
+            }),
+        }
     }
 
     /// The name of its type in keys, such as `sensor_msgs::msg::dds_::LaserScan_`.

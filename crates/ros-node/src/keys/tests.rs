@@ -11,7 +11,7 @@ fn name() -> NodeName {
         domain: 2,
         namespace: "/fleet".to_owned(),
         node: "pioneer".to_owned(),
-        bridged: false,
+        middleware: Middleware::Rmw,
     }
 }
 
@@ -123,20 +123,31 @@ fn another_type_and_another_version_are_reported() {
         "/fleet/scan of node /fleet/pioneer is a nav_msgs/msg/Odometry, and a sensor_msgs/msg/LaserScan here: nothing passes \
          between them"
     );
-    let old = Topic {
-        hash: "TypeHashNotSupported".to_owned(),
+    let with_hash = |hash: &str| Topic {
+        hash: hash.to_owned(),
         ..scan()
     };
-    let message = scan()
-        .mismatch(
-            Direction::Publish,
-            &old.token(&name(), "cd34", Direction::Subscribe, 1),
-        )
-        .unwrap();
-    assert!(
-        message.contains("another version of sensor_msgs/msg/LaserScan, TypeHashNotSupported, and RIHS01_64c191398013a here"),
-        "{message}"
-    );
+    let said = |own: &Topic, other: &Topic| {
+        let token = other.token(&name(), "cd34", Direction::Subscribe, 1);
+        own.mismatch(Direction::Publish, &token).unwrap()
+    };
+    let (other, humble) = (with_hash("RIHS01_0123456789abcdef"), with_hash(NO_HASH));
+    for (message, expected) in [
+        (
+            said(&scan(), &other),
+            "another version of sensor_msgs/msg/LaserScan, RIHS01_0123456789abc, and RIHS01_64c191398013a here",
+        ),
+        (
+            said(&scan(), &humble),
+            "is of Humble: nothing passes between them; connect = \"humble/tcp/HOST:PORT\"",
+        ),
+        (
+            said(&humble, &scan()),
+            "is not of Humble: nothing passes between them; leave out `humble/`",
+        ),
+    ] {
+        assert!(message.contains(expected), "{message}");
+    }
 }
 
 proptest! {
@@ -168,7 +179,7 @@ fn a_topic_of_two_types_is_mismatched_only_by_a_third() {
             .contains("is a sensor_msgs/msg/LaserScan, and a geometry_msgs/msg/Twist here")
     );
     let old = Topic {
-        hash: "TypeHashNotSupported".to_owned(),
+        hash: "RIHS01_0".to_owned(),
         ..stamped
     };
     assert!(said(old).contains("is another version of nav_msgs/msg/Odometry"));

@@ -347,15 +347,68 @@ fn a_bridge_of_dds_has_topics_by_their_names_and_velocities_of_one_type() {
 }
 
 #[test]
-fn actions_are_refused_at_a_bridge_of_dds() {
-    let mut bench = Bench::<Goals>::new();
-    bench.set("connect", Text::<512>::new("ros2dds/tcp/localhost:7447"));
-    let problems = bench.inspect().unwrap();
-    assert!(
-        problems[0].words.contains("actions do not pass a bridge"),
-        "{problems:?}"
-    );
-    assert!(bench.awake().is_err());
+fn actions_are_refused_at_a_bridge_of_dds_and_those_of_humble_are_others() {
+    for (address, words) in [
+        ("ros2dds/tcp/localhost:7447", "actions do not pass a bridge"),
+        (
+            "humble/tcp/localhost:7447",
+            "NavigateToPose of Humble has another result",
+        ),
+    ] {
+        let mut bench = Bench::<Goals>::new();
+        bench.set("connect", Text::<512>::new(address));
+        let problems = bench.inspect().unwrap();
+        assert!(problems[0].words.contains(words), "{problems:?}");
+        assert!(bench.awake().is_err());
+    }
+}
+
+#[test]
+fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let tokens = session
+        .liveliness()
+        .declare_subscriber("@ros2_lv/3/**")
+        .wait()
+        .unwrap();
+    let key = |topic: &str, kind: &str| format!("3/fleet/{topic}/{kind}/TypeHashNotSupported");
+    let scans = session
+        .declare_subscriber(key("scan", "sensor_msgs::msg::dds_::LaserScan_"))
+        .wait()
+        .unwrap();
+    let entries = [
+        Entry::new::<LaserScan>("publish", "scan"),
+        Entry::new::<Odometry>("subscribe", "odom").named("odometry"),
+    ];
+    let mut fixture = Fixture::<Topics>::with_lists(&format!("humble/{address}"), &entries);
+    fixture.bench.set("namespace", Text::<128>::new("fleet"));
+    fixture.bench.import("scan", &LaserScan::default());
+    let mut fixture = fixture.awake();
+    // It has a subscriber once there is a token of one without a hash.
+    let subscription = Topic {
+        hash: "TypeHashNotSupported".to_owned(),
+        ..topic::<LaserScan>("/fleet/scan")
+    };
+    let token = subscription.token(&name(), "ab12", jde_ros_node::Direction::Subscribe, 1);
+    let _token = session.liveliness().declare_token(token).wait().unwrap();
+    fixture.until(|_| receive::<LaserScan>(&scans).is_some());
+    let odometry = Odometry::planar(Duration::from_secs(1), Pose2D::new(1.0, 2.0, 0.0), Twist::ZERO);
+    fixture.until(|bench| {
+        session
+            .put(
+                key("odom", "nav_msgs::msg::dds_::Odometry_"),
+                Codec::new().encode(&odometry),
+            )
+            .wait()
+            .unwrap();
+        bench
+            .exported::<Odometry>("odometry")
+            .is_some_and(|seen| seen.pose == odometry.pose)
+    });
+    let mut tokens = tokens.iter().map(|token| token.key_expr().to_string());
+    let announced = tokens.find(|token| token.contains("/MP/")).unwrap();
+    assert!(announced.contains("LaserScan_/TypeHashNotSupported/"), "{announced}");
 }
 
 #[test]

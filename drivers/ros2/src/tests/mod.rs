@@ -13,7 +13,7 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::Instant;
 
-use jde_ros_node::{NodeConfig, NodeName, Quality, Settings, Topic};
+use jde_ros_node::{Middleware, NodeConfig, NodeName, Quality, Settings, Topic};
 use jde_schema::bench::{Bench, Entry};
 use jde_schema::prelude::*;
 use jde_watchdog::Watchdog;
@@ -130,7 +130,7 @@ fn name() -> NodeName {
         domain: 3,
         namespace: String::new(),
         node: "other".to_owned(),
-        bridged: false,
+        middleware: Middleware::Rmw,
     }
 }
 

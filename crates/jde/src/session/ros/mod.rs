@@ -20,7 +20,7 @@ use jde_records::event::{Event, Observer};
 use jde_ros::interface::standard;
 use jde_ros_node::{
     Node, NodeConfig, NodeName, NodeState, Quality, Remaps, Request, Service, Topic, environment_connection,
-    environment_domain, names,
+    environment_domain, environment_middleware, names,
 };
 use serde_json::{Value, json};
 
@@ -160,7 +160,7 @@ pub(crate) fn node_name(remaps: &Remaps, application: &str) -> Result<NodeName, 
         domain: names::domain(-1, environment_domain().as_deref())?,
         namespace: namespace.unwrap_or_default(),
         node,
-        bridged: false,
+        middleware: environment_middleware(),
     })
 }
 
