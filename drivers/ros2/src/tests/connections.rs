@@ -408,7 +408,10 @@ fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
     });
     let mut tokens = tokens.iter().map(|token| token.key_expr().to_string());
     let announced = tokens.find(|token| token.contains("/MP/")).unwrap();
-    assert!(announced.contains("LaserScan_/TypeHashNotSupported/"), "{announced}");
+    assert!(
+        announced.contains("LaserScan_/TypeHashNotSupported/"),
+        "{announced}"
+    );
 }
 
 #[test]
