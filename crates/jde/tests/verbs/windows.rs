@@ -198,12 +198,8 @@ fn a_window_stops_and_drives_a_robot_that_is_not_affected_when_the_window_stalls
     check_continues(&sandbox);
     let all = sandbox.json(&["ps"]);
     let schemas = all["schemas"].as_array().expect("a list");
-    assert!(
-        schemas
-            .iter()
-            .all(|schema| schema["faults"] == 0 && schema["refused"] == 0),
-        "{all}"
-    );
+    // A stop may refuse the command of an iteration under way.
+    assert!(schemas.iter().all(|schema| schema["faults"] == 0), "{all}");
     drop(robot);
 }
 
