@@ -51,7 +51,8 @@ struct Peer {
 }
 
 impl Peer {
-    fn open(sandbox: &Sandbox, address: &str) -> Self {
+    /// `middleware` comes before the addresses of a driver.
+    fn open(sandbox: &Sandbox, address: &str, middleware: &str) -> Self {
         let file = sandbox.folder().join("router.json5");
         let config = format!(
             "{{ mode: \"router\", listen: {{ endpoints: [\"{address}\"] }}, scouting: {{ multicast: {{ enabled: false }} }} }}"
@@ -59,7 +60,7 @@ impl Peer {
         std::fs::write(&file, config).expect("a file");
         let settings = Settings {
             config: file.to_str().expect("a path"),
-            connect: "",
+            connect: middleware,
             listen: "",
             has_endpoint: false,
             domain: 7,
@@ -146,20 +147,28 @@ impl Peer {
 
 /// Starts a peer, and an application with these options.
 fn open(sandbox: &Sandbox, options: &[&str]) -> (Peer, Running) {
+    open_with(sandbox, options, "jazzy", "")
+}
+
+/// As `open`, in a terminal of this distribution.
+fn open_with(sandbox: &Sandbox, options: &[&str], distribution: &str, middleware: &str) -> (Peer, Running) {
     let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = format!("tcp/{}", socket.local_addr().expect("the socket has an address"));
     drop(socket);
-    let peer = Peer::open(sandbox, &address);
-    (peer, start(sandbox, &address, options))
+    let peer = Peer::open(sandbox, &address, middleware);
+    (peer, start(sandbox, &address, options, distribution))
 }
 
-fn start(sandbox: &Sandbox, address: &str, options: &[&str]) -> Running {
+fn start(sandbox: &Sandbox, address: &str, options: &[&str], distribution: &str) -> Running {
     let mut command = jde_with_plugins(&["run", "apps/safe-navigation.toml", "--plain"]);
     command.args(options);
-    command.env("ROS_DOMAIN_ID", "7").env(
-        "ZENOH_CONFIG_OVERRIDE",
-        format!("connect/endpoints=[\"{address}\"]"),
-    );
+    command
+        .env("ROS_DOMAIN_ID", "7")
+        .env("ROS_DISTRO", distribution)
+        .env(
+            "ZENOH_CONFIG_OVERRIDE",
+            format!("connect/endpoints=[\"{address}\"]"),
+        );
     let file = sandbox.folder().join("parameters.yaml");
     let parameters =
         "/fleet/*: { ros__parameters: { goon.slow: 0.15 } }\nother: { ros__parameters: { none: 1 } }";
@@ -328,6 +337,13 @@ fn r14_a_manager_of_life_cycles_brings_the_application_up_and_down() {
     let expected = [&up_and_down[..], &up_and_down, &["shutdown"]].concat();
     assert_eq!(transitions, expected, "each has its event");
     while !sandbox.apps().is_empty() {}
+}
+
+#[test]
+fn a_node_in_a_terminal_of_humble_speaks_to_nodes_of_humble() {
+    let sandbox = Sandbox::new();
+    let (peer, _robot) = open_with(&sandbox, &[], "humble", "humble/");
+    assert_eq!(peer.get("goon.fast")["double_value"], 0.3);
 }
 
 #[test]

@@ -301,11 +301,7 @@ fn a_zenoh_configuration_file_states_the_addresses() {
 fn a_bridge_of_dds_has_topics_by_their_names_and_velocities_of_one_type() {
     let address = unused_address();
     let session = open_router(&address);
-    let tokens = session
-        .liveliness()
-        .declare_subscriber("@ros2_lv/**")
-        .wait()
-        .unwrap();
+    let tokens = tokens(&session, "@ros2_lv/**");
     let scans = session.declare_subscriber("fleet/scan").wait().unwrap();
     let entries = [
         Entry::new::<LaserScan>("publish", "scan"),
@@ -367,11 +363,7 @@ fn actions_are_refused_at_a_bridge_of_dds_and_those_of_humble_are_others() {
 fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
     let address = unused_address();
     let session = open_router(&address);
-    let tokens = session
-        .liveliness()
-        .declare_subscriber("@ros2_lv/3/**")
-        .wait()
-        .unwrap();
+    let tokens = tokens(&session, "@ros2_lv/3/**");
     let key = |topic: &str, kind: &str| format!("3/fleet/{topic}/{kind}/TypeHashNotSupported");
     let scans = session
         .declare_subscriber(key("scan", "sensor_msgs::msg::dds_::LaserScan_"))
@@ -418,11 +410,7 @@ fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
 fn a_velocity_has_the_quality_that_its_entry_states_in_both_forms() {
     let address = unused_address();
     let session = open_router(&address);
-    let tokens = session
-        .liveliness()
-        .declare_subscriber("@ros2_lv/3/**")
-        .wait()
-        .unwrap();
+    let tokens = tokens(&session, "@ros2_lv/3/**");
     // Another node has the stamped form, so that it is announced.
     let stamped = topic::<TwistStamped>("/cmd_vel");
     let _theirs = [Direction::Publish, Direction::Subscribe].map(|direction| {

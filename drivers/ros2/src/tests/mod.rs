@@ -109,6 +109,11 @@ fn open_router(address: &str) -> Session {
     zenoh::open(config).wait().unwrap()
 }
 
+/// The tokens of nodes and topics with these keys.
+fn tokens(session: &Session, keys: &str) -> Subscriber<FifoChannelHandler<ReceivedSample>> {
+    session.liveliness().declare_subscriber(keys).wait().unwrap()
+}
+
 /// The other program's node.
 fn config(address: &str) -> NodeConfig {
     let settings = Settings {

@@ -176,11 +176,7 @@ fn a_value_is_published_once() {
 fn the_node_and_its_topics_are_announced() {
     let address = unused_address();
     let session = open_router(&address);
-    let tokens = session
-        .liveliness()
-        .declare_subscriber("@ros2_lv/3/**")
-        .wait()
-        .unwrap();
+    let tokens = tokens(&session, "@ros2_lv/3/**");
     let mut fixture = Fixture::<Topics>::with_lists(
         &address,
         &[Entry::new::<Odometry>("publish", "odom"), velocity("/cmd_vel")],
@@ -241,11 +237,7 @@ fn a_velocity_is_exported_while_it_is_fresh() {
 fn a_stamped_velocity_is_received_and_announced_once_another_node_has_one() {
     let address = unused_address();
     let session = open_router(&address);
-    let tokens = session
-        .liveliness()
-        .declare_subscriber("@ros2_lv/3/**")
-        .wait()
-        .unwrap();
+    let tokens = tokens(&session, "@ros2_lv/3/**");
     let mut fixture = Fixture::<Topics>::with_lists(&address, &[velocity("cmd_vel")]).awake();
     fixture.until_note(Connection::CONNECTED, &address);
     let stamped = TwistStamped {
