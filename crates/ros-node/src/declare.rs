@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
-use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::pubsub::Subscriber;
 use zenoh::qos::CongestionControl;
 use zenoh::query::Queryable;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
-use crate::attachment::{Gid, attachment_now, gid};
+use crate::attachment::gid;
 use crate::keys::{Announced, Direction, Topic, mismatch};
 use crate::latched::{self, Cache};
 use crate::node::NodeConfig;
+use crate::publishers::DeclaredPublisher;
 use crate::services;
 use crate::shared::Shared;
 
@@ -24,16 +24,6 @@ pub(crate) struct Declared {
     _subscribers: Vec<Subscriber<()>>,
     _services: Vec<Queryable<()>>,
     pub(crate) tokens: Vec<LivelinessToken>,
-}
-
-/// A publication, and the state of its attachments.
-pub(crate) struct DeclaredPublisher {
-    publisher: Publisher<'static>,
-    sequence: i64,
-    /// Identifier of the publication for ROS 2.
-    gid: Gid,
-    /// The newest messages of a latched topic.
-    cache: Option<Cache>,
 }
 
 /// Declares the node, then its topics and services, then a subscription to the tokens of other nodes.
@@ -209,17 +199,4 @@ fn entity(config: &NodeConfig, direction: Direction, number: usize) -> usize {
         Direction::Call => config.publications.len() + config.subscriptions.len() + config.services.len(),
     };
     1 + before + number
-}
-
-impl DeclaredPublisher {
-    /// Sends a message.
-    pub(crate) fn put(&mut self, message: Vec<u8>) -> zenoh::Result<()> {
-        self.sequence += 1;
-        let message = ZBytes::from(message);
-        let attachment = ZBytes::from(attachment_now(self.sequence, self.gid));
-        if let Some(cache) = &self.cache {
-            cache.keep(message.clone(), attachment.clone());
-        }
-        self.publisher.put(message).attachment(attachment).wait()
-    }
 }

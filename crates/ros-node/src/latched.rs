@@ -21,6 +21,7 @@ use crate::shared::{Shared, lock};
 const MAX: &str = "_max";
 
 /// The newest messages of a publication.
+#[derive(Debug)]
 pub(crate) struct Cache {
     newest: Arc<Mutex<VecDeque<(ZBytes, ZBytes)>>>,
     depth: usize,

@@ -12,6 +12,7 @@ mod latched;
 pub mod names;
 mod node;
 mod outbox;
+mod publishers;
 mod remaps;
 mod services;
 mod session;

@@ -1,5 +1,5 @@
 //! A ROS 2 node, as its owner uses it: the owner submits messages and takes those that arrived, and never
-//! waits for the network. The node's own thread does, and sends only what was submitted.
+//! waits for the network. The node's own thread does, and sends what was submitted and not sent at once.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -201,12 +201,13 @@ impl Node {
         self.0.has_sent(publication)
     }
 
-    /// Submits messages to send, and replaces those that were not sent yet.
+    /// Sends a message at once if nothing waits, or submits messages and replaces those that were not sent yet.
     pub fn publish(&self, publication: usize, messages: Vec<Vec<u8>>) {
-        self.0.submit(publication, messages);
+        self.0.publish(publication, messages);
     }
 
-    /// Submits a message to send after those that wait, at most as many as the depth of the publication.
+    /// Sends a message at once if nothing waits, or submits it after those that wait, at most as many as the depth of the
+    /// publication.
     pub fn append(&self, publication: usize, message: Vec<u8>) {
         self.0.append(publication, message);
     }

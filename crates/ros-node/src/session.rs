@@ -46,8 +46,10 @@ pub(crate) fn run(shared: &Arc<Shared>, config: &NodeConfig) {
     let mut pause = FIRST_PAUSE;
     loop {
         match open(shared, config) {
-            Ok((session, declared)) => {
+            Ok((session, mut declared)) => {
+                shared.publishers.set(std::mem::take(&mut declared.publishers));
                 serve(shared, config, &session, declared);
+                shared.publishers.set(Vec::new());
                 let _ = session.close().wait();
                 return;
             }
@@ -88,14 +90,13 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
             was_connected |= others > 0;
             if state == NodeState::Alone && opened_at.elapsed() >= UNMET {
                 shared.remark(format!(
-                    "{}: no router and no other node is connected yet",
+                    "{}: no router and no other node is connected yet; is the router running?",
                     config.endpoint
                 ));
             }
             shared.set_state(state);
         }
         let Work {
-            batches,
             calls,
             replies,
             caches,
@@ -114,15 +115,7 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
                 declared.tokens.extend(announced.ok().flatten());
             }
         }
-        // What cannot be sent is lost, as on an unreliable network; the check of the connection reports the
-        // reason.
-        for (number, batch) in batches {
-            if let Some(publisher) = &mut declared.publishers[number] {
-                for message in batch {
-                    let _ = publisher.put(message);
-                }
-            }
-        }
+        shared.send_waiting(ending);
         for (request, response) in replies {
             let _ = request.reply(response);
         }

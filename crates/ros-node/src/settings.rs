@@ -12,6 +12,8 @@ use crate::remaps::Remaps;
 const ENDPOINT_KEYS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
 /// The address of ROS 2's own router.
 const DEFAULT_ROUTER: &str = "tcp/localhost:7447";
+/// Where a node of ROS 2 listens by default: a free port, for the nodes of this machine.
+const DEFAULT_LISTEN: &str = "tcp/localhost:0";
 /// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
 const MAX_BYTES: usize = 16 << 20;
 
@@ -30,7 +32,7 @@ pub struct Settings<'a> {
     pub connect: &'a str,
     /// Addresses to listen on, separated by commas.
     pub listen: &'a str,
-    /// Whether the application sets `connect` or `listen`.
+    /// Whether the application sets `connect` or `listen`. Otherwise the node also listens as one of ROS 2.
     pub has_endpoint: bool,
     /// Less than 0 for the environment's.
     pub domain: i32,
@@ -105,9 +107,13 @@ impl Settings<'_> {
                 .map_err(|error| format!("config = \"{}\": {error}", self.config))?;
             return Ok((config, self.config.to_owned()));
         }
+        let listen = match self.has_endpoint {
+            true => self.listen,
+            false => DEFAULT_LISTEN,
+        };
         let (connect, listen) = (
             endpoints("connect", self.addresses().1)?,
-            endpoints("listen", self.listen)?,
+            endpoints("listen", listen)?,
         );
         let (mode, endpoint) = match (connect.is_empty(), listen.is_empty()) {
             (true, true) => {
@@ -118,7 +124,8 @@ impl Settings<'_> {
                 );
             }
             (false, true) => ("client", self.connect),
-            (_, false) => ("peer", self.listen),
+            (_, false) if self.has_endpoint => ("peer", self.listen),
+            (_, false) => ("peer", self.connect),
         };
         let mut config = Config::default();
         let lists = |endpoints: &[EndPoint]| {
@@ -143,9 +150,17 @@ impl Settings<'_> {
             ("listen/endpoints", lists(&listen)),
             ("listen/timeout_ms", "0".to_owned()),
             ("listen/exit_on_failure", "true".to_owned()),
-            // As in ROS 2: no multicast scouting; connected nodes report others by gossip.
+            // As in ROS 2: no multicast scouting; the router reports the other nodes by gossip, and of two nodes one connects.
             ("scouting/multicast/enabled", "false".to_owned()),
             ("scouting/gossip/enabled", "true".to_owned()),
+            (
+                "scouting/gossip/target",
+                "{ router: [\"router\", \"peer\"], peer: [\"router\"] }".to_owned(),
+            ),
+            (
+                "scouting/gossip/autoconnect_strategy",
+                "{ peer: { to_router: \"always\", to_peer: \"greater-zid\" } }".to_owned(),
+            ),
             ("transport/link/rx/max_message_size", MAX_BYTES.to_string()),
         ];
         for (key, value) in entries {
@@ -173,7 +188,7 @@ pub fn environment_middleware() -> Middleware {
 }
 
 /// Returns the configuration that the environment states as for `rmw_zenoh_cpp`, and its address for messages:
-/// the file `ZENOH_SESSION_CONFIG_URI`, or a client of the router at `tcp/localhost:7447`; and then each
+/// the file `ZENOH_SESSION_CONFIG_URI`, or the router at `tcp/localhost:7447` and a free port of this machine; and then each
 /// `KEY=VALUE` of `ZENOH_CONFIG_OVERRIDE`, with semicolons between them.
 ///
 /// # Errors
@@ -268,9 +283,13 @@ mod tests {
     }
 
     #[test]
-    fn a_node_that_listens_is_a_peer_and_others_are_clients() {
+    fn a_node_that_listens_is_a_peer_and_one_that_connects_only_is_a_client() {
         let mode = |connect, listen| {
-            let (config, endpoint) = settings(connect, listen).connection_config().unwrap();
+            let stated = Settings {
+                has_endpoint: true,
+                ..settings(connect, listen)
+            };
+            let (config, endpoint) = stated.connection_config().unwrap();
             (config.get_json("mode").unwrap(), endpoint)
         };
         assert_eq!(
@@ -291,6 +310,16 @@ mod tests {
     }
 
     #[test]
+    fn a_node_without_addresses_is_a_peer_on_this_machine_as_one_of_ros_2() {
+        let (config, endpoint) = settings(DEFAULT_ROUTER, "").connection_config().unwrap();
+        let entry = |key| config.get_json(key).unwrap();
+        assert_eq!(entry("mode"), "\"peer\"");
+        assert_eq!(entry("connect/endpoints"), "[\"tcp/localhost:7447\"]");
+        assert_eq!(entry("listen/endpoints"), "[\"tcp/localhost:0\"]");
+        assert_eq!(endpoint, "tcp/localhost:7447");
+    }
+
+    #[test]
     fn an_invalid_address_is_rejected_with_the_expected_format() {
         for address in [
             "localhost:7447",
@@ -308,10 +337,13 @@ mod tests {
             );
         }
         assert!(
-            settings("", "")
-                .connection_config()
-                .unwrap_err()
-                .contains("no address is set")
+            Settings {
+                has_endpoint: true,
+                ..settings("", "")
+            }
+            .connection_config()
+            .unwrap_err()
+            .contains("no address is set")
         );
     }
 

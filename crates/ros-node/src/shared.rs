@@ -13,6 +13,7 @@ use crate::attachment::{Gid, parse};
 use crate::keys::Direction;
 use crate::node::{Arrival, NodeConfig, NodeState, ReceivedMessage};
 use crate::outbox::Outbox;
+use crate::publishers::Publishers;
 use crate::services::{Request, Response};
 
 /// Most remarks per node. They are remembered so that none is repeated.
@@ -27,6 +28,7 @@ const MAX_SOURCES: usize = 256;
 #[derive(Debug)]
 pub(crate) struct Shared {
     queue: Mutex<SendQueue>,
+    pub(crate) publishers: Publishers,
     changed: Condvar,
     subscribed: Vec<AtomicBool>,
     arrived: Vec<Mutex<Inbox>>,
@@ -84,8 +86,6 @@ struct NodeStatus {
 /// The next work of the thread.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
-    /// Numbers of publications, and their messages to send.
-    pub(crate) batches: Vec<(usize, Vec<Vec<u8>>)>,
     /// Requests to send: client, number and message.
     pub(crate) calls: Vec<(usize, i64, Vec<u8>)>,
     /// Responses to send, or the reasons why there are none.
@@ -111,6 +111,7 @@ impl Shared {
                 ending: false,
                 ended: false,
             }),
+            publishers: Publishers::default(),
             changed: Condvar::new(),
             subscribed: publications.iter().map(|_| AtomicBool::new(false)).collect(),
             arrived: config
@@ -147,16 +148,32 @@ impl Shared {
         lock(&self.queue).outboxes[publication].is_empty()
     }
 
-    /// Submits messages to send, and replaces those that were not sent yet.
-    pub(crate) fn submit(&self, publication: usize, messages: Vec<Vec<u8>>) {
+    /// Sends a message at once, or submits messages and replaces those that were not sent yet.
+    pub(crate) fn publish(&self, publication: usize, mut messages: Vec<Vec<u8>>) {
+        if messages.len() == 1 && self.sends_at_once(publication, &mut messages[0]) {
+            return;
+        }
         lock(&self.queue).outboxes[publication].replace(messages);
         self.changed.notify_one();
     }
 
-    /// Submits a message to send after those that wait, up to the depth of the publication.
-    pub(crate) fn append(&self, publication: usize, message: Vec<u8>) {
+    /// Sends a message at once, or submits it after those that wait, up to the depth of the publication.
+    pub(crate) fn append(&self, publication: usize, mut message: Vec<u8>) {
+        if self.sends_at_once(publication, &mut message) {
+            return;
+        }
         lock(&self.queue).outboxes[publication].append(message);
         self.changed.notify_one();
+    }
+
+    /// Whether it has sent the message: a small one, if none of this publication waits and the thread does not send.
+    fn sends_at_once(&self, publication: usize, message: &mut Vec<u8>) -> bool {
+        let sending = self.publishers.at_once(message);
+        let Some(mut sending) = sending.filter(|_| self.has_sent(publication)) else {
+            return false;
+        };
+        sending.put(publication, std::mem::take(message));
+        true
     }
 
     /// Submits a request. Returns its number.
@@ -241,18 +258,26 @@ impl Shared {
         let calls = std::mem::take(&mut queue.calls);
         let replies = std::mem::take(&mut queue.replies);
         let caches = std::mem::take(&mut queue.caches);
-        let (now, ending) = (Instant::now(), queue.ending);
-        let batches = queue.outboxes.iter_mut().enumerate();
         Work {
             met,
             calls,
             replies,
             caches,
-            batches: batches
-                .map(|(number, outbox)| (number, outbox.take(now, ending)))
-                .filter(|(_, batch)| !batch.is_empty())
-                .collect(),
-            ending,
+            ending: queue.ending,
+        }
+    }
+
+    /// Sends the messages that wait and are due; all of them at the end.
+    pub(crate) fn send_waiting(&self, is_ending: bool) {
+        // First this lock, so that no later message of the owner goes before those taken here.
+        let mut sending = self.publishers.wait();
+        let now = Instant::now();
+        let take = |outbox: &mut Outbox| outbox.take(now, is_ending);
+        let batches: Vec<_> = lock(&self.queue).outboxes.iter_mut().map(take).collect();
+        for (publication, batch) in batches.into_iter().enumerate() {
+            for message in batch {
+                sending.put(publication, message);
+            }
         }
     }
 

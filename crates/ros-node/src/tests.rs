@@ -1,6 +1,7 @@
 //! Two nodes, over a router of Zenoh in this process, and real sockets of the loopback interface.
 
 use std::net::TcpListener;
+use std::sync::{Mutex, mpsc};
 use std::thread;
 use std::time::Duration;
 
@@ -247,6 +248,45 @@ fn appended_messages_wait_up_to_the_depth_of_their_topic() {
 }
 
 #[test]
+fn the_owner_does_not_wait_for_a_subscriber_that_does_not_read() {
+    let router = Router::open();
+    let topic = Topic::new("/flood".to_owned(), &Twist::describe(), Quality::DEFAULT);
+    let publisher = Node::start(NodeConfig {
+        publications: vec![topic.clone()],
+        ..router.node("publisher")
+    })
+    .unwrap();
+    let config = &router.node("subscriber");
+    let session = zenoh::open(config.config.clone()).wait().unwrap();
+    let (reads, may_read) = mpsc::channel::<()>();
+    let (received, newest) = mpsc::channel();
+    let may_read = Mutex::new(may_read);
+    let _subscriber = session
+        .declare_subscriber(topic.key(&config.name))
+        .callback(move |sample| {
+            let _ended = may_read.lock().unwrap().recv();
+            let _ = received.send(sample.payload().to_bytes()[0]);
+        })
+        .wait()
+        .unwrap();
+    until(|| publisher.has_subscribers(0).then_some(()));
+    // Far more than the buffers on the way take.
+    let message = |number: u8| {
+        let mut message = vec![0; 16 << 10];
+        message[0] = number;
+        message
+    };
+    for _ in 0..4000 {
+        publisher.publish(0, vec![message(1)]);
+    }
+    drop(reads);
+    until(|| {
+        publisher.publish(0, vec![message(2)]);
+        newest.try_iter().find(|number| *number == 2)
+    });
+}
+
+#[test]
 fn a_node_that_listens_and_meets_nobody_says_so_once() {
     let router = Router::closed();
     let settings = Settings {
@@ -257,6 +297,9 @@ fn a_node_that_listens_and_meets_nobody_says_so_once() {
     let name = settings.name().unwrap();
     let lonely = Node::start(NodeConfig::new(name, settings.connection_config().unwrap())).unwrap();
     let remarks = until(|| Some(lonely.remarks()).filter(|remarks| !remarks.is_empty()));
-    let expected = format!("{}: no router and no other node is connected yet", router.address);
+    let expected = format!(
+        "{}: no router and no other node is connected yet; is the router running?",
+        router.address
+    );
     assert_eq!(remarks, [expected]);
 }

@@ -4,6 +4,7 @@ use anyhow::{Result, ensure};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, median};
 
+use super::{DIRECTLY, addresses};
 use crate::programs::{Programs, SETTLING};
 
 /// The parameters of `twist_mux`: one source.
@@ -43,11 +44,11 @@ pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
 
 /// An application like `apps/ros2-arbiter.toml`, with topics of its own.
 fn application(programs: &Programs) -> String {
-    let connect = format!("connect = \"tcp/127.0.0.1:{}\"", programs.port);
+    let addresses = addresses(programs, DIRECTLY);
     format!(
         "name = \"jde\"\nroots = [\"navigation\"]\n[schemas.robot]\ntype = \"ros2/base\"\n\
-         velocity_topic = \"jde/robot\"\n{connect}\n[schemas.navigation]\ntype = \"ros2/follow\"\n\
-         topic = \"jde/source\"\nactuators = {{ base = \"robot.velocity\" }}\n{connect}\n"
+         velocity_topic = \"jde/robot\"\n{addresses}[schemas.navigation]\ntype = \"ros2/follow\"\n\
+         topic = \"jde/source\"\nactuators = {{ base = \"robot.velocity\" }}\n{addresses}"
     )
 }
 

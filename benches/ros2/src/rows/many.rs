@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{Context as _, Result};
 use jde_measure::figure::{Figure, Goal, Line};
 
-use super::IDLE;
+use super::{BY_ROUTER, DIRECTLY, IDLE, addresses};
 use crate::arrivals::{Arrivals, lost, now};
 use crate::programs::{Program, Programs, SETTLING};
 
@@ -26,7 +26,7 @@ struct Sent {
 /// Nothing is lost.
 pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
     let time = programs.seconds(6, 60);
-    let ours = send(programs, || jde(programs, ""), time, false)?;
+    let ours = send(programs, || jde(programs, DIRECTLY), time, false)?;
     let theirs = send(programs, || rclcpp(programs), time, false)?;
     let what = format!("{TOPICS} topics at 50 Hz for {} s", time.as_secs());
     let share = |sent: &Sent| Figure::Processor(100.0 * sent.processor / time.as_secs_f64());
@@ -53,11 +53,8 @@ pub(crate) fn restart(programs: &Programs) -> Result<Vec<Line>> {
     let time = Duration::from_secs(8);
     let theirs = send(programs, || rclcpp(programs), time, true)?;
     let mut lines = Vec::new();
-    for (what, keys) in [
-        ("by the router", ""),
-        ("`listen`", "listen = \"tcp/127.0.0.1:0\"\n"),
-    ] {
-        let ours = send(programs, || jde(programs, keys), time, true)?;
+    for (what, listen) in [("by the router", BY_ROUTER), ("directly", DIRECTLY)] {
+        let ours = send(programs, || jde(programs, listen), time, true)?;
         lines.push(Line::compared(
             format!("no router for 3 s, {what}: messages lost of each topic"),
             Figure::Count(ours.lost()? as f64 / TOPICS as f64),
@@ -77,14 +74,14 @@ pub(crate) fn restart(programs: &Programs) -> Result<Vec<Line>> {
 }
 
 /// The application whose driver publishes.
-fn jde(programs: &Programs, keys: &str) -> Result<Program> {
+fn jde(programs: &Programs, listen: &str) -> Result<Program> {
     let publish: String = topics()
         .map(|topic| format!("publish.{topic} = \"talk.out\"\n"))
         .collect();
     let application = format!(
         "name = \"many\"\n{IDLE}[schemas.talk]\ntype = \"bench-000/talk\"\nevery = 0.02\n\
-         [schemas.topics]\ntype = \"ros2/topics\"\nconnect = \"tcp/127.0.0.1:{}\"\n{keys}{publish}",
-        programs.port
+         [schemas.topics]\ntype = \"ros2/topics\"\n{}{publish}",
+        addresses(programs, listen)
     );
     programs.jde("many", &application)
 }

@@ -25,6 +25,16 @@ pub(crate) struct Row {
 const IDLE: &str =
     "roots = [\"idle\"]\nawake = [\"topics\"]\n[schemas.idle]\ntype = \"bench-000/act\"\nperiod = \"1s\"\n";
 
+/// What a driver without addresses has, but with the router of this run: it connects to other nodes directly.
+const DIRECTLY: &str = "listen = \"tcp/127.0.0.1:0\"\n";
+/// All messages pass through the router.
+const BY_ROUTER: &str = "";
+
+/// The addresses of a driver.
+fn addresses(programs: &Programs, listen: &str) -> String {
+    format!("connect = \"tcp/127.0.0.1:{}\"\n{listen}", programs.port)
+}
+
 pub(crate) const ROWS: &[Row] = &[
     row("transfer", "a message from one program to another", transfer::run),
     row("rate", "messages as fast as they pass", transfer::rate),

@@ -7,6 +7,7 @@ use anyhow::{Context as _, Result};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::Rounds;
 
+use super::{DIRECTLY, addresses};
 use crate::arrivals::{Arrivals, now};
 use crate::programs::{Program, Programs, SETTLING};
 
@@ -15,9 +16,9 @@ const NODES: &str = "200";
 pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
     let application = format!(
         "name = \"nodes\"\nroots = [\"heard\"]\n[schemas.topics]\ntype = \"ros2/topics\"\n\
-         connect = \"tcp/127.0.0.1:{}\"\nsubscribe.tick = \"tick\"\n\
+         {}subscribe.tick = \"tick\"\n\
          [schemas.heard]\ntype = \"bench-000/listen\"\nimports = {{ input = \"topics.tick\" }}\n",
-        programs.port
+        addresses(programs, DIRECTLY)
     );
     let ours = || programs.jde("nodes", &application);
     let theirs = || programs.rclcpp(&["listen", "tick"].map(str::to_owned));

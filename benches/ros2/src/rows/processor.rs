@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::Rounds;
 
-use super::IDLE;
+use super::{DIRECTLY, IDLE, addresses};
 use crate::programs::{Program, Programs, SETTLING};
 
 /// What a program publishes.
@@ -21,9 +21,9 @@ const TYPES: [&str; 4] = [
 pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
     let application = format!(
         "name = \"sensors\"\n{IDLE}[schemas.sensors]\ntype = \"bench-000/sensors\"\n\
-         [schemas.topics]\ntype = \"ros2/topics\"\nconnect = \"tcp/127.0.0.1:{}\"\npublish.scan = \"sensors.laser\"\n\
+         [schemas.topics]\ntype = \"ros2/topics\"\n{}publish.scan = \"sensors.laser\"\n\
          publish.image = \"sensors.image\"\npublish.odom = \"sensors.odometry\"\n",
-        programs.port
+        addresses(programs, DIRECTLY)
     );
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     for _ in 0..programs.seconds(1, 5).as_secs() {

@@ -5,7 +5,7 @@ use std::thread;
 use anyhow::{Result, ensure};
 use jde_measure::figure::{Figure, Goal, Line};
 
-use super::IDLE;
+use super::{BY_ROUTER, DIRECTLY, IDLE, addresses};
 use crate::arrivals::{Arrivals, now};
 use crate::programs::{Programs, SETTLING};
 
@@ -22,7 +22,7 @@ const SECOND: u32 = 100;
 /// How the driver is configured.
 struct Driver {
     what: &'static str,
-    keys: &'static str,
+    listen: &'static str,
     goal: Goal,
 }
 
@@ -30,19 +30,19 @@ struct Driver {
 pub(crate) fn run(programs: &Programs) -> Result<Vec<Line>> {
     let drivers = [
         Driver {
-            what: "`listen`",
-            keys: "listen = \"tcp/127.0.0.1:0\"",
+            what: "directly",
+            listen: DIRECTLY,
             goal: Goal::AtMost(1.1),
         },
         Driver {
             what: "by the router",
-            keys: "",
+            listen: BY_ROUTER,
             goal: Goal::ReportOnly,
         },
     ];
     let mut lines = Vec::new();
     for driver in drivers {
-        let arrivals = exchange(programs, driver.keys)?;
+        let arrivals = exchange(programs, &driver)?;
         for (size, bytes) in SIZES {
             let ages = |side: &str| arrivals.all.ages(&format!("{side}{bytes}"), arrivals.within);
             let rclcpp = ages("rclcpp")?;
@@ -69,8 +69,7 @@ pub(crate) fn rate(programs: &Programs) -> Result<Vec<Line>> {
     for (size, bytes) in SIZES {
         let mut each = Vec::new();
         for side in ["rclcpp", "jde", "into"] {
-            let keys = "listen = \"tcp/127.0.0.1:0\"";
-            let (all, within) = flood(programs, keys, side, bytes)?;
+            let (all, within) = flood(programs, side, bytes)?;
             let count = all.of(&format!("{side}{bytes}"), within).len();
             ensure!(count > 0, "no message of {bytes} bytes arrived from {side}");
             each.push((within.1 - within.0) as f64 / count as f64);
@@ -95,7 +94,7 @@ struct Exchange {
 }
 
 /// Lets all sides send in turns.
-fn exchange(programs: &Programs, keys: &str) -> Result<Exchange> {
+fn exchange(programs: &Programs, driver: &Driver) -> Result<Exchange> {
     let _router = programs.router()?;
     let topics = |side: &str| SIZES.map(|(_, bytes)| format!("{side}{bytes}"));
     let heard = ["listen".to_owned()]
@@ -103,7 +102,7 @@ fn exchange(programs: &Programs, keys: &str) -> Result<Exchange> {
         .chain(topics("rclcpp"))
         .chain(topics("jde"));
     let listen = programs.rclcpp(&heard.collect::<Vec<_>>())?;
-    let application = programs.jde("transfer", &application(programs, keys))?;
+    let application = programs.jde("transfer", &application(programs, driver.listen))?;
     let mut arguments = vec!["talk".to_owned()];
     for (side, phase) in [("rclcpp", RCLCPP), ("into", INTO)] {
         for ((_, bytes), second) in SIZES.iter().zip([0, SECOND]) {
@@ -131,11 +130,11 @@ fn exchange(programs: &Programs, keys: &str) -> Result<Exchange> {
 }
 
 /// An application that sends and receives messages of both sizes.
-fn application(programs: &Programs, keys: &str) -> String {
+fn application(programs: &Programs, listen: &str) -> String {
     let mut text = format!(
         "name = \"transfer\"\nroots = [\"into64\", \"into921600\"]\nawake = [\"topics\"]\n[schemas.topics]\n\
-         type = \"ros2/topics\"\nconnect = \"tcp/127.0.0.1:{}\"\n{keys}\n",
-        programs.port
+         type = \"ros2/topics\"\n{}",
+        addresses(programs, listen)
     );
     for (_, bytes) in SIZES {
         text +=
@@ -152,7 +151,7 @@ fn application(programs: &Programs, keys: &str) -> String {
 }
 
 /// Lets one side send as fast as it can.
-fn flood(programs: &Programs, keys: &str, side: &str, bytes: u32) -> Result<(Arrivals, (u64, u64))> {
+fn flood(programs: &Programs, side: &str, bytes: u32) -> Result<(Arrivals, (u64, u64))> {
     let _router = programs.router()?;
     let topic = format!("{side}{bytes}");
     let talk = || {
@@ -162,8 +161,8 @@ fn flood(programs: &Programs, keys: &str, side: &str, bytes: u32) -> Result<(Arr
     let listen = || programs.rclcpp(&["listen".to_owned(), topic.clone()]);
     let head = "name = \"rate\"\n";
     let topics = format!(
-        "[schemas.topics]\ntype = \"ros2/topics\"\nconnect = \"tcp/127.0.0.1:{}\"\n{keys}\n",
-        programs.port
+        "[schemas.topics]\ntype = \"ros2/topics\"\n{}",
+        addresses(programs, DIRECTLY)
     );
     let out = format!(
         "{head}{IDLE}{topics}publish.{topic} = \"talk.out\"\n\

@@ -1,0 +1,99 @@
+//! The publishers of a connected node. Its thread sends with them what waits. Its owner sends small messages itself if nothing
+//! waits, which saves the time until the thread wakes up.
+//!
+//! The owner does not wait for the network: only one thread sends at a time and the owner does not wait for the other one,
+//! and a message that fits a batch of Zenoh is copied into it. Without a free batch Zenoh waits for 1 ms and then drops
+//! messages at once until there is one (`wait_before_drop`). After one that took long, the owner leaves sending to the thread.
+
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::{Duration, Instant};
+
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Publisher;
+
+use crate::attachment::{Gid, attachment_now};
+use crate::latched::Cache;
+use crate::shared::lock;
+
+/// The size up to which the owner sends, bytes: half a batch.
+const SMALL: usize = 32 << 10;
+/// The time that a message needs at most if the network takes it at once.
+const AT_ONCE: Duration = Duration::from_micros(300);
+/// How long the thread sends alone after a message that needed more.
+const REST: Duration = Duration::from_secs(1);
+
+/// The publishers by number; empty while the node is not connected.
+#[derive(Debug, Default)]
+pub(crate) struct Publishers(Mutex<Sending>);
+
+#[derive(Debug, Default)]
+pub(crate) struct Sending {
+    /// None for a topic that a bridge cannot have.
+    publishers: Vec<Option<DeclaredPublisher>>,
+    /// Until when the thread sends alone.
+    rests_until: Option<Instant>,
+}
+
+/// A publication, and the state of its attachments.
+#[derive(Debug)]
+pub(crate) struct DeclaredPublisher {
+    pub(crate) publisher: Publisher<'static>,
+    pub(crate) sequence: i64,
+    /// Identifier of the publication for ROS 2.
+    pub(crate) gid: Gid,
+    /// The newest messages of a latched topic.
+    pub(crate) cache: Option<Cache>,
+}
+
+impl Publishers {
+    /// Sets the publishers of a session.
+    pub(crate) fn set(&self, publishers: Vec<Option<DeclaredPublisher>>) {
+        lock(&self.0).publishers = publishers;
+    }
+
+    /// For the thread of the node: waits until the owner has sent.
+    pub(crate) fn wait(&self) -> MutexGuard<'_, Sending> {
+        lock(&self.0)
+    }
+
+    /// For the owner: none if the thread sends, or if it shall send this message.
+    pub(crate) fn at_once(&self, message: &[u8]) -> Option<MutexGuard<'_, Sending>> {
+        let sending = match self.0.try_lock() {
+            Ok(sending) => sending,
+            Err(TryLockError::Poisoned(error)) => error.into_inner(),
+            Err(TryLockError::WouldBlock) => return None,
+        };
+        let is_ready = !sending.publishers.is_empty() && message.len() <= SMALL;
+        let rests = || sending.rests_until.is_some_and(|until| Instant::now() < until);
+        (is_ready && !rests()).then_some(sending)
+    }
+}
+
+impl Sending {
+    /// Sends a message. What cannot be sent is lost, as on an unreliable network; the check of the connection reports the
+    /// reason.
+    pub(crate) fn put(&mut self, publication: usize, message: Vec<u8>) {
+        let Some(Some(publisher)) = self.publishers.get_mut(publication) else {
+            return;
+        };
+        let (begin, is_small) = (Instant::now(), message.len() <= SMALL);
+        let _ = publisher.put(message);
+        let end = Instant::now();
+        if is_small && end - begin > AT_ONCE {
+            self.rests_until = Some(end + REST);
+        }
+    }
+}
+
+impl DeclaredPublisher {
+    fn put(&mut self, message: Vec<u8>) -> zenoh::Result<()> {
+        self.sequence += 1;
+        let message = ZBytes::from(message);
+        let attachment = ZBytes::from(attachment_now(self.sequence, self.gid));
+        if let Some(cache) = &self.cache {
+            cache.keep(message.clone(), attachment.clone());
+        }
+        self.publisher.put(message).attachment(attachment).wait()
+    }
+}
