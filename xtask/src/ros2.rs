@@ -77,6 +77,14 @@ pub(crate) fn is_sourced() -> bool {
     shell::succeeds(Command::new("sh").args(["-c", SOURCED]))
 }
 
+/// What the addresses of drivers begin with in this terminal.
+fn prefix() -> &'static str {
+    match std::env::var("ROS_DISTRO").as_deref() {
+        Ok("humble") => "humble/",
+        _ => "",
+    }
+}
+
 /// Runs something while the folder of the peers exists.
 fn in_folder(context: &Context, run: impl FnOnce() -> Result<()>) -> Result<()> {
     let folder = folder(context);
@@ -197,7 +205,7 @@ impl<'a> Peers<'a> {
             .args(
                 schemas
                     .iter()
-                    .map(|schema| format!("--set={schema}.connect=tcp/127.0.0.1:{}", self.port)),
+                    .map(|schema| format!("--set={schema}.connect={}tcp/127.0.0.1:{}", prefix(), self.port)),
             )
             .env_remove("ROS_DOMAIN_ID")
             .current_dir(&self.context.root);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
-use zenoh::qos::CongestionControl;
+use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::Queryable;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
@@ -131,6 +131,10 @@ fn publish(
     let publisher = session
         .declare_publisher(key)
         .congestion_control(CongestionControl::Drop)
+        .priority(match topic.is_large {
+            true => Priority::DataLow,
+            false => Priority::Data,
+        })
         .wait()?;
     let shared_in_callback = Arc::clone(shared);
     publisher

@@ -167,12 +167,15 @@ pub struct ReceivedMessage {
     pub message: ZBytes,
     /// When it arrived.
     pub received_at: Instant,
+    /// The bytes at its end that the sender's version of its type does not have.
+    pub(crate) missing: &'static [u8],
 }
 
 impl ReceivedMessage {
-    /// Its bytes, in the pieces in which they came.
+    /// Its bytes, in the pieces in which they came. Fields at the end that the sender's version of its type does not have are
+    /// zero.
     pub fn pieces(&self) -> Vec<&[u8]> {
-        self.message.slices().collect()
+        self.message.slices().chain([self.missing]).collect()
     }
 }
 

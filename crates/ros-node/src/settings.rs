@@ -16,6 +16,9 @@ const DEFAULT_ROUTER: &str = "tcp/localhost:7447";
 const DEFAULT_LISTEN: &str = "tcp/localhost:0";
 /// Largest message that is accepted, bytes. A picture that fits has a sixteenth of it.
 const MAX_BYTES: usize = 16 << 20;
+/// Batches of large messages that wait. With the two of other messages, the thread of the node wakes up for each fragment of
+/// a picture.
+const LARGE_BATCHES: usize = 8;
 
 /// What the addresses begin with if another middleware than that of Iron and later is there.
 const MIDDLEWARES: [(&str, Middleware); 2] = [
@@ -162,6 +165,7 @@ impl Settings<'_> {
                 "{ peer: { to_router: \"always\", to_peer: \"greater-zid\" } }".to_owned(),
             ),
             ("transport/link/rx/max_message_size", MAX_BYTES.to_string()),
+            ("transport/link/tx/queue/size/data_low", LARGE_BATCHES.to_string()),
         ];
         for (key, value) in entries {
             config

@@ -10,7 +10,7 @@ use zenoh::bytes::ZBytes;
 use zenoh::sample::Sample;
 
 use crate::attachment::{Gid, parse};
-use crate::keys::Direction;
+use crate::keys::{Direction, missing};
 use crate::node::{Arrival, NodeConfig, NodeState, ReceivedMessage};
 use crate::outbox::Outbox;
 use crate::publishers::Publishers;
@@ -63,6 +63,8 @@ struct Inbox {
     messages: VecDeque<ReceivedMessage>,
     depth: usize,
     is_latched: bool,
+    /// See [`ReceivedMessage`].
+    missing: &'static [u8],
     /// The numbers of the newest messages of a latched topic, by publication.
     newest: BTreeMap<Gid, i64>,
 }
@@ -122,6 +124,7 @@ impl Shared {
                         messages: VecDeque::new(),
                         depth: topic.quality.depth,
                         is_latched: topic.quality.latched,
+                        missing: missing(&config.name, topic),
                         newest: BTreeMap::new(),
                     })
                 })
@@ -329,9 +332,11 @@ impl Shared {
         if inbox.messages.len() >= inbox.depth {
             inbox.messages.pop_front();
         }
+        let missing = inbox.missing;
         inbox.messages.push_back(ReceivedMessage {
             message: sample.payload().clone(),
             received_at: Instant::now(),
+            missing,
         });
         drop(inbox);
         self.arrival.call_for(subscription);

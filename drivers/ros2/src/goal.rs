@@ -1,6 +1,6 @@
 //! Poses in the values of Nav2's action.
 
-use jde_ros::interface::standard;
+use jde_ros::interface::{humble, standard};
 use jde_ros_node::{Action, Middleware, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::{Value as Json, json};
@@ -8,17 +8,28 @@ use serde_json::{Value as Json, json};
 /// The type of the action.
 const TYPE: &str = "nav2_msgs/action/NavigateToPose";
 
-/// The action of that name.
+/// The action of that name, in the form that the nodes behind this middleware have.
 ///
 /// # Errors
 /// If the name is empty, or not valid in ROS 2.
-pub(crate) fn action(namespace: &str, name: &str) -> Result<Action, String> {
+pub(crate) fn action(namespace: &str, name: &str, middleware: Middleware) -> Result<Action, String> {
     let name = names::topic(namespace, name)?.ok_or("an action has a name, as in \"navigate_to_pose\"")?;
     Ok(Action {
         name,
         type_name: TYPE,
-        interfaces: standard(),
+        interfaces: match middleware {
+            Middleware::RmwHumble => humble(),
+            Middleware::Rmw | Middleware::Bridge => standard(),
+        },
     })
+}
+
+/// The result of a goal: nothing in Humble, otherwise the error and why.
+pub(crate) fn result(middleware: Middleware, code: u16, why: &str) -> Json {
+    match middleware {
+        Middleware::RmwHumble => json!({}),
+        Middleware::Rmw | Middleware::Bridge => json!({ "error_code": code, "error_msg": why }),
+    }
 }
 
 /// Refuses a connection that services and actions do not pass.
@@ -31,19 +42,6 @@ pub(crate) fn refuse_bridge(settings: &Settings<'_>) -> Result<(), &'static str>
             Err("services and actions do not pass a bridge of DDS: connect to a router of rmw_zenoh")
         }
         Middleware::Rmw | Middleware::RmwHumble => Ok(()),
-    }
-}
-
-/// Refuses a connection where the action `NavigateToPose` does not pass, or is another one.
-///
-/// # Errors
-/// If it is one to a bridge of DDS or to Humble.
-pub(crate) fn refuse_other_actions(settings: &Settings<'_>) -> Result<(), &'static str> {
-    match settings.middleware() {
-        Middleware::RmwHumble => {
-            Err("NavigateToPose of Humble has another result than that of Jazzy, which is known here")
-        }
-        Middleware::Rmw | Middleware::Bridge => refuse_bridge(settings),
     }
 }
 

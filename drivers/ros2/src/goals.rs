@@ -1,6 +1,6 @@
 //! The driver by which programs of ROS 2 send targets: the server of Nav2's action, and RViz's topic of goals.
 
-use jde_ros_node::{ActionServer, GoalId, GoalStatus, Quality, ServerEvent, Settings, names};
+use jde_ros_node::{ActionServer, GoalId, GoalStatus, Middleware, Quality, ServerEvent, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::json;
 
@@ -54,6 +54,7 @@ struct ActiveGoals {
     server: ActionServer,
     poses: Option<TopicSubscription<PoseStamped>>,
     current: Option<CurrentTarget>,
+    middleware: Middleware,
 }
 
 /// A target that was not reached or given up.
@@ -114,18 +115,21 @@ impl Inspect for Goals {
         self.inspect_node(cx, &[&self.topic], problems);
         problems.expect(
             &self.connect,
-            self.with_settings(cx, |settings| goal::refuse_other_actions(&settings)),
+            self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),
         );
-        problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
+        problems.expect(
+            &self.action,
+            goal::action("", self.action.get(cx).as_str(), Middleware::Rmw),
+        );
     }
 }
 
 impl Goals {
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveGoals> {
-        goal::refuse_other_actions(settings)?;
+        goal::refuse_bridge(settings)?;
         let mut config = settings.node_config()?;
-        let namespace = &config.name.namespace;
-        let action = goal::action(namespace, self.action.get(cx).as_str())?;
+        let (namespace, middleware) = (&config.name.namespace, config.name.middleware);
+        let action = goal::action(namespace, self.action.get(cx).as_str(), middleware)?;
         let topic = names::topic(namespace, self.topic.get(cx).as_str())?;
         let poses = topic.map(|topic| {
             let codec = Codec::new();
@@ -135,6 +139,7 @@ impl Goals {
             TopicSubscription::new(0, topic, codec)
         });
         Ok(ActiveGoals {
+            middleware,
             server: ActionServer::declare(action, &mut config),
             connection: RosConnection::start(config, ClockSource::Wall)?,
             poses,
@@ -272,7 +277,7 @@ impl ActiveGoals {
             return;
         };
         let code = if note.is_empty() { 0 } else { UNKNOWN };
-        let result = json!({ "error_code": code, "error_msg": note });
+        let result = goal::result(self.middleware, code, note);
         self.server.end(&self.connection.node, id, status, result);
     }
 }

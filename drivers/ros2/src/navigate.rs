@@ -1,6 +1,6 @@
 //! The motor schema that lets Nav2 drive: it sends the goal when it wins, and cancels it when it loses.
 
-use jde_ros_node::{ActionClient, GoalEvent, GoalStatus, NodeConfig, Quality, Settings, names};
+use jde_ros_node::{ActionClient, GoalEvent, GoalStatus, Middleware, NodeConfig, Quality, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::json;
 
@@ -155,9 +155,12 @@ impl Inspect for Navigate {
         self.inspect_node(cx, &[&self.topic], problems);
         problems.expect(
             &self.connect,
-            self.with_settings(cx, |settings| goal::refuse_other_actions(&settings)),
+            self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),
         );
-        problems.expect(&self.action, goal::action("", self.action.get(cx).as_str()));
+        problems.expect(
+            &self.action,
+            goal::action("", self.action.get(cx).as_str(), Middleware::Rmw),
+        );
         if self.topic.get(cx).is_empty() {
             problems.wrong(&self.topic, NO_TOPIC);
         }
@@ -174,9 +177,10 @@ impl Navigate {
     }
 
     fn start(&self, cx: &Context, settings: &Settings<'_>) -> Result<ActiveNavigate> {
-        goal::refuse_other_actions(settings)?;
+        goal::refuse_bridge(settings)?;
         let node = settings.node_config()?;
-        let action = goal::action(&node.name.namespace, self.action.get(cx).as_str())?;
+        let (name, middleware) = (self.action.get(cx), node.name.middleware);
+        let action = goal::action(&node.name.namespace, name.as_str(), middleware)?;
         let topic = names::topic(&node.name.namespace, self.topic.get(cx).as_str())?;
         let topic = topic.ok_or(NO_TOPIC)?;
         let mut config = NodeConfig {
@@ -228,11 +232,13 @@ impl ActiveNavigate {
                     self.end(Err("another program canceled it".to_owned()));
                 }
                 GoalEvent::Ended(_, result) => {
-                    let code = result["error_code"].as_u64().unwrap_or_default();
                     let text = result["error_msg"].as_str().unwrap_or_default();
-                    self.end(Err(format!("Nav2 gave up: error {code} {text}")
-                        .trim_end()
-                        .to_owned()));
+                    // Nav2 of Humble states no error.
+                    let why = result["error_code"]
+                        .as_u64()
+                        .map(|code| format!(": error {code} {text}"));
+                    let why = why.unwrap_or_default();
+                    self.end(Err(format!("Nav2 gave up{}", why.trim_end())));
                 }
                 GoalEvent::Lost(why) => {
                     self.connection.warn_once(cx, why);

@@ -45,6 +45,9 @@ pub enum Middleware {
     Bridge,
 }
 
+/// The bytes of a batch of Zenoh. A longer message is sent in fragments.
+const BATCH_BYTES: usize = u16::MAX as usize;
+
 /// A topic that the node publishes or subscribes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
@@ -60,6 +63,8 @@ pub struct Topic {
     pub announced: Announced,
     /// The least time between two messages that are sent.
     pub gap: Duration,
+    /// Whether a message may have more bytes than a batch of Zenoh. Those of all other topics go before them.
+    pub is_large: bool,
 }
 
 /// When other nodes discover a topic.
@@ -131,6 +136,15 @@ impl NodeName {
     }
 }
 
+/// Returns the bytes that messages of a topic do not have at their end where the node connects: the variance of a range in
+/// Humble.
+pub(crate) fn missing(name: &NodeName, topic: &Topic) -> &'static [u8] {
+    match (name.middleware, topic.type_name.as_str()) {
+        (Middleware::RmwHumble, "sensor_msgs/msg/Range") => &[0; size_of::<f32>()],
+        _ => &[],
+    }
+}
+
 impl Topic {
     /// A topic of that name whose messages are values of a type.
     #[must_use]
@@ -142,6 +156,7 @@ impl Topic {
             quality,
             announced: Announced::Always,
             gap: Duration::ZERO,
+            is_large: value_type.bytes > BATCH_BYTES,
         }
     }
 
@@ -160,6 +175,7 @@ impl Topic {
             quality,
             announced: Announced::Always,
             gap: Duration::ZERO,
+            is_large: false,
         })
     }
 
@@ -303,6 +319,7 @@ impl Service {
             quality: Quality::SERVICES,
             announced: Announced::Always,
             gap: Duration::ZERO,
+            is_large: false,
         }
     }
 }

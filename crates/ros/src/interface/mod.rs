@@ -17,7 +17,7 @@ use crate::Type;
 use crate::definition::{self, scalar};
 use crate::hash::{describe_type, number, placeholder, referenced};
 
-pub use standard::standard;
+pub use standard::{humble, standard};
 pub use values::ValueError;
 
 /// The line between the request and the response of a service.

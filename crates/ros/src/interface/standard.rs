@@ -180,9 +180,12 @@ const SERVICES: &[(&str, &str)] = &[
     ),
 ];
 
-/// The one of Nav2 has this form in Jazzy and Kilted.
+/// The action of Nav2.
+const NAVIGATE: &str = "nav2_msgs/action/NavigateToPose";
+
+/// It has this form in Jazzy and Kilted.
 const ACTIONS: &[(&str, &str)] = &[(
-    "nav2_msgs/action/NavigateToPose",
+    NAVIGATE,
     "geometry_msgs/PoseStamped pose\nstring behavior_tree\n---\nuint16 error_code\nstring error_msg\n---\n\
      geometry_msgs/PoseStamped current_pose\nbuiltin_interfaces/Duration navigation_time\n\
      builtin_interfaces/Duration estimated_time_remaining\nint16 number_of_recoveries\nfloat32 distance_remaining",
@@ -209,4 +212,20 @@ pub fn standard() -> &'static Interfaces {
         interfaces
     });
     &STANDARD
+}
+
+/// The same with the forms of Humble: `NavigateToPose` has no error in its result.
+pub fn humble() -> &'static Interfaces {
+    static HUMBLE: LazyLock<Interfaces> = LazyLock::new(|| {
+        let mut interfaces = standard().clone();
+        let action = "geometry_msgs/PoseStamped pose\nstring behavior_tree\n---\nstd_msgs/Empty result\n---\n\
+                      geometry_msgs/PoseStamped current_pose\nbuiltin_interfaces/Duration navigation_time\n\
+                      builtin_interfaces/Duration estimated_time_remaining\nint16 number_of_recoveries\nfloat32 distance_remaining";
+        interfaces
+            .message("std_msgs/msg/Empty", "")
+            .and(interfaces.action(NAVIGATE, action))
+            .expect("the definitions above are valid");
+        interfaces
+    });
+    &HUMBLE
 }

@@ -19,10 +19,16 @@ struct Nav2 {
 
 impl Nav2 {
     fn new() -> Self {
+        Self::behind("")
+    }
+
+    /// That of the middleware which this prefix states.
+    fn behind(prefix: &str) -> Self {
         let address = unused_address();
         let session = open_router(&address);
+        let address = format!("{prefix}{address}");
         let mut config = config(&address);
-        let action = goal::action("", "navigate_to_pose").unwrap();
+        let action = goal::action("", "navigate_to_pose", config.name.middleware).unwrap();
         let server = ActionServer::declare(action, &mut config);
         let node = Node::start(config).unwrap();
         let mut fixture = Fixture::<Navigate>::connecting_to(&address);
@@ -154,6 +160,18 @@ fn a_target_that_nav2_gives_up_fails_with_its_words_until_another_one() {
 }
 
 #[test]
+fn nav2_of_humble_gives_up_without_words() {
+    let mut nav2 = Nav2::behind("humble/");
+    nav2.aim(2.0);
+    let ServerEvent::Accepted(id, _) = nav2.request() else {
+        panic!("a goal was sent");
+    };
+    nav2.server
+        .end(&nav2.node, id, GoalStatus::Aborted, json!({ "result": {} }));
+    assert_eq!(nav2.until_state(Mission::FAILED), "Nav2 gave up");
+}
+
+#[test]
 fn a_goal_that_nav2_rejects_because_it_is_not_active_is_sent_again() {
     let mut nav2 = Nav2::new();
     nav2.aim(2.0);
@@ -207,10 +225,17 @@ struct Program {
 
 impl Program {
     fn new() -> Self {
+        Self::behind("")
+    }
+
+    /// One of the middleware which this prefix states.
+    fn behind(prefix: &str) -> Self {
         let address = unused_address();
         let session = open_router(&address);
+        let address = format!("{prefix}{address}");
         let mut config = config(&address);
-        let client = ActionClient::declare(goal::action("", "navigate_to_pose").unwrap(), &mut config);
+        let action = goal::action("", "navigate_to_pose", config.name.middleware).unwrap();
+        let client = ActionClient::declare(action, &mut config);
         let node = Node::start(config).unwrap();
         let mut fixture = Fixture::<Goals>::connecting_to(&address).awake();
         fixture.until(|_| client.has_server(&node));
@@ -313,6 +338,16 @@ fn a_goal_of_ros_2_is_a_target_and_ends_as_the_mission_does() {
     program.until_target(Some(3.0));
     program.drive(Mission::DONE, "");
     assert_eq!(program.end().0, GoalStatus::Succeeded);
+}
+
+#[test]
+fn a_goal_of_humble_ends_without_words() {
+    let mut program = Program::behind("humble/");
+    program.send(2.0, "map");
+    assert_eq!(program.event(), GoalEvent::Accepted);
+    program.until_target(Some(2.0));
+    program.drive(Mission::FAILED, "no way");
+    assert_eq!(program.end(), (GoalStatus::Aborted, json!({ "result": {} })));
 }
 
 #[test]
