@@ -7,6 +7,7 @@ mod action;
 mod attachment;
 mod clock;
 mod declare;
+mod error;
 mod keys;
 mod latched;
 pub mod names;

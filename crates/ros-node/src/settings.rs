@@ -3,6 +3,7 @@
 use zenoh::Config;
 use zenoh::config::EndPoint;
 
+use crate::error::describe_error;
 use crate::keys::{Middleware, NodeName};
 use crate::names;
 use crate::node::NodeConfig;
@@ -33,10 +34,9 @@ pub struct Settings<'a> {
     /// Addresses to connect to, separated by commas. They begin with `ros2dds/` if a bridge of DDS is there, and with
     /// `humble/` for nodes of Humble.
     pub connect: &'a str,
-    /// Addresses to listen on, separated by commas.
+    /// Addresses to listen on, separated by commas. If it is empty and `connect` is the router of this machine, the node
+    /// listens at a free port of this machine, as one of ROS 2.
     pub listen: &'a str,
-    /// Whether the application sets `connect` or `listen`. Otherwise the node also listens as one of ROS 2.
-    pub has_endpoint: bool,
     /// Less than 0 for the environment's.
     pub domain: i32,
     /// The namespace of the node and its topics, or empty.
@@ -100,24 +100,25 @@ impl Settings<'_> {
     /// # Errors
     /// If an address is not valid, or the file cannot be read.
     pub fn connection_config(&self) -> Result<(Config, String), String> {
+        let (middleware, connect) = self.addresses();
+        let has_default_addresses = connect == DEFAULT_ROUTER && self.listen.is_empty();
         if !self.config.is_empty() {
-            if self.has_endpoint {
+            if !has_default_addresses {
                 return Err(
                     "give either config, or connect and listen: the file contains the addresses".to_owned(),
                 );
             }
             let config = Config::from_file(self.config)
-                .map_err(|error| format!("config = \"{}\": {error}", self.config))?;
+                .map_err(|error| format!("config = \"{}\": {}", self.config, describe_error(&error)))?;
             return Ok((config, self.config.to_owned()));
         }
-        let listen = match self.has_endpoint {
-            true => self.listen,
-            false => DEFAULT_LISTEN,
+        // A bridge of DDS does not tell the nodes of each other.
+        let listens_by_default = has_default_addresses && middleware != Middleware::Bridge;
+        let listen = match listens_by_default {
+            true => DEFAULT_LISTEN,
+            false => self.listen,
         };
-        let (connect, listen) = (
-            endpoints("connect", self.addresses().1)?,
-            endpoints("listen", listen)?,
-        );
+        let (connect, listen) = (endpoints("connect", connect)?, endpoints("listen", listen)?);
         let (mode, endpoint) = match (connect.is_empty(), listen.is_empty()) {
             (true, true) => {
                 return Err(
@@ -127,8 +128,8 @@ impl Settings<'_> {
                 );
             }
             (false, true) => ("client", self.connect),
-            (_, false) if self.has_endpoint => ("peer", self.listen),
-            (_, false) => ("peer", self.connect),
+            (_, false) if listens_by_default => ("peer", self.connect),
+            (_, false) => ("peer", self.listen),
         };
         let mut config = Config::default();
         let lists = |endpoints: &[EndPoint]| {
@@ -168,9 +169,12 @@ impl Settings<'_> {
             ("transport/link/tx/queue/size/data_low", LARGE_BATCHES.to_string()),
         ];
         for (key, value) in entries {
-            config
-                .insert_json5(key, &value)
-                .map_err(|error| format!("Zenoh does not accept {value} for `{key}`: {error}"))?;
+            config.insert_json5(key, &value).map_err(|error| {
+                format!(
+                    "Zenoh does not accept {value} for `{key}`: {}",
+                    describe_error(&error)
+                )
+            })?;
         }
         Ok((config, endpoint.to_owned()))
     }
@@ -210,7 +214,6 @@ fn stated_connection(file: &str, overrides: &str) -> Result<(Config, String), St
         config: file,
         connect: DEFAULT_ROUTER,
         listen: "",
-        has_endpoint: false,
         domain: -1,
         namespace: "",
         node: "",
@@ -229,7 +232,7 @@ fn stated_connection(file: &str, overrides: &str) -> Result<(Config, String), St
             .ok_or_else(|| error("expected KEY=VALUE, as in connect/endpoints=[\"tcp/localhost:7447\"]"))?;
         config
             .insert_json5(key, value)
-            .map_err(|refusal| error(&refusal.to_string()))?;
+            .map_err(|refusal| error(&describe_error(&refusal)))?;
         if key == "connect/endpoints" {
             value.clone_into(&mut endpoint);
         }
@@ -277,7 +280,6 @@ mod tests {
             config: "",
             connect,
             listen,
-            has_endpoint: false,
             domain: 3,
             namespace: "fleet",
             node: "",
@@ -289,16 +291,12 @@ mod tests {
     #[test]
     fn a_node_that_listens_is_a_peer_and_one_that_connects_only_is_a_client() {
         let mode = |connect, listen| {
-            let stated = Settings {
-                has_endpoint: true,
-                ..settings(connect, listen)
-            };
-            let (config, endpoint) = stated.connection_config().unwrap();
+            let (config, endpoint) = settings(connect, listen).connection_config().unwrap();
             (config.get_json("mode").unwrap(), endpoint)
         };
         assert_eq!(
-            mode("tcp/localhost:7447", ""),
-            ("\"client\"".to_owned(), "tcp/localhost:7447".to_owned())
+            mode("tcp/localhost:7448", ""),
+            ("\"client\"".to_owned(), "tcp/localhost:7448".to_owned())
         );
         assert_eq!(
             mode("", "tcp/localhost:0"),
@@ -314,13 +312,21 @@ mod tests {
     }
 
     #[test]
-    fn a_node_without_addresses_is_a_peer_on_this_machine_as_one_of_ros_2() {
-        let (config, endpoint) = settings(DEFAULT_ROUTER, "").connection_config().unwrap();
-        let entry = |key| config.get_json(key).unwrap();
-        assert_eq!(entry("mode"), "\"peer\"");
-        assert_eq!(entry("connect/endpoints"), "[\"tcp/localhost:7447\"]");
-        assert_eq!(entry("listen/endpoints"), "[\"tcp/localhost:0\"]");
-        assert_eq!(endpoint, "tcp/localhost:7447");
+    fn a_node_at_the_default_router_is_a_peer_on_this_machine_as_one_of_ros_2() {
+        for (connect, mode, listen) in [
+            (DEFAULT_ROUTER, "\"peer\"", "[\"tcp/localhost:0\"]"),
+            ("humble/tcp/localhost:7447", "\"peer\"", "[\"tcp/localhost:0\"]"),
+            ("ros2dds/tcp/localhost:7447", "\"client\"", "[]"),
+        ] {
+            let (config, endpoint) = settings(connect, "").connection_config().unwrap();
+            let entry = |key| config.get_json(key).unwrap();
+            assert_eq!(
+                (entry("mode").as_str(), entry("listen/endpoints").as_str()),
+                (mode, listen)
+            );
+            assert_eq!(entry("connect/endpoints"), "[\"tcp/localhost:7447\"]");
+            assert_eq!(endpoint, connect);
+        }
     }
 
     #[test]
@@ -341,13 +347,10 @@ mod tests {
             );
         }
         assert!(
-            Settings {
-                has_endpoint: true,
-                ..settings("", "")
-            }
-            .connection_config()
-            .unwrap_err()
-            .contains("no address is set")
+            settings("", "")
+                .connection_config()
+                .unwrap_err()
+                .contains("no address is set")
         );
     }
 
@@ -355,19 +358,16 @@ mod tests {
     fn a_configuration_file_excludes_other_addresses() {
         let both = Settings {
             config: "zenoh.json5",
-            has_endpoint: true,
             ..settings("tcp/a:1", "")
         };
         assert!(both.connection_config().unwrap_err().contains("either"));
         let missing = Settings {
             config: "no-such-file.json5",
-            ..settings("", "")
+            ..settings(DEFAULT_ROUTER, "")
         };
-        assert!(
-            missing
-                .connection_config()
-                .unwrap_err()
-                .contains("no-such-file.json5")
+        assert_eq!(
+            missing.connection_config().unwrap_err(),
+            "config = \"no-such-file.json5\": No such file or directory (os error 2)"
         );
     }
 

@@ -62,7 +62,6 @@ impl Router {
             config: "",
             connect: &self.address,
             listen: "",
-            has_endpoint: true,
             domain: 5,
             namespace: "",
             node,

@@ -43,7 +43,7 @@ macro_rules! node_schema {
                 cx: &Context,
                 work: impl FnOnce(jde_ros_node::Settings<'_>) -> R,
             ) -> R {
-                let (connect, listen) = (self.connect.sample(cx), self.listen.sample(cx));
+                let (connect, listen) = (self.connect.get(cx), self.listen.get(cx));
                 let (config, namespace, node, remap) = (
                     self.config.get(cx),
                     self.namespace.get(cx),
@@ -54,7 +54,6 @@ macro_rules! node_schema {
                     config: config.as_str(),
                     connect: connect.as_str(),
                     listen: listen.as_str(),
-                    has_endpoint: !connect.is_default() || !listen.is_default(),
                     domain: self.domain.get(cx),
                     namespace: namespace.as_str(),
                     node: node.as_str(),

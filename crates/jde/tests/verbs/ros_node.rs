@@ -62,7 +62,6 @@ impl Peer {
             config: file.to_str().expect("a path"),
             connect: middleware,
             listen: "",
-            has_endpoint: false,
             domain: 7,
             namespace: "",
             node: "peer",

@@ -70,7 +70,7 @@ fn incompatible_topics_of_other_nodes_are_reported() {
 #[test]
 fn invalid_settings_are_rejected_on_awakening() {
     let assert_rejected = |change: &dyn Fn(&mut Bench<Topics>), expected: &str| {
-        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7447");
+        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7448");
         change(&mut fixture.bench);
         let failure = fixture.bench.awake().unwrap_err().to_string();
         assert!(failure.contains(expected), "{failure}");
@@ -102,7 +102,7 @@ fn invalid_settings_are_rejected_on_awakening() {
 #[test]
 fn an_inspection_names_the_modulation_without_connecting() {
     let problem_names = |change: &dyn Fn(&mut Bench<Topics>)| {
-        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7447");
+        let mut fixture = Fixture::<Topics>::connecting_to("tcp/localhost:7448");
         change(&mut fixture.bench);
         let problems = fixture.bench.inspect().unwrap();
         let names = problems.into_iter().map(|problem| problem.modulation);
@@ -282,9 +282,8 @@ fn a_zenoh_configuration_file_states_the_addresses() {
     drop(session);
     let settings = Settings {
         config: folder.path().to_str().unwrap(),
-        connect: "",
+        connect: "tcp/localhost:7447",
         listen: "",
-        has_endpoint: false,
         domain: 0,
         namespace: "",
         node: "",

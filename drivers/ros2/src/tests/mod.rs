@@ -120,7 +120,6 @@ fn config(address: &str) -> NodeConfig {
         config: "",
         connect: address,
         listen: "",
-        has_endpoint: true,
         domain: 3,
         namespace: "",
         node: "other",
