@@ -164,7 +164,7 @@ impl<'call, T: ?Sized> Sample<'call, T> {
         self.flags & raw::SAMPLE_NEUTRAL == 0
     }
 
-    /// Returns whether this modulation was never written. Its value is then the default.
+    /// Returns whether this modulation was never written. Its value is then that of the application file, or the default.
     #[must_use]
     pub fn is_default(&self) -> bool {
         self.flags & raw::SAMPLE_DEFAULT != 0

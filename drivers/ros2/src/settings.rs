@@ -14,8 +14,8 @@ macro_rules! node_schema {
             /// of Humble, and `ros2dds/` connects to a bridge of DDS.
             #[modulation(default = "tcp/localhost:7447", fixed)]
             connect: Modulation<Text<512>>,
-            /// Addresses at which other nodes can connect, such as "tcp/localhost:7448"; if empty, all messages pass
-            /// through the router.
+            /// Addresses at which other nodes can connect, such as "tcp/localhost:0" for a free port; if empty, all messages
+            /// pass through the router, unless it is the default one: then those of this machine can connect, as in ROS 2.
             #[modulation(default = "", fixed)]
             listen: Modulation<Text<512>>,
             /// A Zenoh configuration file instead of these two, for TLS, passwords and other settings.
