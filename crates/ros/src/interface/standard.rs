@@ -183,13 +183,14 @@ const SERVICES: &[(&str, &str)] = &[
 /// The action of Nav2.
 const NAVIGATE: &str = "nav2_msgs/action/NavigateToPose";
 
-/// It has this form in Jazzy and Kilted.
-const ACTIONS: &[(&str, &str)] = &[(
-    NAVIGATE,
-    "geometry_msgs/PoseStamped pose\nstring behavior_tree\n---\nuint16 error_code\nstring error_msg\n---\n\
-     geometry_msgs/PoseStamped current_pose\nbuiltin_interfaces/Duration navigation_time\n\
-     builtin_interfaces/Duration estimated_time_remaining\nint16 number_of_recoveries\nfloat32 distance_remaining",
-)];
+/// Its definition, of which the distributions have different results.
+fn navigate(result: &str) -> String {
+    format!(
+        "geometry_msgs/PoseStamped pose\nstring behavior_tree\n---\n{result}\n---\n\
+         geometry_msgs/PoseStamped current_pose\nbuiltin_interfaces/Duration navigation_time\n\
+         builtin_interfaces/Duration estimated_time_remaining\nint16 number_of_recoveries\nfloat32 distance_remaining"
+    )
+}
 
 /// The interfaces of time, services, parameters, life cycles, logs, diagnostics, actions, of `std_srvs`,
 /// and the action of Nav2.
@@ -202,9 +203,8 @@ pub fn standard() -> &'static Interfaces {
         let services = SERVICES
             .iter()
             .try_for_each(|(name, definition)| interfaces.service(name, definition));
-        let actions = ACTIONS
-            .iter()
-            .try_for_each(|(name, definition)| interfaces.action(name, definition));
+        let result = "uint16 error_code\nstring error_msg";
+        let actions = interfaces.action(NAVIGATE, &navigate(result));
         messages
             .and(services)
             .and(actions)
@@ -214,16 +214,13 @@ pub fn standard() -> &'static Interfaces {
     &STANDARD
 }
 
-/// The same with the forms of Humble: `NavigateToPose` has no error in its result.
+/// The same with the forms of Humble: the result of `NavigateToPose` is empty.
 pub fn humble() -> &'static Interfaces {
     static HUMBLE: LazyLock<Interfaces> = LazyLock::new(|| {
         let mut interfaces = standard().clone();
-        let action = "geometry_msgs/PoseStamped pose\nstring behavior_tree\n---\nstd_msgs/Empty result\n---\n\
-                      geometry_msgs/PoseStamped current_pose\nbuiltin_interfaces/Duration navigation_time\n\
-                      builtin_interfaces/Duration estimated_time_remaining\nint16 number_of_recoveries\nfloat32 distance_remaining";
         interfaces
             .message("std_msgs/msg/Empty", "")
-            .and(interfaces.action(NAVIGATE, action))
+            .and(interfaces.action(NAVIGATE, &navigate("std_msgs/Empty result")))
             .expect("the definitions above are valid");
         interfaces
     });
