@@ -133,7 +133,8 @@ fn publish(
         .congestion_control(CongestionControl::Drop)
         .priority(match topic.is_large {
             true => Priority::DataLow,
-            false => Priority::Data,
+            // Requests and responses have `Data` and may block; these do not wait for them.
+            false => Priority::DataHigh,
         })
         .wait()?;
     let shared_in_callback = Arc::clone(shared);

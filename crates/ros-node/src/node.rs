@@ -1,5 +1,5 @@
-//! A ROS 2 node, as its owner uses it: the owner submits messages and takes those that arrived, and never
-//! waits for the network. The node's own thread does, and sends what was submitted and not sent at once.
+//! A ROS 2 node, as its owner uses it: the owner submits messages and takes those that arrived. The node's own thread waits
+//! for the network, and sends what was submitted and not sent at once.
 
 use std::collections::VecDeque;
 use std::fmt;

@@ -1,9 +1,10 @@
 //! The publishers of a connected node. Its thread sends with them what waits. Its owner sends small messages itself if nothing
 //! waits, which saves the time until the thread wakes up.
 //!
-//! The owner does not wait for the network: only one thread sends at a time and the owner does not wait for the other one,
-//! and a message that fits a batch of Zenoh is copied into it. Without a free batch Zenoh waits for 1 ms and then drops
-//! messages at once until there is one (`wait_before_drop`). After one that took long, the owner leaves sending to the thread.
+//! The owner hardly waits for the network. Only one thread sends at a time, and the owner does not wait for the other one. A
+//! message that fits a batch of Zenoh is copied into it. Without a free batch Zenoh waits for 0.2 ms for each connection, and then
+//! drops messages at once until there is one (`wait_before_drop`). After one that took long, the owner leaves sending to the
+//! thread.
 
 use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
@@ -19,7 +20,7 @@ use crate::shared::lock;
 /// The size up to which the owner sends, bytes: half a batch.
 const SMALL: usize = 32 << 10;
 /// The time that a message needs at most if the network takes it at once.
-const AT_ONCE: Duration = Duration::from_micros(300);
+const AT_ONCE: Duration = Duration::from_micros(150);
 /// How long the thread sends alone after a message that needed more.
 const REST: Duration = Duration::from_secs(1);
 

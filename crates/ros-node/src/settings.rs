@@ -1,5 +1,7 @@
 //! The settings of a node and its connections, validated without connecting.
 
+use std::time::Duration;
+
 use zenoh::Config;
 use zenoh::config::EndPoint;
 
@@ -20,6 +22,9 @@ const MAX_BYTES: usize = 16 << 20;
 /// Batches of large messages that wait. With the two of other messages, the thread of the node wakes up for each fragment of
 /// a picture.
 const LARGE_BATCHES: usize = 8;
+/// How long Zenoh waits for a batch before it drops a message, and then all others until there is one. For each fragment of
+/// a large message it waits twice as long as for the one before.
+const LONGEST_WAIT: Duration = Duration::from_micros(200);
 
 /// What the addresses begin with if another middleware than that of Iron and later is there.
 const MIDDLEWARES: [(&str, Middleware); 2] = [
@@ -154,21 +159,26 @@ impl Settings<'_> {
             ("listen/endpoints", lists(&listen)),
             ("listen/timeout_ms", "0".to_owned()),
             ("listen/exit_on_failure", "true".to_owned()),
-            // As in ROS 2: no multicast scouting; the router reports the other nodes by gossip, and of two nodes one connects.
+            // As in ROS 2: no multicast scouting; connected nodes report others by gossip.
             ("scouting/multicast/enabled", "false".to_owned()),
             ("scouting/gossip/enabled", "true".to_owned()),
+            ("transport/link/rx/max_message_size", MAX_BYTES.to_string()),
+            ("transport/link/tx/queue/size/data_low", LARGE_BATCHES.to_string()),
             (
-                "scouting/gossip/target",
-                "{ router: [\"router\", \"peer\"], peer: [\"router\"] }".to_owned(),
+                "transport/link/tx/queue/congestion_control/drop/wait_before_drop",
+                LONGEST_WAIT.as_micros().to_string(),
             ),
+        ];
+        // With a router, as in ROS 2: it alone reports the others, and of two nodes one connects.
+        let with_router = [
+            ("scouting/gossip/target", "{ peer: [\"router\"] }".to_owned()),
             (
                 "scouting/gossip/autoconnect_strategy",
                 "{ peer: { to_router: \"always\", to_peer: \"greater-zid\" } }".to_owned(),
             ),
-            ("transport/link/rx/max_message_size", MAX_BYTES.to_string()),
-            ("transport/link/tx/queue/size/data_low", LARGE_BATCHES.to_string()),
         ];
-        for (key, value) in entries {
+        let with_router = with_router.into_iter().filter(|_| listens_by_default);
+        for (key, value) in entries.into_iter().chain(with_router) {
             config.insert_json5(key, &value).map_err(|error| {
                 format!(
                     "Zenoh does not accept {value} for `{key}`: {}",

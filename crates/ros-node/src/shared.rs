@@ -1,5 +1,5 @@
 //! The state shared by the owner of a node, the node's thread and Zenoh's threads. No thread holds a lock
-//! while it waits for the network, so the owner does not wait for it either.
+//! for which the owner waits while it waits for the network.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,6 +31,8 @@ pub(crate) struct Shared {
     pub(crate) publishers: Publishers,
     changed: Condvar,
     subscribed: Vec<AtomicBool>,
+    /// The bytes at the end of each publication's messages that are not sent.
+    missing: Vec<usize>,
     arrived: Vec<Mutex<Inbox>>,
     requests: Mutex<VecDeque<Request>>,
     requested: Condvar,
@@ -116,6 +118,10 @@ impl Shared {
             publishers: Publishers::default(),
             changed: Condvar::new(),
             subscribed: publications.iter().map(|_| AtomicBool::new(false)).collect(),
+            missing: publications
+                .iter()
+                .map(|topic| missing(&config.name, topic).len())
+                .collect(),
             arrived: config
                 .subscriptions
                 .iter()
@@ -153,6 +159,9 @@ impl Shared {
 
     /// Sends a message at once, or submits messages and replaces those that were not sent yet.
     pub(crate) fn publish(&self, publication: usize, mut messages: Vec<Vec<u8>>) {
+        messages
+            .iter_mut()
+            .for_each(|message| self.shorten(publication, message));
         if messages.len() == 1 && self.sends_at_once(publication, &mut messages[0]) {
             return;
         }
@@ -162,11 +171,17 @@ impl Shared {
 
     /// Sends a message at once, or submits it after those that wait, up to the depth of the publication.
     pub(crate) fn append(&self, publication: usize, mut message: Vec<u8>) {
+        self.shorten(publication, &mut message);
         if self.sends_at_once(publication, &mut message) {
             return;
         }
         lock(&self.queue).outboxes[publication].append(message);
         self.changed.notify_one();
+    }
+
+    /// Removes what the messages of a publication do not have where the node connects.
+    fn shorten(&self, publication: usize, message: &mut Vec<u8>) {
+        message.truncate(message.len().saturating_sub(self.missing[publication]));
     }
 
     /// Whether it has sent the message: a small one, if none of this publication waits and the thread does not send.

@@ -248,13 +248,20 @@ fn appended_messages_wait_up_to_the_depth_of_their_topic() {
 
 #[test]
 fn the_owner_does_not_wait_for_a_subscriber_that_does_not_read() {
-    let router = Router::open();
+    let router = Router::closed();
     let topic = Topic::new("/flood".to_owned(), &Twist::describe(), Quality::DEFAULT);
+    // The subscriber connects to it directly.
+    let listening = Settings {
+        connect: "",
+        listen: &router.address,
+        ..router.settings("publisher")
+    };
     let publisher = Node::start(NodeConfig {
         publications: vec![topic.clone()],
-        ..router.node("publisher")
+        ..listening.node_config().unwrap()
     })
     .unwrap();
+    until(|| (publisher.state().0 == NodeState::Alone).then_some(()));
     let config = &router.node("subscriber");
     let session = zenoh::open(config.config.clone()).wait().unwrap();
     let (reads, may_read) = mpsc::channel::<()>();
@@ -283,6 +290,38 @@ fn the_owner_does_not_wait_for_a_subscriber_that_does_not_read() {
         publisher.publish(0, vec![message(2)]);
         newest.try_iter().find(|number| *number == 2)
     });
+}
+
+#[test]
+fn messages_of_a_publication_stay_in_order_whoever_sends_them() {
+    let router = Router::open();
+    let topic = Topic::new("/mixed".to_owned(), &Twist::describe(), Quality::DEFAULT);
+    let publisher = Node::start(NodeConfig {
+        publications: vec![topic.clone()],
+        ..router.node("publisher")
+    })
+    .unwrap();
+    let config = &router.node("subscriber");
+    let session = zenoh::open(config.config.clone()).wait().unwrap();
+    let subscriber = session
+        .declare_subscriber(topic.key(&config.name))
+        .wait()
+        .unwrap();
+    until(|| publisher.has_subscribers(0).then_some(()));
+    let (mut sent, mut received) = (0_u32, Vec::new());
+    while received.len() < 500 {
+        // The thread sends the large one, and the owner tries to send the small one at once.
+        for bytes in [40_000, 4] {
+            sent += 1;
+            let mut message = sent.to_le_bytes().to_vec();
+            message.resize(bytes, 0);
+            publisher.append(0, message);
+        }
+        let number = |payload: &[u8]| u32::from_le_bytes(*payload.first_chunk().unwrap());
+        let arrived = std::iter::from_fn(|| subscriber.try_recv().unwrap());
+        received.extend(arrived.map(|sample| number(&sample.payload().to_bytes())));
+    }
+    assert!(received.is_sorted(), "{received:?}");
 }
 
 #[test]

@@ -60,7 +60,7 @@ impl Peer {
         std::fs::write(&file, config).expect("a file");
         let settings = Settings {
             config: file.to_str().expect("a path"),
-            connect: middleware,
+            connect: &format!("{middleware}tcp/localhost:7447"),
             listen: "",
             domain: 7,
             namespace: "",
@@ -365,7 +365,7 @@ fn a_run_without_a_router_is_the_same_and_says_so_once() {
     );
     let output = crate::support::output_of(&mut command);
     assert_eq!(output.status, Some(1), "its time was up: {output:?}");
-    let said = output.err.matches("no router answers at this address").count();
+    let said = output.err.matches("is the router running?").count();
     assert_eq!(said, 1, "{output:?}");
 }
 

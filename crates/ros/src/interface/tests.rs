@@ -204,6 +204,10 @@ fn a_value_is_a_message_in_the_layout_of_cdr() {
         .encode("std_srvs/srv/Trigger_Request", &json!({}))
         .unwrap();
     assert_eq!(empty, [0, 1, 0, 0, 0]);
+    // In Humble the result is an empty message, which has one byte as any.
+    let result = "nav2_msgs/action/NavigateToPose_GetResult_Response";
+    let ended = humble().encode(result, &json!({ "status": 4 })).unwrap();
+    assert_eq!(ended, [0, 1, 0, 0, 4, 0]);
     let text = standard()
         .encode(
             "std_srvs/srv/Trigger_Response",

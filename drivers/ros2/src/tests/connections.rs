@@ -367,8 +367,14 @@ fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
         Entry::new::<LaserScan>("publish", "scan"),
         Entry::new::<Odometry>("subscribe", "odom").named("odometry"),
         Entry::new::<Range>("subscribe", "ahead"),
+        Entry::new::<Range>("publish", "left"),
     ];
     let mut fixture = Fixture::<Topics>::with_lists(&format!("humble/{address}"), &entries);
+    let lefts = session
+        .declare_subscriber(key("left", "sensor_msgs::msg::dds_::Range_"))
+        .wait()
+        .unwrap();
+    fixture.bench.import("left", &Range::default());
     fixture.bench.set("namespace", Text::<128>::new("fleet"));
     fixture.bench.import("scan", &LaserScan::default());
     let mut fixture = fixture.awake();
@@ -400,6 +406,17 @@ fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
     };
     let mut message = Codec::new().encode(&range);
     message.truncate(message.len() - 4);
+    let subscription = Topic {
+        hash: "TypeHashNotSupported".to_owned(),
+        ..topic::<Range>("/fleet/left")
+    };
+    let token = subscription.token(&name(), "ab12", jde_ros_node::Direction::Subscribe, 2);
+    let _left = session.liveliness().declare_token(token).wait().unwrap();
+    fixture.until(|_| {
+        let sample = lefts.try_recv().unwrap();
+        sample
+            .is_some_and(|sample| sample.payload().len() == Codec::new().encode(&Range::default()).len() - 4)
+    });
     fixture.until(|bench| {
         session
             .put(key("ahead", "sensor_msgs::msg::dds_::Range_"), message.clone())
