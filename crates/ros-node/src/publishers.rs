@@ -14,11 +14,12 @@ use zenoh::bytes::ZBytes;
 use zenoh::pubsub::Publisher;
 
 use crate::attachment::{Gid, attachment_now};
+use crate::keys::BATCH_BYTES;
 use crate::latched::Cache;
 use crate::shared::lock;
 
-/// The size up to which the owner sends, bytes: half a batch.
-const SMALL: usize = 32 << 10;
+/// The size up to which the owner sends, bytes.
+const SMALL: usize = BATCH_BYTES / 2;
 /// The time that a message needs at most if the network takes it at once.
 const AT_ONCE: Duration = Duration::from_micros(150);
 /// How long the thread sends alone after a message that needed more.

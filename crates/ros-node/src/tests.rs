@@ -9,6 +9,9 @@ use jde_ros::interface::standard;
 use jde_types::{Twist, Value};
 use jde_watchdog::Watchdog;
 use serde_json::json;
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::*;
@@ -55,6 +58,24 @@ impl Router {
     /// A node without topics and services.
     pub(crate) fn node(&self, node: &str) -> NodeConfig {
         self.settings(node).node_config().unwrap()
+    }
+
+    /// A node with one publication, whose messages this subscriber receives.
+    fn watched(&self) -> (Node, Session, Subscriber<FifoChannelHandler<Sample>>) {
+        let topic = Topic::new("/log".to_owned(), &Twist::describe(), Quality::DEFAULT);
+        let publisher = Node::start(NodeConfig {
+            publications: vec![topic.clone()],
+            ..self.node("publisher")
+        })
+        .unwrap();
+        let config = &self.node("subscriber");
+        let session = zenoh::open(config.config.clone()).wait().unwrap();
+        let subscriber = session
+            .declare_subscriber(topic.key(&config.name))
+            .wait()
+            .unwrap();
+        until(|| publisher.has_subscribers(0).then_some(()));
+        (publisher, session, subscriber)
     }
 
     fn settings<'a>(&'a self, node: &'a str) -> Settings<'a> {
@@ -221,19 +242,7 @@ fn what_is_latched_before_a_router_answers_is_sent_later_and_a_call_ends() {
 #[test]
 fn appended_messages_wait_up_to_the_depth_of_their_topic() {
     let router = Router::open();
-    let topic = Topic::new("/log".to_owned(), &Twist::describe(), Quality::DEFAULT);
-    let publisher = Node::start(NodeConfig {
-        publications: vec![topic.clone()],
-        ..router.node("publisher")
-    })
-    .unwrap();
-    let config = &router.node("subscriber");
-    let session = zenoh::open(config.config.clone()).wait().unwrap();
-    let subscriber = session
-        .declare_subscriber(topic.key(&config.name))
-        .wait()
-        .unwrap();
-    until(|| publisher.has_subscribers(0).then_some(()));
+    let (publisher, _session, subscriber) = router.watched();
     // More than the depth, faster than they can be sent: the newest ones arrive in order.
     (0..100).for_each(|number| publisher.append(0, vec![number]));
     let mut received = Vec::new();
@@ -295,19 +304,7 @@ fn the_owner_does_not_wait_for_a_subscriber_that_does_not_read() {
 #[test]
 fn messages_of_a_publication_stay_in_order_whoever_sends_them() {
     let router = Router::open();
-    let topic = Topic::new("/mixed".to_owned(), &Twist::describe(), Quality::DEFAULT);
-    let publisher = Node::start(NodeConfig {
-        publications: vec![topic.clone()],
-        ..router.node("publisher")
-    })
-    .unwrap();
-    let config = &router.node("subscriber");
-    let session = zenoh::open(config.config.clone()).wait().unwrap();
-    let subscriber = session
-        .declare_subscriber(topic.key(&config.name))
-        .wait()
-        .unwrap();
-    until(|| publisher.has_subscribers(0).then_some(()));
+    let (publisher, _session, subscriber) = router.watched();
     let (mut sent, mut received) = (0_u32, Vec::new());
     while received.len() < 500 {
         // The thread sends the large one, and the owner tries to send the small one at once.

@@ -46,7 +46,7 @@ pub enum Middleware {
 }
 
 /// The bytes of a batch of Zenoh. A longer message is sent in fragments.
-const BATCH_BYTES: usize = u16::MAX as usize;
+pub(crate) const BATCH_BYTES: usize = u16::MAX as usize;
 
 /// A topic that the node publishes or subscribes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
