@@ -145,7 +145,7 @@ impl NodeConfig {
 
 /// A node, connected or not. Dropping it requests the end of its thread and does not wait for it.
 #[derive(Debug)]
-pub struct Node(Arc<Shared>);
+pub struct Node(pub(crate) Arc<Shared>);
 
 /// The state of the node's connection.
 #[derive(Clone, Debug, PartialEq, Eq)]

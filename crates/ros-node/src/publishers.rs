@@ -67,12 +67,16 @@ impl Publishers {
             Err(TryLockError::WouldBlock) => return None,
         };
         let is_ready = !sending.publishers.is_empty() && message.len() <= SMALL;
-        let rests = || sending.rests_until.is_some_and(|until| Instant::now() < until);
-        (is_ready && !rests()).then_some(sending)
+        (is_ready && !sending.is_left_to_thread()).then_some(sending)
     }
 }
 
 impl Sending {
+    /// Whether the thread sends alone, because a message took long.
+    pub(crate) fn is_left_to_thread(&self) -> bool {
+        self.rests_until.is_some_and(|until| Instant::now() < until)
+    }
+
     /// Sends a message. What cannot be sent is lost, as on an unreliable network; the check of the connection reports the
     /// reason.
     pub(crate) fn put(&mut self, publication: usize, message: Vec<u8>) {
