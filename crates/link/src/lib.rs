@@ -18,7 +18,7 @@ mod whoami;
 
 pub use client::{
     BroadcastOutcome, Client, Hold, PanelSample, Reach, ReceivedEvent, Remote, Sample, Subscription,
-    broadcast,
+    ValueBytes, broadcast,
 };
 pub use error::Error;
 pub use folder::Folders;

@@ -192,7 +192,7 @@ mod tests {
         }
         Sample {
             value_type: Arc::new(of),
-            bytes: Some(bytes),
+            bytes: Some(bytes.into()),
             sequence: 1,
             time: 0,
             age: 0,

@@ -27,7 +27,7 @@ pub use events::ReceivedEvent;
 pub use hold::Hold;
 pub use panel::PanelSample;
 pub use remote::Remote;
-pub use sample::Sample;
+pub use sample::{Sample, ValueBytes};
 pub use subscription::Subscription;
 
 /// Where local applications are searched, for error texts.

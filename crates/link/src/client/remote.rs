@@ -15,6 +15,7 @@ use zenoh::sample::SampleKind;
 
 use super::connection::{Connection, QueryOutcome, Reply};
 use super::liveliness::Liveliness;
+use super::sample::ValueMemory;
 use super::subscription::{Subscription, Tokens};
 use super::{Hold, PanelSample, REPLY_TIMEOUT, ReceivedEvent, Sample, events, keys};
 use crate::Error;
@@ -150,7 +151,8 @@ impl Remote {
         let (variable, value_type) = self.typed(name)?;
         let key = self.inner.keys.variable(&variable.owner, &variable.variable);
         let reply = self.query(&key, None)?;
-        Sample::read(&value_type, &[&reply.message], reply.attachment.as_deref())
+        let (pieces, memory) = (&[&*reply.message], &mut ValueMemory::default());
+        Sample::read(&value_type, pieces, reply.attachment.as_deref(), memory)
             .map_err(|reason| self.garbled(reason))
     }
 
@@ -180,11 +182,11 @@ impl Remote {
         let (owner, own, rate) = (&variable.owner, &variable.variable, rate.to_supported());
         let session = self.inner.connection.session();
         let application = self.inner.about.name.clone();
-        let mut last = None;
+        let (mut last, mut memory) = (None, ValueMemory::default());
         let deliver = move |sample: zenoh::sample::Sample| {
             let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
             let pieces: Vec<_> = sample.payload().slices().collect();
-            match Sample::read(&value_type, &pieces, attachment.as_deref()) {
+            match Sample::read(&value_type, &pieces, attachment.as_deref(), &mut memory) {
                 Ok(sample) => {
                     // The newest value is sent again when another client joins.
                     let current = (sample.sequence, sample.bytes.is_some());

@@ -1,10 +1,12 @@
 //! A value received over the link, with its attachment.
 
+use std::ops::Deref;
 use std::sync::Arc;
 
 use jde_abi::describe::Type;
 use jde_board::Nanos;
 use jde_board::value::{self, Value};
+use jde_ros::cdr;
 
 use crate::attachment::Tag;
 
@@ -14,7 +16,7 @@ pub struct Sample {
     /// Its type.
     pub value_type: Arc<Type>,
     /// The bytes, laid out as the type defines; none if no value was written yet or it was retracted.
-    pub bytes: Option<Vec<u8>>,
+    pub bytes: Option<ValueBytes>,
     /// Counts the values of the variable from 1; 0 is the initial value, or none.
     pub sequence: u64,
     /// When the value was measured or written, ns since the application's start.
@@ -28,11 +30,24 @@ pub struct Sample {
     pub writer: String,
 }
 
+/// The bytes of a value. Clones share them.
+#[derive(Clone, Debug, Default)]
+pub struct ValueBytes(Arc<Vec<u8>>);
+
+/// Memory for values, which is used again once nobody has its value. There may be one that somebody keeps and the next one.
+#[derive(Default)]
+pub(crate) struct ValueMemory([ValueBytes; 2]);
+
 impl Sample {
+    /// Reads a message in pieces.
+    ///
+    /// # Errors
+    /// If it is no value of the type.
     pub(crate) fn read(
         value_type: &Arc<Type>,
         pieces: &[&[u8]],
         attachment: Option<&[u8]>,
+        memory: &mut ValueMemory,
     ) -> Result<Self, String> {
         let tag = attachment
             .and_then(Tag::read)
@@ -40,9 +55,11 @@ impl Sample {
         let bytes = if tag.retracted {
             None
         } else {
-            let mut bytes = vec![0; value_type.bytes];
-            jde_ros::cdr::decode_pieces(value_type, pieces, &mut bytes).map_err(|error| error.to_string())?;
-            Some(bytes)
+            Some(
+                memory
+                    .decode(value_type, pieces)
+                    .map_err(|error| error.to_string())?,
+            )
         };
         Ok(Self {
             value_type: Arc::clone(value_type),
@@ -60,5 +77,33 @@ impl Sample {
     pub fn value(&self) -> Option<Value> {
         let bytes = self.bytes.as_ref()?;
         Some(value::decode(&self.value_type, bytes))
+    }
+}
+
+impl ValueMemory {
+    fn decode(&mut self, value_type: &Type, pieces: &[&[u8]]) -> Result<ValueBytes, cdr::Error> {
+        let free = self.0.iter().position(|bytes| Arc::strong_count(&bytes.0) == 1);
+        let free = free.unwrap_or_else(|| {
+            self.0[0] = ValueBytes::default();
+            0
+        });
+        let bytes = Arc::make_mut(&mut self.0[free].0);
+        bytes.resize(value_type.bytes, 0);
+        cdr::decode_pieces(value_type, pieces, bytes)?;
+        Ok(self.0[free].clone())
+    }
+}
+
+impl From<Vec<u8>> for ValueBytes {
+    fn from(bytes: Vec<u8>) -> Self {
+        Self(Arc::new(bytes))
+    }
+}
+
+impl Deref for ValueBytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
     }
 }

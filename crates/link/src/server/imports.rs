@@ -14,7 +14,7 @@ use jde_board::{Nanos, Writer};
 
 use super::peer::{self, Search};
 use super::subject::Subject;
-use crate::{Error, Sample};
+use crate::{Error, Sample, ValueBytes};
 
 /// The least time between two values of one import, which bounds the load that a peer can cause.
 const MIN_INTERVAL: Duration = Duration::from_millis(1);
@@ -40,7 +40,7 @@ pub(super) struct Slot {
 }
 
 enum ImportUpdate {
-    Value { bytes: Vec<u8>, time: Nanos },
+    Value { bytes: ValueBytes, time: Nanos },
     Retracted,
 }
 

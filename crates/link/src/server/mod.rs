@@ -21,6 +21,7 @@ mod server_session;
 mod stopper;
 mod subject;
 mod value_publisher;
+mod value_reader;
 mod worker;
 
 use std::path::Path;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use jde_board::{Reader, VariableStatus};
+use jde_board::VariableStatus;
 use jde_records::RecordKind;
 use jde_records::snapshot::Snapshot;
 use serde::Serialize;
@@ -24,7 +24,7 @@ use super::leases::Leases;
 use super::operator_workers::{Job, JobOutcome, OperatorRequest, OperatorWorkers};
 use super::server_session::ServerSession;
 use super::subject::Subject;
-use super::value_publisher::{self, Message};
+use super::value_reader::ValueReader;
 use crate::keys::{self, Keys};
 use crate::message::{About, Action, Network, OperateReply, Refusal, Request, VariableInfo};
 
@@ -66,7 +66,7 @@ pub(super) struct Worker {
     roots: Vec<String>,
     variables: Vec<VariableInfo>,
     plain_variables: JsonMessage,
-    readers: Vec<Option<Reader>>,
+    readers: Vec<Option<ValueReader>>,
     hierarchy: CachedReply,
     statuses: CachedReply,
 }
@@ -346,14 +346,12 @@ impl Worker {
             }
             if self.readers[index].is_none() {
                 let found = self.subject.board().find(&info.name);
-                self.readers[index] = found.map(|variable| variable.reader("link"));
+                self.readers[index] = found.map(|variable| ValueReader::new(&variable));
             }
             let Some(reader) = &mut self.readers[index] else {
                 continue;
             };
-            if let (Some(tag), value) =
-                value_publisher::newest(reader, &mut Message::default(), &*self.subject, None)
-            {
+            if let Some((tag, value)) = reader.newest(&*self.subject, None) {
                 let sent = query.reply(variable, value).attachment(tag.bytes()).wait();
                 if let Err(error) = sent {
                     tracing::debug!("a reply was not sent: {error}");

@@ -253,7 +253,7 @@ pub(crate) fn until(expected: &str, mut condition: impl FnMut() -> bool) {
 
 pub(crate) fn number(sample: &Sample) -> Option<f64> {
     let bytes = sample.bytes.as_ref()?;
-    Some(f64::from_ne_bytes(bytes.as_slice().try_into().unwrap()))
+    Some(f64::from_ne_bytes((**bytes).try_into().unwrap()))
 }
 
 /// A Zenoh session that does not implement the link's protocol.

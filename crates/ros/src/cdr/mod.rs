@@ -13,7 +13,7 @@ mod reader;
 mod writer;
 
 pub use decode::{decode, decode_into, decode_pieces};
-pub use encode::encode;
+pub use encode::{Uncopied, encode, encode_in_place};
 pub use reader::Reader;
 pub use writer::Writer;
 

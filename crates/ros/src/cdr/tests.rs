@@ -259,6 +259,25 @@ proptest! {
     }
 
     #[test]
+    fn a_message_of_what_is_copied_and_what_is_not_is_the_same(
+        value_type in types(), seed: u64, least in 1..40_usize,
+    ) {
+        let mut value = vec![0; value_type.bytes];
+        Random(seed).fill(&value_type, &mut value);
+        let [mut expected, mut copied, mut message] = [Vec::new(), Vec::new(), Vec::new()];
+        encode(&value_type, &value, &mut expected);
+        let mut from = 0;
+        for uncopied in encode::encode_from(least, &value_type, &value, &mut copied) {
+            prop_assert!(uncopied.numbers.len() >= least);
+            message.extend_from_slice(&copied[from..uncopied.after]);
+            message.extend_from_slice(uncopied.numbers);
+            from = uncopied.after;
+        }
+        message.extend_from_slice(&copied[from..]);
+        prop_assert_eq!(message, expected);
+    }
+
+    #[test]
     fn a_message_in_pieces_is_the_same_value(value_type in types(), seed: u64, cuts: Vec<prop::sample::Index>) {
         let mut value = vec![0; value_type.bytes];
         Random(seed).fill(&value_type, &mut value);

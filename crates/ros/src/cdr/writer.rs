@@ -3,26 +3,43 @@
 use super::ENCAPSULATION;
 
 /// A message that is being written.
-pub struct Writer<'a>(&'a mut Vec<u8>);
+pub struct Writer<'a> {
+    message: &'a mut Vec<u8>,
+    /// Bytes of the message that are elsewhere.
+    elsewhere: usize,
+}
 
 impl<'a> Writer<'a> {
     /// Begins a message, which replaces the contents of `message`.
     pub fn new(message: &'a mut Vec<u8>) -> Self {
         message.clear();
         message.extend_from_slice(&ENCAPSULATION);
-        Self(message)
+        Self {
+            message,
+            elsewhere: 0,
+        }
+    }
+
+    /// Returns the number of bytes written.
+    pub(super) fn written(&self) -> usize {
+        self.message.len()
+    }
+
+    /// Continues after as many bytes that are elsewhere.
+    pub(super) fn leave_out(&mut self, bytes: usize) {
+        self.elsewhere += bytes;
     }
 
     /// Advances to the next multiple of `alignment`.
     pub fn align(&mut self, alignment: usize) {
-        let body = self.0.len() - ENCAPSULATION.len();
-        self.0
-            .resize(ENCAPSULATION.len() + body.next_multiple_of(alignment), 0);
+        let body = self.message.len() + self.elsewhere - ENCAPSULATION.len();
+        let gap = body.next_multiple_of(alignment) - body;
+        self.message.resize(self.message.len() + gap, 0);
     }
 
     /// Writes bytes without alignment.
     pub fn bytes(&mut self, bytes: &[u8]) {
-        self.0.extend_from_slice(bytes);
+        self.message.extend_from_slice(bytes);
     }
 
     /// Writes the bytes of a number, little endian, at a multiple of its size.
@@ -43,8 +60,8 @@ impl<'a> Writer<'a> {
         self.length(text.len() + 1);
         for chunk in text.utf8_chunks() {
             self.bytes(chunk.valid().as_bytes());
-            self.0.extend(chunk.invalid().iter().map(|_| b'?'));
+            self.message.extend(chunk.invalid().iter().map(|_| b'?'));
         }
-        self.0.push(0);
+        self.message.push(0);
     }
 }

@@ -37,7 +37,7 @@ impl Backlog {
 }
 
 fn size(sample: &Sample) -> usize {
-    sample.bytes.as_ref().map_or(0, Vec::len)
+    sample.bytes.as_ref().map_or(0, |bytes| bytes.len())
 }
 
 #[cfg(test)]

@@ -116,7 +116,7 @@ pub(super) mod tests {
     pub(in super::super) fn sample(sequence: u64, bytes: usize) -> Arc<Sample> {
         Arc::new(Sample {
             value_type: Arc::new(f64::describe()),
-            bytes: Some(vec![0; bytes]),
+            bytes: Some(vec![0; bytes].into()),
             sequence,
             time: sequence,
             age: 0,

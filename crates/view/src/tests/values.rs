@@ -37,7 +37,7 @@ fn number<W>(harness: &Harness<'_, Shown<W>>, name: &str) -> f64 {
         .get(name)
         .expect("the variable exists");
     let bytes = sample.bytes.expect("the variable has a value");
-    f64::from_ne_bytes(bytes.try_into().expect("the value is a number"))
+    f64::from_ne_bytes((*bytes).try_into().expect("the value is a number"))
 }
 
 fn enter(harness: &mut Harness<'_, Shown<Values>>, field: &str, text: &str) {

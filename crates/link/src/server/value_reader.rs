@@ -1,0 +1,115 @@
+//! Reads a variable as messages. A message refers to long lists in the value itself, which therefore does not change as long
+//! as the message exists. The memory of everything else is used again.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+use jde_board::{Latched, Reader, Variable};
+use jde_ros::cdr;
+use zenoh::bytes::ZBytes;
+
+use super::subject::Subject;
+use crate::attachment::Tag;
+
+/// A reader of one variable.
+pub(super) struct ValueReader {
+    reader: Arc<Reader>,
+    copied: Arc<Vec<u8>>,
+}
+
+/// A latched value of a reader that nobody else uses until this is dropped.
+struct HeldValue(Arc<Reader>);
+
+/// Bytes that nobody changes until this is dropped.
+struct HeldBytes(Arc<Vec<u8>>);
+
+impl ValueReader {
+    pub(super) fn new(variable: &Arc<Variable>) -> Self {
+        Self {
+            reader: Arc::new(variable.reader("link")),
+            copied: Arc::default(),
+        }
+    }
+
+    /// Returns the newest value with its attachment; `None` if it is the one that was sent: its number, and whether there
+    /// was a value.
+    pub(super) fn newest(
+        &mut self,
+        subject: &dyn Subject,
+        sent: Option<(u64, bool)>,
+    ) -> Option<(Tag, ZBytes)> {
+        let newest = self.reader.newest();
+        let has_value = !self.reader.variable().is_retracted();
+        if has_value && sent == Some((newest, true)) {
+            return None;
+        }
+        let (tag, message) = match self.latch() {
+            Some(Latched { stamp, .. }) => {
+                let tag = Tag {
+                    sequence: stamp.sequence,
+                    time: stamp.time,
+                    age: subject.now().saturating_sub(stamp.time),
+                    valid_until: stamp.valid_until,
+                    retracted: false,
+                    writer: subject.writer(stamp.writer),
+                };
+                (tag, self.message())
+            }
+            None => {
+                let tag = Tag {
+                    sequence: newest,
+                    time: subject.now(),
+                    age: 0,
+                    valid_until: u64::MAX,
+                    retracted: true,
+                    writer: String::new(),
+                };
+                (tag, ZBytes::new())
+            }
+        };
+        (sent != Some((tag.sequence, !tag.retracted))).then_some((tag, message))
+    }
+
+    /// Latches the newest value. A message that still exists keeps the reader and its value.
+    fn latch(&mut self) -> Option<Latched<'_>> {
+        if Arc::get_mut(&mut self.reader).is_none() {
+            self.reader = Arc::new(self.reader.duplicate());
+        }
+        Arc::get_mut(&mut self.reader)?.latch_newest()
+    }
+
+    /// Encodes the latched value.
+    fn message(&mut self) -> ZBytes {
+        if Arc::get_mut(&mut self.copied).is_none() {
+            self.copied = Arc::default();
+        }
+        let Some(copied) = Arc::get_mut(&mut self.copied) else {
+            return ZBytes::new();
+        };
+        let value = Bytes::from_owner(HeldValue(Arc::clone(&self.reader)));
+        let value_type = &self.reader.variable().describe().value_type;
+        let uncopied = cdr::encode_in_place(value_type, &value, copied);
+        let copied = Bytes::from_owner(HeldBytes(Arc::clone(&self.copied)));
+        let mut message = ZBytes::writer();
+        let mut from = 0;
+        for part in uncopied {
+            message.append(copied.slice(from..part.after).into());
+            message.append(value.slice_ref(part.numbers).into());
+            from = part.after;
+        }
+        message.append(copied.slice(from..).into());
+        message.finish()
+    }
+}
+
+impl AsRef<[u8]> for HeldValue {
+    fn as_ref(&self) -> &[u8] {
+        self.0.latched().map_or(&[], |latched| latched.bytes)
+    }
+}
+
+impl AsRef<[u8]> for HeldBytes {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
