@@ -45,7 +45,7 @@ extern "C" {
  * Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
  * version and older; later ones accept all.
  */
-#define JDE_ABI_MINOR 7u
+#define JDE_ABI_MINOR 8u
 
 /** The symbol of type jde_plugin that every plugin exports. */
 #define JDE_ENTRY_SYMBOL "jde_plugin"
@@ -174,6 +174,14 @@ extern "C" {
 #define JDE_TEXT 3u
 /** Field form: `capacity` unused bytes (JDE_U8), where C would leave a gap. Descriptions omit them. */
 #define JDE_PADDING 4u
+
+/** Field flag: its elements are a `byte` in ROS 2. Only the hash of the type (REP-2016) distinguishes it from JDE_U8. */
+#define JDE_BYTE 1u
+/**
+ * Field flag: the capacity is a bound in ROS 2 too. Otherwise a text or a sequence has none there. Only the hash depends
+ * on it.
+ */
+#define JDE_BOUNDED 2u
 
 /** Log level: for the developer of this schema; may occur in every iteration. */
 #define JDE_TRACE 0u
@@ -605,6 +613,10 @@ struct jde_field {
     uint64_t length_offset;
     /** Type of the elements. Only for JDE_STRUCT. */
     const jde_type *value_type;
+    /** JDE_BYTE and JDE_BOUNDED, or 0. Since minor version 8. */
+    uint32_t flags;
+    /** 0. */
+    uint32_t reserved;
 };
 
 /**

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 use jde_board::typed::{TypedReader, TypedWriter};
 use jde_board::{Access, Board, Declaration, Variable};
 
@@ -23,6 +23,7 @@ pub fn variable(words: usize, access: Access, readers: usize) -> Result<Arc<Vari
         kind: FieldKind::Scalar(Scalar::U64),
         form: Form::Array(words),
         offset: 0,
+        notation: RosNotation::default(),
     };
     let value_type = Type {
         name: String::from("bench/Words"),

@@ -9,7 +9,7 @@ use core::ffi::{CStr, c_char, c_void};
 use core::ptr;
 use std::ffi::CString;
 
-use crate::describe::{Field, FieldKind, Form, Kind, Plugin, Port, Role, Scalar, Schema, Type};
+use crate::describe::{Field, FieldKind, Form, Kind, Plugin, Port, Role, RosNotation, Scalar, Schema, Type};
 use crate::raw;
 
 /// The functions of a type of schema, with the meaning of the fields of [`raw::Schema`].
@@ -228,6 +228,7 @@ pub fn value_type(ty: &Type) -> &'static raw::Type {
                 kind: FieldKind::Scalar(Scalar::U8),
                 form: Form::One,
                 offset,
+                notation: RosNotation::default(),
             })
         });
     }
@@ -286,6 +287,14 @@ fn field(field: &Field) -> raw::Field {
         offset: field.offset as u64,
         length_offset: field.form.length_offset().unwrap_or(0) as u64,
         value_type: part,
+        flags: [
+            (field.notation.is_byte, raw::BYTE),
+            (field.notation.is_bounded, raw::BOUNDED),
+        ]
+        .into_iter()
+        .filter_map(|(is_set, flag)| is_set.then_some(flag))
+        .sum(),
+        reserved: 0,
     }
 }
 

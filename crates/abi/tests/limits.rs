@@ -32,6 +32,8 @@ fn number(change: impl FnOnce(&mut raw::Port)) -> impl FnOnce(&mut Tables) {
         offset: 0,
         length_offset: 0,
         value_type: ptr::null(),
+        flags: 0,
+        reserved: 0,
     };
     |t| {
         t.ports[2].value_type = &raw const NUMBER;

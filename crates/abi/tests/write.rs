@@ -7,7 +7,7 @@ use std::ptr::null_mut;
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, Scalar, Schema, Type,
+    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, RosNotation, Scalar, Schema, Type,
 };
 use jde_abi::raw::{self, Context};
 use jde_abi::read;
@@ -88,6 +88,7 @@ fn field(name: &str, kind: FieldKind, form: Form, offset: usize) -> Field {
         kind,
         form,
         offset,
+        notation: RosNotation::default(),
     }
 }
 

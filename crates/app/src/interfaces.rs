@@ -9,10 +9,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Plugin, Type};
 use jde_document::quote;
-use jde_ros::definition::{definition, gather, read};
-
-/// The most elements or bytes of a field whose definition and entry state no bound.
-const CAPACITY: usize = 256;
+use jde_ros::definition::{UNBOUNDED_CAPACITY, gather, read_interface};
 
 /// Where types are found.
 #[derive(Clone, Copy)]
@@ -38,7 +35,7 @@ impl Capacities {
             Self::All(capacity) => *capacity,
             Self::Some(stated) => {
                 let own = stated.iter().find(|(name, _)| name == field);
-                own.map_or(CAPACITY, |(_, capacity)| *capacity)
+                own.map_or(UNBOUNDED_CAPACITY, |(_, capacity)| *capacity)
             }
         }
     }
@@ -96,20 +93,19 @@ impl Types<'_> {
         let Some(text) = self.text_of(name) else {
             return Ok(None);
         };
-        let find = |inner: &str| match own(inner) {
-            // The type's own fields come before those of what it contains.
-            Some(found) => definition(found).split("\n====").next().map(str::to_owned),
-            None if inner == name => Some(text.clone()),
-            None => self.text_of(inner),
+        let find = |inner: &str| match inner == name {
+            true => Some(text.clone()),
+            false => self.text_of(inner),
         };
+        let gathered = gather(name, find, |inner| own(inner).is_some()).map_err(|error| error.to_string())?;
         let unbounded = RefCell::new(BTreeSet::new());
         let capacity = |field: &str| {
             unbounded.borrow_mut().insert(field.to_owned());
             capacities.of(field)
         };
-        let gathered = gather(name, find, capacity).map_err(|error| error.to_string())?;
+        let known = |inner: &str| own(inner).cloned().map(Arc::new);
+        let found = read_interface(name, &gathered, capacity, known).map_err(|error| error.to_string())?;
         capacities.refuse_others(&unbounded.borrow())?;
-        let found = read(name, &gathered).map_err(|error| error.to_string())?;
         Ok(Some(Arc::new(found)))
     }
 

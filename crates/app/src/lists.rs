@@ -305,15 +305,14 @@ fn capacities(report: &mut FaultReport, (what, entry): (&str, &Entry)) -> Option
     };
     let what = format!("`capacity` of {what}");
     let number = |report: &mut FaultReport, node: &Node| {
-        let number = integer(node.get_ref()).and_then(|number| usize::try_from(number).ok());
+        let stated = expect(report, &what, "a whole number", node, integer(node.get_ref()))?;
+        let number = usize::try_from(stated).ok();
         let number = number.filter(|number| (1..=MOST_ELEMENTS).contains(number));
-        expect(
-            report,
-            &what,
-            &format!("a number from 1 to {MOST_ELEMENTS}"),
-            node,
-            number,
-        )
+        if number.is_none() {
+            let message = format!("{what} must be 1 to {MOST_ELEMENTS}, not {stated}");
+            report.fault(&node.span(), message);
+        }
+        number
     };
     let Some(table) = node.get_ref().as_table() else {
         return number(report, node).map(Capacities::All);

@@ -93,7 +93,7 @@ impl<'a> Outline<'a> {
             awake: top.texts(report, "awake").unwrap_or_default(),
             plugin_dirs: folders(top.texts(report, "plugins").unwrap_or_default()),
             recorded: recorded::definitions(report, &recordings, folder),
-            interfaces: folders(interfaces),
+            interfaces: interface_folders(report, &interfaces, folder),
             seed: seed(report, &top),
             mission,
             mission_stalls_ns,
@@ -102,6 +102,23 @@ impl<'a> Outline<'a> {
             check_files: false,
         }
     }
+}
+
+/// Returns the folders of definitions that exist.
+fn interface_folders(report: &mut FaultReport, stated: &[Text], folder: &Path) -> Vec<PathBuf> {
+    let mut folders = Vec::new();
+    for stated in stated {
+        let path = folder.join(stated.text);
+        if path.is_dir() {
+            folders.push(path);
+        } else {
+            let message = format!("there is no folder {}", quote(stated.text));
+            report
+                .fault(&stated.span, message)
+                .advise("it contains PACKAGE/msg/NAME.msg; a recording ends with .mcap");
+        }
+    }
+    folders
 }
 
 fn roots<'a>(report: &mut FaultReport, top: &Section<'a>) -> Roots<'a> {

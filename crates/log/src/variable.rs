@@ -75,8 +75,8 @@ pub fn undecodable_topics(recording: &Recording) -> Vec<String> {
         .collect()
 }
 
-/// Returns the type of the values of a channel: the one that its definition describes or, if that has no bounds, as
-/// in ROS 2, the standard type of the same name and fields.
+/// Returns the type of the values of a channel: the one that its definition describes. If that has fields without a bound, as
+/// in ROS 2, it is the standard type of the same name and fields, or one with the usual capacity of these fields.
 ///
 /// # Errors
 /// Why its values cannot be decoded.
@@ -91,9 +91,18 @@ pub fn value_type(channel: &Channel) -> Result<Type, String> {
         other => Err(format!("its definition is in `{other}`, not in `ros2msg`")),
     };
     read.or_else(|reason| {
-        let mut standard = jde_types::standard().into_iter();
-        let Some(standard) = standard.find(|standard| definition::name(standard) == channel.type_name) else {
-            return Err(reason);
+        let known = |name: &str| {
+            let mut standard = jde_types::standard().into_iter();
+            standard.find(|standard| definition::name(standard) == name)
+        };
+        let Some(standard) = known(&channel.type_name) else {
+            if channel.definition_encoding != "ros2msg" {
+                return Err(reason);
+            }
+            let capacity = |_: &str| definition::UNBOUNDED_CAPACITY;
+            let known = |name: &str| known(name).map(Arc::new);
+            return definition::read_interface(&channel.type_name, &text, capacity, known)
+                .map_err(|error| error.to_string());
         };
         if channel.definition_encoding == "ros2msg" && !definition::has_fields(&text, &standard) {
             return Err("its fields are not those of the standard type of this name".to_owned());

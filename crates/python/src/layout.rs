@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex};
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -90,6 +90,7 @@ impl Layout {
                 kind,
                 form,
                 offset,
+                notation: RosNotation::default(),
             });
         }
         let ty = Type {

@@ -1,6 +1,6 @@
 //! The hash by which ROS 2 distinguishes types (REP-2016, RIHS01). It is the hash of the type as defined in
-//! ROS 2. A shared value has a fixed size, so its sequences and texts have bounds; in ROS 2 they have none.
-//! On the wire the bytes are the same.
+//! ROS 2. A shared value has a fixed size, so its sequences and texts have bounds; in ROS 2 they have none unless the
+//! field says so. On the wire the bytes are the same.
 
 use std::collections::BTreeMap;
 
@@ -14,6 +14,7 @@ use crate::definition::{name, texts};
 /// Offsets from the number of a kind to that of an array and of an unbounded sequence of it.
 const ARRAY: u8 = TypeId::NESTED_TYPE_ARRAY - TypeId::NESTED_TYPE;
 const SEQUENCE: u8 = TypeId::NESTED_TYPE_UNBOUNDED_SEQUENCE - TypeId::NESTED_TYPE;
+const BOUNDED_SEQUENCE: u8 = TypeId::BOUNDED_SEQUENCE_OFFSET;
 
 /// Returns the hash of a type, as in `RIHS01_9c45bf16...`. It equals that of the ROS 2 type of the same name
 /// if the type has the same fields.
@@ -62,26 +63,51 @@ pub(crate) fn placeholder() -> FieldDescription {
 }
 
 fn describe_field(field: &Field) -> FieldDescription {
-    let (kind, nested_type_name) = match &field.kind {
-        FieldKind::Scalar(scalar) => (number(*scalar), String::new()),
-        FieldKind::Struct(_) if texts(field).is_some() => (TypeId::STRING, String::new()),
-        FieldKind::Struct(inner) => (TypeId::NESTED_TYPE, name(inner)),
+    let is_bounded = field.notation.is_bounded;
+    let mut nested_type_name = String::new();
+    let mut bound_of_texts = None;
+    let kind = match &field.kind {
+        FieldKind::Scalar(Scalar::U8) if field.notation.is_byte => TypeId::BYTE,
+        FieldKind::Scalar(scalar) => number(*scalar),
+        FieldKind::Struct(inner) => match texts(field) {
+            Some(capacity) => {
+                let bounded = inner.fields.iter().any(|text| text.notation.is_bounded);
+                bound_of_texts = bounded.then_some(capacity);
+                text_id(bounded)
+            }
+            None => {
+                nested_type_name = name(inner);
+                TypeId::NESTED_TYPE
+            }
+        },
     };
     let (type_id, capacity) = match field.form {
         Form::One => (kind, 0),
-        Form::Array(count) => (kind + ARRAY, count as u64),
+        Form::Array(count) => (kind + ARRAY, count),
+        Form::Sequence { capacity, .. } if is_bounded => (kind + BOUNDED_SEQUENCE, capacity),
         Form::Sequence { .. } => (kind + SEQUENCE, 0),
-        Form::Text { .. } => (TypeId::STRING, 0),
+        Form::Text { capacity, .. } => {
+            bound_of_texts = is_bounded.then_some(capacity);
+            (text_id(is_bounded), 0)
+        }
     };
     FieldDescription {
         name: field.name.clone(),
         field_type: FieldTypeDescription {
             type_id,
-            capacity,
-            string_capacity: 0,
+            capacity: capacity as u64,
+            string_capacity: bound_of_texts.unwrap_or_default() as u64,
             nested_type_name,
         },
         default_value: String::new(),
+    }
+}
+
+/// The identifier of a text with a bound, or without one.
+fn text_id(is_bounded: bool) -> u8 {
+    match is_bounded {
+        true => TypeId::BOUNDED_STRING,
+        false => TypeId::STRING,
     }
 }
 
@@ -280,6 +306,44 @@ mod tests {
         let is_ros = |name: &&String| !name.starts_with("jde_msgs/") && !name.contains("/srv/");
         let ros_count = hashes.keys().filter(is_ros).count();
         assert_eq!(ros_count, JAZZY.len(), "each type with a ROS name is compared");
+    }
+
+    /// Interfaces with bounds and bytes, and their hashes in ROS 2 Jazzy.
+    const BOUNDED: &[(&str, &str, &str)] = &[
+        (
+            "type_description_interfaces/msg/FieldType",
+            "uint8 type_id 0\nuint64 capacity\nuint64 string_capacity\nstring<=255 nested_type_name\n",
+            "a70b6dd919645a03a3586f7f821defbc886ea3e531a1d95cc0f380a3973ccaa6",
+        ),
+        (
+            "rcl_interfaces/msg/ParameterDescriptor",
+            "string name\nuint8 type\nstring description\nstring additional_constraints\nbool read_only false\n\
+             bool dynamic_typing false\nFloatingPointRange[<=1] floating_point_range\nIntegerRange[<=1] integer_range\n\
+             ===\nMSG: rcl_interfaces/FloatingPointRange\nfloat64 from_value\nfloat64 to_value\nfloat64 step\n\
+             ===\nMSG: rcl_interfaces/IntegerRange\nint64 from_value\nint64 to_value\nuint64 step\n",
+            "52175dbfda6c51153101d33d2a9da05743f66f02d5ab2ca9ec4709b46b73d704",
+        ),
+        (
+            "diagnostic_msgs/msg/DiagnosticStatus",
+            "byte OK=0\nbyte level\nstring name\nstring message\nstring hardware_id\nKeyValue[] values\n\
+             ===\nMSG: diagnostic_msgs/KeyValue\nstring key\nstring value\n",
+            "b0e3e692ea2d54a8af2f4ef1930e81556a2db55216b771f8a7d2724ed47bf0e4",
+        ),
+    ];
+
+    #[test]
+    fn bounds_and_bytes_of_an_interface_are_part_of_its_hash() {
+        for (name, text, hash) in BOUNDED {
+            let read = crate::definition::read_interface(name, text, |_| 16, |_| None).unwrap();
+            assert_eq!(rihs01(&read), format!("RIHS01_{hash}"), "{name}");
+        }
+        // The same lists in every form, as another reader of interfaces describes them.
+        let name = "my_msgs/msg/Lists";
+        let text = "bool[<=4] a\nstring<=8[] b\nstring<=8[<=3] c\nstring[<=3] d\nbyte[] e\nbyte[2] f\nstring<=8[2] g\n";
+        let mut interfaces = crate::interface::Interfaces::default();
+        interfaces.message(name, text).unwrap();
+        let read = crate::definition::read_interface(name, text, |_| 16, |_| None).unwrap();
+        assert_eq!(Some(rihs01(&read)), interfaces.hash(name));
     }
 
     #[test]

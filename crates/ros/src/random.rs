@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 use proptest::prelude::*;
 
 /// The number of elements of a field.
@@ -55,6 +55,7 @@ pub(crate) fn of_fields(fields: Vec<(FieldKind, Shape)>) -> Type {
             offset: start + head,
             kind,
             form,
+            notation: RosNotation::default(),
         }
     });
     let fields: Vec<Field> = fields.collect();

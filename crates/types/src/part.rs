@@ -101,5 +101,7 @@ pub const fn field<T: Part>(
         offset: (at + shape.offset) as u64,
         length_offset: (at + shape.length_offset) as u64,
         value_type: shape.value_type,
+        flags: 0,
+        reserved: 0,
     }
 }

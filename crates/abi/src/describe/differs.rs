@@ -75,7 +75,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::describe::Scalar;
+    use crate::describe::{RosNotation, Scalar};
 
     fn ty(name: &str, fields: &[(&str, FieldKind, Form)]) -> Type {
         let mut bytes = 0;
@@ -89,6 +89,7 @@ mod tests {
                 kind: kind.clone(),
                 form: *form,
                 offset,
+                notation: RosNotation::default(),
             }
         });
         let fields = fields.collect();

@@ -49,7 +49,7 @@ pub const MAGIC: u64 = u64::from_le_bytes(*b"JDEPLUG1");
 pub const ABI_MAJOR: u32 = 1;
 /// Increases when tables grow or an ability is added. Hosts up to 1.3 accept plugins of their own minor
 /// version and older; later ones accept all.
-pub const ABI_MINOR: u32 = 7;
+pub const ABI_MINOR: u32 = 8;
 
 /// The symbol of type [`Plugin`] that every plugin exports.
 pub const ENTRY_SYMBOL: &str = "jde_plugin";
@@ -166,6 +166,12 @@ pub const SEQUENCE: u32 = 2;
 pub const TEXT: u32 = 3;
 /// Field form: `capacity` unused bytes ([`U8`]), where C would leave a gap. Descriptions omit them.
 pub const PADDING: u32 = 4;
+
+/// Field flag: its elements are a `byte` in ROS 2. Only the hash of the type (REP-2016) distinguishes it from [`U8`].
+pub const BYTE: u32 = 1;
+/// Field flag: the capacity is a bound in ROS 2 too. Otherwise a text or a sequence has none there. Only the hash depends
+/// on it.
+pub const BOUNDED: u32 = 2;
 
 /// Log level: for the developer of this schema; may occur in every iteration.
 pub const TRACE: u32 = 0;
@@ -371,6 +377,10 @@ pub struct Field {
     pub length_offset: u64,
     /// Type of the elements. Only for [`STRUCT`].
     pub value_type: *const Type,
+    /// [`BYTE`] and [`BOUNDED`], or 0. Since minor version 8.
+    pub flags: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 /// A value of a port. The data does not change until the present call of the instance returns. This table

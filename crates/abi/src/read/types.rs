@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::Refusal;
 use super::place::Place;
-use crate::describe::{Field, FieldKind, Form, Scalar, Type};
+use crate::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 use crate::{raw, unit};
 
 /// The largest value: eight images of 4K.
@@ -173,6 +173,10 @@ unsafe fn field(outer: &Place, whole: &raw::Type, table: &raw::Field, depth: usi
             kind,
             form,
             offset: table.offset as usize,
+            notation: RosNotation {
+                is_byte: table.flags & raw::BYTE != 0,
+                is_bounded: table.flags & raw::BOUNDED != 0,
+            },
         };
         Ok(Part {
             field: Some(field),

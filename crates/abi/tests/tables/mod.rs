@@ -49,6 +49,8 @@ pub(crate) fn field(
         offset,
         length_offset,
         value_type: ptr::null(),
+        flags: 0,
+        reserved: 0,
     }
 }
 

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Guard, Kind, Limits, Plugin, Port, PortList, Role, Scalar, Schema, Type,
+    Child, Field, FieldKind, Form, Guard, Kind, Limits, Plugin, Port, PortList, Role, RosNotation, Scalar,
+    Schema, Type,
 };
 use jde_app::{Application, Catalogue, Faults, Override, Unusable, parse};
 
@@ -492,5 +493,6 @@ fn field(name: &str, unit: &str, scalar: Scalar, form: Form, offset: usize) -> F
         kind: FieldKind::Scalar(scalar),
         form,
         offset,
+        notation: RosNotation::default(),
     }
 }

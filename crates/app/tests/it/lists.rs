@@ -235,7 +235,7 @@ fn a_type_without_a_reader_is_that_of_its_file_with_the_stated_capacities() {
     );
     let of = |name: &str, capacity: &str| read(&text(name, capacity), &[]).unwrap_err().to_string();
     assert!(of("Wide", "").contains("`my_msgs/msg/Wide` cannot be used: line 1"));
-    assert!(of("Cloud", ", capacity = 0").contains("must be a number from 1 to"));
+    assert!(of("Cloud", ", capacity = 0").contains("must be 1 to 67108864, not 0"));
     let other = of("Cloud", ", capacity = { pionts = 9 }");
     assert!(
         other.contains("`capacity` states `pionts`, and the fields without a bound are"),

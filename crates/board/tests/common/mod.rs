@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 use jde_board::{Access, Board, Declaration, Variable};
 
 /// Returns a type with the layout of C, without padding: the callers order fields so that none is needed.
@@ -53,6 +53,7 @@ pub fn field(name: &str, kind: FieldKind, form: Form) -> Field {
         kind,
         form,
         offset: 0,
+        notation: RosNotation::default(),
     }
 }
 

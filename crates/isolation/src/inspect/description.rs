@@ -157,6 +157,15 @@ struct Field {
     #[serde(with = "Form")]
     form: describe::Form,
     offset: usize,
+    #[serde(with = "RosNotation")]
+    notation: describe::RosNotation,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::RosNotation")]
+struct RosNotation {
+    is_byte: bool,
+    is_bounded: bool,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -1,5 +1,4 @@
-//! Collects the definition of a message from files that define one message each, as ROS 2 installs them, and gives its
-//! texts and sequences the bounds that a shared value needs.
+//! Collects the definition of a message from files that define one message each, as ROS 2 installs them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -20,16 +19,16 @@ pub enum GatherError {
 /// The most messages of a definition.
 const MOST: usize = 256;
 
-/// Returns the definition of a message and of all that it contains, which [`read`](super::read()) takes. `find` returns
-/// the text of a message's own file by its name, such as `std_msgs/msg/Header`. `capacity` returns the most elements or
-/// bytes of a field without a bound.
+/// Returns the definition of a message and of all that it contains, which [`read_interface`](super::read_interface()) takes.
+/// `find` returns the text of a message's own file by its name, such as `std_msgs/msg/Header`. Definitions of messages that
+/// are `known` are left out.
 ///
 /// # Errors
 /// [`GatherError`].
 pub fn gather(
     name: &str,
     mut find: impl FnMut(&str) -> Option<String>,
-    capacity: impl Fn(&str) -> usize,
+    known: impl Fn(&str) -> bool,
 ) -> Result<String, GatherError> {
     let mut text = String::new();
     let mut listed = BTreeSet::from([name.to_owned()]);
@@ -39,21 +38,18 @@ pub fn gather(
         if !text.is_empty() {
             let _ = writeln!(text, "{RULE}\nMSG: {}", next.replace("/msg/", "/"));
         }
-        let package = parts(&next).0;
-        for line in own.lines() {
-            let Some((element, bounded)) = field(line, &capacity) else {
-                text.push_str(line);
-                text.push('\n');
-                continue;
-            };
-            text.push_str(&bounded);
+        text.push_str(&own);
+        if !own.ends_with('\n') {
             text.push('\n');
+        }
+        let package = parts(&next).0;
+        for element in own.lines().filter_map(element) {
             if scalar(element).is_some() || ["string", "wstring"].contains(&element) {
                 continue;
             }
             let (stated, short) = element.rsplit_once('/').unwrap_or((&package, element));
             let inner = format!("{}/msg/{short}", stated.trim_end_matches("/msg"));
-            if listed.insert(inner.clone()) {
+            if !known(&inner) && listed.insert(inner.clone()) {
                 pending.push(inner);
             }
         }
@@ -87,29 +83,24 @@ pub fn split(name: &str, text: &str) -> BTreeMap<String, String> {
     messages
 }
 
-/// Returns the type of a field's elements, and the field's line with a bound. `None` for a line without a field.
-fn field<'l>(line: &'l str, capacity: &impl Fn(&str) -> usize) -> Option<(&'l str, String)> {
+/// Returns the type of a field's elements. `None` for a line without a field.
+fn element(line: &str) -> Option<&str> {
     let code = line.split_once('#').map_or(line, |(code, _)| code);
     let mut words = code.split_whitespace();
     let (kind, name) = (words.next()?, words.next()?);
     if name.contains('=') || words.next().is_some_and(|word| word.starts_with('=')) {
         return None;
     }
-    let element = kind.split(['[', '<']).next()?;
-    let list = kind.strip_prefix(element)?;
-    let is_text = element == "string" && !list.starts_with("<=");
-    if !is_text && !list.ends_with("[]") {
-        return Some((element, line.to_owned()));
-    }
-    let bound = format!("<={}", capacity(name));
-    let text = if is_text { bound.as_str() } else { "" };
-    let list = list.replace("[]", &format!("[{bound}]"));
-    Some((element, format!("{element}{text}{list} {name}")))
+    kind.split(['[', '<']).next()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{read, texts};
+    use std::sync::Arc;
+
+    use jde_types::Value as _;
+
+    use super::super::{read_interface, texts};
     use super::*;
 
     fn find(name: &str) -> Option<String> {
@@ -127,10 +118,12 @@ mod tests {
     }
 
     #[test]
-    fn a_message_is_collected_with_what_it_contains_and_bounds() {
+    fn a_message_is_collected_with_what_it_contains_and_is_not_known() {
         let capacity = |field: &str| if field == "points" { 100 } else { 16 };
-        let text = gather("my_msgs/msg/Cloud", find, capacity).unwrap();
-        let cloud = read("my_msgs/msg/Cloud", &text).unwrap();
+        let is_known = |name: &str| name == "std_msgs/msg/Header";
+        let known = |name: &str| is_known(name).then(|| Arc::new(jde_types::Header::describe()));
+        let text = gather("my_msgs/msg/Cloud", find, is_known).unwrap();
+        let cloud = read_interface("my_msgs/msg/Cloud", &text, capacity, known).unwrap();
         let fields: Vec<_> = cloud
             .fields
             .iter()
@@ -148,21 +141,21 @@ mod tests {
             ]
         );
         assert_eq!([3, 4].map(|list| texts(&cloud.fields[list])), [Some(16), Some(8)]);
-        assert_eq!(text.matches("MSG: ").count(), 3);
+        assert_eq!(text.matches("MSG: ").count(), 1);
     }
 
     #[test]
     fn the_messages_of_a_definition_are_those_that_were_collected() {
-        let text = gather("my_msgs/msg/Cloud", find, |_| 16).unwrap();
+        let text = gather("my_msgs/msg/Cloud", find, |_| false).unwrap();
         let messages = split("my_msgs/msg/Cloud", &text);
         assert_eq!(messages.len(), 4);
-        let again = gather("my_msgs/msg/Cloud", |name| messages.get(name).cloned(), |_| 1);
+        let again = gather("my_msgs/msg/Cloud", |name| messages.get(name).cloned(), |_| false);
         assert_eq!(again, Ok(text));
     }
 
     #[test]
     fn a_message_that_is_not_defined_is_named() {
-        let error = gather("my_msgs/msg/Odd", find, |_| 1).unwrap_err();
+        let error = gather("my_msgs/msg/Odd", find, |_| false).unwrap_err();
         assert_eq!(error, GatherError::Missing("my_msgs/msg/Nothing".to_owned()));
     }
 }

@@ -5,7 +5,7 @@ mod gather;
 mod read;
 
 pub use gather::{GatherError, gather, split};
-pub use read::{ReadError, has_fields, read};
+pub use read::{ReadError, has_fields, read, read_interface};
 
 pub(crate) use read::scalar;
 
@@ -13,6 +13,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use jde_abi::describe::{Field, FieldKind, Form, Type};
+
+/// The most elements or bytes of a field without a bound, unless something states another number.
+pub const UNBOUNDED_CAPACITY: usize = 256;
 
 /// The package of types whose names have none.
 const PACKAGE: &str = "jde_msgs";
@@ -69,6 +72,7 @@ fn write_fields(value_type: &Type, text: &mut String) {
 
 fn kind(field: &Field) -> String {
     let element = match (&field.kind, texts(field)) {
+        (FieldKind::Scalar(_), _) if field.notation.is_byte => "byte".to_owned(),
         (FieldKind::Scalar(scalar), _) => scalar.ros_name().to_owned(),
         (FieldKind::Struct(_), Some(capacity)) => format!("string<={capacity}"),
         (FieldKind::Struct(inner), None) => short(inner),
@@ -134,7 +138,7 @@ fn plain(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use jde_abi::describe::Scalar;
+    use jde_abi::describe::{RosNotation, Scalar};
     use jde_types::{Bumpers, Path, Twist, Value};
 
     use super::*;
@@ -188,6 +192,7 @@ mod tests {
             kind: FieldKind::Scalar(Scalar::F32),
             form: Form::One,
             offset: 0,
+            notation: RosNotation::default(),
         };
         let definition_of = |field: Field| {
             definition(&Type {

@@ -1,6 +1,6 @@
 //! The types of fields, and their places in memory.
 
-use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
+use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 
 use super::super::TEXT;
 use super::section::Line;
@@ -11,20 +11,34 @@ pub(super) enum Element<'a> {
     Number(Scalar),
     /// A structure of this name.
     Structure(&'a str),
-    /// A text of at most so many bytes, in a list.
-    Text(usize),
+    /// A text, in a list.
+    Text(Bound),
 }
+
+/// The most elements, and whether that is a bound in ROS 2.
+#[derive(Clone, Copy)]
+pub(super) struct Bound {
+    pub(super) capacity: usize,
+    pub(super) is_of_ros: bool,
+}
+
+/// The most elements or bytes of a field without a bound.
+pub(super) type Capacity<'a> = dyn Fn(&str) -> usize + 'a;
 
 /// The number of elements, before the field has a place.
 pub(super) enum Shape {
     One,
     Array(usize),
-    Sequence(usize),
-    Text(usize),
+    Sequence(Bound),
+    Text(Bound),
 }
 
-/// Returns a field's elements, and their number.
-pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(Element<'a>, Shape), ReadError> {
+/// Returns a field's elements, and their number. Without capacities, each text and each sequence must have a bound, which is
+/// none in ROS 2.
+pub(super) fn shape<'a>(
+    line: &Line<'a>,
+    capacities: Option<&Capacity<'_>>,
+) -> Result<(Element<'a>, Shape), ReadError> {
     let error = |reason| ReadError::Kind {
         line: line.number,
         kind: line.kind.to_owned(),
@@ -37,6 +51,20 @@ pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(Element<'a>, Shape), ReadErr
             .map(|number| number as usize)
             .ok_or_else(|| error("its number of elements is 1 to 4294967295"))
     };
+    let stated = |text: &str| {
+        let capacity = number(text)?;
+        Ok(Bound {
+            capacity,
+            is_of_ros: capacities.is_some(),
+        })
+    };
+    let unbounded = |advice| {
+        let capacity = capacities.ok_or_else(|| error(advice))?(line.name);
+        Ok(Bound {
+            capacity,
+            is_of_ros: false,
+        })
+    };
     let (element, bracket) = match line.kind.split_once('[') {
         Some((element, rest)) => (
             element,
@@ -45,25 +73,25 @@ pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(Element<'a>, Shape), ReadErr
         None => (line.kind, None),
     };
     let text = match element.split_once("<=") {
-        Some(("string", limit)) => Some(limit),
+        Some(("string", limit)) => Some(stated(limit)?),
         None if element == "string" && bracket.is_some() => {
-            return Err(error("give its texts a bound, as in `string<=64[<=8]`"));
+            Some(unbounded("give its texts a bound, as in `string<=64[<=8]`")?)
         }
-        None if element == "string" => return Err(error("give it a bound, as in `string<=64`")),
+        None if element == "string" => Some(unbounded("give it a bound, as in `string<=64`")?),
         Some(_) | None => None,
     };
     let count = match bracket {
-        Some("") => return Err(error("give it a bound, as in `float32[<=64]`")),
+        Some("") => Shape::Sequence(unbounded("give it a bound, as in `float32[<=64]`")?),
         Some(count) => match count.strip_prefix("<=") {
-            Some(limit) => Shape::Sequence(number(limit)?),
+            Some(limit) => Shape::Sequence(stated(limit)?),
             None => Shape::Array(number(count)?),
         },
         None => Shape::One,
     };
     match (text, count) {
-        (Some(limit), Shape::One) => Ok((Element::Number(Scalar::U8), Shape::Text(number(limit)?))),
-        (Some(limit), count) => Ok((Element::Text(number(limit)?), count)),
-        (None, _) if element.starts_with("wstring") => Err(error("texts are UTF-8: `string<=64`")),
+        (Some(bound), Shape::One) => Ok((Element::Number(Scalar::U8), Shape::Text(bound))),
+        (Some(bound), count) => Ok((Element::Text(bound), count)),
+        (None, _) if element.starts_with("wstring") => Err(error("texts are UTF-8, as in `string<=64`")),
         (None, count) => Ok((
             scalar(element).map_or(Element::Structure(element), Element::Number),
             count,
@@ -71,8 +99,8 @@ pub(super) fn shape<'a>(line: &Line<'a>) -> Result<(Element<'a>, Shape), ReadErr
     }
 }
 
-/// Returns the structure of a text of at most so many bytes, as an element of a list. `None` if it is too large.
-pub(super) fn text(capacity: usize) -> Option<Type> {
+/// Returns the structure of a text, as an element of a list. `None` if it is too large.
+pub(super) fn text(bound: Bound) -> Option<Type> {
     let line = Line {
         number: 0,
         kind: "",
@@ -81,7 +109,7 @@ pub(super) fn text(capacity: usize) -> Option<Type> {
         unit: String::new(),
     };
     let mut layout = Layout::default();
-    layout.push(&line, FieldKind::Scalar(Scalar::U8), Shape::Text(capacity))?;
+    layout.push(&line, FieldKind::Scalar(Scalar::U8), Shape::Text(bound))?;
     let doc = "A text in a list: a list of these is a `string[]` of ROS 2.";
     Some(layout.finish(TEXT.to_owned(), doc.to_owned()))
 }
@@ -128,18 +156,19 @@ impl Layout {
         let (head, align, capacity) = match shape {
             Shape::One => (0, kind.align(), 1),
             Shape::Array(count) => (0, kind.align(), count),
-            Shape::Sequence(capacity) => (8, kind.align().max(4), capacity),
-            Shape::Text(capacity) => (4, kind.align().max(4), capacity),
+            Shape::Sequence(bound) => (8, kind.align().max(4), bound.capacity),
+            Shape::Text(bound) => (4, kind.align().max(4), bound.capacity),
         };
+        let is_bounded = matches!(&shape, Shape::Sequence(bound) | Shape::Text(bound) if bound.is_of_ros);
         let start = self.end.next_multiple_of(align);
         let form = match shape {
             Shape::One => Form::One,
             Shape::Array(count) => Form::Array(count),
-            Shape::Sequence(capacity) => Form::Sequence {
+            Shape::Sequence(Bound { capacity, .. }) => Form::Sequence {
                 capacity,
                 length_offset: start,
             },
-            Shape::Text(capacity) => Form::Text {
+            Shape::Text(Bound { capacity, .. }) => Form::Text {
                 capacity,
                 length_offset: start,
             },
@@ -158,6 +187,10 @@ impl Layout {
             kind,
             form,
             offset: start + head,
+            notation: RosNotation {
+                is_byte: line.kind.split('[').next() == Some("byte"),
+                is_bounded,
+            },
         });
         Some(())
     }

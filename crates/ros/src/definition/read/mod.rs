@@ -14,7 +14,7 @@ use jde_abi::describe::{FieldKind, Type};
 
 use super::{definition, parts};
 pub(crate) use layout::scalar;
-use layout::{Element, Layout, shape, text};
+use layout::{Capacity, Element, Layout, shape, text};
 use section::{Line, Section, sections};
 
 /// The longest definition, in bytes; the standard types need 5 kB at most.
@@ -84,6 +84,30 @@ pub enum ReadError {
 /// # Errors
 /// [`ReadError`], with the line. For any text, the time is proportional to its length.
 pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
+    read_with(name, text, None, |_| None)
+}
+
+/// As [`read`], for a definition of ROS 2: its bounds are part of the type there. `capacity` returns the most elements or
+/// bytes of the field of that name if it has no bound. `known` returns types that need no definition, by names as
+/// `std_msgs/msg/Header`.
+///
+/// # Errors
+/// As for that.
+pub fn read_interface(
+    name: &str,
+    text: &str,
+    capacity: impl Fn(&str) -> usize,
+    known: impl Fn(&str) -> Option<Arc<Type>>,
+) -> Result<Type, ReadError> {
+    read_with(name, text, Some(&capacity), known)
+}
+
+fn read_with(
+    name: &str,
+    text: &str,
+    capacities: Option<&Capacity<'_>>,
+    known: impl Fn(&str) -> Option<Arc<Type>>,
+) -> Result<Type, ReadError> {
     if text.len() > MAX_TEXT {
         return Err(ReadError::TooLong(text.len()));
     }
@@ -91,6 +115,8 @@ pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
     let root = short(name);
     let mut reader = Reader {
         sections: &sections,
+        capacities,
+        known: &known,
         parsed: BTreeMap::new(),
     };
     let parsed = reader.structure(&root, 0)?;
@@ -145,8 +171,28 @@ struct ParsedType {
     fields: usize,
 }
 
+impl ParsedType {
+    fn of(value_type: Arc<Type>) -> Self {
+        let inner = value_type.fields.iter().filter_map(|field| match &field.kind {
+            FieldKind::Struct(inner) => Some(Self::of(Arc::clone(inner))),
+            FieldKind::Scalar(_) => None,
+        });
+        let own = (0, value_type.fields.len());
+        let (height, fields) = inner.fold(own, |(height, fields), inner| {
+            (height.max(inner.height + 1), fields + inner.fields)
+        });
+        Self {
+            value_type,
+            height,
+            fields,
+        }
+    }
+}
+
 struct Reader<'a> {
     sections: &'a BTreeMap<String, Section<'a>>,
+    capacities: Option<&'a Capacity<'a>>,
+    known: &'a dyn Fn(&str) -> Option<Arc<Type>>,
     parsed: BTreeMap<String, ParsedType>,
 }
 
@@ -171,7 +217,7 @@ impl Reader<'_> {
                     name: line.name.to_owned(),
                 });
             }
-            let (element, shape) = shape(line)?;
+            let (element, shape) = shape(line, self.capacities)?;
             let kind = match element {
                 Element::Number(scalar) => FieldKind::Scalar(scalar),
                 Element::Structure(element) => {
@@ -180,10 +226,10 @@ impl Reader<'_> {
                     count = count.saturating_add(inner.fields);
                     FieldKind::Struct(inner.value_type)
                 }
-                Element::Text(capacity) => {
+                Element::Text(bound) => {
                     height = height.max(1);
                     count = count.saturating_add(1);
-                    FieldKind::Struct(Arc::new(text(capacity).ok_or_else(too_large)?))
+                    FieldKind::Struct(Arc::new(text(bound).ok_or_else(too_large)?))
                 }
             };
             count = count.saturating_add(1);
@@ -214,6 +260,10 @@ impl Reader<'_> {
         depth: usize,
     ) -> Result<ParsedType, ReadError> {
         let title = section.title(element);
+        let (package, own) = parts(&title);
+        if let Some(value_type) = (self.known)(&format!("{package}/msg/{own}")) {
+            return Ok(ParsedType::of(value_type));
+        }
         if !self.sections.contains_key(&title) {
             return Err(ReadError::Unknown {
                 line: line.number,
