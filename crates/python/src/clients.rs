@@ -177,13 +177,14 @@ impl RemoteApplication {
         let value = from_python(value)?;
         let variable = py.detach(|| self.remote.variable(name)).map_err(error)?;
         let value = parse(&variable, value)?;
-        let schema = variable.owner;
+        let schema = variable.owner.clone();
         let action = if variable.variable == "period" {
             let period = value.into_only_field().as_number();
             let period_s = period.ok_or_else(|| error(format!("`{name}` is a number of seconds")))?;
             Action::Period { schema, period_s }
         } else {
-            let value = value::to_json(&value.into_only_field());
+            let value_type = variable.value_type().map_err(error)?;
+            let value = value::to_json(&value.into_only_field_of(&value_type));
             let variable = variable.variable;
             Action::Modulate {
                 schema,

@@ -7,6 +7,8 @@ mod encode;
 mod floats;
 mod path;
 
+use jde_abi::describe::Type;
+
 pub use decode::{decode, decode_scalar};
 pub use encode::encode;
 pub use floats::{change_floats, has_floats};
@@ -141,6 +143,15 @@ impl Value {
         match self {
             Self::Map(mut fields) if fields.len() == 1 => fields.remove(0).1,
             other => other,
+        }
+    }
+
+    /// As [`into_only_field`](Self::into_only_field) if the type has one field: a value may leave out others.
+    #[must_use]
+    pub fn into_only_field_of(self, value_type: &Type) -> Self {
+        match value_type.fields.as_slice() {
+            [_] => self.into_only_field(),
+            _ => self,
         }
     }
 }

@@ -417,3 +417,11 @@ proptest! {
         let _ = get_path(&value_type, &bytes, &path);
     }
 }
+
+#[test]
+fn a_part_of_a_structure_keeps_the_name_of_its_field() {
+    let part = map([("id", 7_i64.into())]);
+    assert_eq!(part.clone().into_only_field_of(&robot()), part);
+    let number = map([("data", 7.0.into())]);
+    assert_eq!(number.into_only_field_of(&float64()), 7.0.into());
+}

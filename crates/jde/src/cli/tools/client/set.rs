@@ -108,7 +108,7 @@ impl Set {
         let action = Action::Modulate {
             schema,
             variable: info.variable.clone(),
-            value: to_json(&read.into_only_field()),
+            value: to_json(&read.into_only_field_of(&value_type)),
         };
         perform_action(&remote, action, &self.lasting, &messages)
     }
