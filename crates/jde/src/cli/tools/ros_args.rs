@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use jde_abi::describe::Role;
+use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding, Override};
 use jde_board::value::{Value, decode, encode};
 use jde_ros_node::Remaps;
 
-use super::ros_params::{self, parameter};
+use super::ros_params::{self, Parameter, parameter};
 use crate::failure::Failure;
 use crate::log::Filter;
 use crate::paths;
@@ -19,6 +19,9 @@ const ACCEPTED: &str = "-r __node:=NAME, -r __ns:=/NAMESPACE, -r FROM:=TO, -p SC
                         --params-file FILE, --log-level LEVEL";
 /// The modulation of a schema that takes rules for names.
 const REMAP: &str = "remap";
+/// The modulation of a schema that chooses its clock, and the choice of `/clock`.
+const CLOCK: &str = "clock";
+const FOLLOW: &str = "follow";
 
 /// The application as a node of ROS 2.
 #[derive(Args)]
@@ -38,6 +41,8 @@ pub(crate) struct ParsedRosArgs {
     pub(crate) remaps: Remaps,
     /// Initial values of modulations.
     pub(crate) parameters: Vec<Override>,
+    /// Whether the time is that of `/clock`.
+    sim_time: bool,
     /// What the log shows.
     pub(crate) filter: Option<Filter>,
 }
@@ -56,36 +61,76 @@ impl RosArgs {
 }
 
 impl ParsedRosArgs {
-    /// Gives the rules to each schema of the plugin `ros2`, before those that the application states.
+    /// Gives the rules to each schema of the plugin `ros2`, before those that the application states, and the clock to each
+    /// that states none.
     ///
     /// # Errors
     /// The rules are too long.
-    pub(crate) fn remap(&self, application: &mut Application) -> Result<(), Failure> {
-        let rules = self.remaps.without_names_of_all().to_string();
-        let drivers = application.instances.iter_mut();
-        for instance in drivers.filter(|instance| application.plugins[instance.plugin].name == "ros2") {
-            let is_remap = |role: &Role| matches!(role, Role::Modulation { .. });
-            let ports = instance.schema.ports.iter().zip(&mut instance.bindings);
-            for (port, binding) in ports.filter(|(port, _)| port.name == REMAP && is_remap(&port.role)) {
-                let Binding::Modulation { initial, set } = binding else {
-                    continue;
-                };
-                let text = match decode(&port.value_type, initial).into_only_field() {
-                    _ if rules.is_empty() => continue,
-                    Value::Text(stated) if !stated.is_empty() => format!("{rules},{stated}"),
-                    _ => rules.clone(),
-                };
-                encode(&port.value_type, &Value::Text(text), initial).map_err(|error| {
-                    Failure::usage(
-                        format!("--ros-args: {}.{REMAP}: {error}", instance.name),
-                        "state fewer rules, or rename the topics in the application file",
-                    )
-                })?;
-                *set = true;
-            }
+    pub(crate) fn apply(&self, application: &mut Application) -> Result<(), Failure> {
+        self.remap(application)?;
+        if self.sim_time {
+            follow_clock(application);
         }
         Ok(())
     }
+
+    fn remap(&self, application: &mut Application) -> Result<(), Failure> {
+        let rules = self.remaps.without_names_of_all().to_string();
+        if rules.is_empty() {
+            return Ok(());
+        }
+        for (schema, port, initial, set) in modulations(application, REMAP) {
+            let text = match decode(&port.value_type, initial).into_only_field() {
+                Value::Text(stated) if !stated.is_empty() => format!("{rules},{stated}"),
+                _ => rules.clone(),
+            };
+            encode(&port.value_type, &Value::Text(text), initial).map_err(|error| {
+                Failure::usage(
+                    format!("--ros-args: {schema}.{REMAP}: {error}"),
+                    "state fewer rules, or rename the topics in the application file",
+                )
+            })?;
+            *set = true;
+        }
+        Ok(())
+    }
+}
+
+/// Lets each schema of the plugin `ros2` that states no clock follow `/clock`.
+fn follow_clock(application: &mut Application) {
+    for (_, port, initial, set) in modulations(application, CLOCK) {
+        let Role::Modulation { limits, .. } = &port.role else {
+            continue;
+        };
+        let follow = limits.choices.iter().position(|choice| choice == FOLLOW);
+        if let Some(number) = follow.filter(|_| !*set) {
+            // The number of a choice fits its type.
+            *set = encode(&port.value_type, &Value::UInt(number as u64), initial).is_ok();
+        }
+    }
+}
+
+/// A modulation: its schema, its port, its initial value, and whether the application states that.
+type InitialModulation<'a> = (&'a str, &'a Port, &'a mut [u8], &'a mut bool);
+
+/// Returns the modulation of that name of each schema of the plugin `ros2` that has it.
+fn modulations<'a>(
+    application: &'a mut Application,
+    name: &'static str,
+) -> impl Iterator<Item = InitialModulation<'a>> {
+    let plugins = &application.plugins;
+    let drivers = application.instances.iter_mut();
+    let drivers = drivers.filter(|instance| plugins[instance.plugin].name == "ros2");
+    drivers.flat_map(move |instance| {
+        let ports = instance.schema.ports.iter().zip(&mut instance.bindings);
+        let schema = instance.name.as_str();
+        ports.filter_map(move |(port, binding)| match binding {
+            Binding::Modulation { initial, set } if port.name == name => {
+                Some((schema, port, initial.as_mut_slice(), set))
+            }
+            _ => None,
+        })
+    })
 }
 
 /// Returns the name of an application, which is that of its node. The faults of its file are found later.
@@ -100,7 +145,7 @@ fn application_name(given: &Path) -> String {
 
 /// Where initial values come from, in the order of the arguments.
 enum Stated {
-    One(Override),
+    One(Parameter),
     File(PathBuf),
 }
 
@@ -118,7 +163,7 @@ fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<P
             // launch files separate groups of arguments by repeating it.
             "--ros-args" => {}
             "-r" | "--remap" => parsed.remaps.extend(value()?.parse()?),
-            "-p" | "--param" => stated.extend(assignment(value()?)?.map(Stated::One)),
+            "-p" | "--param" => stated.push(Stated::One(assignment(value()?)?)),
             "--params-file" => stated.push(Stated::File(value()?.into())),
             "--log-level" => levels.push(value()?.replace(":=", "=")),
             // Where the log goes: /rosout has it always, and so has standard error.
@@ -143,15 +188,21 @@ fn parse(arguments: &[String], application: impl FnOnce() -> String) -> Result<P
         parsed.filter = Some(filter.with_loggers_of(&logger));
     }
     for stated in stated {
-        match stated {
-            Stated::One(parameter) => parsed.parameters.push(parameter),
-            Stated::File(file) => parsed.parameters.extend(ros_params::read(&file, &node)?),
+        let parameters = match stated {
+            Stated::One(parameter) => vec![parameter],
+            Stated::File(file) => ros_params::read(&file, &node)?,
+        };
+        for parameter in parameters {
+            match parameter {
+                Parameter::Initial(initial) => parsed.parameters.push(initial),
+                Parameter::SimTime(is_simulated) => parsed.sim_time = is_simulated,
+            }
         }
     }
     Ok(parsed)
 }
 
-fn assignment(text: &str) -> Result<Option<Override>, String> {
+fn assignment(text: &str) -> Result<Parameter, String> {
     let (name, value) = text
         .split_once(":=")
         .ok_or_else(|| format!("`{text}` is no parameter; expected SCHEMA.MODULATION:=VALUE"))?;
@@ -214,7 +265,7 @@ mod tests {
             ("-r scan", "expected FROM:=TO"),
             ("-p", "a value is missing after -p"),
             ("-p goon.fast=1", "expected SCHEMA.MODULATION:=VALUE"),
-            ("-p use_sim_time:=true", "`use_sim_time` is no parameter"),
+            ("-p use_sim_time:=1", "`use_sim_time` is true or false"),
             ("-p fast:=1", "`fast` is no parameter"),
             ("--params-file no-such-file.yaml", "no-such-file.yaml: "),
             ("--log-level loud", "`loud` is not a level"),

@@ -10,36 +10,42 @@ const PARAMETERS: &str = "ros__parameters";
 /// The parameter of every node of ROS 2 that chooses its clock.
 const SIM_TIME: &str = "use_sim_time";
 
+/// A parameter of a node.
+#[derive(Debug)]
+pub(super) enum Parameter {
+    /// The initial value of a modulation.
+    Initial(Override),
+    /// Whether the time is that of `/clock`.
+    SimTime(bool),
+}
+
 /// The parameters of a node in a file, in its order.
 struct ParameterFile<'f> {
     file: &'f Path,
     /// The full name of the node.
     node: &'f str,
-    parameters: Vec<Override>,
+    parameters: Vec<Parameter>,
 }
 
 /// Returns the parameters that a file states for the node of that full name.
 ///
 /// # Errors
 /// The file cannot be read, or is no file of parameters: where, and why.
-pub(super) fn read(file: &Path, node: &str) -> Result<Vec<Override>, String> {
+pub(super) fn read(file: &Path, node: &str) -> Result<Vec<Parameter>, String> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
     parse(file, node, &text)
 }
 
-/// Returns the initial value of a parameter, `SCHEMA.MODULATION` or `SCHEMA.MODULATION.FIELD`; `None` for one that
-/// changes nothing. `value` is TOML, or a text.
+/// Returns the parameter `SCHEMA.MODULATION`, `SCHEMA.MODULATION.FIELD` or `use_sim_time`. `value` is TOML, or a text.
 ///
 /// # Errors
 /// It is no such parameter.
-pub(super) fn parameter(name: &str, value: &str) -> Result<Option<Override>, String> {
+pub(super) fn parameter(name: &str, value: &str) -> Result<Parameter, String> {
     if name == SIM_TIME {
-        return match value {
-            "false" => Ok(None),
-            _ => Err(format!(
-                "`{SIM_TIME}` is no parameter: state clock = \"follow\" for the drivers in the application file"
-            )),
-        };
+        let is_simulated = value.to_lowercase().parse();
+        return is_simulated
+            .map(Parameter::SimTime)
+            .map_err(|_| format!("`{SIM_TIME}` is true or false, not {value}"));
     }
     let mut parts = name.split('.');
     let (Some(schema), Some(modulation)) = (parts.next(), parts.next()) else {
@@ -48,10 +54,12 @@ pub(super) fn parameter(name: &str, value: &str) -> Result<Option<Override>, Str
     let value = parts.rev().fold(value.to_owned(), |inner, field| {
         format!("{{ {field:?} = {inner} }}")
     });
-    format!("{schema}.{modulation}={value}").parse().map(Some)
+    format!("{schema}.{modulation}={value}")
+        .parse()
+        .map(Parameter::Initial)
 }
 
-fn parse(file: &Path, node: &str, text: &str) -> Result<Vec<Override>, String> {
+fn parse(file: &Path, node: &str, text: &str) -> Result<Vec<Parameter>, String> {
     let mut this = ParameterFile {
         file,
         node,
@@ -113,10 +121,13 @@ impl ParameterFile<'_> {
             let text = self.value(value).map_err(|error| self.wrong_at(value, &error))?;
             let parameter = parameter(&name, &text).map_err(|error| self.wrong_at(key, &error))?;
             let place = format!("{}:{}", self.file.display(), key.span.start.line());
-            self.parameters.extend(parameter.map(|parameter| Override {
-                place: Some(place),
-                ..parameter
-            }));
+            self.parameters.push(match parameter {
+                Parameter::Initial(initial) => Parameter::Initial(Override {
+                    place: Some(place),
+                    ..initial
+                }),
+                sim_time @ Parameter::SimTime(_) => sim_time,
+            });
         }
         Ok(())
     }
@@ -169,7 +180,11 @@ mod tests {
 
     fn read_text(text: &str) -> Result<Vec<String>, String> {
         let parameters = parse(Path::new("p.yaml"), "/fleet/scout", text)?;
-        Ok(parameters.iter().map(Override::to_string).collect())
+        let text = |parameter: &Parameter| match parameter {
+            Parameter::Initial(initial) => initial.to_string(),
+            Parameter::SimTime(is_simulated) => format!("{SIM_TIME}={is_simulated}"),
+        };
+        Ok(parameters.iter().map(text).collect())
     }
 
     #[test]
@@ -194,6 +209,7 @@ fleet:
         assert_eq!(
             read_text(text).unwrap(),
             [
+                "use_sim_time=false",
                 "p.yaml:4: goon.fast=0.3",
                 "p.yaml:4: goon.names=[\"a\", \"b\"]",
                 "p.yaml:10: goon.fast=1",
@@ -244,8 +260,8 @@ fleet:
                 "expected a bool, a number",
             ),
             (
-                "/**:\n  ros__parameters:\n    use_sim_time: true",
-                "p.yaml:3: `use_sim_time` is no parameter",
+                "/**:\n  ros__parameters:\n    use_sim_time: maybe",
+                "p.yaml:3: `use_sim_time` is true or false",
             ),
         ] {
             let error = read_text(text).unwrap_err();

@@ -95,7 +95,7 @@ impl Run {
         set.extend(ros.iter_mut().flat_map(|ros| ros.parameters.drain(..)));
         let mut loaded = load::load_to_start(&self.application, &set)?;
         if let Some(ros) = &ros {
-            ros.remap(&mut loaded.application)?;
+            ros.apply(&mut loaded.application)?;
         }
         let ros_filter = ros.as_mut().and_then(|ros| ros.filter.take());
         let log = start_log(ros_filter.or(filter), &loaded)?;
