@@ -113,7 +113,7 @@ impl ViewState {
                 format!("{} now runs every {}", name(schema), text::format_setting(period))
             }
             Action::StopAll => "everything is stopped; g releases it".to_owned(),
-            Action::ReleaseAll => "everything is released; the hierarchy decides again".to_owned(),
+            Action::ReleaseAll => "released from the stop of everything".to_owned(),
             Action::Continue => "time passes again".to_owned(),
             Action::Step => "a step".to_owned(),
         };

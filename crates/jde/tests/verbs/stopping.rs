@@ -33,7 +33,7 @@ fn r14_stop_all_stops_every_application_and_release_all_lets_them_continue() {
     );
     let output = sandbox.run_ok(&["release", "--all", "--app", "safe-navigation"]);
     assert!(
-        output.contains("safe-navigation: teleop, example released"),
+        output.contains("safe-navigation: teleop, example released from the stop of everything"),
         "{output}"
     );
     while winners("safe-navigation").iter().any(Value::is_null) {}

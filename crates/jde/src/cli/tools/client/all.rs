@@ -27,8 +27,8 @@ pub(super) fn release(context: &Context, target: &Target) -> Result<(), Failure>
         context,
         target,
         Action::ReleaseAll,
-        "released",
-        "the hierarchy decides again",
+        "released from the stop of everything",
+        "`jde ps` shows what operators still stop or force",
     )
 }
 
