@@ -269,6 +269,7 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
                     reader,
                     neutral: AlignedBytes::new(neutral),
                     in_force: None,
+                    driver: id,
                     guards: guards_of_command(application, (number, place))
                         .map(|(number, commanders)| guard(number, commanders))
                         .collect(),

@@ -28,6 +28,8 @@ pub(crate) enum BoundPort {
         in_force: Option<bool>,
         /// The guards of the schemas that command it.
         guards: Vec<PortGuard>,
+        /// Its driver, which is the writer when the command is reset (R9): then none is in force.
+        driver: u32,
     },
     /// An export.
     Output(Writer),

@@ -179,6 +179,7 @@ impl Ports {
                 neutral,
                 in_force,
                 guards,
+                driver,
             } => {
                 let now = now();
                 let mut is_in_force = |latched: Latched<'_>| {
@@ -196,9 +197,10 @@ impl Ports {
                             .is_ok()
                 };
                 match reader.latch() {
-                    Some(latched) if *in_force.get_or_insert_with(|| is_in_force(latched)) => {
-                        Ok(View::of(latched.bytes, &latched.stamp))
-                    }
+                    Some(latched) if *in_force.get_or_insert_with(|| is_in_force(latched)) => Ok(View {
+                        neutral: latched.stamp.writer == *driver,
+                        ..View::of(latched.bytes, &latched.stamp)
+                    }),
                     _ => Ok(View {
                         bytes: neutral.bytes(),
                         time: now,

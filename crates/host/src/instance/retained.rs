@@ -60,18 +60,21 @@ impl BoundPort {
                 neutral,
                 in_force,
                 guards,
+                driver,
             } => {
                 let successor = Self::Command {
                     reader: reader.duplicate(),
                     neutral: AlignedBytes::new(neutral.bytes()),
                     in_force: None,
                     guards: guards.iter().map(PortGuard::duplicate).collect(),
+                    driver,
                 };
                 let remains = Self::Command {
                     reader,
                     neutral,
                     in_force,
                     guards,
+                    driver,
                 };
                 (successor, Some(remains))
             }
