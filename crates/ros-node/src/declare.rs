@@ -9,10 +9,12 @@ use zenoh::query::Queryable;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
+use crate::announcements::Announcements;
 use crate::attachment::gid;
-use crate::keys::{Announced, Direction, Topic, mismatch};
+use crate::keys::{Announced, Direction, Topic, mismatch, rival};
 use crate::latched::{self, Cache};
 use crate::node::NodeConfig;
+use crate::own_commands::OwnCommands;
 use crate::publishers::DeclaredPublisher;
 use crate::services;
 use crate::shared::Shared;
@@ -23,7 +25,8 @@ pub(crate) struct Declared {
     pub(crate) publishers: Vec<Option<DeclaredPublisher>>,
     _subscribers: Vec<Subscriber<()>>,
     _services: Vec<Queryable<()>>,
-    pub(crate) tokens: Vec<LivelinessToken>,
+    _node: Option<LivelinessToken>,
+    pub(crate) announcements: Announcements,
 }
 
 /// Declares the node, then its topics and services, then a subscription to the tokens of other nodes.
@@ -43,14 +46,15 @@ pub(crate) fn declare(
         publishers: Vec::new(),
         _subscribers: Vec::new(),
         _services: Vec::new(),
-        tokens: token.transpose()?.into_iter().collect(),
+        _node: token.transpose()?,
+        announcements: Announcements::default(),
     };
     let all_topics = config.all_topics();
     for (direction, topics) in &all_topics {
         for (number, topic) in topics.iter().enumerate() {
             let key = topic.key(name);
             // A key of a bridge has no type, so it has one topic only.
-            let is_possible = !name.is_bridged() || topic.announced == Announced::Always;
+            let is_possible = !name.is_bridged() || topic.announced != Announced::OnceMet;
             match direction {
                 Direction::Publish => {
                     let publisher = is_possible
@@ -74,22 +78,29 @@ pub(crate) fn declare(
                     .push(services::serve(session, &key, shared, number)?),
                 Direction::Call => {}
             }
-            let token = announce(config, session, (*direction, number), topic, Announced::Always)?;
-            declared.tokens.extend(token);
         }
     }
+    declared.announcements.update(config, session)?;
     if name.is_bridged() {
         return Ok(declared);
     }
-    let shared = Arc::clone(shared);
+    let (shared, name, id) = (Arc::clone(shared), name.clone(), id.to_string());
+    let all_tokens_key = name.all_tokens();
     let all_tokens = session
         .liveliness()
-        .declare_subscriber(name.all_tokens())
+        .declare_subscriber(all_tokens_key)
         .history(true)
         .callback(move |sample| {
             let appears = sample.kind() == SampleKind::Put;
             all_topics.iter().for_each(|(direction, topics)| {
-                compare(&shared, *direction, topics, sample.key_expr(), appears)
+                let token = sample.key_expr();
+                compare(&shared, *direction, topics, token, appears);
+                if appears
+                    && *direction == Direction::Publish
+                    && let Some(remark) = rival(topics, &name, &id, token)
+                {
+                    shared.remark(remark);
+                }
             });
         })
         .wait()?;
@@ -106,7 +117,7 @@ fn compare(shared: &Shared, direction: Direction, topics: &[Topic], token: &str,
         if direction == Direction::Call {
             shared.set_server(number, token, appears);
         }
-        if appears && topic.announced == Announced::OnceMet {
+        if appears && topic.announced != Announced::Always {
             shared.meet(direction, number);
         }
     }
@@ -144,11 +155,13 @@ fn publish(
         .background()
         .wait()?;
     shared.set_subscribed(number, publisher.matching_status().wait()?.matching());
+    let gid = gid(&token(config, session, (Direction::Publish, number), topic));
     Ok(DeclaredPublisher {
         publisher,
         sequence: 0,
-        gid: gid(&token(config, session, (Direction::Publish, number), topic)),
+        gid,
         cache,
+        _own: topic.is_command.then(|| OwnCommands::of(gid)),
     })
 }
 
@@ -167,21 +180,6 @@ fn subscribe(
             }
         })
         .wait()
-}
-
-/// Announces a topic if it is one that is announced at that time.
-pub(crate) fn announce(
-    config: &NodeConfig,
-    session: &Session,
-    (direction, number): (Direction, usize),
-    topic: &Topic,
-    at: Announced,
-) -> zenoh::Result<Option<LivelinessToken>> {
-    if topic.announced != at || config.name.is_bridged() {
-        return Ok(None);
-    }
-    let token = token(config, session, (direction, number), topic);
-    session.liveliness().declare_token(token).wait().map(Some)
 }
 
 /// The token of a topic or service of the node.

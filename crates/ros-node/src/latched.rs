@@ -1,6 +1,7 @@
 //! Latched topics (transient local), with the keys of Zenoh's advanced publishers and subscribers, which
 //! rmw_zenoh uses: a publication answers queries for its newest messages, and announces that it does; a
-//! subscription queries each such publication once.
+//! subscription queries each such publication once. A subscriber of rmw_zenoh queries twice, and recognises a repeated
+//! message by the time of Zenoh that it has.
 //!
 //! The extension crate of Zenoh is not used: its interface is unstable, and would make that of Zenoh unstable
 //! for the whole workspace.
@@ -13,6 +14,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{ConsolidationMode, Queryable, ReplyKeyExpr};
 use zenoh::sample::SampleKind;
+use zenoh::time::Timestamp;
 use zenoh::{Session, Wait};
 
 use crate::shared::{Shared, lock};
@@ -23,16 +25,20 @@ const MAX: &str = "_max";
 /// The newest messages of a publication.
 #[derive(Debug)]
 pub(crate) struct Cache {
-    newest: Arc<Mutex<VecDeque<(ZBytes, ZBytes)>>>,
+    newest: Arc<Mutex<VecDeque<Kept>>>,
     depth: usize,
+    session: Session,
     _queryable: Queryable<()>,
     _token: LivelinessToken,
 }
 
+/// A message, its attachment, and when it was sent.
+type Kept = (ZBytes, ZBytes, Timestamp);
+
 impl Cache {
     /// Answers queries for the messages of a key; `number` is unique within the session.
     pub(crate) fn declare(session: &Session, key: &str, number: usize, depth: usize) -> zenoh::Result<Self> {
-        let newest: Arc<Mutex<VecDeque<(ZBytes, ZBytes)>>> = Arc::default();
+        let newest: Arc<Mutex<VecDeque<Kept>>> = Arc::default();
         let own_key = format!("{key}/@adv/pub/{}/{number}/_", session.zid());
         let (messages, message_key) = (Arc::clone(&newest), key.to_owned());
         let queryable = session
@@ -41,27 +47,31 @@ impl Cache {
                 let max = query.parameters().get(MAX).and_then(|max| max.parse().ok());
                 let messages = lock(&messages).clone();
                 let skipped = messages.len().saturating_sub(max.unwrap_or(usize::MAX));
-                for (message, attachment) in messages.into_iter().skip(skipped) {
+                for (message, attachment, time) in messages.into_iter().skip(skipped) {
+                    let reply = query.reply(&message_key, message).attachment(attachment);
                     // One that cannot be sent is lost, as on an unreliable network.
-                    let _ = query.reply(&message_key, message).attachment(attachment).wait();
+                    let _ = reply.timestamp(time).wait();
                 }
             })
             .wait()?;
         Ok(Self {
             newest,
             depth,
+            session: session.clone(),
             _queryable: queryable,
             _token: session.liveliness().declare_token(own_key).wait()?,
         })
     }
 
-    /// Keeps a message and its attachment.
-    pub(crate) fn keep(&self, message: ZBytes, attachment: ZBytes) {
+    /// Keeps a message and its attachment. Returns its time.
+    pub(crate) fn keep(&self, message: ZBytes, attachment: ZBytes) -> Timestamp {
+        let time = self.session.new_timestamp();
         let mut newest = lock(&self.newest);
         if newest.len() >= self.depth {
             newest.pop_front();
         }
-        newest.push_back((message, attachment));
+        newest.push_back((message, attachment, time));
+        time
     }
 }
 

@@ -4,6 +4,7 @@
 #![deny(missing_docs)]
 
 mod action;
+mod announcements;
 mod attachment;
 mod clock;
 mod declare;
@@ -13,6 +14,7 @@ mod latched;
 pub mod names;
 mod node;
 mod outbox;
+mod own_commands;
 mod publishers;
 mod remaps;
 mod services;

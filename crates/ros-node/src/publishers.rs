@@ -16,6 +16,7 @@ use zenoh::pubsub::Publisher;
 use crate::attachment::{Gid, attachment_now};
 use crate::keys::BATCH_BYTES;
 use crate::latched::Cache;
+use crate::own_commands::OwnCommands;
 use crate::shared::lock;
 
 /// The size up to which the owner sends, bytes.
@@ -46,6 +47,7 @@ pub(crate) struct DeclaredPublisher {
     pub(crate) gid: Gid,
     /// The newest messages of a latched topic.
     pub(crate) cache: Option<Cache>,
+    pub(crate) _own: Option<OwnCommands>,
 }
 
 impl Publishers {
@@ -97,9 +99,9 @@ impl DeclaredPublisher {
         self.sequence += 1;
         let message = ZBytes::from(message);
         let attachment = ZBytes::from(attachment_now(self.sequence, self.gid));
-        if let Some(cache) = &self.cache {
-            cache.keep(message.clone(), attachment.clone());
-        }
-        self.publisher.put(message).attachment(attachment).wait()
+        let kept = self.cache.as_ref();
+        let time = kept.map(|cache| cache.keep(message.clone(), attachment.clone()));
+        let put = self.publisher.put(message).attachment(attachment);
+        put.timestamp(time).wait()
     }
 }

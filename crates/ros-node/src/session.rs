@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use zenoh::{Session, Wait};
 
 use crate::attachment::gid;
-use crate::declare::{Declared, announce, declare, token};
+use crate::declare::{Declared, declare, token};
 use crate::error::describe_error;
-use crate::keys::{Announced, Direction};
+use crate::keys::Direction;
 use crate::node::{NodeConfig, NodeState};
 use crate::shared::{Shared, Work};
 use crate::{latched, services};
@@ -74,7 +74,6 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
     let opened_at = Instant::now();
     let mut last_check: Option<Instant> = None;
     let mut was_connected = false;
-    let mut announced = Vec::new();
     loop {
         if last_check.is_none_or(|last_check| last_check.elapsed() >= CHECK_PERIOD) {
             last_check = Some(Instant::now());
@@ -104,17 +103,11 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
             met,
             ending,
         } = shared.work(CHECK_PERIOD);
-        for (direction, number) in met {
-            if !announced.contains(&(direction, number)) {
-                announced.push((direction, number));
-                // Without it only tools do not see the topic; its messages pass.
-                let topic = match direction {
-                    Direction::Publish => &config.publications[number],
-                    _ => &config.subscriptions[number],
-                };
-                let announced = announce(config, session, (direction, number), topic, Announced::OnceMet);
-                declared.tokens.extend(announced.ok().flatten());
-            }
+        let announcements = &mut declared.announcements;
+        if met.into_iter().fold(false, |is_new, (direction, number)| {
+            announcements.meet(direction, number) || is_new
+        }) {
+            let _ = announcements.update(config, session);
         }
         shared.send_waiting(ending);
         for (request, response) in replies {

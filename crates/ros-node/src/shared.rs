@@ -13,6 +13,7 @@ use crate::attachment::{Gid, parse};
 use crate::keys::{Direction, missing};
 use crate::node::{Arrival, NodeConfig, NodeState, ReceivedMessage};
 use crate::outbox::Outbox;
+use crate::own_commands::OwnCommands;
 use crate::publishers::Publishers;
 use crate::services::{Request, Response};
 
@@ -65,6 +66,8 @@ struct Inbox {
     messages: VecDeque<ReceivedMessage>,
     depth: usize,
     is_latched: bool,
+    /// Its topic, if its messages command a robot.
+    commands: Option<String>,
     /// See [`ReceivedMessage`].
     missing: &'static [u8],
     /// The numbers of the newest messages of a latched topic, by publication.
@@ -130,6 +133,7 @@ impl Shared {
                         messages: VecDeque::new(),
                         depth: topic.quality.depth,
                         is_latched: topic.quality.latched,
+                        commands: topic.is_command.then(|| topic.name.clone()),
                         missing: missing(&config.name, topic),
                         newest: BTreeMap::new(),
                     })
@@ -329,11 +333,21 @@ impl Shared {
         self.subscribed[publication].store(subscribed, Ordering::Relaxed);
     }
 
-    /// Stores a message. One of the past, from a cache, is dropped if a newer one of its publication came before.
+    /// Stores a message. One of the past, from a cache, is dropped if a newer one of its publication came before, and so is
+    /// a command of this process.
     pub(crate) fn arrive(&self, subscription: usize, sample: &Sample, is_past: bool) {
         let mut inbox = lock(&self.arrived[subscription]);
         let attachment = sample.attachment().map(ZBytes::to_bytes);
-        if let Some((sequence, gid)) = attachment.as_deref().and_then(parse)
+        let source = attachment.as_deref().and_then(parse);
+        if let (Some(topic), Some((_, gid))) = (&inbox.commands, source)
+            && OwnCommands::contain(gid)
+        {
+            self.remark(format!(
+                "this application itself publishes {topic}, and ignores that: state the topic of another program"
+            ));
+            return;
+        }
+        if let Some((sequence, gid)) = source
             && inbox.is_latched
         {
             if is_past && inbox.newest.get(&gid).is_some_and(|newest| *newest >= sequence) {

@@ -229,7 +229,7 @@ impl RosConnection {
         let (node_state, attempts) = self.node.state();
         let state = match (&node_state, missing) {
             (NodeState::Connecting, _) => ConnectionState::Connecting,
-            (NodeState::Alone, _) => ConnectionState::Probing("other nodes"),
+            (NodeState::Alone, _) => ConnectionState::Unmet("no router and no other node is connected yet"),
             (NodeState::Connected, Some(missing)) => ConnectionState::Probing(missing),
             (NodeState::Connected, None) => ConnectionState::Connected(&self.description),
             (NodeState::Lost(reason), _) => ConnectionState::Lost(reason),

@@ -16,16 +16,15 @@ pub(crate) struct TwistStamped {
     pub(crate) twist: Twist,
 }
 
-/// The two topics of a name: plain, then stamped. The second is announced once another node has it.
+/// The two topics of a name: plain, then stamped. Tools show the type that other nodes have, and the plain one without any.
 pub(crate) fn topics(name: &str, quality: Quality) -> [Topic; 2] {
+    let plain = Codec::<Twist>::new().topic(name.to_owned(), quality);
     let stamped = Codec::<TwistStamped>::new().topic(name.to_owned(), quality);
-    [
-        Codec::<Twist>::new().topic(name.to_owned(), quality),
-        Topic {
-            announced: Announced::OnceMet,
-            ..stamped
-        },
-    ]
+    [(plain, Announced::Preferably), (stamped, Announced::OnceMet)].map(|(topic, announced)| Topic {
+        announced,
+        is_command: true,
+        ..topic
+    })
 }
 
 /// A subscription to the topics of a name.

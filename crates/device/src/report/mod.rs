@@ -18,6 +18,8 @@ pub enum ConnectionState<'a> {
     Connecting,
     /// The line is open, and the device has not replied yet; the kind of device, such as "scanner".
     Probing(&'a str),
+    /// Nothing is connected yet; what that means. It is not logged.
+    Unmet(&'a str),
     /// The device replies; the name that it reports.
     Connected(&'a str),
     /// The connection broke, or an attempt failed; the reason, which names the device.
@@ -81,6 +83,7 @@ impl ConnectionReport {
             ConnectionState::Lost(_)
             | ConnectionState::Idle
             | ConnectionState::Connecting
+            | ConnectionState::Unmet(_)
             | ConnectionState::Probing(_) => {}
         }
         self.exported = Some(connection);
@@ -115,6 +118,7 @@ fn connection(cx: &Context<'_>, state: ConnectionState<'_>, attempts: u32) -> Co
             probing = format!("the line is open; looking for the {device}");
             (Connection::CONNECTING, &*probing)
         }
+        ConnectionState::Unmet(note) => (Connection::CONNECTING, note),
         ConnectionState::Connected(name) => (Connection::CONNECTED, name),
         ConnectionState::Lost(reason) => (Connection::LOST, reason),
     };

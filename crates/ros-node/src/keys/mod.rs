@@ -65,6 +65,20 @@ pub struct Topic {
     pub gap: Duration,
     /// Whether a message may have more bytes than a batch of Zenoh. Those of all other topics go before them.
     pub is_large: bool,
+    /// Whether its messages command a robot. Those of this process are not received, since they would repeat themselves, and
+    /// another node that publishes them is remarked.
+    pub is_command: bool,
+}
+
+/// The parts of the token of a topic or a service.
+struct EntityToken<'t> {
+    session: &'t str,
+    kind: &'t str,
+    namespace: &'t str,
+    node: &'t str,
+    topic: &'t str,
+    dds: &'t str,
+    hash: &'t str,
 }
 
 /// When other nodes discover a topic.
@@ -72,8 +86,10 @@ pub struct Topic {
 pub enum Announced {
     /// From the beginning.
     Always,
-    /// Once another node has the topic in the opposite direction, so that a name has one type as long as
-    /// nobody uses the other.
+    /// As long as no other node has, in the opposite direction, only the topic of the same name that is announced
+    /// [`OnceMet`](Self::OnceMet), so that a name has one type as long as nobody uses the other.
+    Preferably,
+    /// Once another node has the topic in the opposite direction.
     OnceMet,
 }
 
@@ -100,7 +116,7 @@ pub struct Quality {
 }
 
 /// Direction of a topic or a service, as seen from its node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Direction {
     /// The node sends its messages.
     Publish,
@@ -157,6 +173,7 @@ impl Topic {
             announced: Announced::Always,
             gap: Duration::ZERO,
             is_large: value_type.bytes > BATCH_BYTES,
+            is_command: false,
         }
     }
 
@@ -176,6 +193,7 @@ impl Topic {
             announced: Announced::Always,
             gap: Duration::ZERO,
             is_large: false,
+            is_command: false,
         })
     }
 
@@ -202,44 +220,41 @@ impl Topic {
     /// Whether a token of another node announces this topic in the opposite direction.
     #[must_use]
     pub fn meets(&self, direction: Direction, token: &str) -> bool {
-        let parts: Vec<&str> = token.splitn(14, '/').collect();
-        let [TOKENS, _, _, _, _, kind, _, _, _, topic, dds, hash, _, ..] = parts[..] else {
-            return false;
-        };
-        kind == direction.opposite().kind()
-            && topic == encode_name(&self.name)
-            && dds == self.dds()
-            && hash == self.hash
+        EntityToken::parse(token).is_some_and(|token| self.is_announced_by(direction.opposite(), &token))
+    }
+
+    /// Whether a token announces this topic in a direction.
+    fn is_announced_by(&self, direction: Direction, token: &EntityToken<'_>) -> bool {
+        token.kind == direction.kind()
+            && token.topic == encode_name(&self.name)
+            && token.dds == self.dds()
+            && token.hash == self.hash
+    }
+
+    /// Returns a remark if this topic commands a robot and a token announces that another node publishes it too.
+    fn rival(&self, name: &NodeName, session: &str, token: &str) -> Option<String> {
+        let token = EntityToken::parse(token).filter(|token| token.session != session)?;
+        let is_rival = self.is_command
+            && token.full_name() != name.full()
+            && self.is_announced_by(Direction::Publish, &token);
+        is_rival.then(|| {
+            format!(
+                "node {} publishes {} too, and its commands pass this application by",
+                token.full_name(),
+                self.name
+            )
+        })
     }
 
     /// Returns the reason why this topic exchanges no messages with the one that a token of another node
     /// announces; `None` if they communicate, or if the token is unrelated.
     fn mismatch(&self, direction: Direction, token: &str) -> Option<String> {
-        let parts: Vec<&str> = token.splitn(14, '/').collect();
-        let [
-            TOKENS,
-            _,
-            _,
-            _,
-            _,
-            kind,
-            _,
-            namespace,
-            node,
-            topic,
-            dds,
-            hash,
-            _,
-            ..,
-        ] = parts[..]
-        else {
-            return None;
-        };
-        if kind != direction.opposite().kind() || topic != encode_name(&self.name) {
+        let token = EntityToken::parse(token)?;
+        if token.kind != direction.opposite().kind() || token.topic != encode_name(&self.name) {
             return None;
         }
-        let namespace = namespace.replace(SLASH, "/");
-        let description = format!("{} of node {}/{node}", self.name, namespace.trim_end_matches('/'));
+        let (dds, hash) = (token.dds, token.hash);
+        let description = format!("{} of node {}", self.name, token.full_name());
         if dds != self.dds() {
             return Some(format!(
                 "{description} is a {}, and a {} here: nothing passes between them",
@@ -270,6 +285,47 @@ impl Topic {
     /// The name of its type in keys, such as `sensor_msgs::msg::dds_::LaserScan_`.
     fn dds(&self) -> String {
         dds_from_canonical(&self.type_name).unwrap_or_else(|| self.type_name.replace('/', SLASH))
+    }
+}
+
+impl<'t> EntityToken<'t> {
+    /// Returns the parts of a token; `None` for that of a node, or of something else.
+    fn parse(token: &'t str) -> Option<Self> {
+        let parts: Vec<&str> = token.splitn(14, '/').collect();
+        let [
+            TOKENS,
+            _,
+            session,
+            _,
+            _,
+            kind,
+            _,
+            namespace,
+            node,
+            topic,
+            dds,
+            hash,
+            _,
+            ..,
+        ] = parts[..]
+        else {
+            return None;
+        };
+        Some(Self {
+            session,
+            kind,
+            namespace,
+            node,
+            topic,
+            dds,
+            hash,
+        })
+    }
+
+    /// The full name of its node, such as `/robot/pioneer`.
+    fn full_name(&self) -> String {
+        let namespace = self.namespace.replace(SLASH, "/");
+        format!("{}/{}", namespace.trim_end_matches('/'), self.node)
     }
 }
 
@@ -320,6 +376,7 @@ impl Service {
             announced: Announced::Always,
             gap: Duration::ZERO,
             is_large: false,
+            is_command: false,
         }
     }
 }
@@ -335,6 +392,11 @@ pub(crate) fn mismatch(topics: &[Topic], direction: Direction, token: &str) -> O
     same_type
         .chain(topics)
         .find_map(|topic| topic.mismatch(direction, token))
+}
+
+/// Returns a remark if a node publishes a topic that commands a robot, and a token announces that another node does too.
+pub(crate) fn rival(topics: &[Topic], name: &NodeName, session: &str, token: &str) -> Option<String> {
+    topics.iter().find_map(|topic| topic.rival(name, session, token))
 }
 
 impl Direction {

@@ -40,7 +40,7 @@ fn a_port_in_use_is_reported_and_opened_once_it_is_free() {
     let mut fixture = fixture.awake();
     fixture.until_note(Connection::LOST, "Can not create a new TCP listener");
     drop(taken);
-    fixture.until_note(Connection::CONNECTING, "looking for the other nodes");
+    fixture.until_note(Connection::CONNECTING, "no other node is connected yet");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The drivers against Zenoh sessions in this process, over real sockets of the loopback interface.
 
 mod base;
+mod commands;
 mod connections;
 mod goals;
 mod pictures;

@@ -1,6 +1,9 @@
 //! The topics that a jde robot publishes, and the velocities that it executes.
 
+use std::collections::BTreeSet;
+
 use jde_ros_node::Direction;
+use zenoh::sample::SampleKind;
 
 use super::*;
 use crate::messages::PoseWithCovarianceStamped;
@@ -248,15 +251,32 @@ fn a_stamped_velocity_is_received_and_announced_once_another_node_has_one() {
         put(&session, "/cmd_vel", &stamped);
         bench.exported("cmd_vel") == Some(stamped.twist)
     });
-    let seen =
-        || std::iter::from_fn(|| tokens.try_recv().unwrap()).map(|sample| sample.key_expr().to_string());
-    assert!(
-        seen().all(|token| !token.contains("TwistStamped_")),
-        "nobody uses it"
-    );
-    let theirs = topic::<TwistStamped>("/cmd_vel").token(&name(), "ab12", Direction::Publish, 1);
-    let _theirs = session.liveliness().declare_token(theirs).wait().unwrap();
-    fixture.until(|_| seen().any(|token| token.contains("/MS/") && token.contains("TwistStamped_")));
+    let mut announced = BTreeSet::new();
+    let mut announced = move || {
+        for sample in std::iter::from_fn(|| tokens.try_recv().unwrap()) {
+            let token = sample.key_expr().to_string();
+            let Some(token) = token
+                .contains("/MS/")
+                .then(|| token.split('/').nth(10).unwrap().to_owned())
+            else {
+                continue;
+            };
+            match sample.kind() {
+                SampleKind::Put => announced.insert(token),
+                SampleKind::Delete => announced.remove(&token),
+            };
+        }
+        announced
+            .iter()
+            .map(|dds| dds.rsplit(':').next().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(announced(), ["Twist_"], "nobody uses the other");
+    let announce = |token: String| session.liveliness().declare_token(token).wait().unwrap();
+    let _stamped = announce(topic::<TwistStamped>("/cmd_vel").token(&name(), "ab12", Direction::Publish, 1));
+    fixture.until(|_| announced() == ["TwistStamped_"]);
+    let _plain = announce(topic::<Twist>("/cmd_vel").token(&name(), "ab12", Direction::Publish, 2));
+    fixture.until(|_| announced() == ["TwistStamped_", "Twist_"]);
     assert_eq!(count_log(&fixture.bench, "nothing passes"), 0);
 }
 

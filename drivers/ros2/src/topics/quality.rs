@@ -13,6 +13,8 @@ pub(super) struct QualitySettings<'s> {
     pub(super) reliability: &'s str,
     pub(super) durability: &'s str,
     pub(super) depth: u32,
+    /// Whether the topic is published.
+    pub(super) is_published: bool,
 }
 
 /// The names, and the qualities of service that they mean.
@@ -47,7 +49,8 @@ const SENSORS: [&str; 12] = [
 /// # Errors
 /// If there is no quality of that name, or a velocity is latched: an old one would be driven.
 pub(super) fn quality(settings: QualitySettings<'_>, value_type: &Type) -> Result<Quality, String> {
-    let mut quality = named("qos", settings.qos, &NAMES)?.unwrap_or_else(|| of_type(value_type));
+    let mut quality =
+        named("qos", settings.qos, &NAMES)?.unwrap_or_else(|| usual(settings.is_published, value_type));
     if let Some(reliable) = named("reliability", settings.reliability, &RELIABILITIES)? {
         quality.reliable = reliable;
     }
@@ -65,9 +68,12 @@ pub(super) fn quality(settings: QualitySettings<'_>, value_type: &Type) -> Resul
     Ok(quality)
 }
 
-fn of_type(value_type: &Type) -> Quality {
+/// The quality of a type. An odometry is published reliably, as the controllers of ROS 2 do, since what localizes a robot
+/// may require it; a subscription requires less.
+fn usual(is_published: bool, value_type: &Type) -> Quality {
     match value_type.name.as_str() {
         "nav_msgs/msg/OccupancyGrid" => Quality::LATCHED,
+        "nav_msgs/msg/Odometry" if is_published => Quality::DEFAULT,
         name if SENSORS.contains(&name) => Quality::SENSOR_DATA,
         _ => Quality::DEFAULT,
     }
@@ -91,7 +97,7 @@ fn named<T: Copy>(key: &str, name: &str, known: &[(&str, T)]) -> Result<Option<T
 
 #[cfg(test)]
 mod tests {
-    use jde_schema::prelude::{LaserScan, Value};
+    use jde_schema::prelude::{LaserScan, Odometry, Value};
 
     use super::*;
 
@@ -102,7 +108,15 @@ mod tests {
             reliability: "",
             durability: "",
             depth: 0,
+            is_published: true,
         };
+        let odometry = Odometry::describe();
+        assert_eq!(quality(none, &odometry), Ok(Quality::DEFAULT));
+        let subscribed = QualitySettings {
+            is_published: false,
+            ..none
+        };
+        assert_eq!(quality(subscribed, &odometry), Ok(Quality::SENSOR_DATA));
         let scan = LaserScan::describe();
         let of = |settings| quality(settings, &scan);
         assert_eq!(of(none), Ok(Quality::SENSOR_DATA));

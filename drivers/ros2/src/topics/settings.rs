@@ -91,6 +91,7 @@ impl Publication {
             reliability: self.reliability.as_str(),
             durability: self.durability.as_str(),
             depth: self.depth,
+            is_published: true,
         }
     }
 }
@@ -114,6 +115,7 @@ impl Subscription {
             reliability: self.reliability.as_str(),
             durability: self.durability.as_str(),
             depth: self.depth,
+            is_published: false,
         }
     }
 }
