@@ -40,6 +40,7 @@ pub(crate) struct TopicSubscription<T> {
     codec: Codec<T>,
     /// Arrival of the newest readable message, until it is stale.
     last_received: Option<Duration>,
+    is_used: bool,
 }
 
 /// Lets what arrives at a node request a turn of its schema, which then does not wait for its period.
@@ -253,6 +254,7 @@ impl<T: Value> TopicSubscription<T> {
             topic,
             codec,
             last_received: None,
+            is_used: false,
         }
     }
 
@@ -263,7 +265,12 @@ impl<T: Value> TopicSubscription<T> {
 
     /// Records a valid message.
     pub(crate) fn mark_received(&mut self, arrived: Duration) {
-        self.last_received = Some(arrived);
+        (self.last_received, self.is_used) = (Some(arrived), true);
+    }
+
+    /// The name of its topic, if it never had a valid message.
+    pub(crate) fn unused(&self) -> Option<&str> {
+        (!self.is_used).then_some(self.topic.as_str())
     }
 
     /// Whether its newest message is not stale.

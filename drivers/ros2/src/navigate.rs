@@ -67,8 +67,9 @@ struct ActiveNavigate {
     newest: Option<(Twist, Duration)>,
     /// The newest target.
     target: Option<Pose2D>,
-    /// Whether the present goal is the newest target.
+    /// Whether the present goal is the newest target, and whether Nav2 has accepted it.
     is_sent: bool,
+    is_accepted: bool,
     /// When Nav2 rejected the newest target first, and when it is sent again.
     rejected: Option<(Duration, Duration)>,
     /// Whether the newest target was reached, or why it was given up.
@@ -104,9 +105,16 @@ impl Schema for Navigate {
             active.client.cancel(&active.connection.node);
             active.is_sent = false;
         }
-        let mission = active.mission();
-        if active.exported.replace(mission) != Some(mission) {
+        let mission = active.mission(cx.now(), self.patience.get(cx));
+        let last = active.exported.replace(mission);
+        if last != Some(mission) {
             self.mission.write(cx, mission);
+        }
+        if last.is_none_or(|last| last.note != mission.note) {
+            match mission.state {
+                Mission::FAILED => warn!(cx, "{}", mission.note),
+                _ => info!(cx, "{}", mission.note),
+            }
         }
         let missing = active.missing.as_deref();
         active
@@ -130,12 +138,9 @@ impl Schema for Navigate {
             let stamp = active.connection.clock.stamp(cx.now());
             let pose = goal::stamped(target, frame.as_str(), stamp);
             active.client.send(node, &json!({ "pose": pose }));
-            active.is_sent = true;
+            (active.is_sent, active.is_accepted) = (true, false);
         }
-        let is_fresh = |time: Duration| cx.now().saturating_sub(time).as_secs_f64() <= patience;
-        if let Some((twist, time)) = active.newest
-            && is_fresh(time)
-        {
+        if let Some(twist) = active.velocity(cx.now(), patience) {
             self.base.command(cx, twist);
         }
         Ok(())
@@ -194,6 +199,7 @@ impl Navigate {
             newest: None,
             target: None,
             is_sent: false,
+            is_accepted: false,
             rejected: None,
             outcome: None,
             missing: None,
@@ -225,7 +231,7 @@ impl ActiveNavigate {
                 }
                 // The goal of an earlier target, or one that was canceled here.
                 _ if !self.is_sent => {}
-                GoalEvent::Accepted => self.rejected = None,
+                GoalEvent::Accepted => (self.rejected, self.is_accepted) = (None, true),
                 GoalEvent::Rejected => self.reject(cx.now()),
                 GoalEvent::Ended(GoalStatus::Succeeded, _) => self.end(Ok(())),
                 GoalEvent::Ended(GoalStatus::Canceled, _) => {
@@ -267,13 +273,27 @@ impl ActiveNavigate {
         self.target.is_some() && self.outcome.is_none() && self.missing.is_none()
     }
 
-    fn mission(&self) -> Mission {
+    /// Nav2's newest velocity, if it is no older than `patience` in s.
+    fn velocity(&self, now: Duration, patience: f64) -> Option<Twist> {
+        let (twist, time) = self.newest?;
+        (now.saturating_sub(time).as_secs_f64() <= patience).then_some(twist)
+    }
+
+    fn mission(&self, now: Duration, patience: f64) -> Mission {
         let (state, note) = match (&self.outcome, &self.missing) {
             (Some(Ok(())), _) => (Mission::DONE, String::from("reached")),
             (Some(Err(why)), _) => (Mission::FAILED, why.clone()),
             (None, Some(name)) => (Mission::RUNNING, format!("no node offers {name}")),
             (None, None) if self.target.is_none() => (Mission::RUNNING, String::from("no target")),
-            (None, None) if self.client.is_active() => (Mission::RUNNING, String::from("Nav2 drives")),
+            (None, None) if self.is_sent => {
+                let has_velocity = self.velocity(now, patience).is_some();
+                let note = match (self.is_accepted, has_velocity) {
+                    (false, _) => "Nav2 has not answered yet",
+                    (true, true) => "Nav2 drives",
+                    (true, false) => "Nav2 has the target, and commands no velocity",
+                };
+                (Mission::RUNNING, String::from(note))
+            }
             (None, None) if self.rejected.is_some() => (
                 Mission::RUNNING,
                 String::from("Nav2 rejects the target, and is asked again"),

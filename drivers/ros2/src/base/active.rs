@@ -11,6 +11,9 @@ use crate::messages::{PoseWithCovarianceStamped, Stamped};
 use crate::scan::Sweep;
 use crate::velocity::{VelocityPublisher, is_finite};
 
+/// How long a topic may take to have its first message.
+const PATIENCE: Duration = Duration::from_secs(5);
+
 /// The node with its topics.
 pub(super) struct ActiveBase {
     pub(super) connection: RosConnection,
@@ -25,6 +28,8 @@ pub(super) struct ActiveBase {
     pub(super) sonars: Sonars,
     pub(super) velocity: Option<VelocityPublisher>,
     pub(super) drive: Drive,
+    /// The time of the first iteration.
+    pub(super) since: Option<Duration>,
     /// Buffer for scans, which are too large for a stack.
     pub(super) sweep: Box<Sweep>,
 }
@@ -101,6 +106,21 @@ impl ActiveBase {
     pub(super) fn publish_velocity(&self, cx: &Context, twist: &Twist) {
         if let Some(publisher) = &self.velocity {
             publisher.publish(cx, &self.connection, twist);
+        }
+    }
+
+    /// Warns once if other messages of the robot come, and still none of its laser or of its odometry.
+    pub(super) fn report_missing(&mut self, cx: &Context) {
+        let since = *self.since.get_or_insert(cx.now());
+        if cx.now().saturating_sub(since) < PATIENCE || !self.has_received() {
+            return;
+        }
+        let laser = self.laser.as_ref().and_then(TopicSubscription::unused);
+        let odometry = self.odometry.as_ref().and_then(TopicSubscription::unused);
+        let topics = [laser, odometry].map(|topic| topic.map(str::to_owned));
+        for topic in topics.into_iter().flatten() {
+            let message = format!("nothing has come on {topic} yet, and other messages of the robot do");
+            self.connection.warn_once(cx, message);
         }
     }
 

@@ -150,6 +150,7 @@ impl Schema for Base {
         if let Some(twist) = active.drive.step(now, command.in_force().then_some(*command)) {
             active.publish_velocity(cx, &twist);
         }
+        active.report_missing(cx);
         let missing = (!active.has_received()).then_some("robot");
         active
             .connection
@@ -246,6 +247,7 @@ impl Base {
             sonars: Sonars::new(sonars, mounts),
             velocity: velocity.map(|_| VelocityPublisher::new(0)),
             drive: Drive::default(),
+            since: None,
             sweep: Box::new(Sweep::zeroed()),
         })
     }

@@ -167,6 +167,28 @@ fn hazards_are_exported_as_bumpers_and_retracted_when_they_stop() {
 }
 
 #[test]
+fn a_robot_whose_laser_never_speaks_is_reported_once() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
+    let said = "nothing has come on /scan yet";
+    let mut turn = |fixture: &mut Fixture<Base>, later: Duration| {
+        put(&session, "/odom", &Odometry::default());
+        fixture.bench.set_now(fixture.start.elapsed() + later);
+        fixture.bench.iterate().unwrap();
+        count_log(&fixture.bench, said)
+    };
+    while fixture.bench.exported::<Odometry>("odometry").is_none() {
+        assert_eq!(turn(&mut fixture, Duration::ZERO), 0, "it may still come");
+    }
+    while turn(&mut fixture, Duration::from_secs(6)) == 0 {}
+    for _ in 0..10 {
+        assert_eq!(turn(&mut fixture, Duration::from_secs(7)), 1);
+    }
+    assert_eq!(count_log(&fixture.bench, "nothing has come"), 1);
+}
+
+#[test]
 fn r7_the_velocity_is_sent_while_it_is_in_force_and_then_zero() {
     let address = unused_address();
     let session = open_router(&address);
