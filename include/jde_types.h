@@ -17,7 +17,7 @@ extern "C" {
 
 /** A jde_field at the offset `element`, for the tables below. */
 #define JDE_FIELD(name, element, length, kind, form, capacity, doc, unit, type) \
-    {(uint32_t)sizeof(jde_field), kind, form, capacity, name, doc, unit, element, length, type}
+    {(uint32_t)sizeof(jde_field), kind, form, capacity, name, doc, unit, element, length, type, 0u, 0u}
 
 /** std_msgs/msg/Bool: True or false by itself. */
 typedef struct jde_bool {

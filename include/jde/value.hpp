@@ -225,9 +225,9 @@ struct Member {
 template <typename F>
 constexpr Member field(const char *name, std::size_t at, const char *doc, const char *unit) noexcept
 {
-    jde_field field = {sizeof(jde_field), JDE_U8, JDE_ONE, 1, name, doc, unit, at, 0, nullptr};
+    jde_field field = {sizeof(jde_field), JDE_U8, JDE_ONE, 1, name, doc, unit, at, 0, nullptr, 0, 0};
     if constexpr (padding_of<F> > 0) {
-        field = {sizeof(jde_field), JDE_U8, JDE_PADDING, padding_of<F>, "_", "", "", at, 0, nullptr};
+        field = {sizeof(jde_field), JDE_U8, JDE_PADDING, padding_of<F>, "_", "", "", at, 0, nullptr, 0, 0};
     } else if constexpr (is_sequence<F>) {
         using Element = std::remove_reference_t<decltype(std::declval<F &>().items[0])>;
         field.form = JDE_SEQUENCE;

@@ -1,4 +1,5 @@
-//! The tokens by which other nodes discover the topics and services of a node. Some depend on what other nodes have.
+//! The tokens by which other nodes discover the topics and services of a node. Some depend on what other nodes have. To a
+//! bridge of DDS a node has no tokens, but a topic of two types has one key there: messages of one type pass.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,6 +9,7 @@ use zenoh::{Session, Wait};
 use crate::declare::token;
 use crate::keys::{Announced, Direction, Topic};
 use crate::node::NodeConfig;
+use crate::shared::Shared;
 
 /// The declared tokens. Dropping it withdraws them.
 #[derive(Default)]
@@ -28,14 +30,18 @@ impl Announcements {
     ///
     /// # Errors
     /// Of Zenoh.
-    pub(crate) fn update(&mut self, config: &NodeConfig, session: &Session) -> zenoh::Result<()> {
-        if config.name.is_bridged() {
-            return Ok(());
-        }
+    pub(crate) fn update(
+        &mut self,
+        shared: &Shared,
+        config: &NodeConfig,
+        session: &Session,
+    ) -> zenoh::Result<()> {
         for (direction, topics) in config.all_topics() {
             for (number, topic) in topics.iter().enumerate() {
                 let place = (direction, number);
-                if !self.is_due(place, topic, &topics) {
+                if config.name.is_bridged() {
+                    shared.set_passing(place, self.is_due(place, topic, &topics));
+                } else if !self.is_due(place, topic, &topics) {
                     self.tokens.remove(&place);
                 } else if !self.tokens.contains_key(&place) {
                     let token = token(config, session, place, topic);

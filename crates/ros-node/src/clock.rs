@@ -11,6 +11,8 @@ const DRIFT: i128 = 1_000_000;
 /// Difference, ns, beyond which the clocks of the two machines are not the same, or the other side uses
 /// simulated time.
 const MAX_DIFFERENCE: i128 = 10_000_000_000;
+/// What stands for times before the application's start, ns: a stamp of 0 is none.
+const EARLIEST: i128 = 1;
 
 /// The time of ROS 2 at the application's start, ns, and the newest that was compared.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,11 +50,12 @@ impl Clock {
         self.offset.is_some()
     }
 
-    /// Converts a stamp of ROS 2 to the application's time; one before its start to 0.
+    /// Converts a stamp of ROS 2 to the application's time; one before its start to
+    /// 1 ns.
     #[must_use]
     pub fn time(&self, stamp: Time) -> Duration {
         let time = stamp_nanos(stamp) - self.offset.unwrap_or(0);
-        Duration::from_nanos(u64::try_from(time.max(0)).unwrap_or(u64::MAX))
+        Duration::from_nanos(u64::try_from(time.max(EARLIEST)).unwrap_or(u64::MAX))
     }
 
     /// Converts the application's time to a stamp of ROS 2.
@@ -67,7 +70,7 @@ impl Clock {
         if difference.abs() > MAX_DIFFERENCE {
             return Measured::OnArrival(arrived, difference as f64 / 1e9);
         }
-        let time = (nanos(arrived) + difference.min(0)).max(0);
+        let time = (nanos(arrived) + difference.min(0)).max(EARLIEST);
         Measured::At(Duration::from_nanos(u64::try_from(time).unwrap_or(0)))
     }
 }
@@ -114,7 +117,7 @@ mod tests {
             .collect();
         assert_eq!(back, [false, false, true, false]);
         assert_eq!(clock.time(Time { sec: 5, nanosec: 0 }), at(6));
-        assert_eq!(clock.time(Time { sec: -5, nanosec: 0 }), Duration::ZERO);
+        assert_eq!(clock.time(Time { sec: -5, nanosec: 0 }), Duration::from_nanos(1));
     }
 
     #[test]
@@ -130,7 +133,7 @@ mod tests {
         };
         assert_eq!(
             clock().measured(before, Duration::from_secs(1)),
-            Measured::At(Duration::ZERO)
+            Measured::At(Duration::from_nanos(1))
         );
     }
 

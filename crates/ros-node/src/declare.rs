@@ -21,8 +21,7 @@ use crate::shared::Shared;
 
 /// All declarations. Dropping them undeclares them.
 pub(crate) struct Declared {
-    /// None for a topic that a bridge cannot have.
-    pub(crate) publishers: Vec<Option<DeclaredPublisher>>,
+    pub(crate) publishers: Vec<DeclaredPublisher>,
     _subscribers: Vec<Subscriber<()>>,
     _services: Vec<Queryable<()>>,
     _node: Option<LivelinessToken>,
@@ -53,16 +52,11 @@ pub(crate) fn declare(
     for (direction, topics) in &all_topics {
         for (number, topic) in topics.iter().enumerate() {
             let key = topic.key(name);
-            // A key of a bridge has no type, so it has one topic only.
-            let is_possible = !name.is_bridged() || topic.announced != Announced::OnceMet;
             match direction {
                 Direction::Publish => {
-                    let publisher = is_possible
-                        .then(|| publish(shared, config, session, (number, topic), key))
-                        .transpose()?;
+                    let publisher = publish(shared, config, session, (number, topic), key)?;
                     declared.publishers.push(publisher);
                 }
-                _ if !is_possible => {}
                 Direction::Subscribe => {
                     if topic.quality.latched {
                         let caches = latched::find_caches(session, &key, shared, number)?;
@@ -80,10 +74,7 @@ pub(crate) fn declare(
             }
         }
     }
-    declared.announcements.update(config, session)?;
-    if name.is_bridged() {
-        return Ok(declared);
-    }
+    declared.announcements.update(shared, config, session)?;
     let (shared, name, id) = (Arc::clone(shared), name.clone(), id.to_string());
     let all_tokens_key = name.all_tokens();
     let all_tokens = session

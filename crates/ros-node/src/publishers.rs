@@ -32,8 +32,7 @@ pub(crate) struct Publishers(Mutex<Sending>);
 
 #[derive(Debug, Default)]
 pub(crate) struct Sending {
-    /// None for a topic that a bridge cannot have.
-    publishers: Vec<Option<DeclaredPublisher>>,
+    publishers: Vec<DeclaredPublisher>,
     /// Until when the thread sends alone.
     rests_until: Option<Instant>,
 }
@@ -52,7 +51,7 @@ pub(crate) struct DeclaredPublisher {
 
 impl Publishers {
     /// Sets the publishers of a session.
-    pub(crate) fn set(&self, publishers: Vec<Option<DeclaredPublisher>>) {
+    pub(crate) fn set(&self, publishers: Vec<DeclaredPublisher>) {
         lock(&self.0).publishers = publishers;
     }
 
@@ -82,7 +81,7 @@ impl Sending {
     /// Sends a message. What cannot be sent is lost, as on an unreliable network; the check of the connection reports the
     /// reason.
     pub(crate) fn put(&mut self, publication: usize, message: Vec<u8>) {
-        let Some(Some(publisher)) = self.publishers.get_mut(publication) else {
+        let Some(publisher) = self.publishers.get_mut(publication) else {
             return;
         };
         let (begin, is_small) = (Instant::now(), message.len() <= SMALL);

@@ -107,7 +107,7 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
         if met.into_iter().fold(false, |is_new, (direction, number)| {
             announcements.meet(direction, number) || is_new
         }) {
-            let _ = announcements.update(config, session);
+            let _ = announcements.update(shared, config, session);
         }
         shared.send_waiting(ending);
         for (request, response) in replies {

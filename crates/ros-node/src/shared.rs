@@ -32,6 +32,8 @@ pub(crate) struct Shared {
     pub(crate) publishers: Publishers,
     changed: Condvar,
     subscribed: Vec<AtomicBool>,
+    /// Whether messages of each publication and of each subscription pass: to a bridge, those of one type of a topic.
+    passing: [Vec<AtomicBool>; 2],
     /// The bytes at the end of each publication's messages that are not sent.
     missing: Vec<usize>,
     arrived: Vec<Mutex<Inbox>>,
@@ -121,6 +123,8 @@ impl Shared {
             publishers: Publishers::default(),
             changed: Condvar::new(),
             subscribed: publications.iter().map(|_| AtomicBool::new(false)).collect(),
+            passing: [publications, &config.subscriptions]
+                .map(|topics| topics.iter().map(|_| AtomicBool::new(true)).collect()),
             missing: publications
                 .iter()
                 .map(|topic| missing(&config.name, topic).len())
@@ -155,6 +159,17 @@ impl Shared {
 
     pub(crate) fn has_subscribers(&self, publication: usize) -> bool {
         self.subscribed[publication].load(Ordering::Relaxed)
+            && self.passing[0][publication].load(Ordering::Relaxed)
+    }
+
+    /// Sets whether messages of a topic pass. Those of a service always do.
+    pub(crate) fn set_passing(&self, (direction, number): (Direction, usize), is_passing: bool) {
+        let topics = match direction {
+            Direction::Publish => &self.passing[0],
+            Direction::Subscribe => &self.passing[1],
+            Direction::Serve | Direction::Call => return,
+        };
+        topics[number].store(is_passing, Ordering::Relaxed);
     }
 
     pub(crate) fn has_sent(&self, publication: usize) -> bool {
@@ -336,6 +351,9 @@ impl Shared {
     /// Stores a message. One of the past, from a cache, is dropped if a newer one of its publication came before, and so is
     /// a command of this process.
     pub(crate) fn arrive(&self, subscription: usize, sample: &Sample, is_past: bool) {
+        if !self.passing[1][subscription].load(Ordering::Relaxed) {
+            return;
+        }
         let mut inbox = lock(&self.arrived[subscription]);
         let attachment = sample.attachment().map(ZBytes::to_bytes);
         let source = attachment.as_deref().and_then(parse);

@@ -88,10 +88,12 @@ impl VelocityPublisher {
         }
     }
 
-    /// Publishes a velocity of this instant, stamped only if somebody subscribes to that.
+    /// Publishes a velocity of this instant in each form to which somebody subscribes.
     pub(crate) fn publish(&self, cx: &Context, connection: &RosConnection, twist: &Twist) {
         let node = &connection.node;
-        node.publish(self.first, vec![self.plain.encode(twist)]);
+        if node.has_subscribers(self.first) {
+            node.publish(self.first, vec![self.plain.encode(twist)]);
+        }
         if node.has_subscribers(self.first + 1) {
             let stamped = TwistStamped {
                 header: Header {

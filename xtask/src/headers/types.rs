@@ -17,7 +17,7 @@ pub(super) fn header() -> String {
          #ifdef __cplusplus\nextern \"C\" {\n#endif\n\n\
          /** A jde_field at the offset `element`, for the tables below. */\n\
          #define JDE_FIELD(name, element, length, kind, form, capacity, doc, unit, type) \\\n    \
-         {(uint32_t)sizeof(jde_field), kind, form, capacity, name, doc, unit, element, length, type}\n",
+         {(uint32_t)sizeof(jde_field), kind, form, capacity, name, doc, unit, element, length, type, 0u, 0u}\n",
     );
     for ty in jde_types::standard() {
         write_type(&ty, &mut out);

@@ -42,18 +42,20 @@ struct PortData {
     difference: Option<String>,
 }
 
-/// Returns the names of all types of value in the plugins.
+/// Returns the names of the standard types of value and of those in the plugins.
 pub(crate) fn names(plugins: &[DescribedPlugin]) -> Vec<String> {
-    types(plugins).into_keys().map(str::to_owned).collect()
+    let standard = jde_types::standard();
+    types(plugins, &standard).into_keys().map(str::to_owned).collect()
 }
 
 impl ValueTypeData {
     /// Finds a type by its name, with its package or without.
     ///
     /// # Errors
-    /// No plugin has the type. The error has the nearest name.
+    /// It is no standard type, and no plugin has it. The error has the nearest name.
     pub(crate) fn find(name: &str, plugins: &[DescribedPlugin]) -> Result<Self, Failure> {
-        let types = types(plugins);
+        let standard = jde_types::standard();
+        let types = types(plugins, &standard);
         let in_full = name.contains('/');
         let plain = |full| if in_full { full } else { without_package(full) };
         let found = types.iter().find(|(full, _)| plain(full) == name);
@@ -109,11 +111,12 @@ impl ValueTypeData {
 }
 
 /// Every type of the plugins' ports, and every type within these.
-fn types(plugins: &[DescribedPlugin]) -> BTreeMap<&str, &Type> {
+fn types<'a>(plugins: &'a [DescribedPlugin], standard: &'a [Type]) -> BTreeMap<&'a str, &'a Type> {
     let mut found = BTreeMap::new();
     let schemas = plugins.iter().flat_map(|plugin| &plugin.description.schemas);
     let mut pending: Vec<&Type> = schemas
         .flat_map(|schema| schema.ports.iter().map(|port| &*port.value_type))
+        .chain(standard)
         .collect();
     while let Some(value_type) = pending.pop() {
         found.insert(&*value_type.name, value_type);

@@ -18,6 +18,8 @@ const DEFAULT_DEPTH: usize = 42;
 pub(crate) const NO_HASH: &str = "TypeHashNotSupported";
 /// Replaces each `/` in a name within a token, and stands for an empty name.
 const SLASH: &str = "%";
+/// Replaces each `/` in a name within a token of a bridge.
+const BRIDGE_SLASH: &str = "§";
 
 /// A node, as ROS 2 identifies it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -146,9 +148,12 @@ impl NodeName {
         format!("{TOKENS}/{domain}/{session}/0/0/NN/{SLASH}/{namespace}/{node}")
     }
 
-    /// The key expression of all tokens in the domain.
+    /// The key expression of all tokens in the domain, or of those of a bridge.
     pub fn all_tokens(&self) -> String {
-        format!("{TOKENS}/{}/**", self.domain)
+        match self.is_bridged() {
+            true => format!("@/*/{TOKENS}/**"),
+            false => format!("{TOKENS}/{}/**", self.domain),
+        }
     }
 }
 
@@ -217,9 +222,14 @@ impl Topic {
         )
     }
 
-    /// Whether a token of another node announces this topic in the opposite direction.
+    /// Whether a token of another node, or of a bridge, announces this topic in the opposite direction.
     #[must_use]
     pub fn meets(&self, direction: Direction, token: &str) -> bool {
+        if let Some((kind, topic, type_name)) = bridge_token(token) {
+            return kind == direction.opposite().kind()
+                && topic == self.name.trim_matches('/')
+                && type_name == self.type_name;
+        }
         EntityToken::parse(token).is_some_and(|token| self.is_announced_by(direction.opposite(), &token))
     }
 
@@ -286,6 +296,21 @@ impl Topic {
     fn dds(&self) -> String {
         dds_from_canonical(&self.type_name).unwrap_or_else(|| self.type_name.replace('/', SLASH))
     }
+}
+
+/// Returns the kind, the topic and the type of a token by which `zenoh-bridge-ros2dds` announces that it passes a topic on:
+/// `@/SESSION/@ros2_lv/KIND/TOPIC/TYPE/QUALITY`, with another letter for each slash within a part.
+fn bridge_token(token: &str) -> Option<(&str, String, String)> {
+    let parts: Vec<&str> = token.split('/').collect();
+    // Services have no quality.
+    let ["@", _, TOKENS, kind, topic, type_name, _] = parts[..] else {
+        return None;
+    };
+    Some((
+        kind,
+        topic.replace(BRIDGE_SLASH, "/"),
+        type_name.replace(BRIDGE_SLASH, "/"),
+    ))
 }
 
 impl<'t> EntityToken<'t> {

@@ -172,7 +172,7 @@ fn a_robot_whose_laser_never_speaks_is_reported_once() {
     let session = open_router(&address);
     let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
     let said = "nothing has come on /scan yet";
-    let mut turn = |fixture: &mut Fixture<Base>, later: Duration| {
+    let turn = |fixture: &mut Fixture<Base>, later: Duration| {
         put(&session, "/odom", &Odometry::default());
         fixture.bench.set_now(fixture.start.elapsed() + later);
         fixture.bench.iterate().unwrap();
