@@ -5,12 +5,14 @@
 mod differs;
 mod limits;
 mod lists;
+mod notation;
 
 use std::fmt;
 use std::sync::Arc;
 
 pub use limits::{Limits, NotAllowed};
 pub use lists::PortList;
+pub use notation::RosNotation;
 
 /// A plugin.
 #[derive(Clone, Debug, PartialEq)]
@@ -187,15 +189,6 @@ pub struct Field {
     pub offset: usize,
     /// How the interface of ROS 2 differs.
     pub notation: RosNotation,
-}
-
-/// What the interface of ROS 2 states of a field and its values do not show. Only the hash of its type depends on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RosNotation {
-    /// Its elements are a `byte`, which is a [`Scalar::U8`] here.
-    pub is_byte: bool,
-    /// Its capacity is a bound in ROS 2 too. Otherwise a text or a sequence has none there.
-    pub is_bounded: bool,
 }
 
 /// Kind of a field's elements.

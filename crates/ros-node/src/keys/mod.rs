@@ -4,11 +4,14 @@
 //! The format follows the design page of rmw_zenoh,
 //! <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
 
+mod tokens;
+
 use std::time::Duration;
 
 use hiroz_schema::{dds_from_canonical, ros_from_dds_strict};
 use jde_ros::interface::Interfaces;
 use jde_ros::{Type, definition, hash};
+use tokens::{EntityToken, bridge_token};
 
 /// Prefix of tokens.
 const TOKENS: &str = "@ros2_lv";
@@ -18,9 +21,6 @@ const DEFAULT_DEPTH: usize = 42;
 pub(crate) const NO_HASH: &str = "TypeHashNotSupported";
 /// Replaces each `/` in a name within a token, and stands for an empty name.
 const SLASH: &str = "%";
-/// Replaces each `/` in a name within a token of a bridge.
-const BRIDGE_SLASH: &str = "§";
-
 /// A node, as ROS 2 identifies it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeName {
@@ -70,17 +70,6 @@ pub struct Topic {
     /// Whether its messages command a robot. Those of this process are not received, since they would repeat themselves, and
     /// another node that publishes them is remarked.
     pub is_command: bool,
-}
-
-/// The parts of the token of a topic or a service.
-struct EntityToken<'t> {
-    session: &'t str,
-    kind: &'t str,
-    namespace: &'t str,
-    node: &'t str,
-    topic: &'t str,
-    dds: &'t str,
-    hash: &'t str,
 }
 
 /// When other nodes discover a topic.
@@ -295,62 +284,6 @@ impl Topic {
     /// The name of its type in keys, such as `sensor_msgs::msg::dds_::LaserScan_`.
     fn dds(&self) -> String {
         dds_from_canonical(&self.type_name).unwrap_or_else(|| self.type_name.replace('/', SLASH))
-    }
-}
-
-/// Returns the kind, the topic and the type of a token by which `zenoh-bridge-ros2dds` announces that it passes a topic on:
-/// `@/SESSION/@ros2_lv/KIND/TOPIC/TYPE/QUALITY`, with another letter for each slash within a part.
-fn bridge_token(token: &str) -> Option<(&str, String, String)> {
-    let parts: Vec<&str> = token.split('/').collect();
-    // Services have no quality.
-    let ["@", _, TOKENS, kind, topic, type_name, _] = parts[..] else {
-        return None;
-    };
-    Some((
-        kind,
-        topic.replace(BRIDGE_SLASH, "/"),
-        type_name.replace(BRIDGE_SLASH, "/"),
-    ))
-}
-
-impl<'t> EntityToken<'t> {
-    /// Returns the parts of a token; `None` for that of a node, or of something else.
-    fn parse(token: &'t str) -> Option<Self> {
-        let parts: Vec<&str> = token.splitn(14, '/').collect();
-        let [
-            TOKENS,
-            _,
-            session,
-            _,
-            _,
-            kind,
-            _,
-            namespace,
-            node,
-            topic,
-            dds,
-            hash,
-            _,
-            ..,
-        ] = parts[..]
-        else {
-            return None;
-        };
-        Some(Self {
-            session,
-            kind,
-            namespace,
-            node,
-            topic,
-            dds,
-            hash,
-        })
-    }
-
-    /// The full name of its node, such as `/robot/pioneer`.
-    fn full_name(&self) -> String {
-        let namespace = self.namespace.replace(SLASH, "/");
-        format!("{}/{}", namespace.trim_end_matches('/'), self.node)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The drivers against Zenoh sessions in this process, over real sockets of the loopback interface.
 
 mod base;
+mod bridge;
 mod commands;
 mod connections;
 mod goals;

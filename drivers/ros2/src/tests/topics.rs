@@ -1,10 +1,5 @@
 //! The topics that a jde robot publishes, and the velocities that it executes.
 
-use std::collections::BTreeSet;
-
-use jde_ros_node::Direction;
-use zenoh::sample::SampleKind;
-
 use super::*;
 use crate::messages::PoseWithCovarianceStamped;
 use crate::tf::Transforms;
@@ -234,50 +229,6 @@ fn a_velocity_is_exported_while_it_is_fresh() {
     });
     fixture.bench.sleep().unwrap();
     assert_eq!(fixture.bench.exported::<Twist>("cmd_vel"), None);
-}
-
-#[test]
-fn a_stamped_velocity_is_received_and_announced_once_another_node_has_one() {
-    let address = unused_address();
-    let session = open_router(&address);
-    let tokens = tokens(&session, "@ros2_lv/3/**");
-    let mut fixture = Fixture::<Topics>::with_lists(&address, &[velocity("cmd_vel")]).awake();
-    fixture.until_note(Connection::CONNECTED, &address);
-    let stamped = TwistStamped {
-        twist: Twist::planar(0.3, 0.1),
-        ..TwistStamped::default()
-    };
-    fixture.until(|bench| {
-        put(&session, "/cmd_vel", &stamped);
-        bench.exported("cmd_vel") == Some(stamped.twist)
-    });
-    let mut announced = BTreeSet::new();
-    let mut announced = move || {
-        for sample in std::iter::from_fn(|| tokens.try_recv().unwrap()) {
-            let token = sample.key_expr().to_string();
-            let Some(token) = token
-                .contains("/MS/")
-                .then(|| token.split('/').nth(10).unwrap().to_owned())
-            else {
-                continue;
-            };
-            match sample.kind() {
-                SampleKind::Put => announced.insert(token),
-                SampleKind::Delete => announced.remove(&token),
-            };
-        }
-        announced
-            .iter()
-            .map(|dds| dds.rsplit(':').next().unwrap().to_owned())
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(announced(), ["Twist_"], "nobody uses the other");
-    let announce = |token: String| session.liveliness().declare_token(token).wait().unwrap();
-    let _stamped = announce(topic::<TwistStamped>("/cmd_vel").token(&name(), "ab12", Direction::Publish, 1));
-    fixture.until(|_| announced() == ["TwistStamped_"]);
-    let _plain = announce(topic::<Twist>("/cmd_vel").token(&name(), "ab12", Direction::Publish, 2));
-    fixture.until(|_| announced() == ["TwistStamped_", "Twist_"]);
-    assert_eq!(count_log(&fixture.bench, "nothing passes"), 0);
 }
 
 #[test]
