@@ -9,6 +9,9 @@ use jde_ros::definition;
 use crate::turns::TOPIC;
 use crate::{Channel, Recording, panel, record};
 
+/// The largest value of a type whose capacities no recording states, bytes.
+const MOST_BYTES: usize = 16 << 20;
+
 /// A variable of a recording.
 pub struct RecordedVariable {
     /// Its full name.
@@ -99,16 +102,36 @@ pub fn value_type(channel: &Channel) -> Result<Type, String> {
             if channel.definition_encoding != "ros2msg" {
                 return Err(reason);
             }
-            let capacity = |_: &str| definition::UNBOUNDED_CAPACITY;
-            let known = |name: &str| known(name).map(Arc::new);
-            return definition::read_interface(&channel.type_name, &text, capacity, known)
-                .map_err(|error| error.to_string());
+            return foreign_type(&channel.type_name, &text, known);
         };
         if channel.definition_encoding == "ros2msg" && !definition::has_fields(&text, &standard) {
             return Err("its fields are not those of the standard type of this name".to_owned());
         }
         Ok(standard)
     })
+}
+
+/// Returns a type that is none of jde's, with the usual capacity of fields without a bound. What it contains is of the
+/// standard type of the same name if that has the recorded fields.
+fn foreign_type(name: &str, text: &str, standard: impl Fn(&str) -> Option<Type>) -> Result<Type, String> {
+    let recorded = definition::split(name, text);
+    let known = |inner: &str| {
+        let standard = standard(inner)?;
+        let find = |name: &str| recorded.get(name).cloned();
+        let own = definition::gather(inner, find, |_| false).ok()?;
+        definition::has_fields(&own, &standard).then(|| Arc::new(standard))
+    };
+    let capacity = |_: &str| definition::UNBOUNDED_CAPACITY;
+    let found = definition::read_interface(name, text, capacity, known).map_err(|error| error.to_string())?;
+    match found.bytes <= MOST_BYTES {
+        true => Ok(found),
+        false => Err(format!(
+            "with room for {} elements of each field without a bound it has {} MB, and at most {} MB are played",
+            definition::UNBOUNDED_CAPACITY,
+            found.bytes >> 20,
+            MOST_BYTES >> 20
+        )),
+    }
 }
 
 /// Whether a channel contains values, instead of what a run reports of itself.

@@ -14,10 +14,10 @@ use crate::attachment::gid;
 use crate::keys::{Announced, Direction, Topic, mismatch, rival};
 use crate::latched::{self, Cache};
 use crate::node::NodeConfig;
-use crate::own_commands::OwnCommands;
+use crate::own::OwnCommands;
 use crate::publishers::DeclaredPublisher;
 use crate::services;
-use crate::shared::Shared;
+use crate::shared::{Meeting, Shared};
 
 /// All declarations. Dropping them undeclares them.
 pub(crate) struct Declared {
@@ -75,11 +75,10 @@ pub(crate) fn declare(
         }
     }
     declared.announcements.update(shared, config, session)?;
-    let (shared, name, id) = (Arc::clone(shared), name.clone(), id.to_string());
-    let all_tokens_key = name.all_tokens();
+    let shared = Arc::clone(shared);
     let all_tokens = session
         .liveliness()
-        .declare_subscriber(all_tokens_key)
+        .declare_subscriber(name.all_tokens())
         .history(true)
         .callback(move |sample| {
             let appears = sample.kind() == SampleKind::Put;
@@ -88,7 +87,7 @@ pub(crate) fn declare(
                 compare(&shared, *direction, topics, token, appears);
                 if appears
                     && *direction == Direction::Publish
-                    && let Some(remark) = rival(topics, &name, &id, token)
+                    && let Some(remark) = rival(topics, token)
                 {
                     shared.remark(remark);
                 }
@@ -108,8 +107,12 @@ fn compare(shared: &Shared, direction: Direction, topics: &[Topic], token: &str,
         if direction == Direction::Call {
             shared.set_server(number, token, appears);
         }
-        if appears && topic.announced != Announced::Always {
-            shared.meet(direction, number);
+        if topic.announced != Announced::Always {
+            shared.meet(Meeting {
+                place: (direction, number),
+                token: token.to_owned(),
+                appears,
+            });
         }
     }
     if let Some(remark) = mismatch(topics, direction, token).filter(|_| appears) {
@@ -140,12 +143,13 @@ fn publish(
         })
         .wait()?;
     let shared_in_callback = Arc::clone(shared);
+    // Zenoh calls a new listener if there are subscribers already.
+    shared.set_subscribed(number, false);
     publisher
         .matching_listener()
         .callback(move |status| shared_in_callback.set_subscribed(number, status.matching()))
         .background()
         .wait()?;
-    shared.set_subscribed(number, publisher.matching_status().wait()?.matching());
     let gid = gid(&token(config, session, (Direction::Publish, number), topic));
     Ok(DeclaredPublisher {
         publisher,

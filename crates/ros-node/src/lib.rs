@@ -14,7 +14,7 @@ mod latched;
 pub mod names;
 mod node;
 mod outbox;
-mod own_commands;
+mod own;
 mod publishers;
 mod remaps;
 mod services;

@@ -204,6 +204,12 @@ impl Node {
         self.0.has_sent(publication)
     }
 
+    /// Whether a message of this publication waits for the thread. If so, the owner is called as for an arrival once messages
+    /// were taken.
+    pub fn is_waiting(&self, publication: usize) -> bool {
+        self.0.is_waiting(publication)
+    }
+
     /// Sends a message at once if nothing waits, or submits messages and replaces those that were not sent yet.
     pub fn publish(&self, publication: usize, messages: Vec<Vec<u8>>) {
         self.0.publish(publication, messages);

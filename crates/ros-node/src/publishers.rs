@@ -16,7 +16,7 @@ use zenoh::pubsub::Publisher;
 use crate::attachment::{Gid, attachment_now};
 use crate::keys::BATCH_BYTES;
 use crate::latched::Cache;
-use crate::own_commands::OwnCommands;
+use crate::own::OwnCommands;
 use crate::shared::lock;
 
 /// The size up to which the owner sends, bytes.

@@ -11,6 +11,7 @@ use crate::declare::{Declared, declare, token};
 use crate::error::describe_error;
 use crate::keys::Direction;
 use crate::node::{NodeConfig, NodeState};
+use crate::own::remember_session;
 use crate::shared::{Shared, Work};
 use crate::{latched, services};
 
@@ -65,6 +66,7 @@ pub(crate) fn run(shared: &Arc<Shared>, config: &NodeConfig) {
 
 fn open(shared: &Arc<Shared>, config: &NodeConfig) -> zenoh::Result<(Session, Declared)> {
     let session = zenoh::open(config.config.clone()).wait()?;
+    remember_session(session.zid().to_string());
     let declared = declare(shared, config, &session)?;
     Ok((session, declared))
 }
@@ -103,11 +105,11 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
             met,
             ending,
         } = shared.work(CHECK_PERIOD);
-        let announcements = &mut declared.announcements;
-        if met.into_iter().fold(false, |is_new, (direction, number)| {
-            announcements.meet(direction, number) || is_new
-        }) {
-            let _ = announcements.update(shared, config, session);
+        if !met.is_empty() {
+            met.into_iter()
+                .for_each(|meeting| declared.announcements.record(meeting));
+            // What cannot be announced is tried again at the next meeting.
+            let _ = declared.announcements.update(shared, config, session);
         }
         shared.send_waiting(ending);
         for (request, response) in replies {

@@ -10,10 +10,10 @@ use zenoh::bytes::ZBytes;
 use zenoh::sample::Sample;
 
 use crate::attachment::{Gid, parse};
-use crate::keys::{Direction, missing};
+use crate::keys::{Announced, Direction, Topic, missing};
 use crate::node::{Arrival, NodeConfig, NodeState, ReceivedMessage};
 use crate::outbox::Outbox;
-use crate::own_commands::OwnCommands;
+use crate::own::OwnCommands;
 use crate::publishers::Publishers;
 use crate::services::{Request, Response};
 
@@ -46,6 +46,17 @@ pub(crate) struct Shared {
     status: Mutex<NodeStatus>,
 }
 
+/// Another node, or a bridge, begins or ends to have a topic in the opposite direction.
+#[derive(Debug)]
+pub(crate) struct Meeting {
+    /// The direction of the own topic, and its number there.
+    pub(crate) place: (Direction, usize),
+    /// The token of the other one.
+    pub(crate) token: String,
+    /// Whether it begins.
+    pub(crate) appears: bool,
+}
+
 #[derive(Debug)]
 struct SendQueue {
     /// The messages to send next, per publication.
@@ -57,7 +68,9 @@ struct SendQueue {
     /// Publications to query for their newest messages: subscription, and key.
     caches: Vec<(usize, String)>,
     /// Topics that other nodes have in the opposite direction, and that are to be announced.
-    met: Vec<(Direction, usize)>,
+    met: Vec<Meeting>,
+    /// Whether the owner waits until messages are taken.
+    is_awaited: bool,
     ending: bool,
     ended: bool,
 }
@@ -101,8 +114,8 @@ pub(crate) struct Work {
     pub(crate) replies: Vec<(Request, Result<Vec<u8>, String>)>,
     /// Publications to query for their newest messages: subscription, and key.
     pub(crate) caches: Vec<(usize, String)>,
-    /// Directions and numbers of topics to announce.
-    pub(crate) met: Vec<(Direction, usize)>,
+    /// What other nodes have, or no longer have.
+    pub(crate) met: Vec<Meeting>,
     /// Whether the node must end afterwards.
     pub(crate) ending: bool,
 }
@@ -110,6 +123,7 @@ pub(crate) struct Work {
 impl Shared {
     pub(crate) fn new(config: &NodeConfig) -> Self {
         let publications = &config.publications;
+        let passes_first = |topic: &Topic| !config.name.is_bridged() || topic.announced != Announced::OnceMet;
         Self {
             queue: Mutex::new(SendQueue {
                 outboxes: publications.iter().map(Outbox::new).collect(),
@@ -117,14 +131,19 @@ impl Shared {
                 replies: Vec::new(),
                 caches: Vec::new(),
                 met: Vec::new(),
+                is_awaited: false,
                 ending: false,
                 ended: false,
             }),
             publishers: Publishers::default(),
             changed: Condvar::new(),
             subscribed: publications.iter().map(|_| AtomicBool::new(false)).collect(),
-            passing: [publications, &config.subscriptions]
-                .map(|topics| topics.iter().map(|_| AtomicBool::new(true)).collect()),
+            passing: [publications, &config.subscriptions].map(|topics| {
+                topics
+                    .iter()
+                    .map(|topic| AtomicBool::new(passes_first(topic)))
+                    .collect()
+            }),
             missing: publications
                 .iter()
                 .map(|topic| missing(&config.name, topic).len())
@@ -174,6 +193,13 @@ impl Shared {
 
     pub(crate) fn has_sent(&self, publication: usize) -> bool {
         lock(&self.queue).outboxes[publication].is_empty()
+    }
+
+    pub(crate) fn is_waiting(&self, publication: usize) -> bool {
+        let mut queue = lock(&self.queue);
+        let is_waiting = !queue.outboxes[publication].is_empty();
+        queue.is_awaited |= is_waiting;
+        is_waiting
     }
 
     /// Sends a message at once, or submits messages and replaces those that were not sent yet.
@@ -310,7 +336,13 @@ impl Shared {
         let mut sending = self.publishers.wait();
         let now = Instant::now();
         let take = |outbox: &mut Outbox| outbox.take(now, is_ending);
-        let batches: Vec<_> = lock(&self.queue).outboxes.iter_mut().map(take).collect();
+        let mut queue = lock(&self.queue);
+        let batches: Vec<_> = queue.outboxes.iter_mut().map(take).collect();
+        let is_awaited = std::mem::take(&mut queue.is_awaited);
+        drop(queue);
+        if is_awaited {
+            self.arrival.call();
+        }
         for (publication, batch) in batches.into_iter().enumerate() {
             for message in batch {
                 sending.put(publication, message);
@@ -318,9 +350,9 @@ impl Shared {
         }
     }
 
-    /// Reports that another node has this topic in the opposite direction.
-    pub(crate) fn meet(&self, direction: Direction, number: usize) {
-        lock(&self.queue).met.push((direction, number));
+    /// Reports what another node has in the opposite direction.
+    pub(crate) fn meet(&self, meeting: Meeting) {
+        lock(&self.queue).met.push(meeting);
         self.changed.notify_one();
     }
 

@@ -392,7 +392,10 @@ impl Schema for Robot {
         let seen = [velocity, reach].map(|command| command.in_force().then_some(command.linear.x));
         let scenario = Scenario::of(self.scenario.get(cx));
         let before = std::mem::replace(&mut self.last, seen);
-        // A neutral command and no command both count as braked.
+        // A brake is no command (R9). The schemas of the tests command no zero.
+        if seen.contains(&Some(0.0)) {
+            scenario.record(|| format!("{} takes a brake for a command", cx.name()));
+        }
         let speeds = |seen: [Option<f64>; 2]| seen.map(|speed| speed.unwrap_or(0.0));
         record_commands(&scenario, cx.name(), speeds(before), speeds(seen));
         self.call(cx, Call::Iterate)?;

@@ -107,3 +107,34 @@ impl Deref for ValueBytes {
         &self.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use jde_types::{Text, Value as _};
+
+    use super::*;
+
+    #[test]
+    fn values_that_are_kept_stay_as_they_are_and_memory_is_used_again() {
+        let value_type = Text::<60>::describe();
+        let mut memory = ValueMemory::default();
+        let mut decode = |text: &str| {
+            let mut message = Vec::new();
+            cdr::encode(&value_type, Text::<60>::new(text).as_bytes(), &mut message);
+            memory.decode(&value_type, &[&message]).unwrap()
+        };
+        let text = |bytes: &ValueBytes| Text::<60>::from_bytes(bytes).unwrap();
+        let first = decode("a long first text");
+        let second = decode("two");
+        let third = decode("three");
+        let expected = [("a long first text", &first), ("two", &second), ("three", &third)];
+        for (expected, bytes) in expected {
+            assert_eq!(text(bytes).as_str(), expected);
+        }
+        let place = second.as_ptr();
+        drop(second);
+        let fourth = decode("4");
+        assert_eq!((text(&fourth).as_str(), fourth.as_ptr()), ("4", place));
+        assert_eq!(text(&first).as_str(), "a long first text");
+    }
+}

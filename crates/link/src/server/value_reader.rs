@@ -113,3 +113,57 @@ impl AsRef<[u8]> for HeldBytes {
         &self.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use jde_board::{Access, Board, Declaration};
+    use jde_types::{Image, Text, Value as _};
+
+    use super::*;
+
+    #[test]
+    fn a_message_keeps_its_value_while_newer_ones_are_written_and_read() {
+        let value_type = Arc::new(Image::describe());
+        let board = Board::new();
+        let variable = board
+            .declare(Declaration {
+                owner: "camera".to_owned(),
+                name: "image".to_owned(),
+                value_type: Arc::clone(&value_type),
+                unit: String::new(),
+                doc: String::new(),
+                access: Access::Export,
+                limits: jde_abi::describe::Limits::default(),
+                initial: None,
+                writers: 1,
+                readers: 1,
+            })
+            .unwrap();
+        let mut writer = variable.writer(0, "camera").unwrap();
+        let mut reader = ValueReader::new(&variable);
+        assert!(reader.latch().is_none());
+        let mut messages = Vec::new();
+        for number in 0..6_u8 {
+            let mut image = Image::boxed();
+            image.encoding = Text::new("mono8");
+            image.data.resize(100_000).fill(number);
+            writer.loan().copy_from_slice(image.as_bytes());
+            writer.publish(0, u64::MAX).unwrap();
+            assert!(reader.latch().is_some());
+            messages.push(reader.message());
+            if number == 3 {
+                messages.drain(..2);
+            }
+        }
+        let read = |message: &ZBytes| {
+            let pieces: Vec<_> = message.slices().collect();
+            assert!(pieces.len() > 1, "the picture is not copied");
+            let mut image = Image::boxed();
+            cdr::decode_pieces(&value_type, &pieces, image.as_bytes_mut()).unwrap();
+            assert_eq!((image.encoding.as_str(), image.data.len()), ("mono8", 100_000));
+            assert!(image.data.iter().all(|pixel| *pixel == image.data[0]));
+            image.data[0]
+        };
+        assert_eq!(messages.iter().map(read).collect::<Vec<_>>(), [2, 3, 4, 5]);
+    }
+}

@@ -13,6 +13,8 @@ use jde_ros::interface::Interfaces;
 use jde_ros::{Type, definition, hash};
 use tokens::{EntityToken, bridge_token};
 
+use crate::own::is_own_session;
+
 /// Prefix of tokens.
 const TOKENS: &str = "@ros2_lv";
 /// The depth that tokens leave out.
@@ -231,15 +233,22 @@ impl Topic {
     }
 
     /// Returns a remark if this topic commands a robot and a token announces that another node publishes it too.
-    fn rival(&self, name: &NodeName, session: &str, token: &str) -> Option<String> {
-        let token = EntityToken::parse(token).filter(|token| token.session != session)?;
-        let is_rival = self.is_command
-            && token.full_name() != name.full()
-            && self.is_announced_by(Direction::Publish, &token);
-        is_rival.then(|| {
+    fn rival(&self, token: &str) -> Option<String> {
+        if !self.is_command {
+            return None;
+        }
+        let who = if let Some((kind, topic, _)) = bridge_token(token) {
+            let is_rival = kind == Direction::Publish.kind() && topic == self.name.trim_matches('/');
+            is_rival.then(|| "a program behind the bridge".to_owned())
+        } else {
+            EntityToken::parse(token)
+                .filter(|token| !is_own_session(token.session))
+                .filter(|token| self.is_announced_by(Direction::Publish, token))
+                .map(|token| format!("node {}", token.full_name()))
+        };
+        who.map(|who| {
             format!(
-                "node {} publishes {} too, and its commands pass this application by",
-                token.full_name(),
+                "{who} publishes {} too, and its commands pass this application by",
                 self.name
             )
         })
@@ -353,8 +362,8 @@ pub(crate) fn mismatch(topics: &[Topic], direction: Direction, token: &str) -> O
 }
 
 /// Returns a remark if a node publishes a topic that commands a robot, and a token announces that another node does too.
-pub(crate) fn rival(topics: &[Topic], name: &NodeName, session: &str, token: &str) -> Option<String> {
-    topics.iter().find_map(|topic| topic.rival(name, session, token))
+pub(crate) fn rival(topics: &[Topic], token: &str) -> Option<String> {
+    topics.iter().find_map(|topic| topic.rival(token))
 }
 
 impl Direction {

@@ -28,7 +28,7 @@ pub(super) struct ActiveBase {
     pub(super) sonars: Sonars,
     pub(super) velocity: Option<VelocityPublisher>,
     pub(super) drive: Drive,
-    /// The time of the first iteration.
+    /// Since when messages of the robot come.
     pub(super) since: Option<Duration>,
     /// Buffer for scans, which are too large for a stack.
     pub(super) sweep: Box<Sweep>,
@@ -111,8 +111,12 @@ impl ActiveBase {
 
     /// Warns once if other messages of the robot come, and still none of its laser or of its odometry.
     pub(super) fn report_missing(&mut self, cx: &Context) {
+        if !self.has_received() {
+            self.since = None;
+            return;
+        }
         let since = *self.since.get_or_insert(cx.now());
-        if cx.now().saturating_sub(since) < PATIENCE || !self.has_received() {
+        if cx.now().saturating_sub(since) < PATIENCE {
             return;
         }
         let laser = self.laser.as_ref().and_then(TopicSubscription::unused);

@@ -27,6 +27,8 @@ pub(super) struct TopicPublication {
     form: MessageForm,
     /// Whether a value is sent without a subscriber too, for those that begin later.
     is_latched: bool,
+    /// Whether a value is encoded only once the message before was taken: one that would be replaced costs much.
+    is_large: bool,
     period: Duration,
     sent: u64,
     sent_at: Option<Duration>,
@@ -168,6 +170,7 @@ impl TopicPublication {
             number,
             form,
             is_latched: quality.latched,
+            is_large: topics[number].is_large,
             period: Duration::from_secs_f64(settings.period),
             sent: 0,
             sent_at: None,
@@ -199,6 +202,9 @@ impl TopicPublication {
         }
         let Some(value) = import.get(cx) else { return };
         if !self.is_due(cx.now(), value.sequence()) || !self.is_wanted(connection) {
+            return;
+        }
+        if self.is_large && node.is_waiting(self.number) {
             return;
         }
         (self.sent, self.sent_at) = (value.sequence(), Some(cx.now()));
