@@ -10,7 +10,8 @@ use zenoh::{Session, Wait};
 use crate::declare::token;
 use crate::keys::{Announced, Direction, Topic};
 use crate::node::NodeConfig;
-use crate::shared::{Meeting, Shared};
+use crate::send_queue::Meeting;
+use crate::shared::Shared;
 
 /// A topic: its direction, and its number there.
 type Place = (Direction, usize);

@@ -16,8 +16,9 @@ use crate::latched::{self, Cache};
 use crate::node::NodeConfig;
 use crate::own::OwnCommands;
 use crate::publishers::DeclaredPublisher;
+use crate::send_queue::Meeting;
 use crate::services;
-use crate::shared::{Meeting, Shared};
+use crate::shared::Shared;
 
 /// All declarations. Dropping them undeclares them.
 pub(crate) struct Declared {

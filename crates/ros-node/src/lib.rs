@@ -17,6 +17,7 @@ mod outbox;
 mod own;
 mod publishers;
 mod remaps;
+mod send_queue;
 mod services;
 mod session;
 mod settings;

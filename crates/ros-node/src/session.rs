@@ -12,7 +12,8 @@ use crate::error::describe_error;
 use crate::keys::Direction;
 use crate::node::{NodeConfig, NodeState};
 use crate::own::remember_session;
-use crate::shared::{Shared, Work};
+use crate::send_queue::Work;
+use crate::shared::Shared;
 use crate::{latched, services};
 
 /// Niceness of this thread and of Zenoh's threads, which inherit it, so that the robot's own threads take

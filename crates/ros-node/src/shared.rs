@@ -15,6 +15,7 @@ use crate::node::{Arrival, NodeConfig, NodeState, ReceivedMessage};
 use crate::outbox::Outbox;
 use crate::own::OwnCommands;
 use crate::publishers::Publishers;
+use crate::send_queue::{Meeting, SendQueue, Work};
 use crate::services::{Request, Response};
 
 /// Most remarks per node. They are remembered so that none is repeated.
@@ -44,35 +45,6 @@ pub(crate) struct Shared {
     pub(crate) sends: bool,
     arrival: Arrival,
     status: Mutex<NodeStatus>,
-}
-
-/// Another node, or a bridge, begins or ends to have a topic in the opposite direction.
-#[derive(Debug)]
-pub(crate) struct Meeting {
-    /// The direction of the own topic, and its number there.
-    pub(crate) place: (Direction, usize),
-    /// The token of the other one.
-    pub(crate) token: String,
-    /// Whether it begins.
-    pub(crate) appears: bool,
-}
-
-#[derive(Debug)]
-struct SendQueue {
-    /// The messages to send next, per publication.
-    outboxes: Vec<Outbox>,
-    /// Requests to send: client, number and message.
-    calls: Vec<(usize, i64, Vec<u8>)>,
-    /// Responses to send, or the reasons why there are none.
-    replies: Vec<(Request, Result<Vec<u8>, String>)>,
-    /// Publications to query for their newest messages: subscription, and key.
-    caches: Vec<(usize, String)>,
-    /// Topics that other nodes have in the opposite direction, and that are to be announced.
-    met: Vec<Meeting>,
-    /// Whether the owner waits until messages are taken.
-    is_awaited: bool,
-    ending: bool,
-    ended: bool,
 }
 
 /// The messages of a subscription that were not taken.
@@ -105,36 +77,12 @@ struct NodeStatus {
     past_remarks: Vec<String>,
 }
 
-/// The next work of the thread.
-#[derive(Debug, Default)]
-pub(crate) struct Work {
-    /// Requests to send: client, number and message.
-    pub(crate) calls: Vec<(usize, i64, Vec<u8>)>,
-    /// Responses to send, or the reasons why there are none.
-    pub(crate) replies: Vec<(Request, Result<Vec<u8>, String>)>,
-    /// Publications to query for their newest messages: subscription, and key.
-    pub(crate) caches: Vec<(usize, String)>,
-    /// What other nodes have, or no longer have.
-    pub(crate) met: Vec<Meeting>,
-    /// Whether the node must end afterwards.
-    pub(crate) ending: bool,
-}
-
 impl Shared {
     pub(crate) fn new(config: &NodeConfig) -> Self {
         let publications = &config.publications;
         let passes_first = |topic: &Topic| !config.name.is_bridged() || topic.announced != Announced::OnceMet;
         Self {
-            queue: Mutex::new(SendQueue {
-                outboxes: publications.iter().map(Outbox::new).collect(),
-                calls: Vec::new(),
-                replies: Vec::new(),
-                caches: Vec::new(),
-                met: Vec::new(),
-                is_awaited: false,
-                ending: false,
-                ended: false,
-            }),
+            queue: Mutex::new(SendQueue::new(publications)),
             publishers: Publishers::default(),
             changed: Condvar::new(),
             subscribed: publications.iter().map(|_| AtomicBool::new(false)).collect(),
@@ -492,22 +440,6 @@ impl Shared {
     pub(crate) fn end(&self) {
         lock(&self.queue).ended = true;
         self.changed.notify_all();
-    }
-}
-
-impl SendQueue {
-    /// How long there is nothing to do, at most `longest`.
-    fn pause(&self, longest: Duration) -> Duration {
-        let has_requests = !self.met.is_empty()
-            || !self.calls.is_empty()
-            || !self.replies.is_empty()
-            || !self.caches.is_empty();
-        if self.ending || has_requests {
-            return Duration::ZERO;
-        }
-        let now = Instant::now();
-        let pauses = self.outboxes.iter().filter_map(|outbox| outbox.pause(now));
-        pauses.fold(longest, Duration::min)
     }
 }
 
