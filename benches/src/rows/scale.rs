@@ -19,7 +19,7 @@ use crate::{bare, live, loaded};
 /// The number of schemas in real time.
 const MANY: usize = 1000;
 /// The number of nested groups.
-const DEEP: usize = 100;
+const DEEP: usize = 99;
 const MS: u64 = 1_000_000;
 /// The period of all schemas in lockstep, ns.
 const PERIOD: u64 = 50 * MS;
