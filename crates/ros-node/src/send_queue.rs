@@ -1,4 +1,4 @@
-//! What the owner of a node and Zenoh's threads submit to the thread of the node.
+//! What the owner of a node and Zenoh's threads submit to the thread of the node. It sends nothing and does not lock.
 
 use std::time::{Duration, Instant};
 
@@ -6,6 +6,7 @@ use crate::keys::{Direction, Topic};
 use crate::outbox::Outbox;
 use crate::services::Request;
 
+/// The work that waits for the thread.
 #[derive(Debug)]
 pub(crate) struct SendQueue {
     /// The messages to send next, per publication.
@@ -16,7 +17,7 @@ pub(crate) struct SendQueue {
     pub(crate) replies: Vec<(Request, Result<Vec<u8>, String>)>,
     /// Publications to query for their newest messages: subscription, and key.
     pub(crate) caches: Vec<(usize, String)>,
-    /// Topics that other nodes have in the opposite direction, and that are to be announced.
+    /// What other nodes have, or no longer have.
     pub(crate) met: Vec<Meeting>,
     /// Whether the owner waits until messages are taken.
     pub(crate) is_awaited: bool,

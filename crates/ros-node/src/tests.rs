@@ -11,6 +11,7 @@ use jde_watchdog::Watchdog;
 use serde_json::json;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
+use zenoh::query::{ConsolidationMode, ReplyKeyExpr};
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
@@ -211,6 +212,22 @@ fn a_latched_topic_has_its_newest_messages_for_subscriptions_of_any_time() {
     };
     assert!(receive(&early, 2).is_sorted());
     assert_eq!(receive(&subscribe("late"), 2), [1, 2]);
+    // A subscriber of rmw_zenoh queries twice, and knows a repeated message by its time.
+    let session = router.session.as_ref().unwrap();
+    let times = || {
+        let replies = session.get("**/@adv/pub/**").accept_replies(ReplyKeyExpr::Any);
+        let replies = replies.consolidation(ConsolidationMode::None).wait().unwrap();
+        let samples = replies.iter().map(|reply| reply.into_result().unwrap());
+        samples
+            .map(|sample| sample.timestamp().copied())
+            .collect::<Vec<_>>()
+    };
+    let first = times();
+    assert!(
+        first.len() == 2 && first[0] < first[1] && first[0].is_some(),
+        "{first:?}"
+    );
+    assert_eq!(times(), first);
     publisher.append(0, vec![3]);
     assert_eq!(receive(&early, 3), [3]);
 }
@@ -237,6 +254,29 @@ fn what_is_latched_before_a_router_answers_is_sent_later_and_a_call_ends() {
     .unwrap();
     let received = until(|| subscriber.take(0));
     assert_eq!(received.message.to_bytes()[0], 7);
+}
+
+#[test]
+fn the_owner_of_a_message_that_waits_is_called_once_it_was_taken() {
+    let mut router = Router::closed();
+    let (sender, calls) = mpsc::channel();
+    let sender = Mutex::new(sender);
+    let publisher = Node::start(NodeConfig {
+        publications: vec![Topic::new(
+            "/map".to_owned(),
+            &Twist::describe(),
+            Quality::LATCHED,
+        )],
+        arrival: Arrival::new(move || sender.lock().unwrap().send(()).unwrap_or_default()),
+        ..router.node("publisher")
+    })
+    .unwrap();
+    assert!(!publisher.is_waiting(0));
+    publisher.append(0, vec![7]);
+    assert!(publisher.is_waiting(0), "no router answers");
+    router.listen();
+    calls.recv().unwrap();
+    assert!(!publisher.is_waiting(0));
 }
 
 #[test]

@@ -242,6 +242,9 @@ fn a_type_without_a_reader_is_that_of_its_file_with_the_stated_capacities() {
         "{other}"
     );
     assert!(of("Other", "").contains("nothing defines the type `my_msgs/msg/Other`"));
+    let elsewhere = text("Cloud", "").replacen("interfaces = [", "interfaces = [\"nowhere\", ", 1);
+    let missing = read(&elsewhere, &[]).unwrap_err().to_string();
+    assert!(missing.contains("there is no folder `nowhere`"), "{missing}");
 }
 
 #[test]

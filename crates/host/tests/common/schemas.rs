@@ -394,7 +394,7 @@ impl Schema for Robot {
         let before = std::mem::replace(&mut self.last, seen);
         // A brake is no command (R9). The schemas of the tests command no zero.
         if seen.contains(&Some(0.0)) {
-            scenario.record(|| format!("{} takes a brake for a command", cx.name()));
+            return Err("a brake is read as a command in force".into());
         }
         let speeds = |seen: [Option<f64>; 2]| seen.map(|speed| speed.unwrap_or(0.0));
         record_commands(&scenario, cx.name(), speeds(before), speeds(seen));

@@ -83,9 +83,7 @@ impl ValueReader {
         if Arc::get_mut(&mut self.copied).is_none() {
             self.copied = Arc::default();
         }
-        let Some(copied) = Arc::get_mut(&mut self.copied) else {
-            return ZBytes::new();
-        };
+        let copied = Arc::make_mut(&mut self.copied);
         let value = Bytes::from_owner(HeldValue(Arc::clone(&self.reader)));
         let value_type = &self.reader.variable().describe().value_type;
         let uncopied = cdr::encode_in_place(value_type, &value, copied);

@@ -229,6 +229,12 @@ mod tests {
         assert_eq!(parsed.parameters[0].to_string(), "--set goon.fast=0.3");
         assert_eq!(parsed.filter, Some("info,goon=debug".parse().unwrap()));
         assert_eq!(super::parse(&[], String::new), Ok(ParsedRosArgs::default()));
+        let sim_time = |text: &str| super::tests::parsed(text).unwrap().sim_time;
+        assert!(sim_time("-p use_sim_time:=true") && sim_time("-p use_sim_time:=True"));
+        assert!(
+            !sim_time("-p use_sim_time:=true -p use_sim_time:=false"),
+            "the last counts"
+        );
     }
 
     #[test]
