@@ -1043,13 +1043,16 @@ struct jde_lists {
 };
 
 /**
- * A list of ports: a table of the application file whose entries are imports or exports of any type, each with
- * settings.
+ * A list of ports: a table of the application file whose entries are imports, exports or commands of any type, each
+ * with settings.
  */
 struct jde_port_list {
     /** Bytes of this table. */
     uint32_t size;
-    /** What the ports are: JDE_IMPORT or JDE_EXPORT. */
+    /**
+     * What the ports are: JDE_IMPORT, JDE_EXPORT, or of a driver JDE_COMMAND, whose neutral value is all
+     * zeros and which lets the driver iterate at once. Commands exist since minor version 8.
+     */
     uint32_t kind;
     /** Its name: that of the table in the application file. */
     const char *name;
@@ -1059,6 +1062,8 @@ struct jde_port_list {
     const jde_type *settings;
     /** The settings that an entry does not state, `settings->bytes` bytes. */
     const void *initial;
+    /** How long a command is in force without being repeated, ns, at least 1. Only for JDE_COMMAND, since minor version 8. */
+    uint64_t validity_ns;
 };
 
 /** A port of a list. */

@@ -10,6 +10,7 @@ use std::process::{ChildStdout, Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 
+use crate::package::python;
 use crate::shell::{self, ChildGuard};
 use crate::step::StepOutcome;
 use crate::test::Context;
@@ -23,6 +24,8 @@ const PEER: &str = "drivers/ros2/tests/peers/ros2_peer.py";
 const TOOLS: &str = "drivers/ros2/tests/peers/ros2_tools.py";
 /// Succeeds where ROS 2 with its Zenoh middleware is sourced.
 const SOURCED: &str = "command -v ros2 && ros2 pkg prefix rmw_zenoh_cpp && python3 -c 'import rclpy'";
+/// An application with both ends of an action.
+const ACTIONS: &str = "examples/ros2/fibonacci/app.toml";
 /// The schemas of `ros2-arbiter` that connect.
 const SOURCES: [&str; 4] = ["robot", "teleop", "docking", "navigation"];
 /// The packages of Nav2 that drive a robot.
@@ -141,6 +144,20 @@ impl<'a> Peers<'a> {
             self.context,
             &mut self.jde("ros2-arbiter", &SOURCES),
             tools("arbiter"),
+        )?;
+        let mut cargo = self.context.cargo(&["build"]);
+        cargo.args(self.context.selection());
+        python::make(
+            &self.context.root,
+            &self.context.target,
+            cargo,
+            self.context.paint,
+        )?;
+        let mut application = self.jde(ACTIONS, &["actions"]);
+        beside(
+            self.context,
+            application.arg("--set=ask.order=30"),
+            tools("actions"),
         )?;
         let has = |package| shell::succeeds(Command::new("ros2").args(["pkg", "prefix", package]));
         if has("robot_state_publisher") {

@@ -9,7 +9,7 @@ use core::ffi::{c_char, c_void};
 use core::ptr;
 use std::sync::Arc;
 
-use jde_abi::describe::Type;
+use jde_abi::describe::{ListKind, Type};
 use jde_abi::lists::ListedPort;
 use jde_abi::{lists, raw};
 use tables::{Tables, ZEROS, assert_refused, field, read_changed};
@@ -41,6 +41,7 @@ fn with_list(tables: &mut Tables, change: impl FnOnce(&mut raw::Lists, &mut raw:
         doc: c"What to publish.".as_ptr(),
         settings: ptr::null(),
         initial: ptr::from_ref(&ZEROS).cast(),
+        validity_ns: 0,
     };
     let mut lists = raw::Lists {
         size: size_of::<raw::Lists>() as u32,
@@ -70,8 +71,8 @@ fn a_list_is_read_with_the_type_and_the_default_of_its_settings() {
         panic!("one list")
     };
     assert_eq!(
-        (&*list.name, list.exports, list.initial.len()),
-        ("publish", false, 8)
+        (&*list.name, list.kind, list.initial.len()),
+        ("publish", ListKind::Imports, 8)
     );
     assert_eq!(list.settings.fields[0].name, "period");
 }
@@ -84,6 +85,10 @@ fn invalid_lists_are_refused() {
     refused("its `set` is null", |lists, _, _| lists.set = None);
     refused("it has 0 lists of ports", |lists, _, _| lists.count = 0);
     refused("kind is 2", |_, list, _| list.kind = raw::MODULATION);
+    refused("kind is 9", |_, list, _| list.kind = 9);
+    refused("only drivers have lists of commands", |_, list, _| {
+        list.kind = raw::COMMAND;
+    });
     refused("`initial` is null", |_, list, _| list.initial = ptr::null());
     refused("setting `from` has the name of another key", |_, _, setting| {
         setting.name = c"from".as_ptr();

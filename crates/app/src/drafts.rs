@@ -57,14 +57,17 @@ impl<'d, 'a> InstanceContext<'d, 'a> {
 
     /// Returns the ports of its lists.
     pub(super) fn listed(&self) -> &'d [ListedPort] {
-        self.drafts.list[self.index]
-            .resolved
-            .as_ref()
-            .map_or(&[], |found| &found.listed)
+        self.drafts.listed(self.index)
     }
 }
 
 impl<'a> Drafts<'a> {
+    /// Returns the ports of an instance's lists.
+    pub(super) fn listed(&self, index: usize) -> &[ListedPort] {
+        let resolved = self.list[index].resolved.as_ref();
+        resolved.map_or(&[], |found| &found.listed)
+    }
+
     pub(super) fn read(report: &mut FaultReport, top: &Section<'a>) -> Self {
         let mut drafts = Self::default();
         if top.get("schemas").is_none() {

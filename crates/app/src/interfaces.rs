@@ -1,6 +1,6 @@
 //! Types by name: those of the plugins in use, the standard ones, and those that files define, as ROS 2 installs them:
-//! `PACKAGE/msg/NAME.msg` and `PACKAGE/srv/NAME.srv` in the folders that the application states, and in `share` of each
-//! `AMENT_PREFIX_PATH`. Recordings that it states come before them.
+//! `PACKAGE/msg/NAME.msg`, `PACKAGE/srv/NAME.srv` and `PACKAGE/action/NAME.action` in the folders that the application states,
+//! and in `share` of each `AMENT_PREFIX_PATH`. Recordings that it states come before them.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Plugin, Type};
 use jde_document::quote;
-use jde_ros::definition::{UNBOUNDED_CAPACITY, gather, read_interface};
+use jde_ros::definition::{UNBOUNDED_CAPACITY, action_result, gather, read_interface};
 
 /// Where types are found.
 #[derive(Clone, Copy)]
@@ -114,16 +114,27 @@ impl Types<'_> {
         self.recorded.get(name).cloned().or_else(|| self.file(name))
     }
 
-    /// Returns the text of the file that defines a message, or of the part of a service's file that is the request or the
-    /// response.
+    /// Returns the text of the file that defines a message, or of the part of the file of a service or an action that does.
     fn file(&self, name: &str) -> Option<String> {
         if let Some((package, short)) = name.split_once("/msg/") {
             return self.text(package, "msg", short);
         }
+        if let Some((package, short)) = name.split_once("/action/") {
+            if let Some(action) = short.strip_suffix("_GetResult_Response") {
+                self.text(package, "action", action)?;
+                return Some(action_result(&format!("{package}/{action}")));
+            }
+            return self.part(package, "action", short, &["Goal", "Result", "Feedback"]);
+        }
         let (package, short) = name.split_once("/srv/")?;
-        let (service, part) = short.rsplit_once('_')?;
-        let place = ["Request", "Response"].iter().position(|known| *known == part)?;
-        let text = self.text(package, "srv", service)?;
+        self.part(package, "srv", short, &["Request", "Response"])
+    }
+
+    /// Returns one part of a file, by the name of the whole and the part's own.
+    fn part(&self, package: &str, kind: &str, short: &str, parts: &[&str]) -> Option<String> {
+        let (whole, part) = short.rsplit_once('_')?;
+        let place = parts.iter().position(|known| *known == part)?;
+        let text = self.text(package, kind, whole)?;
         let lines: Vec<_> = text.lines().collect();
         let mut parts = lines.split(|line| line.trim() == "---");
         parts.nth(place).map(|lines| lines.join("\n"))

@@ -1,12 +1,12 @@
-//! Lists of ports: tables of the file whose entries are imports or exports of any type, each with settings. An import
-//! has the type of the variable that it reads. An export has the type that its readers take, or the one that the
-//! file states. Only completes the type of an instance; `wiring` binds the imports.
+//! Lists of ports: tables of the file whose entries are imports, exports or commands of any type, each with settings. An
+//! import has the type of the variable that it reads. The two others have the type of the first port that is bound to
+//! them, or the one that the file states. Only completes the type of an instance; `wiring` binds the imports.
 
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_abi::describe::{Kind, Port, PortList, Role, Schema, Type};
+use jde_abi::describe::{Kind, ListKind, Port, PortList, Role, Schema, Type};
 use jde_abi::lists::ListedPort;
 use jde_abi::read::{ENTRY_KEYS, PERIOD};
 use jde_board::value::encode;
@@ -36,16 +36,16 @@ pub(super) struct Sources<'s> {
 /// The largest capacity that an entry states.
 const MOST_ELEMENTS: usize = 1 << 26;
 
-/// Gives every schema whose type has lists the ports that the file states. Exports come first: an import of a list may
-/// read an export of another one.
+/// Gives every schema whose type has lists the ports that the file states. Imports come last: one of a list may read an
+/// export of another list.
 pub(super) fn state_ports(report: &mut FaultReport, drafts: &mut Drafts, sources: Sources<'_>) {
-    for exports in [true, false] {
+    for imports in [false, true] {
         for index in 0..drafts.list.len() {
             let Some(schema) = drafts.schema(index).map(Arc::clone) else {
                 continue;
             };
             for (number, list) in schema.lists.iter().enumerate() {
-                if list.exports == exports {
+                if (list.kind == ListKind::Imports) == imports {
                     state_list(report, drafts, index, (number, list), sources);
                 }
             }
@@ -81,19 +81,28 @@ fn state_list(
         let what = format!("{} in {key}", quote(entry.label.text));
         let found = entry.node.get_ref();
         if !found.is_str() && !found.is_table() {
-            let example = if list.exports {
-                "as = \"NAME\""
-            } else {
-                "from = \"SCHEMA.VARIABLE\""
+            let example = match list.kind {
+                ListKind::Imports => "from = \"SCHEMA.VARIABLE\"",
+                ListKind::Exports | ListKind::Commands { .. } => "as = \"NAME\"",
             };
             let expected = format!("a text, or a table such as {{ {example} }}");
             report_wrong_shape(report, &what, &expected, entry.node);
             continue;
         }
-        let port = if list.exports {
-            export(report, drafts, index, (&what, &entry), sources.types)
-        } else {
-            import(report, drafts, index, (&what, &entry))
+        let port = match list.kind {
+            ListKind::Imports => import(report, drafts, index, &list.name, (&what, &entry)),
+            ListKind::Exports => variable(report, drafts, index, (&what, &entry), (EXPORT, sources.types)),
+            ListKind::Commands { validity_ns } => {
+                let port = variable(report, drafts, index, (&what, &entry), (COMMAND, sources.types));
+                port.map(|port| Port {
+                    role: Role::Command {
+                        neutral: vec![0; port.value_type.bytes],
+                        validity_ns,
+                        trigger: true,
+                    },
+                    ..port
+                })
+            }
         };
         let settings = settings(report, (&what, &key), list, &entry, sources.folder);
         if let (Some(port), Some(settings)) = (port, settings)
@@ -123,7 +132,7 @@ fn settings(
         return Some(bytes);
     };
     // A key of the other kind of list is no setting, so it is refused as one.
-    let own = |key: &str| ENTRY_KEYS.contains(&key) && list.exports != (key == "from");
+    let own = |key: &str| ENTRY_KEYS.contains(&key) && (list.kind == ListKind::Imports) == (key == "from");
     let stated = table.iter().filter(|(key, _)| !own(key.get_ref()));
     let stated: DeTable = stated.map(|(key, node)| (key.clone(), node.clone())).collect();
     let target = ValueTarget {
@@ -142,16 +151,22 @@ fn settings(
     }
 }
 
+/// Returns the import that an entry states. Its name is the key, with that of the list if another list has this key too.
 fn import(
     report: &mut FaultReport,
     drafts: &Drafts,
     index: usize,
+    list: &str,
     (what, entry): (&str, &Entry),
 ) -> Option<Port> {
-    if import_type(drafts.schema(index)?, entry.label.text).is_some() {
-        let label = &drafts.list[index].section.label;
+    let draft = &drafts.list[index];
+    let ports = &drafts.schema(index)?.ports;
+    let (own, listed) = ports.split_at(ports.len() - drafts.listed(index).len());
+    let is_twin = |port: &Port| port.name == entry.label.text && (EXPORT.is_port)(port);
+    if own.iter().any(is_twin) {
         let message = format!(
-            "{what}: {label} has an import {} already",
+            "{what}: {} has an import {} already",
+            draft.section.label,
             quote(entry.label.text)
         );
         report
@@ -170,7 +185,10 @@ fn import(
     }
     let (owner, port) = variable::find(report, drafts, what, &from, VariableKind::Readable, None)?;
     Some(Port {
-        name: entry.label.text.to_owned(),
+        name: match listed.iter().any(is_twin) {
+            true => format!("{list}.{}", entry.label.text),
+            false => entry.label.text.to_owned(),
+        },
         // A driver passes new values on at once (R12). It does not trigger itself.
         role: Role::Import {
             trigger: drafts.schema(index)?.kind == Kind::Driver && owner != index,
@@ -194,12 +212,46 @@ pub(super) fn source<'a>(report: &mut FaultReport, (what, entry): (&str, &Entry<
     text(report, what, node)
 }
 
-fn export(
+/// What the other schemas do with a variable of a list.
+#[derive(Clone, Copy)]
+struct Use {
+    noun: &'static str,
+    direction: &'static str,
+    /// What a schema does that is bound to it, and the port by which.
+    verb: &'static str,
+    port: &'static str,
+    /// The table of the file that binds that port.
+    table: &'static str,
+    example: &'static str,
+    is_port: fn(&Port) -> bool,
+}
+
+const EXPORT: Use = Use {
+    noun: "an export",
+    direction: "From",
+    verb: "imports",
+    port: "an import",
+    table: "imports",
+    example: "as = \"map\"",
+    is_port: |port| matches!(port.role, Role::Import { .. }),
+};
+const COMMAND: Use = Use {
+    noun: "a command",
+    direction: "To",
+    verb: "commands",
+    port: "an actuator",
+    table: "actuators",
+    example: "as = \"dock\"",
+    is_port: |port| matches!(port.role, Role::Actuator),
+};
+
+/// Returns the export that an entry states, or what a command has in common with one.
+fn variable(
     report: &mut FaultReport,
     drafts: &Drafts,
     index: usize,
     (what, entry): (&str, &Entry),
-    types: Types<'_>,
+    (usage, types): (Use, Types<'_>),
 ) -> Option<Port> {
     let draft = &drafts.list[index];
     let stated = |report: &mut FaultReport, key: &str| {
@@ -212,12 +264,12 @@ fn export(
             Some(name) => name,
             None => {
                 let fault = report.fault(&entry.label.span, format!("{what} has no `as`"));
-                fault.advise("name the export, as in as = \"map\"");
+                fault.advise(format!("name it, as in {}", usage.example));
                 return None;
             }
         },
     };
-    if !refuse_bad_name(report, &name, "an export") {
+    if !refuse_bad_name(report, &name, usage.noun) {
         return None;
     }
     let mut known = drafts.schema(index)?.ports.iter();
@@ -236,10 +288,10 @@ fn export(
     let full = format!("{}.{}", draft.name, name.text);
     let capacities = capacities(report, (what, entry))?;
     let stated = (type_name, &name.span);
-    let value_type = value_type(report, drafts, (what, &full), stated, (types, capacities))?;
+    let value_type = value_type(report, drafts, (what, &full), stated, (usage, types, capacities))?;
     Some(Port {
         name: name.text.to_owned(),
-        doc: format!("From `{}`.", entry.label.text),
+        doc: format!("{} `{}`.", usage.direction, entry.label.text),
         unit: String::new(),
         value_type,
         role: Role::Export,
@@ -247,18 +299,18 @@ fn export(
     })
 }
 
-/// Returns the type of an export: that of a port which reads it, otherwise the one of the stated name.
+/// Returns the type of a variable: that of a port which is bound to it, otherwise the one of the stated name.
 fn value_type(
     report: &mut FaultReport,
     drafts: &Drafts,
     (what, variable): (&str, &str),
     (stated, span): (Option<Text>, &Range<usize>),
-    (types, capacities): (Types<'_>, Capacities),
+    (usage, types, capacities): (Use, Types<'_>, Capacities),
 ) -> Option<Arc<Type>> {
-    if let Some(value_type) = read_type(drafts, variable)
+    if let Some(value_type) = bound_type(drafts, variable, usage)
         .filter(|found| stated.as_ref().is_none_or(|stated| stated.text == found.name))
     {
-        if let Err(error) = capacities.refuse_all("the port that reads it") {
+        if let Err(error) = capacities.refuse_all("the port that is bound to it") {
             report.fault(span, format!("{what}: {error}"));
         }
         return Some(value_type);
@@ -268,11 +320,15 @@ fn value_type(
             .fault(
                 span,
                 format!(
-                    "{what}: no schema imports {}, so its type is not known",
+                    "{what}: no schema {} {}, so its type is not known",
+                    usage.verb,
                     quote(variable)
                 ),
             )
-            .advise("state it, as in type = \"sensor_msgs/msg/LaserScan\", or bind an import to it");
+            .advise(format!(
+                "state it, as in type = \"sensor_msgs/msg/LaserScan\", or bind {} to it",
+                usage.port
+            ));
         return None;
     };
     match types.find(stated.text, &capacities) {
@@ -323,12 +379,16 @@ fn capacities(report: &mut FaultReport, (what, entry): (&str, &Entry)) -> Option
     fields.collect::<Option<_>>().map(Capacities::Some)
 }
 
-/// Returns the type of the first port that reads a variable.
-fn read_type(drafts: &Drafts, variable: &str) -> Option<Arc<Type>> {
+/// Returns the type of the first port that is bound to a variable.
+fn bound_type(drafts: &Drafts, variable: &str, usage: Use) -> Option<Arc<Type>> {
     (0..drafts.list.len()).find_map(|index| {
-        let imports = drafts.list[index].section.get("imports")?.get_ref().as_table()?;
-        let imports = Section::new("", 0..0, imports);
-        let mut entries = imports.entries();
+        let table = drafts.list[index]
+            .section
+            .get(usage.table)?
+            .get_ref()
+            .as_table()?;
+        let table = Section::new("", 0..0, table);
+        let mut entries = table.entries();
         let (role, _) = entries.find(|(_, node)| {
             let from = match node.get_ref() {
                 DeValue::Table(table) => table.get("from").and_then(|node| node.get_ref().as_str()),
@@ -336,12 +396,12 @@ fn read_type(drafts: &Drafts, variable: &str) -> Option<Arc<Type>> {
             };
             from == Some(variable)
         })?;
-        import_type(drafts.schema(index)?, role.text)
+        port_type(drafts.schema(index)?, role.text, usage)
     })
 }
 
-fn import_type(schema: &Schema, role: &str) -> Option<Arc<Type>> {
-    let is_role = |port: &&Port| port.name == role && matches!(port.role, Role::Import { .. });
+fn port_type(schema: &Schema, role: &str, usage: Use) -> Option<Arc<Type>> {
+    let is_role = |port: &&Port| port.name == role && (usage.is_port)(port);
     schema
         .ports
         .iter()

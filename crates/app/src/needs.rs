@@ -115,9 +115,11 @@ fn edges(drafts: &Drafts, index: usize, instance: &InstanceConfig) -> Vec<Edge> 
                 return None;
             };
             let needed = provider != index && keeps_awake(drafts.schema(provider)?, number);
-            let list = place.checked_sub(own).map(|place| instance.listed[place].list);
-            let table = list.map_or("imports", |list| &instance.schema.lists[list].name);
-            needed.then(|| (provider, section.entry_span(table, &port.name)))
+            let listed = place.checked_sub(own).map(|place| &instance.listed[place]);
+            let (table, key) = listed.map_or(("imports", &port.name), |listed| {
+                (&instance.schema.lists[listed.list].name, &listed.label)
+            });
+            needed.then(|| (provider, section.entry_span(table, key)))
         })
         .collect()
 }

@@ -1,7 +1,7 @@
 //! Binds the imports and actuators of an instance to variables of other instances, and sets its triggers.
 //! Children are bound in `children`.
 
-use jde_abi::describe::{Port, Role, Schema};
+use jde_abi::describe::{ListKind, Port, Role, Schema};
 use jde_abi::lists::ListedPort;
 
 use super::drafts::{Drafts, InstanceContext};
@@ -92,10 +92,11 @@ fn listed_imports(
 ) {
     let listed = instance.listed();
     let own = instance.schema.ports.len() - listed.len();
-    for (number, list) in instance.schema.lists.iter().enumerate() {
+    let lists = instance.schema.lists.iter().enumerate();
+    for (number, list) in lists.filter(|(_, list)| list.kind == ListKind::Imports) {
         for entry in lists::entries(instance.section(), list) {
             let is_entry = |port: &ListedPort| port.list == number && port.label == entry.label.text;
-            let Some(place) = listed.iter().position(is_entry).filter(|_| !list.exports) else {
+            let Some(place) = listed.iter().position(is_entry) else {
                 continue;
             };
             let what = format!(

@@ -89,7 +89,7 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 #[proc_macro_derive(
     Describe,
     attributes(
-        schema, import, export, modulation, command, actuator, child, modulates, imports, exports
+        schema, import, export, modulation, command, actuator, child, modulates, imports, exports, commands
     )
 )]
 pub fn derive_describe(input: TokenStream) -> TokenStream {

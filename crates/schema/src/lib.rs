@@ -77,7 +77,7 @@ pub use jde_macros::{AuthorsChoice as Choice, AuthorsValue as Value, Describe};
 pub use jde_types as types;
 pub use jde_types::derived::{Modulated, Value};
 pub use level::{Candidate, Case, Level, Verdict};
-pub use lists::{Exports, Imports, ListedExport, ListedImport};
+pub use lists::{Commands, Exports, Imports, ListedCommand, ListedExport, ListedImport};
 pub use memory::{Memory, Saved, Saving};
 pub use output::{Actuator, Export, Loan, Modulates, Outcome};
 pub use panel::{Gesture, Panel, Pen};
@@ -97,8 +97,8 @@ pub mod prelude {
         normalize_angle,
     };
     pub use crate::{
-        Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Context, Describe, Error,
-        Export, Exports, Gesture, Guard, Hysteresis, Import, Imports, Inspect, Level, Loan, Memory,
+        Actuator, Arbitrate, Candidate, Case, Child, Children, Choice, Command, Commands, Context, Describe,
+        Error, Export, Exports, Gesture, Guard, Hysteresis, Import, Imports, Inspect, Level, Loan, Memory,
         Modulates, Modulation, Outcome, Panel, Pen, Policy, Precondition, Problems, Result, Sample, Saved,
         Saving, Schema, State, Status, Value, Verdict,
     };

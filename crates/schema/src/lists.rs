@@ -1,4 +1,4 @@
-//! Lists of ports: a table of the application file whose entries are imports or exports of any type, each with
+//! Lists of ports: a table of the application file whose entries are imports, exports or commands of any type, each with
 //! settings. A type with lists handles values by their descriptions, as bytes.
 //!
 //! ```
@@ -67,6 +67,10 @@ pub struct Imports<S>(Vec<ListedImport<S>>);
 #[derive(Debug)]
 pub struct Exports<S>(Vec<ListedExport<S>>);
 
+/// A list of a driver's commands, whose entries the application states.
+#[derive(Debug)]
+pub struct Commands<S>(Vec<ListedCommand<S>>);
+
 /// An import of a list.
 #[derive(Debug)]
 pub struct ListedImport<S>(Listed<S>);
@@ -74,6 +78,10 @@ pub struct ListedImport<S>(Listed<S>);
 /// An export of a list.
 #[derive(Debug)]
 pub struct ListedExport<S>(Listed<S>);
+
+/// A command of a list. Its neutral value is all zeros, and a new command lets the driver iterate at once (R12).
+#[derive(Debug)]
+pub struct ListedCommand<S>(Listed<S>);
 
 struct Listed<S> {
     slot: Slot,
@@ -87,6 +95,15 @@ impl<S> ListedImport<S> {
     pub fn get<'call>(&self, cx: &'call Context<'_>) -> Option<Sample<'call, [u8]>> {
         cx.read_bytes(&self.0.slot, self.0.value_type.bytes)
             .unwrap_or_default()
+    }
+}
+
+impl<S> ListedCommand<S> {
+    /// Returns the command in force, in the form of its type; `None` if there is none.
+    #[must_use]
+    pub fn get<'call>(&self, cx: &'call Context<'_>) -> Option<Sample<'call, [u8]>> {
+        let newest = cx.read_bytes(&self.0.slot, self.0.value_type.bytes);
+        newest.unwrap_or_default().filter(Sample::in_force)
     }
 }
 
@@ -225,4 +242,5 @@ macro_rules! lists {
 lists! {
     Imports of ListedImport: IMPORT;
     Exports of ListedExport: EXPORT;
+    Commands of ListedCommand: COMMAND;
 }

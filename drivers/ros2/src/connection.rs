@@ -6,9 +6,11 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_device::{ConnectionReport, ConnectionState};
 use jde_ros_node::{Arrival, Clock, Measured, Node, NodeConfig, NodeState, Quality, ReceivedMessage};
+use jde_schema::ListedExport;
 use jde_schema::prelude::*;
 
 use crate::clock_source::{self, ClockMessage, ClockSource};
+use crate::described::DescribedCodec;
 use crate::messages::Codec;
 
 /// Most warnings until the driver wakes again.
@@ -213,6 +215,27 @@ impl RosConnection {
                 time
             }
         }
+    }
+
+    /// Exports a message of that name, with this time or that of its stamp or arrival.
+    ///
+    /// # Errors
+    /// If the message is of another type or does not fit. Nothing is exported then.
+    pub(crate) fn export<S>(
+        &mut self,
+        cx: &Context,
+        (name, codec, message): (&str, &DescribedCodec, &[u8]),
+        time: Option<Duration>,
+        export: &mut ListedExport<S>,
+    ) -> Result<(), String> {
+        let measured = match codec.stamp(&[message]) {
+            Some(stamp) => self.measured(cx, name, stamp, cx.now()),
+            None => cx.now(),
+        };
+        let written = export.write_with(cx, time.or(Some(measured)), |value| {
+            codec.decode_into(&[message], (measured, &self.clock), value)
+        });
+        written.map_err(|error| error.to_string())
     }
 
     /// Reports the node's connection. `missing` names the missing counterpart of a connected node.

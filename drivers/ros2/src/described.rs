@@ -89,6 +89,21 @@ impl DescribedCodec {
         message
     }
 
+    /// A value without the times in it, and without what its lists no longer have.
+    pub(crate) fn without_times(&self, value: &[u8]) -> Vec<u8> {
+        let mut value = self.value_type.copy(value);
+        convert_times(&self.value_type, &mut value, &mut |_| Time::default());
+        value
+    }
+
+    /// Checks that a message is one of this type.
+    ///
+    /// # Errors
+    /// If it is not, or does not fit.
+    pub(crate) fn check(&self, message: &[u8]) -> Result<(), cdr::Error> {
+        cdr::decode_pieces(&self.value_type, &[message], &mut vec![0; self.value_type.bytes])
+    }
+
     /// The stamp of a message in pieces, if its type has a header.
     pub(crate) fn stamp(&self, pieces: &[&[u8]]) -> Option<Time> {
         self.header?;

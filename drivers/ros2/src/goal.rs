@@ -1,6 +1,6 @@
 //! Poses in the values of Nav2's action.
 
-use jde_ros::interface::{humble, standard};
+use jde_ros::interface::{Interfaces, humble, standard};
 use jde_ros_node::{Action, Middleware, Settings, names};
 use jde_schema::prelude::*;
 use serde_json::{Value as Json, json};
@@ -14,22 +14,45 @@ const TYPE: &str = "nav2_msgs/action/NavigateToPose";
 /// If the name is empty, or not valid in ROS 2.
 pub(crate) fn action(namespace: &str, name: &str, middleware: Middleware) -> Result<Action, String> {
     let name = names::topic(namespace, name)?.ok_or("an action has a name, as in \"navigate_to_pose\"")?;
-    Ok(Action {
-        name,
-        type_name: TYPE,
-        interfaces: match middleware {
-            Middleware::RmwHumble => humble(),
-            Middleware::Rmw | Middleware::Bridge => standard(),
-        },
-    })
+    let action = Action::of_interface(name, TYPE, interfaces(middleware));
+    action.ok_or_else(|| format!("{TYPE} is not known"))
 }
 
-/// The result of a goal: nothing in Humble, otherwise the error and why.
-pub(crate) fn result(middleware: Middleware, code: u16, why: &str) -> Json {
+/// The interfaces of the nodes behind this middleware.
+fn interfaces(middleware: Middleware) -> &'static Interfaces {
     match middleware {
+        Middleware::RmwHumble => humble(),
+        Middleware::Rmw | Middleware::Bridge => standard(),
+    }
+}
+
+/// Encodes a part of the action: `Goal`, `Feedback` or `GetResult_Response`.
+///
+/// # Panics
+/// If the value has a field that the part does not have.
+pub(crate) fn encode(middleware: Middleware, part: &str, value: &Json) -> Vec<u8> {
+    match interfaces(middleware).encode(&format!("{TYPE}_{part}"), value) {
+        Ok(message) => message,
+        Err(error) => panic!("a value of {TYPE}_{part}: {error}"),
+    }
+}
+
+/// Decodes a part of the action.
+///
+/// # Errors
+/// If the message is none.
+pub(crate) fn decode(middleware: Middleware, part: &str, message: &[u8]) -> Result<Json, String> {
+    let value = interfaces(middleware).decode(&format!("{TYPE}_{part}"), message);
+    value.map_err(|error| error.to_string())
+}
+
+/// The message of the result of a goal: nothing in Humble, otherwise the error and why.
+pub(crate) fn result(middleware: Middleware, code: u16, why: &str) -> Vec<u8> {
+    let result = match middleware {
         Middleware::RmwHumble => json!({}),
         Middleware::Rmw | Middleware::Bridge => json!({ "error_code": code, "error_msg": why }),
-    }
+    };
+    encode(middleware, "GetResult_Response", &json!({ "result": result }))
 }
 
 /// Refuses a connection that services and actions do not pass.

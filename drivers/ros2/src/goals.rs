@@ -153,9 +153,13 @@ impl ActiveGoals {
     fn take_requests(&mut self, cx: &Context, frame: &str) {
         let now: Duration = self.connection.clock.stamp(cx.now()).into();
         let mut refused = None;
+        let middleware = self.middleware;
+        let pose = |goal: &[u8]| {
+            let goal = goal::decode(middleware, "Goal", goal)?;
+            goal::pose(&goal["pose"], frame)
+        };
         let events = self.server.poll(&self.connection.node, now, |goal| {
-            let pose = goal::pose(&goal["pose"], frame);
-            pose.map_err(|error| refused = Some(error)).is_ok()
+            pose(goal).map_err(|error| refused = Some(error)).is_ok()
         });
         if let Some(error) = refused {
             let message = format!("a goal is rejected: {error}");
@@ -164,7 +168,7 @@ impl ActiveGoals {
         for event in events {
             match event {
                 ServerEvent::Accepted(id, goal) => {
-                    if let Ok(pose) = goal::pose(&goal["pose"], frame) {
+                    if let Ok(pose) = pose(&goal) {
                         self.choose(cx, pose, Some(id));
                     }
                 }
@@ -268,6 +272,7 @@ impl ActiveGoals {
             let stamp = self.connection.clock.stamp(pose.time());
             feedback["current_pose"] = goal::stamped(Pose2D::from(pose.pose.pose), frame, stamp);
         }
+        let feedback = goal::encode(self.middleware, "Feedback", &feedback);
         self.server.feedback(&self.connection.node, id, &feedback);
     }
 
@@ -278,6 +283,6 @@ impl ActiveGoals {
         };
         let code = if note.is_empty() { 0 } else { UNKNOWN };
         let result = goal::result(self.middleware, code, note);
-        self.server.end(&self.connection.node, id, status, result);
+        self.server.end(&self.connection.node, id, status, Some(result));
     }
 }

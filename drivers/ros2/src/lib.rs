@@ -1,9 +1,10 @@
-//! ROS 2 over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: topics and services of an application,
+//! ROS 2 over Zenoh, in the key layout of rmw_zenoh, without a ROS 2 installation: topics, services and actions of an application,
 //! a ROS 2 robot as a base, transforms, and Nav2's action from both ends. The plugin is built separately, so each driver has its
 //! own Zenoh session beside the executable's.
 //!
 //! Only iterations submit messages, so a schema that hangs falls silent on the network as well.
 
+mod actions;
 mod base;
 mod camera_info;
 mod clock_source;
@@ -24,6 +25,7 @@ mod topics;
 mod transform;
 mod velocity;
 
+pub use actions::Actions;
 pub use base::Base;
 pub use follow::Follow;
 pub use goals::Goals;
@@ -35,7 +37,9 @@ pub use transform::Transform;
 jde_schema::export!(
     "ros2",
     "Connects to ROS 2 over Zenoh.",
-    [Topics, Services, Base, Follow, Navigate, Goals, Transform]
+    [
+        Topics, Services, Actions, Base, Follow, Navigate, Goals, Transform
+    ]
 );
 
 #[cfg(test)]

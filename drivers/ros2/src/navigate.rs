@@ -63,6 +63,7 @@ node_schema! {
 struct ActiveNavigate {
     connection: RosConnection,
     client: ActionClient,
+    middleware: Middleware,
     velocities: VelocitySubscription,
     newest: Option<(Twist, Duration)>,
     /// The newest target.
@@ -137,7 +138,8 @@ impl Schema for Navigate {
         if !active.is_sent && may_send {
             let stamp = active.connection.clock.stamp(cx.now());
             let pose = goal::stamped(target, frame.as_str(), stamp);
-            active.client.send(node, &json!({ "pose": pose }));
+            let goal = goal::encode(active.middleware, "Goal", &json!({ "pose": pose }));
+            active.client.send(node, &goal);
             (active.is_sent, active.is_accepted) = (true, false);
         }
         if let Some(twist) = active.velocity(cx.now(), patience) {
@@ -194,6 +196,7 @@ impl Navigate {
         };
         Ok(ActiveNavigate {
             client: ActionClient::declare(action, &mut config),
+            middleware,
             velocities: VelocitySubscription::new(0, &topic),
             connection: RosConnection::start(config, ClockSource::Wall)?,
             newest: None,
@@ -227,7 +230,15 @@ impl ActiveNavigate {
         for event in self.client.poll(&self.connection.node) {
             match event {
                 GoalEvent::Feedback(feedback) => {
+                    let feedback = goal::decode(self.middleware, "Feedback", &feedback).unwrap_or_default();
                     self.distance = feedback["distance_remaining"].as_f64().unwrap_or_default();
+                }
+                GoalEvent::NotCanceled => {
+                    let name = self.client.name();
+                    self.connection.warn_once(
+                        cx,
+                        format!("{name} refuses to cancel a goal, and goes on with it"),
+                    );
                 }
                 // The goal of an earlier target, or one that was canceled here.
                 _ if !self.is_sent => {}
@@ -238,6 +249,8 @@ impl ActiveNavigate {
                     self.end(Err("another program canceled it".to_owned()));
                 }
                 GoalEvent::Ended(_, result) => {
+                    let ended = goal::decode(self.middleware, "GetResult_Response", &result);
+                    let result = &ended.unwrap_or_default()["result"];
                     let text = result["error_msg"].as_str().unwrap_or_default();
                     // Nav2 of Humble states no error.
                     let why = result["error_code"]

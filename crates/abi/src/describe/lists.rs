@@ -1,5 +1,6 @@
 //! The description of a list of ports.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::Type;
@@ -11,10 +12,34 @@ pub struct PortList {
     pub name: String,
     /// What it means.
     pub doc: String,
-    /// Whether its ports are exports; otherwise they are imports.
-    pub exports: bool,
+    /// What its ports are.
+    pub kind: ListKind,
     /// Type of the settings of each entry.
     pub settings: Arc<Type>,
     /// The settings that an entry does not state.
     pub initial: Vec<u8>,
+}
+
+/// What the ports of a list are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ListKind {
+    /// Imports.
+    Imports,
+    /// Exports.
+    Exports,
+    /// Commands of a driver. Their neutral value is all zeros, and a new command lets the driver iterate at once (R12).
+    Commands {
+        /// How long a command is in force, ns.
+        validity_ns: u64,
+    },
+}
+
+impl fmt::Display for ListKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Imports => "imports",
+            Self::Exports => "exports",
+            Self::Commands { .. } => "commands",
+        })
+    }
 }

@@ -11,7 +11,7 @@ use std::fmt;
 use std::sync::Arc;
 
 pub use limits::{Limits, NotAllowed};
-pub use lists::PortList;
+pub use lists::{ListKind, PortList};
 pub use notation::RosNotation;
 
 /// A plugin.

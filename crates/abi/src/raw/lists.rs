@@ -23,14 +23,15 @@ pub struct Lists {
     pub set: Option<unsafe extern "C" fn(*mut c_void, *mut Context, *const ListedPort, count: u32) -> i32>,
 }
 
-/// A list of ports: a table of the application file whose entries are imports or exports of any type, each with
-/// settings.
+/// A list of ports: a table of the application file whose entries are imports, exports or commands of any type, each
+/// with settings.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct PortList {
     /// Bytes of this table.
     pub size: u32,
-    /// What the ports are: [`super::IMPORT`] or [`super::EXPORT`].
+    /// What the ports are: [`super::IMPORT`], [`super::EXPORT`], or of a driver [`super::COMMAND`], whose neutral value is all
+    /// zeros and which lets the driver iterate at once. Commands exist since minor version 8.
     pub kind: u32,
     /// Its name: that of the table in the application file.
     pub name: *const c_char,
@@ -40,6 +41,8 @@ pub struct PortList {
     pub settings: *const Type,
     /// The settings that an entry does not state, `settings->bytes` bytes.
     pub initial: *const c_void,
+    /// How long a command is in force without being repeated, ns, at least 1. Only for [`super::COMMAND`], since minor version 8.
+    pub validity_ns: u64,
 }
 
 /// A port of a list.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::place::Place;
 use super::{RESERVED, Refusal, types};
-use crate::describe::{Port, PortList, Role};
+use crate::describe::{Kind, ListKind, Port, PortList, Role};
 use crate::{lists, raw};
 
 /// The most lists of a type.
@@ -22,7 +22,7 @@ pub const ENTRY_KEYS: &[&str] = &["from", "as", "type", "capacity"];
 pub(super) unsafe fn read(
     place: &Place,
     table: &raw::Schema,
-    ports: &[Port],
+    (kind, ports): (Kind, &[Port]),
 ) -> Result<Vec<PortList>, Refusal> {
     // SAFETY: the caller's.
     let lists = match unsafe { lists::of(table) } {
@@ -44,7 +44,7 @@ pub(super) unsafe fn read(
     let lists = lists
         .into_iter()
         // SAFETY: as above.
-        .map(|list| unsafe { self::list(place, &list) })
+        .map(|list| unsafe { self::list(place, kind, &list) })
         .collect::<Result<Vec<_>, _>>()?;
     place.distinct("lists", lists.iter().map(|list| list.name.clone()))?;
     let is_modulation = |port: &&Port| matches!(port.role, Role::Modulation { .. });
@@ -64,15 +64,28 @@ pub(super) unsafe fn read(
     Ok(lists)
 }
 
-unsafe fn list(outer: &Place, table: &raw::PortList) -> Result<PortList, Refusal> {
+unsafe fn list(outer: &Place, owner: Kind, table: &raw::PortList) -> Result<PortList, Refusal> {
     // SAFETY: the caller's table follows the rules of `raw`.
     unsafe {
         let name = outer.name("a list's name", table.name)?;
         let place = outer.inner("list", &name);
-        let exports = match table.kind {
-            raw::IMPORT => false,
-            raw::EXPORT => true,
-            other => return place.wrong(format!("kind is {other}; a list has imports (0) or exports (1)")),
+        let kind = match table.kind {
+            raw::IMPORT => ListKind::Imports,
+            raw::EXPORT => ListKind::Exports,
+            raw::COMMAND if owner != Kind::Driver => {
+                return place.wrong("only drivers have lists of commands");
+            }
+            raw::COMMAND if table.validity_ns == 0 => {
+                return place.wrong("validity_ns is 0; a command is in force for at least 1 ns");
+            }
+            raw::COMMAND => ListKind::Commands {
+                validity_ns: table.validity_ns,
+            },
+            other => {
+                return place.wrong(format!(
+                    "kind is {other}; a list has imports (0), exports (1) or commands (3)"
+                ));
+            }
         };
         let settings = Arc::new(types::value_type(&place, table.settings, 0)?);
         if let Some(field) = settings
@@ -92,7 +105,7 @@ unsafe fn list(outer: &Place, table: &raw::PortList) -> Result<PortList, Refusal
         Ok(PortList {
             doc: place.text("doc", table.doc)?,
             name,
-            exports,
+            kind,
             settings,
             initial,
         })

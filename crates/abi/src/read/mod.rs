@@ -219,7 +219,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
             return place.wrong("only a motor schema may have motor children");
         }
         let guard = guard(&place, table, kind, &ports)?;
-        let lists = lists::read(&place, table, &ports)?;
+        let lists = lists::read(&place, table, (kind, &ports))?;
         Ok(Schema {
             name: place.name("name", table.name)?,
             doc: place.text("doc", table.doc)?,

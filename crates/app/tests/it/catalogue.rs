@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Guard, Kind, Limits, Plugin, Port, PortList, Role, RosNotation, Scalar,
-    Schema, Type,
+    Child, Field, FieldKind, Form, Guard, Kind, Limits, ListKind, Plugin, Port, PortList, Role, RosNotation,
+    Scalar, Schema, Type,
 };
 use jde_app::{Application, Catalogue, Faults, Override, Unusable, parse};
 
@@ -252,27 +252,25 @@ fn near(laser: Port) -> Schema {
 
 /// A driver with lists of ports.
 fn topics() -> Schema {
-    let list = |name: &str, exports| PortList {
+    let list = |(name, kind): (&str, ListKind)| PortList {
         name: name.to_owned(),
         doc: String::new(),
-        exports,
+        kind,
         settings: Arc::new(value_type("geometry_msgs/msg/Pose2D")),
         initial: vec![0; 24],
     };
+    let lists = [
+        ("publish", ListKind::Imports),
+        ("subscribe", ListKind::Exports),
+        ("repeat", ListKind::Imports),
+        ("call", ListKind::Commands { validity_ns: 7 }),
+    ];
+    let role = Role::Import { trigger: false };
+    let laser = optional(port("laser", "sensor_msgs/msg/LaserScan", role));
+    let connection = port("connection", "std_msgs/msg/Bool", Role::Export);
     Schema {
-        lists: vec![list("publish", false), list("subscribe", true)],
-        ..schema(
-            "topics",
-            Kind::Driver,
-            vec![
-                optional(port(
-                    "laser",
-                    "sensor_msgs/msg/LaserScan",
-                    Role::Import { trigger: false },
-                )),
-                port("connection", "std_msgs/msg/Bool", Role::Export),
-            ],
-        )
+        lists: lists.map(list).into(),
+        ..schema("topics", Kind::Driver, vec![laser, connection])
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use jde_abi::describe::Role;
+
 use jde_app::{Application, Binding, ImportSource};
 
 use super::catalogue::{check_text, read};
@@ -94,6 +96,23 @@ subscribe."/seen" = { as = "seen", type = "nav_msgs/msg/Odometry", x = 2 }"#,
 }
 
 #[test]
+fn two_lists_may_have_an_import_of_one_key() {
+    let application = application(
+        r#"subscribe."/there" = "there"
+publish."/a" = "pioneer.laser"
+repeat."/a" = "pioneer.odometry"
+"#,
+    );
+    let topics = &application.instances[application.instance("topics").unwrap()];
+    let own = topics.schema.ports.len() - 3;
+    let names: Vec<_> = topics.schema.ports[own..]
+        .iter()
+        .map(|port| &*port.name)
+        .collect();
+    assert_eq!(names, ["there", "/a", "repeat./a"]);
+}
+
+#[test]
 fn an_export_without_a_reader_needs_a_type() {
     check(
         r#"subscribe = { "/there" = "there", "/map" = "map" }"#,
@@ -131,7 +150,7 @@ apps/good.toml:9:42: `/b` in `subscribe` of schema `topics`: schema `topics` has
         r#"subscribe = { "/there" = { x = 1 } }"#,
         r#"
 apps/good.toml:9:15: `/there` in `subscribe` of schema `topics` has no `as`
-    help: name the export, as in as = "map"
+    help: name it, as in as = "map"
 apps/good.toml:13:23: `laser` in `imports` of schema `stop`: `topics` has no `there`
     help: exports and modulations of `topics`: `connection`
 "#,
@@ -252,7 +271,7 @@ fn a_capacity_of_a_type_that_no_file_defines_is_refused() {
     check(
         r#"subscribe = { "/there" = { as = "there", capacity = 9 }, "/c" = { as = "c", type = "nav_msgs/msg/Path", capacity = { poses = 9 } } }"#,
         r#"
-apps/good.toml:9:33: `/there` in `subscribe` of schema `topics`: `capacity` is of a type that a file defines, and this is that of the port that reads it, which has its own
+apps/good.toml:9:33: `/there` in `subscribe` of schema `topics`: `capacity` is of a type that a file defines, and this is that of the port that is bound to it, which has its own
 apps/good.toml:9:84: `/c` in `subscribe` of schema `topics`: the type `nav_msgs/msg/Path` cannot be used: `capacity` is of a type that a file defines, and this is that of a standard interface, which has its own
 "#,
     );
@@ -320,10 +339,14 @@ fn a_type_is_that_of_a_recording_which_the_application_names() {
 }
 
 #[test]
-fn the_parts_of_a_service_are_those_of_its_file() {
+fn the_parts_of_a_service_or_an_action_are_those_of_its_file() {
     let folder = tempfile::tempdir().unwrap();
-    let services = folder.path().join("my_msgs/srv");
-    std::fs::create_dir_all(&services).unwrap();
+    let [services, actions] = ["srv", "action"].map(|kind| folder.path().join("my_msgs").join(kind));
+    for kind in [&services, &actions] {
+        std::fs::create_dir_all(kind).unwrap();
+    }
+    let dock = "---\n# Whether it is docked.\nbool docked\nstring why\n---\nfloat32 distance\n";
+    std::fs::write(actions.join("Dock.action"), dock).unwrap();
     let grasp = "# Where.\ngeometry_msgs/Point place\nuint8 HARD=1\n---\nbool done\nstring why\n";
     std::fs::write(services.join("Grasp.srv"), grasp).unwrap();
     std::fs::write(services.join("Reset.srv"), "---\n").unwrap();
@@ -344,12 +367,71 @@ fn the_parts_of_a_service_are_those_of_its_file() {
     assert!(fields("my_msgs/srv/Reset_Request").unwrap().is_empty());
     assert!(fields("my_msgs/srv/Reset_Response").unwrap().is_empty());
     assert_eq!(fields("std_srvs/srv/SetBool_Request").unwrap(), ["data"]);
+    assert!(fields("my_msgs/action/Dock_Goal").unwrap().is_empty());
+    assert_eq!(fields("my_msgs/action/Dock_Feedback").unwrap(), ["distance"]);
+    assert_eq!(fields("my_msgs/action/Dock_Result").unwrap(), ["docked", "why"]);
+    assert_eq!(
+        fields("my_msgs/action/Dock_GetResult_Response").unwrap(),
+        ["status", "result"]
+    );
     for missing in [
         "my_msgs/srv/Grasp",
         "my_msgs/srv/Grasp_Event",
         "my_msgs/srv/Other_Request",
+        "my_msgs/action/Dock",
+        "my_msgs/action/Other_GetResult_Response",
     ] {
         let error = fields(missing).unwrap_err();
         assert!(error.contains("nothing defines the type"), "{error}");
     }
+}
+
+/// A robot and a schema that commands `goal` of a schema with these entries in its lists.
+fn commanding(entries: &str) -> String {
+    text(entries)
+        .replace("topics.there", "pioneer.laser")
+        .replace("pioneer.velocity", "topics.goal")
+}
+
+#[test]
+fn a_command_has_the_type_of_the_actuator_that_is_bound_to_it() {
+    let text = commanding(r#"call."/drive" = { as = "goal", x = 2 }"#);
+    let application = read(&text, &[]).unwrap_or_else(|faults| panic!("{faults}"));
+    let topics = &application.instances[application.instance("topics").unwrap()];
+    let own = topics.schema.ports.len() - 1;
+    let port = &topics.schema.ports[own];
+    assert_eq!((&*port.name, &*port.doc), ("goal", "To `/drive`."));
+    assert_eq!(port.value_type.name, "geometry_msgs/msg/Twist");
+    let role = Role::Command {
+        neutral: vec![0; port.value_type.bytes],
+        validity_ns: 7,
+        trigger: true,
+    };
+    assert_eq!((&port.role, &topics.bindings[own]), (&role, &Binding::Command));
+    let stop = &application.instances[application.instance("stop").unwrap()];
+    let place = application.instance("topics").unwrap();
+    assert!(stop.bindings.contains(&Binding::Actuator {
+        target: Some((place, own))
+    }));
+}
+
+#[test]
+fn a_command_that_nobody_gives_needs_a_type() {
+    check_text(
+        &commanding(r#"call = { "/drive" = "goal", "/dock" = "dock" }"#),
+        &[],
+        r#"
+apps/good.toml:9:39: `/dock` in `call` of schema `topics`: no schema commands `topics.dock`, so its type is not known
+    help: state it, as in type = "sensor_msgs/msg/LaserScan", or bind an actuator to it
+"#,
+    );
+    check_text(
+        &commanding(r#"call = { "/drive" = { x = 1 } }"#),
+        &[],
+        r#"
+apps/good.toml:9:10: `/drive` in `call` of schema `topics` has no `as`
+    help: name it, as in as = "dock"
+apps/good.toml:14:22: `base` in `actuators` of schema `stop`: `topics` has no `goal`
+"#,
+    );
 }

@@ -47,10 +47,19 @@ struct Schema {
 struct PortList {
     name: String,
     doc: String,
-    exports: bool,
+    #[serde(with = "ListKind")]
+    kind: describe::ListKind,
     #[serde(with = "shared")]
     settings: Arc<describe::Type>,
     initial: Vec<u8>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::ListKind")]
+enum ListKind {
+    Imports,
+    Exports,
+    Commands { validity_ns: u64 },
 }
 
 #[derive(Serialize, Deserialize)]

@@ -224,12 +224,18 @@ fn describe_binding(
     let unbound = || format!("{WARN}unbound{WARN:#}");
     let name = &port.name;
     match binding {
-        Binding::Export => {
+        Binding::Export | Binding::Command => {
             let mut listed = instance.listed.iter().zip(instance.listed_ports());
             let (entry, _) = listed.find(|(_, own)| std::ptr::eq(*own, port))?;
-            Some(format!("{} -> {name}, {}", entry.label, port.value_type.name))
+            let arrow = match binding {
+                Binding::Command => "<-",
+                _ => "->",
+            };
+            Some(format!(
+                "{} {arrow} {name}, {}",
+                entry.label, port.value_type.name
+            ))
         }
-        Binding::Command => None,
         Binding::Import { source, trigger } => {
             let source = source.map_or_else(unbound, |source| describe_source(application, source));
             let trigger = if *trigger { ", which triggers" } else { "" };

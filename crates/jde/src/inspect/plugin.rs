@@ -83,7 +83,7 @@ fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io:
             list.name.clone(),
             format!(
                 "{} of any type, settings: {}",
-                if list.exports { "exports" } else { "imports" },
+                list.kind,
                 settings.collect::<Vec<_>>().join(", ")
             ),
             join_lines(&list.doc),

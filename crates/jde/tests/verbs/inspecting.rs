@@ -208,7 +208,11 @@ fn describe_shows_the_fields_of_a_value_type_and_the_ports_that_use_it() {
     assert_eq!(describe("LaserScan").out, scan.out);
     assert!(describe("Header").out.starts_with("std_msgs/msg/Header"));
     // No schema has it; an application file may name it.
-    assert!(describe("std_srvs/srv/SetBool_Request").out.contains("data  bool"));
+    assert!(
+        describe("std_srvs/srv/SetBool_Request")
+            .out
+            .contains("data  bool")
+    );
     for (wrong, right) in [
         ("LaserScn", "LaserScan"),
         ("sensor_msgs/msg/LaserScn", "sensor_msgs/msg/LaserScan"),

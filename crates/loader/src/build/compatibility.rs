@@ -125,7 +125,7 @@ impl<'a> CompatibilityCheck<'a> {
         for (number, list) in self.old().lists.iter().enumerate() {
             let is_used = self.instance().listed.iter().any(|port| port.list == number);
             let is_same = new.get(number).is_some_and(|new| {
-                new.name == list.name && new.exports == list.exports && new.settings.same_as(&list.settings)
+                new.name == list.name && new.kind == list.kind && new.settings.same_as(&list.settings)
             });
             if is_used && !is_same {
                 self.errors.push(format!(

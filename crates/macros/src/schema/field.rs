@@ -55,6 +55,8 @@ pub(super) enum Role {
     },
     List {
         initial: Expr,
+        /// Of a list of commands.
+        validity_ns: u64,
     },
 }
 
@@ -81,6 +83,7 @@ const KINDS: &[(&str, &str, &[&str])] = &[
     ("modulates", "Modulates", &["child", "optional", "unit", "name"]),
     ("imports", "Imports", &["default", "name"]),
     ("exports", "Exports", &["default", "name"]),
+    ("commands", "Commands", &["default", "validity", "name"]),
 ];
 
 impl Field {
@@ -239,12 +242,12 @@ impl Field {
 
     /// Generates the table of a list of ports.
     pub(super) fn list_table(&self) -> TokenStream {
-        let (Role::List { initial }, Some(settings)) = (&self.role, &self.value) else {
+        let (Role::List { initial, validity_ns }, Some(settings)) = (&self.role, &self.value) else {
             return TokenStream::new();
         };
         let (name, doc, ty) = (c(&self.name), c(&self.doc), &self.ty);
         let initial = quote_spanned!(initial.span() => { const INITIAL: #settings = #initial; &INITIAL });
-        quote_spanned!(ty.span() => derived::list(<#ty>::KIND, #name, #doc, <#ty>::SETTINGS, #initial))
+        quote_spanned!(ty.span() => derived::list(<#ty>::KIND, #name, #doc, <#ty>::SETTINGS, #initial, #validity_ns))
     }
 
     /// Generates the table of a role for a child.
@@ -306,6 +309,12 @@ fn range_assertions(
 
 fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> Result<Role> {
     let missing = |what: &str| Error::new_spanned(attribute, what);
+    let validity = || match &options.validity {
+        Some(validity) => duration(validity),
+        None => Err(missing(
+            "state how long a command is in force without being repeated: validity = \"500ms\"",
+        )),
+    };
     Ok(match keyword {
         "import" => Role::Import {
             trigger: options.trigger,
@@ -324,12 +333,9 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
             let neutral = options
                 .neutral
                 .ok_or_else(|| missing("state the value that stops the actuator: neutral = ..."))?;
-            let validity = options.validity.ok_or_else(|| {
-                missing("state how long a command is in force without being repeated: validity = \"500ms\"")
-            })?;
             Role::Command {
                 neutral,
-                validity_ns: duration(&validity)?,
+                validity_ns: validity()?,
                 trigger: options.trigger,
             }
         }
@@ -351,7 +357,11 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
                 many,
             }
         }
-        "imports" | "exports" => Role::List {
+        "imports" | "exports" | "commands" => Role::List {
+            validity_ns: match keyword {
+                "commands" => validity()?,
+                _ => 0,
+            },
             initial: options.default.ok_or_else(|| {
                 missing("state the settings that an entry of the application file leaves out: default = ...")
             })?,

@@ -2,14 +2,16 @@
 
 use std::time::Duration;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::{Action, CANCEL, GoalId, GoalStatus, id_of, new_id, stamp, uuid};
+use super::{Action, CANCEL, GoalId, GoalStatus, decode, encode, new_id, split_id, stamp, uuid, with_id};
 use crate::node::{Node, NodeConfig};
 use crate::services::Client;
 
 /// How long a server may take to accept or to cancel.
 const RESPONSE_TIMEOUT: Duration = Duration::from_secs(5);
+/// Response to a cancellation: the goal goes on.
+const REFUSED: u8 = 1;
 /// How long a goal may take.
 const RESULT_TIMEOUT: Duration = Duration::from_secs(24 * 3600);
 
@@ -36,16 +38,18 @@ struct Goal {
 }
 
 /// What happens to a goal.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum GoalEvent {
     /// The server carries it out.
     Accepted,
     /// The server does not carry it out.
     Rejected,
     /// The newest feedback.
-    Feedback(Value),
+    Feedback(Vec<u8>),
     /// It has ended, with its result.
-    Ended(GoalStatus, Value),
+    Ended(GoalStatus, Vec<u8>),
+    /// The server goes on with it, although it should cancel it.
+    NotCanceled,
     /// Nobody carries it out any more: why.
     Lost(String),
 }
@@ -56,11 +60,11 @@ impl ActionClient {
     pub fn declare(action: Action, config: &mut NodeConfig) -> Self {
         let (clients, feedback) = (config.clients.len(), config.subscriptions.len());
         let timeouts = [RESPONSE_TIMEOUT, RESPONSE_TIMEOUT, RESULT_TIMEOUT];
-        let services = action.services().into_iter().zip(timeouts);
+        let services = action.services.iter().cloned().zip(timeouts);
         config
             .clients
             .extend(services.map(|(service, timeout)| Client { service, timeout }));
-        config.subscriptions.extend(action.topics());
+        config.subscriptions.extend(action.topics.iter().cloned());
         Self {
             action,
             clients,
@@ -88,15 +92,10 @@ impl ActionClient {
     }
 
     /// Sends a goal, after it has canceled an earlier one.
-    ///
-    /// # Panics
-    /// If the goal has a field that its type does not have.
-    pub fn send(&mut self, node: &Node, goal: &Value) {
+    pub fn send(&mut self, node: &Node, goal: &[u8]) {
         self.cancel(node);
         let id = new_id();
-        let request = json!({ "goal_id": uuid(id), "goal": goal });
-        let type_name = format!("{}_SendGoal_Request", self.action.type_name);
-        let sent = node.call(self.clients, self.action.encode(&type_name, &request));
+        let sent = node.call(self.clients, with_id(id, goal));
         self.goal = Some(Goal {
             id,
             sent: Some(sent),
@@ -111,7 +110,7 @@ impl ActionClient {
             return;
         };
         let info = json!({ "goal_info": { "goal_id": uuid(goal.id), "stamp": stamp(Duration::ZERO) } });
-        let request = self.action.encode(&format!("{CANCEL}_Request"), &info);
+        let request = encode(&format!("{CANCEL}_Request"), &info);
         goal.canceled = Some(node.call(self.clients + 1, request));
     }
 
@@ -120,20 +119,29 @@ impl ActionClient {
         let mut events = Vec::new();
         self.poll_acceptance(node, &mut events);
         while let Some(response) = node.take_response(self.clients + 1) {
-            if let Some(goal) = &mut self.goal
-                && goal.canceled == Some(response.sequence)
-                && response.outcome.is_err()
-            {
+            let Some(goal) = self
+                .goal
+                .as_mut()
+                .filter(|goal| goal.canceled == Some(response.sequence))
+            else {
+                continue;
+            };
+            match response.outcome {
                 // Nobody answered. The owner requests it again.
-                goal.canceled = None;
+                Err(_) => goal.canceled = None,
+                Ok(message) => {
+                    let answer = decode(&format!("{CANCEL}_Response"), &message).unwrap_or_default();
+                    if answer["return_code"] == REFUSED {
+                        events.push(GoalEvent::NotCanceled);
+                    }
+                }
             }
         }
         for message in node.take_all(self.feedback) {
-            let value = self.decode(&self.action.feedback(), &message.message.to_bytes());
-            if let Ok(mut value) = value
-                && self.goal.as_ref().is_some_and(|goal| goal.id == id_of(&value))
+            if let Some((id, feedback)) = split_id(&message.message.to_bytes())
+                && self.goal.as_ref().is_some_and(|goal| goal.id == id)
             {
-                events.push(GoalEvent::Feedback(value["feedback"].take()));
+                events.push(GoalEvent::Feedback(feedback));
             }
         }
         while node.take(self.feedback + 1).is_some() {}
@@ -157,11 +165,9 @@ impl ActionClient {
             else {
                 continue;
             };
-            let type_name = format!("{}_SendGoal_Response", self.action.type_name);
-            let accepted = response.outcome.and_then(|message| {
-                let value = self.action.interfaces.decode(&type_name, &message);
-                value.map_err(|error| error.to_string())
-            });
+            let accepted = response
+                .outcome
+                .and_then(|message| decode("SendGoal_Response", &message));
             match accepted {
                 Err(error) => {
                     self.goal = None;
@@ -174,8 +180,7 @@ impl ActionClient {
                 Ok(_) => {
                     goal.sent = None;
                     let request = json!({ "goal_id": uuid(goal.id) });
-                    let type_name = format!("{}_GetResult_Request", self.action.type_name);
-                    let message = self.action.encode(&type_name, &request);
+                    let message = encode("GetResult_Request", &request);
                     goal.requested = Some(node.call(self.clients + 2, message));
                     events.push(GoalEvent::Accepted);
                     // A cancellation that overtook the acceptance found no goal.
@@ -194,24 +199,15 @@ impl ActionClient {
                 continue;
             }
             self.goal = None;
-            let type_name = format!("{}_GetResult_Response", self.action.type_name);
-            let value = response
-                .outcome
-                .and_then(|message| self.decode(&type_name, &message));
-            events.push(match value {
+            events.push(match response.outcome {
                 Err(error) => GoalEvent::Lost(error),
-                Ok(mut value) => match value["status"].as_i64().and_then(GoalStatus::end) {
-                    Some(status) => GoalEvent::Ended(status, value["result"].take()),
+                Ok(message) => match GoalStatus::of_result(&message) {
+                    Some(status) => GoalEvent::Ended(status, message),
                     None => {
                         GoalEvent::Lost("the node that had accepted the goal no longer knows it".to_owned())
                     }
                 },
             });
         }
-    }
-
-    fn decode(&self, type_name: &str, message: &[u8]) -> Result<Value, String> {
-        let value = self.action.interfaces.decode(type_name, message);
-        value.map_err(|error| error.to_string())
     }
 }

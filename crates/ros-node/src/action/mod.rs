@@ -9,9 +9,12 @@ mod tests;
 
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
+use std::sync::LazyLock;
 use std::time::Duration;
 
-use jde_ros::interface::Interfaces;
+use jde_ros::Type;
+use jde_ros::cdr;
+use jde_ros::interface::{Interfaces, standard};
 use serde_json::{Value, json};
 
 use crate::keys::{Quality, Service, Topic};
@@ -37,74 +40,117 @@ pub enum GoalStatus {
     Aborted = 6,
 }
 
-/// An action of that name and type.
+/// An action: its name, and its type as far as nodes exchange it. Goals are messages of `TYPE_Goal`, feedback of
+/// `TYPE_Feedback`, and results of `TYPE_GetResult_Response`, which begins with the state of the goal.
 #[derive(Clone, Debug)]
 pub struct Action {
     /// Its full name, such as `/navigate_to_pose`.
-    pub name: String,
-    /// Its type, such as `nav2_msgs/action/NavigateToPose`.
-    pub type_name: &'static str,
-    /// The interfaces that have its type.
-    pub interfaces: &'static Interfaces,
+    name: String,
+    /// The services for goals, cancellations and results.
+    services: [Service; 3],
+    /// The topics of the feedback and of the states.
+    topics: [Topic; 2],
+    /// The result of a goal that is not known, and of one that has none.
+    no_result: Vec<u8>,
 }
 
 impl GoalStatus {
-    /// The end that a number states; `None` for a goal that has not ended, or is not known.
-    fn end(number: i64) -> Option<Self> {
-        [Self::Succeeded, Self::Canceled, Self::Aborted]
-            .into_iter()
-            .find(|status| *status as i64 == number)
+    /// The end that a result states; `None` if that is none, as of a goal that is not known.
+    #[must_use]
+    pub fn of_result(message: &[u8]) -> Option<Self> {
+        let stated = message.get(HEAD)?;
+        let ends = [Self::Succeeded, Self::Canceled, Self::Aborted];
+        ends.into_iter().find(|status| *status as u8 == *stated)
     }
 
     fn has_ended(self) -> bool {
-        Self::end(self as i64).is_some()
+        matches!(self, Self::Succeeded | Self::Canceled | Self::Aborted)
     }
 }
 
 impl Action {
-    /// The services for goals, cancellations and results.
-    ///
-    /// # Panics
-    /// If its interfaces do not have its type.
-    fn services(&self) -> [Service; 3] {
-        let service = |path: &str, type_name: &str| {
-            let name = format!("{}/_action/{path}", self.name);
-            Service::new(name, type_name, self.interfaces).expect("the interfaces have the action")
+    /// An action of that name and type; `None` if its type is none of the interfaces.
+    #[must_use]
+    pub fn of_interface(name: String, type_name: &str, interfaces: &Interfaces) -> Option<Self> {
+        let hashes = ["SendGoal", "GetResult", "FeedbackMessage"]
+            .map(|part| interfaces.hash(&format!("{type_name}_{part}")));
+        let [Some(send), Some(get), Some(feedback)] = hashes else {
+            return None;
         };
-        [
-            service("send_goal", &format!("{}_SendGoal", self.type_name)),
-            service("cancel_goal", CANCEL),
-            service("get_result", &format!("{}_GetResult", self.type_name)),
-        ]
+        let result = format!("{type_name}_GetResult_Response");
+        let no_result = interfaces.encode(&result, &json!({})).ok()?;
+        Some(Self::new(name, type_name, [send, get, feedback], no_result))
     }
 
-    /// The topics of the feedback and of the states.
-    fn topics(&self) -> [Topic; 2] {
-        let topic = |path: &str, type_name: &str, quality| {
-            let name = format!("{}/_action/{path}", self.name);
-            Topic::of_interface(name, type_name, self.interfaces, quality)
-                .expect("the interfaces have the action")
-        };
-        [
-            topic("feedback", &self.feedback(), Quality::DEFAULT),
-            topic("status", STATUS, Quality::LATCHED),
-        ]
-    }
-
-    /// The type of the feedback's messages.
-    fn feedback(&self) -> String {
-        format!("{}_FeedbackMessage", self.type_name)
-    }
-
-    /// Encodes a message of a type that starts with that of the action, or of a standard one.
+    /// An action of that name, whose goals, results and feedback are values of these types.
     ///
-    /// # Panics
-    /// If the value has a field that the type does not have.
-    fn encode(&self, type_name: &str, value: &Value) -> Vec<u8> {
-        match self.interfaces.encode(type_name, value) {
-            Ok(message) => message,
-            Err(error) => panic!("a value of {type_name}: {error}"),
+    /// # Errors
+    /// If they are not those of one action.
+    pub fn of_values(name: String, goal: &Type, result: &Type, feedback: &Type) -> Result<Self, String> {
+        let stem = |value_type: &Type, part: &str| {
+            let stem = value_type.name.strip_suffix(part);
+            stem.filter(|stem| stem.contains("/action/"))
+                .map(str::to_owned)
+                .ok_or_else(|| {
+                    format!(
+                        "`{}` is not the name of a PACKAGE/action/NAME{part}",
+                        value_type.name
+                    )
+                })
+        };
+        let type_name = stem(goal, "_Goal")?;
+        let others = [(result, "_GetResult_Response"), (feedback, "_Feedback")];
+        for (value_type, part) in others {
+            let other = stem(value_type, part)?;
+            if other != type_name {
+                return Err(format!(
+                    "its goal is one of `{type_name}`, and its {} one of `{other}`",
+                    if part == "_Feedback" { "feedback" } else { "result" }
+                ));
+            }
         }
+        let hashes = Interfaces::action_hashes(&type_name, goal, result, feedback)
+            .ok_or_else(|| format!("`{}` has no `{type_name}_Result`", result.name))?;
+        let mut no_result = Vec::new();
+        cdr::encode(result, &vec![0; result.bytes], &mut no_result);
+        Ok(Self::new(name, &type_name, hashes, no_result))
+    }
+
+    /// `hashes` are those of the services for goals and results, and of the messages of the feedback.
+    fn new(name: String, type_name: &str, hashes: [String; 3], no_result: Vec<u8>) -> Self {
+        let path = |path: &str| format!("{name}/_action/{path}");
+        let [send, get, feedback] = hashes;
+        let service = |path_of: &str, part: &str, hash| Service {
+            name: path(path_of),
+            type_name: format!("{type_name}_{part}"),
+            hash,
+        };
+        let known = "the standard interfaces have it";
+        let cancel = Service::new(path("cancel_goal"), CANCEL, standard()).expect(known);
+        let status = Topic::of_interface(path("status"), STATUS, standard(), Quality::LATCHED).expect(known);
+        let feedback = Topic {
+            name: path("feedback"),
+            type_name: format!("{type_name}_FeedbackMessage"),
+            hash: feedback,
+            quality: Quality::DEFAULT,
+            ..status.clone()
+        };
+        Self {
+            services: [
+                service("send_goal", "SendGoal", send),
+                cancel,
+                service("get_result", "GetResult", get),
+            ],
+            topics: [feedback, status],
+            no_result,
+            name,
+        }
+    }
+
+    /// Its full name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
     }
 }
 
@@ -112,6 +158,53 @@ impl Action {
 const CANCEL: &str = "action_msgs/srv/CancelGoal";
 /// The type of the topic of the states.
 const STATUS: &str = "action_msgs/msg/GoalStatusArray";
+
+/// The action whose envelopes stand for those of all: they differ in their names alone.
+const ANY: &str = "action_msgs/action/Any";
+static ENVELOPES: LazyLock<Interfaces> = LazyLock::new(|| {
+    let mut interfaces = standard().clone();
+    interfaces.action(ANY, "---\n---\n").expect("it has no fields");
+    interfaces
+});
+
+/// Encodes an envelope: the part of an action after `_`, or a standard type.
+///
+/// # Panics
+/// If the value has a field that it does not have.
+fn encode(part: &str, value: &Value) -> Vec<u8> {
+    match ENVELOPES.encode(&envelope(part), value) {
+        Ok(message) => message,
+        Err(error) => panic!("a value of {part}: {error}"),
+    }
+}
+
+fn decode(part: &str, message: &[u8]) -> Result<Value, String> {
+    let value = ENVELOPES.decode(&envelope(part), message);
+    value.map_err(|error| error.to_string())
+}
+
+fn envelope(part: &str) -> String {
+    match part.contains('/') {
+        true => part.to_owned(),
+        false => format!("{ANY}_{part}"),
+    }
+}
+
+/// The bytes of a message before its first field.
+const HEAD: usize = 4;
+
+/// Puts an identifier before the contents of a message. It is 16 bytes, so the contents keep their alignment.
+fn with_id(id: GoalId, message: &[u8]) -> Vec<u8> {
+    let (head, contents) = message.split_at(HEAD.min(message.len()));
+    [head, &id, contents].concat()
+}
+
+/// Returns the identifier and the message without it; `None` if it is too short.
+fn split_id(message: &[u8]) -> Option<(GoalId, Vec<u8>)> {
+    let (head, contents) = message.split_at_checked(HEAD)?;
+    let (id, contents) = contents.split_first_chunk()?;
+    Some((*id, [head, contents].concat()))
+}
 
 /// Returns a new identifier, which nobody else has.
 fn new_id() -> GoalId {

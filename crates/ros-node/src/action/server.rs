@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::{Action, CANCEL, GoalId, GoalStatus, STATUS, id_of, stamp, uuid};
+use super::{
+    Action, CANCEL, GoalId, GoalStatus, HEAD, STATUS, decode, encode, id_of, split_id, stamp, uuid, with_id,
+};
 use crate::node::{Node, NodeConfig};
 use crate::services::Request;
 
@@ -33,16 +35,17 @@ struct Goal {
     id: GoalId,
     accepted_at: Duration,
     status: GoalStatus,
-    result: Value,
+    /// Once it has ended.
+    result: Vec<u8>,
     /// Requests for its result.
     waiting: Vec<Request>,
 }
 
 /// A request of a client.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ServerEvent {
     /// Carry out a goal.
-    Accepted(GoalId, Value),
+    Accepted(GoalId, Vec<u8>),
     /// Cancel a goal. It has ended when [`ActionServer::end`] says so.
     Canceled(GoalId),
 }
@@ -52,8 +55,8 @@ impl ActionServer {
     #[must_use]
     pub fn declare(action: Action, config: &mut NodeConfig) -> Self {
         let (services, publications) = (config.services.len(), config.publications.len());
-        config.services.extend(action.services());
-        config.publications.extend(action.topics());
+        config.services.extend(action.services.iter().cloned());
+        config.publications.extend(action.topics.iter().cloned());
         Self {
             action,
             services,
@@ -68,17 +71,17 @@ impl ActionServer {
         &mut self,
         node: &Node,
         now: Duration,
-        mut accepts: impl FnMut(&Value) -> bool,
+        mut accepts: impl FnMut(&[u8]) -> bool,
     ) -> Vec<ServerEvent> {
         let mut events = Vec::new();
-        while let Some(request) = node.take_request(Duration::ZERO) {
-            match request.service.checked_sub(self.services) {
-                Some(0) => events.extend(self.take_goal(node, request, now, &mut accepts)),
-                Some(1) => events.extend(self.take_cancellation(node, request)),
-                Some(2) => self.take_result_request(node, request),
-                // A request that is dropped has no response.
-                _ => {}
-            }
+        while let Some(request) = node.take_request_of(self.services) {
+            events.extend(self.take_goal(node, request, now, &mut accepts));
+        }
+        while let Some(request) = node.take_request_of(self.services + 1) {
+            events.extend(self.take_cancellation(node, request));
+        }
+        while let Some(request) = node.take_request_of(self.services + 2) {
+            self.take_result_request(node, request);
         }
         if !events.is_empty() {
             self.publish_states(node);
@@ -87,22 +90,18 @@ impl ActionServer {
     }
 
     /// Sends the feedback of a goal.
-    ///
-    /// # Panics
-    /// If the feedback has a field that its type does not have.
-    pub fn feedback(&self, node: &Node, id: GoalId, feedback: &Value) {
+    pub fn feedback(&self, node: &Node, id: GoalId, feedback: &[u8]) {
         if node.has_subscribers(self.publications) {
-            let value = json!({ "goal_id": uuid(id), "feedback": feedback });
-            let message = self.action.encode(&self.action.feedback(), &value);
-            node.publish(self.publications, vec![message]);
+            node.publish(self.publications, vec![with_id(id, feedback)]);
         }
     }
 
-    /// Ends a goal with its result.
-    ///
-    /// # Panics
-    /// If the result has a field that its type does not have.
-    pub fn end(&mut self, node: &Node, id: GoalId, status: GoalStatus, result: Value) {
+    /// Ends a goal with a result, whose state of the goal is replaced, or without one.
+    pub fn end(&mut self, node: &Node, id: GoalId, status: GoalStatus, result: Option<Vec<u8>>) {
+        let mut result = result.unwrap_or_else(|| self.action.no_result.clone());
+        if let Some(first) = result.get_mut(HEAD) {
+            *first = status as u8;
+        }
         let Some(goal) = self
             .goals
             .iter_mut()
@@ -112,9 +111,9 @@ impl ActionServer {
         };
         (goal.status, goal.result) = (status, result);
         let waiting = std::mem::take(&mut goal.waiting);
-        let (status, result) = (goal.status as u8, goal.result.clone());
+        let result = goal.result.clone();
         for request in waiting {
-            self.reply_result(node, request, status, &result);
+            node.reply(request, result.clone());
         }
         let mut surplus = self
             .goals
@@ -135,33 +134,30 @@ impl ActionServer {
         node: &Node,
         request: Request,
         now: Duration,
-        accepts: &mut impl FnMut(&Value) -> bool,
+        accepts: &mut impl FnMut(&[u8]) -> bool,
     ) -> Option<ServerEvent> {
-        let mut value = self.decode("_SendGoal_Request", &request)?;
-        let id = id_of(&value);
+        let (id, message) = split_id(&request.message())?;
         let is_new = self.goals.iter().all(|goal| goal.id != id);
-        let accepted = is_new && accepts(&value["goal"]);
+        let accepted = is_new && accepts(&message);
         let response = json!({ "accepted": accepted, "stamp": stamp(now) });
-        self.reply(node, request, "_SendGoal_Response", &response);
+        node.reply(request, encode("SendGoal_Response", &response));
         accepted.then(|| {
             self.goals.push(Goal {
                 id,
                 accepted_at: now,
                 status: GoalStatus::Executing,
-                result: json!({}),
+                result: Vec::new(),
                 waiting: Vec::new(),
             });
-            ServerEvent::Accepted(id, value["goal"].take())
+            ServerEvent::Accepted(id, message)
         })
     }
 
     /// Cancels the goal of that identifier, all goals without one, and all that are not younger than the stamp.
     fn take_cancellation(&mut self, node: &Node, request: Request) -> Vec<ServerEvent> {
-        let message = self
-            .action
-            .interfaces
-            .decode(&format!("{CANCEL}_Request"), &request.message());
-        let Ok(value) = message else { return Vec::new() };
+        let Ok(value) = decode(&format!("{CANCEL}_Request"), &request.message()) else {
+            return Vec::new();
+        };
         let info = &value["goal_info"];
         let (id, until) = (id_of(info), &info["stamp"]);
         let until = Duration::new(
@@ -193,10 +189,7 @@ impl ActionServer {
             .map(|(id, at)| json!({ "goal_id": uuid(*id), "stamp": stamp(*at) }))
             .collect();
         let response = json!({ "return_code": code, "goals_canceling": infos });
-        node.reply(
-            request,
-            self.action.encode(&format!("{CANCEL}_Response"), &response),
-        );
+        node.reply(request, encode(&format!("{CANCEL}_Response"), &response));
         canceled
             .into_iter()
             .map(|(id, _)| ServerEvent::Canceled(id))
@@ -204,7 +197,7 @@ impl ActionServer {
     }
 
     fn take_result_request(&mut self, node: &Node, request: Request) {
-        let Some(value) = self.decode("_GetResult_Request", &request) else {
+        let Ok(value) = decode("GetResult_Request", &request.message()) else {
             return;
         };
         let id = id_of(&value);
@@ -219,32 +212,13 @@ impl ActionServer {
                     );
                 }
             }
-            Some(goal) => {
-                let (status, result) = (goal.status as u8, goal.result.clone());
-                self.reply_result(node, request, status, &result);
-            }
-            None => self.reply_result(node, request, 0, &json!({})),
+            Some(goal) => node.reply(request, goal.result.clone()),
+            None => node.reply(request, self.action.no_result.clone()),
         }
     }
 
-    fn reply_result(&self, node: &Node, request: Request, status: u8, result: &Value) {
-        let response = json!({ "status": status, "result": result });
-        self.reply(node, request, "_GetResult_Response", &response);
-    }
-
-    fn reply(&self, node: &Node, request: Request, part: &str, response: &Value) {
-        let type_name = format!("{}{part}", self.action.type_name);
-        node.reply(request, self.action.encode(&type_name, response));
-    }
-
-    /// The value of a request; `None` for one that is not of the type, which has no response.
-    fn decode(&self, part: &str, request: &Request) -> Option<Value> {
-        let type_name = format!("{}{part}", self.action.type_name);
-        self.action.interfaces.decode(&type_name, &request.message()).ok()
-    }
-
     fn publish_states(&self, node: &Node) {
-        let states: Vec<_> = self
+        let states: Vec<Value> = self
             .goals
             .iter()
             .map(|goal| {
@@ -252,7 +226,7 @@ impl ActionServer {
                 json!({ "goal_info": info, "status": goal.status as u8 })
             })
             .collect();
-        let message = self.action.encode(STATUS, &json!({ "status_list": states }));
+        let message = encode(STATUS, &json!({ "status_list": states }));
         node.publish(self.publications + 1, vec![message]);
     }
 }

@@ -9,12 +9,24 @@ use super::*;
 use crate::tests::{Router, until};
 use crate::{Client, Node};
 
+const TYPE: &str = "nav2_msgs/action/NavigateToPose";
+
 fn action() -> Action {
-    Action {
-        name: "/navigate_to_pose".to_owned(),
-        type_name: "nav2_msgs/action/NavigateToPose",
-        interfaces: standard(),
-    }
+    Action::of_interface("/navigate_to_pose".to_owned(), TYPE, standard()).unwrap()
+}
+
+/// A message of a part of the action.
+fn message(part: &str, value: &Value) -> Vec<u8> {
+    standard().encode(&format!("{TYPE}_{part}"), value).unwrap()
+}
+
+fn value(part: &str, message: &[u8]) -> Value {
+    standard().decode(&format!("{TYPE}_{part}"), message).unwrap()
+}
+
+/// The message of a result.
+fn result(value: &Value) -> Vec<u8> {
+    message("GetResult_Response", &json!({ "result": value }))
 }
 
 /// A node at each end, which know each other.
@@ -47,7 +59,7 @@ impl Ends {
 
     /// Waits for the next request at the server, which accepts goals without a behaviour tree.
     fn requested(&mut self) -> ServerEvent {
-        let accepts = |goal: &Value| goal["behavior_tree"] == "";
+        let accepts = |goal: &[u8]| value("Goal", goal)["behavior_tree"] == "";
         until(|| {
             let events = self.server.poll(&self.worker, Duration::from_secs(9), accepts);
             assert!(events.len() < 2, "{events:?}");
@@ -66,14 +78,12 @@ impl Ends {
 
     /// Sends a goal, which the server accepts.
     fn goal(&mut self) -> GoalId {
-        self.client.send(
-            &self.caller,
-            &json!({ "pose": { "pose": { "position": { "x": 2.5 } } } }),
-        );
+        let goal = json!({ "pose": { "pose": { "position": { "x": 2.5 } } } });
+        self.client.send(&self.caller, &message("Goal", &goal));
         let ServerEvent::Accepted(id, goal) = self.requested() else {
             panic!("a goal was sent");
         };
-        assert_eq!(goal["pose"]["pose"]["position"]["x"], 2.5);
+        assert_eq!(value("Goal", &goal)["pose"]["pose"]["position"]["x"], 2.5);
         assert_eq!(self.happened(), GoalEvent::Accepted);
         id
     }
@@ -84,16 +94,17 @@ fn a_goal_is_accepted_has_feedback_and_ends_with_its_result() {
     let mut ends = Ends::new();
     let id = ends.goal();
     until(|| ends.worker.has_subscribers(0).then_some(()));
+    let feedback = message("Feedback", &json!({ "distance_remaining": 1.5 }));
+    ends.server.feedback(&ends.worker, id, &feedback);
+    assert_eq!(ends.happened(), GoalEvent::Feedback(feedback));
+    let why = json!({ "error_code": 3, "error_msg": "no way" });
     ends.server
-        .feedback(&ends.worker, id, &json!({ "distance_remaining": 1.5 }));
-    let GoalEvent::Feedback(feedback) = ends.happened() else {
-        panic!("there is feedback");
+        .end(&ends.worker, id, GoalStatus::Aborted, Some(result(&why)));
+    let GoalEvent::Ended(GoalStatus::Aborted, ended) = ends.happened() else {
+        panic!("it has ended");
     };
-    assert_eq!(feedback["distance_remaining"], 1.5);
-    let result = json!({ "error_code": 3, "error_msg": "no way" });
-    ends.server
-        .end(&ends.worker, id, GoalStatus::Aborted, result.clone());
-    assert_eq!(ends.happened(), GoalEvent::Ended(GoalStatus::Aborted, result));
+    let ended = value("GetResult_Response", &ended);
+    assert_eq!((&ended["status"], &ended["result"]), (&json!(6), &why));
     assert!(!ends.client.is_active());
 }
 
@@ -106,17 +117,19 @@ fn a_goal_is_canceled_once_the_server_says_so() {
     }
     assert_eq!(ends.requested(), ServerEvent::Canceled(id));
     assert!(ends.client.is_active());
-    ends.server.end(&ends.worker, id, GoalStatus::Canceled, json!({}));
+    ends.server.end(&ends.worker, id, GoalStatus::Canceled, None);
     let GoalEvent::Ended(status, result) = ends.happened() else {
         panic!("it has ended");
     };
-    assert_eq!((status, &result["error_code"]), (GoalStatus::Canceled, &json!(0)));
+    let result = value("GetResult_Response", &result);
+    assert_eq!((status, &result["status"]), (GoalStatus::Canceled, &json!(5)));
+    assert_eq!(result["result"]["error_code"], 0);
 }
 
 #[test]
 fn a_goal_that_is_canceled_before_it_is_accepted_is_canceled_afterwards() {
     let mut ends = Ends::new();
-    ends.client.send(&ends.caller, &json!({}));
+    ends.client.send(&ends.caller, &message("Goal", &json!({})));
     ends.client.cancel(&ends.caller);
     let mut seen = Vec::new();
     until(|| {
@@ -129,8 +142,8 @@ fn a_goal_that_is_canceled_before_it_is_accepted_is_canceled_afterwards() {
 #[test]
 fn a_rejected_goal_and_one_whose_server_is_gone_end_with_the_reason() {
     let mut ends = Ends::new();
-    ends.client
-        .send(&ends.caller, &json!({ "behavior_tree": "mine.xml" }));
+    let goal = message("Goal", &json!({ "behavior_tree": "mine.xml" }));
+    ends.client.send(&ends.caller, &goal);
     assert_eq!(ends.happened(), GoalEvent::Rejected);
     ends.goal();
     let Ends {
@@ -156,18 +169,14 @@ fn at_most_16_requests_for_the_result_of_a_goal_wait_and_further_ones_are_refuse
     let mut ends = Ends::new();
     let id = ends.goal();
     let mut config = ends.router.node("curious");
-    let [.., result] = action().services();
+    let [.., result] = action().services;
     config.clients.push(Client {
         service: result,
         timeout: Duration::from_secs(60),
     });
     let curious = Node::start(config).unwrap();
     until(|| curious.has_server(0).then_some(()));
-    let ask = |id: GoalId| {
-        let request = json!({ "goal_id": uuid(id) });
-        let part = "nav2_msgs/action/NavigateToPose_GetResult_Request";
-        curious.call(0, action().encode(part, &request))
-    };
+    let ask = |id: GoalId| curious.call(0, message("GetResult_Request", &json!({ "goal_id": uuid(id) })));
     let mut refused = Vec::new();
     let mut asked = Vec::new();
     for _ in 0..17 {
@@ -190,12 +199,39 @@ fn at_most_16_requests_for_the_result_of_a_goal_wait_and_further_ones_are_refuse
             .contains("16 requests for this result wait already")
     );
     // One of those that wait may be that of the caller, and the newest ten responses of `curious` are kept.
-    ends.server
-        .end(&ends.worker, id, GoalStatus::Succeeded, json!({}));
+    ends.server.end(&ends.worker, id, GoalStatus::Succeeded, None);
     let waited = until(|| {
         curious
             .take_response(0)
             .filter(|response| response.sequence == asked[14])
     });
     assert!(waited.outcome.is_ok(), "{waited:?}");
+}
+
+#[test]
+fn the_envelopes_of_any_action_are_those_of_each() {
+    let id = new_id();
+    let goal = json!({ "behavior_tree": "mine.xml" });
+    let request = message("SendGoal_Request", &json!({ "goal_id": uuid(id), "goal": goal }));
+    assert_eq!(with_id(id, &message("Goal", &goal)), request);
+    assert_eq!(split_id(&request), Some((id, message("Goal", &goal))));
+    let feedback = json!({ "distance_remaining": 2.0, "number_of_recoveries": 3 });
+    let sent = message(
+        "FeedbackMessage",
+        &json!({ "goal_id": uuid(id), "feedback": feedback }),
+    );
+    assert_eq!(with_id(id, &message("Feedback", &feedback)), sent);
+    let accepted = json!({ "accepted": true, "stamp": stamp(Duration::from_secs(7)) });
+    assert_eq!(
+        encode("SendGoal_Response", &accepted),
+        message("SendGoal_Response", &accepted)
+    );
+    let asked = json!({ "goal_id": uuid(id) });
+    assert_eq!(
+        encode("GetResult_Request", &asked),
+        message("GetResult_Request", &asked)
+    );
+    for short in [&request[..3], &request[..19], &[]] {
+        assert_eq!(split_id(short), None);
+    }
 }

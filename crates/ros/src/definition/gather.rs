@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use super::{RULE, parts, scalar};
+use super::{RULE, full, parts, scalar};
 
 /// Why a definition cannot be collected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,7 +36,8 @@ pub fn gather(
     while let Some(next) = pending.pop() {
         let own = find(&next).ok_or_else(|| GatherError::Missing(next.clone()))?;
         if !text.is_empty() {
-            let _ = writeln!(text, "{RULE}\nMSG: {}", next.replace("/msg/", "/"));
+            let (package, own) = parts(&next);
+            let _ = writeln!(text, "{RULE}\nMSG: {package}/{own}");
         }
         text.push_str(&own);
         if !own.ends_with('\n') {
@@ -48,7 +49,7 @@ pub fn gather(
                 continue;
             }
             let (stated, short) = element.rsplit_once('/').unwrap_or((&package, element));
-            let inner = format!("{}/msg/{short}", stated.trim_end_matches("/msg"));
+            let inner = full(stated.trim_end_matches("/msg"), short);
             if !known(&inner) && listed.insert(inner.clone()) {
                 pending.push(inner);
             }
@@ -75,7 +76,7 @@ pub fn split(name: &str, text: &str) -> BTreeMap<String, String> {
         let next = lines.next().unwrap_or_default();
         let (package, short) = parts(next.trim_start_matches("MSG:").trim());
         messages.insert(
-            core::mem::replace(&mut name, format!("{package}/msg/{short}")),
+            core::mem::replace(&mut name, full(&package, &short)),
             core::mem::take(&mut own),
         );
     }

@@ -1,5 +1,5 @@
 //! Writes and reads the ROS 2 definition of a described type, in the form `ros2msg` of MCAP: the type's own
-//! fields, then those of every type that it contains. It knows messages only, no services or actions.
+//! fields, then those of every type that it contains. Of services and actions it knows the parts, which are messages.
 
 mod gather;
 mod read;
@@ -22,15 +22,27 @@ const PACKAGE: &str = "jde_msgs";
 /// The line between two definitions.
 const RULE: &str = "================================================================================";
 
-/// Returns the name of a type's schema in the form of ROS 2: `package/msg/Type`, and `package/srv/Type_Request` of the
-/// request of a service. Characters that a ROS name cannot have become `_`.
+/// Returns the name of a type's schema in the form of ROS 2: `package/msg/Type`, `package/srv/Type_Request` of the request
+/// of a service, and `package/action/Type_Goal` of the goal of an action. Characters that a ROS name cannot have become `_`.
 #[must_use]
 pub fn name(value_type: &Type) -> String {
     let (package, name) = parts(&value_type.name);
-    let folder = if value_type.name.contains("/srv/") {
-        "srv"
-    } else {
-        "msg"
+    let stated = ["srv", "action"].into_iter().find(|folder| {
+        let middle = value_type.name.split('/').nth(1);
+        middle == Some(folder)
+    });
+    format!("{package}/{}/{name}", stated.unwrap_or("msg"))
+}
+
+/// Returns the full name of a type that definitions name `package/Type`. Names of messages have no `_` in ROS 2, and those
+/// of parts of services and actions end with one and the part.
+fn full(package: &str, name: &str) -> String {
+    let is_action = |stem: &str| stem.ends_with("_SendGoal") || stem.ends_with("_GetResult");
+    let folder = match name.rsplit_once('_') {
+        Some((_, "Goal" | "Result" | "Feedback" | "FeedbackMessage")) => "action",
+        Some((stem, "Request" | "Response" | "Event")) if is_action(stem) => "action",
+        Some((_, "Request" | "Response" | "Event")) => "srv",
+        _ => "msg",
     };
     format!("{package}/{folder}/{name}")
 }
@@ -56,6 +68,15 @@ pub fn definition(value_type: &Type) -> String {
         pending.extend(new.into_iter().rev());
     }
     text
+}
+
+/// Returns the definition of the response that states how a goal has ended. `short` names the action as `package/NAME`.
+#[must_use]
+pub fn action_result(short: &str) -> String {
+    format!(
+        "# How it has ended: 4 succeeded, 5 canceled, 6 aborted, as in `action_msgs/msg/GoalStatus`.\nint8 status\n\
+         # The result.\n{short}_Result result"
+    )
 }
 
 /// Writes the type's own fields.
@@ -218,5 +239,25 @@ mod tests {
         assert_eq!(name(&value_type), "jde_msgs/msg/near_by");
         value_type.name = "my-plugin/Gap".to_owned();
         assert_eq!(name(&value_type), "my_plugin/msg/Gap");
+    }
+
+    #[test]
+    fn parts_of_services_and_actions_have_a_folder_of_their_own() {
+        for expected in [
+            "a/msg/Goal",
+            "a/srv/Go_Request",
+            "a/srv/Go_Event",
+            "a/action/Go_Goal",
+            "a/action/Go_FeedbackMessage",
+            "a/action/Go_GetResult_Response",
+        ] {
+            let own = expected.rsplit_once('/').unwrap().1;
+            assert_eq!(full("a", own), expected);
+            let value_type = Type {
+                name: expected.to_owned(),
+                ..Twist::describe()
+            };
+            assert_eq!(name(&value_type), expected);
+        }
     }
 }

@@ -2,6 +2,7 @@
 //! and actions, their hashes (REP-2016), and their values in JSON. The values of schemas have a fixed size, and use
 //! [`definition`] and [`cdr`](crate::cdr) instead.
 
+mod parts;
 mod standard;
 mod values;
 
@@ -13,9 +14,8 @@ use hiroz_schema::{
 use jde_abi::describe::Scalar;
 use serde_json::{Value, json};
 
-use crate::Type;
-use crate::definition::{self, scalar};
-use crate::hash::{describe_type, number, placeholder, referenced};
+use crate::definition::scalar;
+use crate::hash::{number, placeholder};
 
 pub use standard::{humble, standard};
 pub use values::ValueError;
@@ -138,18 +138,11 @@ impl Interfaces {
             self.message(&format!("{name}_{part}"), &own.join("\n"))?;
         }
         let short = name.replace("/action/", "/");
-        let id = "unique_identifier_msgs/UUID goal_id";
-        self.service(
-            &format!("{name}_SendGoal"),
-            &format!("{id}\n{short}_Goal goal\n{RULE}\nbool accepted\nbuiltin_interfaces/Time stamp"),
-        )?;
-        self.service(
-            &format!("{name}_GetResult"),
-            &format!("{id}\n{RULE}\nint8 status\n{short}_Result result"),
-        )?;
+        self.service(&format!("{name}_SendGoal"), &parts::send_goal(&short))?;
+        self.service(&format!("{name}_GetResult"), &parts::get_result(&short))?;
         self.message(
             &format!("{name}_FeedbackMessage"),
-            &format!("{id}\n{short}_Feedback feedback"),
+            &parts::feedback_message(&short),
         )
     }
 
@@ -157,32 +150,6 @@ impl Interfaces {
     #[must_use]
     pub fn hash(&self, name: &str) -> Option<String> {
         self.hash_with(name, BTreeMap::new())
-    }
-
-    /// Returns the hash of a service whose request and response are values of these types, which are named
-    /// `NAME_Request` and `NAME_Response`; `None` if they are not.
-    #[must_use]
-    pub fn service_hash(name: &str, request: &Type, response: &Type) -> Option<String> {
-        let of_events = ["builtin_interfaces/msg/Time", "service_msgs/msg/ServiceEventInfo"];
-        let of_events = standard()
-            .0
-            .iter()
-            .filter(|(name, _)| of_events.contains(&name.as_str()));
-        let mut interfaces = Self(
-            of_events
-                .map(|(name, members)| (name.clone(), members.clone()))
-                .collect(),
-        );
-        let mut parts = BTreeMap::new();
-        for value_type in [request, response] {
-            referenced(value_type, &mut parts);
-            let name = definition::name(value_type);
-            // Its description is that of the type.
-            interfaces.0.insert(name.clone(), Vec::new());
-            parts.insert(name, describe_type(value_type));
-        }
-        interfaces.envelope(name).ok()?;
-        interfaces.hash_with(name, parts)
     }
 
     /// Returns the description of an interface, a `type_description_interfaces/msg/TypeDescription`; `None` for one that

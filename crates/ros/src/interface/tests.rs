@@ -1,9 +1,13 @@
 //! Hashes and values of interfaces, against those of ROS 2.
 
+use std::sync::Arc;
+
+use jde_types::{Header, Value as _};
 use proptest::prelude::*;
 use serde_json::json;
 
 use super::*;
+use crate::definition::{action_result, read_interface};
 
 /// Hashes of ROS 2 Jazzy, from the descriptions that `rosidl_generator_type_description` makes.
 const JAZZY: &[(&str, &str)] = &[
@@ -185,6 +189,34 @@ fn a_service_of_values_has_the_hash_of_its_definition() {
             None
         );
     }
+}
+
+#[test]
+fn an_action_of_values_has_the_hashes_of_its_definition() {
+    let name = "demo/action/Go";
+    let [goal, result, feedback] = [
+        "int32 order\nstring why",
+        "int32[] sequence",
+        "std_msgs/Header header\nbyte near",
+    ];
+    let mut interfaces = standard().clone();
+    let definition = format!("{goal}\n---\n{result}\n---\n{feedback}\n");
+    interfaces.action(name, &definition).unwrap();
+    let header = |name: &str| (name == "std_msgs/msg/Header").then(|| Arc::new(Header::describe()));
+    let read =
+        |part: &str, text: &str| read_interface(&format!("{name}_{part}"), text, |_| 9, header).unwrap();
+    let response = format!("{}\n===\nMSG: demo/Go_Result\n{result}", action_result("demo/Go"));
+    let goal = read("Goal", goal);
+    let types = (read("GetResult_Response", &response), read("Feedback", feedback));
+    let hashes = Interfaces::action_hashes(name, &goal, &types.0, &types.1).unwrap();
+    let expected = ["SendGoal", "GetResult", "FeedbackMessage"];
+    for (hash, part) in hashes.into_iter().zip(expected) {
+        assert_eq!(Some(hash), interfaces.hash(&format!("{name}_{part}")), "{part}");
+    }
+    assert_eq!(
+        Interfaces::action_hashes("demo/action/Come", &goal, &types.0, &types.1),
+        None
+    );
 }
 
 #[test]

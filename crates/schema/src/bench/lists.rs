@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Port, Role, Schema, Type};
+use jde_abi::describe::{ListKind, Port, Role, Schema, Type};
 use jde_abi::lists;
 use jde_abi::lists::ListedPort;
 use jde_types::Value;
@@ -52,7 +52,7 @@ impl<S> Bench<S> {
 }
 
 impl Entry {
-    /// An entry of a list, whose values are `T`s. An export has the name of the entry, unless [`Self::named`] states
+    /// An entry of a list, whose values are `T`s. An export or a command has the name of the entry, unless [`Self::named`] states
     /// another one.
     #[must_use]
     pub fn new<T: Value>(list: &str, label: &str) -> Self {
@@ -100,11 +100,15 @@ impl Entry {
             name: self.name.clone(),
             doc: String::new(),
             unit: String::new(),
-            value_type,
-            role: if list.exports {
-                Role::Export
-            } else {
-                Role::Import { trigger: false }
+            value_type: Arc::clone(&value_type),
+            role: match list.kind {
+                ListKind::Imports => Role::Import { trigger: false },
+                ListKind::Exports => Role::Export,
+                ListKind::Commands { validity_ns } => Role::Command {
+                    neutral: vec![0; value_type.bytes],
+                    validity_ns,
+                    trigger: true,
+                },
             },
             optional: true,
         };

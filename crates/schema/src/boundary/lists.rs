@@ -18,6 +18,7 @@ pub const fn list<S>(
     doc: &'static CStr,
     settings: *const raw::Type,
     initial: &'static S,
+    validity_ns: u64,
 ) -> raw::PortList {
     raw::PortList {
         size: size_of::<raw::PortList>() as u32,
@@ -26,6 +27,7 @@ pub const fn list<S>(
         doc: doc.as_ptr(),
         settings,
         initial: ptr::from_ref(initial).cast(),
+        validity_ns,
     }
 }
 

@@ -72,9 +72,10 @@ impl ServiceClient {
         while let Some(response) = connection.node.take_response(self.number) {
             let is_own = |pending: &mut Pending| matches!(pending.phase, Phase::Sent(number) if number == response.sequence);
             if let Some(pending) = self.pending.take_if(is_own) {
-                let outcome = response
-                    .outcome
-                    .and_then(|message| self.export(cx, connection, &message, (pending.time, export)));
+                let outcome = response.outcome.and_then(|message| {
+                    let response = (&*self.service.name, &self.response, &*message);
+                    connection.export(cx, response, Some(pending.time), export)
+                });
                 self.report(cx, outcome);
                 // Its readers shall see it before the next request retracts it.
                 return;
@@ -108,25 +109,6 @@ impl ServiceClient {
             pending.phase = Phase::Sent(connection.node.call(self.number, message));
             pending.since = cx.now();
         }
-    }
-
-    /// Exports a response to the request of the value of that time.
-    fn export(
-        &self,
-        cx: &Context,
-        connection: &mut RosConnection,
-        message: &[u8],
-        (time, export): (Duration, &mut ListedExport<Plain>),
-    ) -> Result<(), String> {
-        let measured = match self.response.stamp(&[message]) {
-            Some(stamp) => connection.measured(cx, &self.service.name, stamp, cx.now()),
-            None => cx.now(),
-        };
-        let clock = &connection.clock;
-        let written = export.write_with(cx, Some(time), |value| {
-            self.response.decode_into(&[message], (measured, clock), value)
-        });
-        written.map_err(|error| error.to_string())
     }
 
     /// Warns of the first request of a row that has no response.

@@ -133,11 +133,11 @@ impl Inspect for Services {
         }
         for export in self.take_response.iter() {
             let requests = self.send_request.iter().map(ListedImport::label);
-            problems.expect(export, partner(requests, export.label(), "send_request"));
+            problems.expect(export, partner(requests, export.label(), "send_request", WHOLE));
         }
         for import in self.send_response.iter() {
             let requests = self.take_request.iter().map(ListedExport::label);
-            problems.expect(import, partner(requests, import.label(), "take_request"));
+            problems.expect(import, partner(requests, import.label(), "take_request", WHOLE));
         }
     }
 }
@@ -171,7 +171,7 @@ impl Services {
     /// Returns the service of an entry of `send_request`, and the place of its response.
     fn client(&self, namespace: &str, request: &ListedImport<Timed>) -> Result<(Service, usize), String> {
         let responses = self.take_response.iter().map(ListedExport::label);
-        let place = partner(responses, request.label(), "take_response")?;
+        let place = partner(responses, request.label(), "take_response", WHOLE)?;
         let types = (request.value_type(), self.take_response[place].value_type());
         Ok((
             service(namespace, request.label(), request.settings(), types)?,
@@ -182,7 +182,7 @@ impl Services {
     /// Returns the service of an entry of `take_request`, and the place of its response.
     fn server(&self, namespace: &str, request: &ListedExport<Timed>) -> Result<(Service, usize), String> {
         let responses = self.send_response.iter().map(ListedImport::label);
-        let place = partner(responses, request.label(), "send_response")?;
+        let place = partner(responses, request.label(), "send_response", WHOLE)?;
         let name = |entry: &ListedExport<Timed>| names::topic(namespace, entry.label()).ok().flatten();
         let mut earlier = self.take_request.iter().map_while(|entry| {
             let is_earlier = entry.label() != request.label();
@@ -200,10 +200,21 @@ impl Services {
 }
 
 /// Returns the place of that key among those of a list.
-fn partner(mut keys: impl Iterator<Item = &'static str>, key: &str, list: &str) -> Result<usize, String> {
+///
+/// # Errors
+/// If there is none. `whole` says what consists of entries in several lists.
+pub(crate) fn partner(
+    mut keys: impl Iterator<Item = &'static str>,
+    key: &str,
+    list: &str,
+    whole: &str,
+) -> Result<usize, String> {
     let place = keys.position(|other| other == key);
-    place.ok_or_else(|| format!("`{list}` has no entry of this name; a service has a request and a response"))
+    place.ok_or_else(|| format!("`{list}` has no entry of this name; {whole}"))
 }
+
+/// What a service consists of.
+const WHOLE: &str = "a service has a request and a response";
 
 /// Returns the service of that key.
 fn service(

@@ -89,7 +89,8 @@ impl ServiceServer {
             }
             // Before the export: a response may have the time of its request.
             let since = cx.now();
-            match self.export(cx, connection, &request.message(), export) {
+            let message = request.message();
+            match connection.export(cx, (&self.name, &self.request, &message), Some(since), export) {
                 Ok(()) => {
                     self.serving = Some(Serving {
                         request,
@@ -126,25 +127,6 @@ impl ServiceServer {
             }
             None => connection.node.refuse(request, reason.to_owned()),
         }
-    }
-
-    /// Exports a request.
-    fn export(
-        &self,
-        cx: &Context,
-        connection: &mut RosConnection,
-        message: &[u8],
-        export: &mut ListedExport<Timed>,
-    ) -> Result<(), String> {
-        let measured = match self.request.stamp(&[message]) {
-            Some(stamp) => connection.measured(cx, &self.name, stamp, cx.now()),
-            None => cx.now(),
-        };
-        let clock = &connection.clock;
-        let written = export.write_with(cx, None, |value| {
-            self.request.decode_into(&[message], (measured, clock), value)
-        });
-        written.map_err(|error| error.to_string())
     }
 }
 

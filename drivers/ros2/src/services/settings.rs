@@ -12,7 +12,7 @@ pub(crate) struct Timed {
     pub(crate) timeout: f64,
 }
 
-/// A response has no settings.
+/// An entry without settings.
 #[derive(Clone, Copy, Debug, Value)]
 #[repr(C)]
 #[value(name = "jde_msgs/msg/RosResponse")]
@@ -25,12 +25,12 @@ impl Timed {
     pub(crate) const DEFAULT: Self = Self { timeout: 5.0 };
 
     /// The time that a request waits for its response.
-    pub(super) fn timeout(&self) -> Duration {
+    pub(crate) fn timeout(&self) -> Duration {
         Duration::from_secs_f64(self.timeout)
     }
 
     /// Checks the settings.
-    pub(super) fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         match self.timeout {
             timeout if timeout > 0.0 && timeout <= 3600.0 => Ok(()),
             timeout => Err(format!(

@@ -1,6 +1,6 @@
 //! Nav2's action from both ends: Nav2 drives for an application, and an application drives for ROS 2.
 
-use jde_ros_node::{ActionClient, ActionServer, GoalEvent, GoalStatus, Node, ServerEvent};
+use jde_ros_node::{ActionClient, ActionServer, GoalEvent, GoalStatus, Middleware, Node, ServerEvent};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -108,6 +108,7 @@ fn nav2_drives_while_the_schema_wins_and_a_lost_goal_is_canceled_and_sent_again(
     let ServerEvent::Accepted(id, goal) = nav2.request() else {
         panic!("a goal was sent");
     };
+    let goal = goal::decode(Middleware::Rmw, "Goal", &goal).unwrap();
     assert_eq!(goal["pose"]["pose"]["position"]["x"], 2.0);
     assert_eq!(goal["pose"]["header"]["frame_id"], "map");
     let twist = Twist::planar(0.3, 0.1);
@@ -126,13 +127,12 @@ fn nav2_drives_while_the_schema_wins_and_a_lost_goal_is_canceled_and_sent_again(
         }
     };
     assert_eq!(canceled, ServerEvent::Canceled(id));
-    nav2.server.end(&nav2.node, id, GoalStatus::Canceled, json!({}));
+    nav2.server.end(&nav2.node, id, GoalStatus::Canceled, None);
     let ServerEvent::Accepted(again, _) = nav2.request() else {
         panic!("the goal was sent again");
     };
     assert_ne!(again, id);
-    nav2.server
-        .end(&nav2.node, again, GoalStatus::Succeeded, json!({}));
+    nav2.server.end(&nav2.node, again, GoalStatus::Succeeded, None);
     assert_eq!(nav2.until_state(Mission::DONE), "reached");
     assert!(!nav2.turn(), "it is reached");
     assert_eq!(
@@ -149,7 +149,12 @@ fn a_target_that_nav2_gives_up_fails_with_its_words_until_another_one() {
         panic!("a goal was sent");
     };
     let result = json!({ "error_code": 204, "error_msg": "no valid path" });
-    nav2.server.end(&nav2.node, id, GoalStatus::Aborted, result);
+    let result = goal::encode(
+        Middleware::Rmw,
+        "GetResult_Response",
+        &json!({ "result": result }),
+    );
+    nav2.server.end(&nav2.node, id, GoalStatus::Aborted, Some(result));
     assert_eq!(
         nav2.until_state(Mission::FAILED),
         "Nav2 gave up: error 204 no valid path"
@@ -166,8 +171,7 @@ fn nav2_of_humble_gives_up_without_words() {
     let ServerEvent::Accepted(id, _) = nav2.request() else {
         panic!("a goal was sent");
     };
-    nav2.server
-        .end(&nav2.node, id, GoalStatus::Aborted, json!({ "result": {} }));
+    nav2.server.end(&nav2.node, id, GoalStatus::Aborted, None);
     assert_eq!(nav2.until_state(Mission::FAILED), "Nav2 gave up");
 }
 
@@ -180,7 +184,7 @@ fn a_goal_that_nav2_rejects_because_it_is_not_active_is_sent_again() {
     let ServerEvent::Accepted(id, _) = nav2.request() else {
         panic!("the goal was sent again");
     };
-    nav2.server.end(&nav2.node, id, GoalStatus::Succeeded, json!({}));
+    nav2.server.end(&nav2.node, id, GoalStatus::Succeeded, None);
     assert_eq!(nav2.until_state(Mission::DONE), "reached");
     // The next one is rejected for longer.
     nav2.aim(3.0);
@@ -220,6 +224,7 @@ struct Program {
     session: Session,
     node: Node,
     client: ActionClient,
+    middleware: Middleware,
     fixture: Fixture<Goals>,
 }
 
@@ -236,6 +241,7 @@ impl Program {
         let mut config = config(&address);
         let action = goal::action("", "navigate_to_pose", config.name.middleware).unwrap();
         let client = ActionClient::declare(action, &mut config);
+        let middleware = config.name.middleware;
         let node = Node::start(config).unwrap();
         let mut fixture = Fixture::<Goals>::connecting_to(&address).awake();
         fixture.until(|_| client.has_server(&node));
@@ -243,13 +249,15 @@ impl Program {
             session,
             node,
             client,
+            middleware,
             fixture,
         }
     }
 
     fn send(&mut self, x: f64, frame: &str) {
         let pose = goal::stamped(Pose2D::new(x, 1.0, 0.0), frame, stamp());
-        self.client.send(&self.node, &json!({ "pose": pose }));
+        let goal = goal::encode(self.middleware, "Goal", &json!({ "pose": pose }));
+        self.client.send(&self.node, &goal);
     }
 
     fn event(&mut self) -> GoalEvent {
@@ -290,7 +298,10 @@ impl Program {
 
     fn end(&mut self) -> (GoalStatus, Json) {
         match self.event() {
-            GoalEvent::Ended(status, result) => (status, result),
+            GoalEvent::Ended(status, result) => {
+                let mut result = goal::decode(self.middleware, "GetResult_Response", &result).unwrap();
+                (status, result["result"].take())
+            }
             other => panic!("{other:?}"),
         }
     }
@@ -307,9 +318,14 @@ fn a_goal_of_ros_2_is_a_target_and_ends_as_the_mission_does() {
     loop {
         program.fixture.step();
         let events = program.client.poll(&program.node);
-        if events.iter().any(
-            |event| matches!(event, GoalEvent::Feedback(feedback) if feedback["distance_remaining"] == 0.5),
-        ) {
+        let is_expected = |event: &GoalEvent| match event {
+            GoalEvent::Feedback(feedback) => {
+                let feedback = goal::decode(program.middleware, "Feedback", feedback).unwrap();
+                feedback["distance_remaining"] == 0.5
+            }
+            _ => false,
+        };
+        if events.iter().any(is_expected) {
             break;
         }
     }

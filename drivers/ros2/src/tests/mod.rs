@@ -1,5 +1,6 @@
 //! The drivers against Zenoh sessions in this process, over real sockets of the loopback interface.
 
+mod actions;
 mod base;
 mod bridge;
 mod commands;

@@ -5,6 +5,7 @@
     ros2_tools.py arbiter PORT   beside `jde run ros2-arbiter`: they drive by a topic of another name
     ros2_tools.py goals PORT     beside `jde run ros2-goals`: they show its map and send it to a place
     ros2_tools.py nav2 PORT      beside `jde run ros2-nav2` with a target: Nav2 drives there
+    ros2_tools.py actions PORT   beside `jde run examples/ros2/fibonacci/app.toml`: they send it a goal, and it sends one
     ros2_tools.py services PORT JDE
                                 they launch services.toml with parameters and other names, and call its service
 
@@ -143,6 +144,47 @@ def nav2():
         shows(f"topic echo {ALONE} --once --filter m.pose.pose.position.y>2.3 /odom", "y: ")
 
 
+def actions():
+    from example_interfaces.action import Fibonacci
+    from rclpy.action import ActionServer, CancelResponse
+    from rclpy.task import Future
+
+    node, seen = connect(int(sys.argv[2])), []
+
+    async def pause():
+        future = Future()
+        timer = node.create_timer(0.05, lambda: future.set_result(None))
+        await future
+        node.destroy_timer(timer)
+
+    async def compute(goal):
+        sequence = [0, 1]
+        # The first goal lasts until it is canceled.
+        while (len(sequence) <= goal.request.order or not seen) and not goal.is_cancel_requested:
+            if len(sequence) < 40:
+                sequence.append(sequence[-1] + sequence[-2])
+            goal.publish_feedback(Fibonacci.Feedback(sequence=sequence))
+            await pause()
+        goal.canceled() if goal.is_cancel_requested else goal.succeed()
+        seen.append((goal.request.order, goal.status))
+        return Fibonacci.Result(sequence=sequence)
+
+    server = ActionServer(node, Fibonacci, "/other/fibonacci", compute, cancel_callback=lambda _: CancelResponse.ACCEPT)
+    kind = "example_interfaces/action/Fibonacci"
+    shows("action list -t", f"/fibonacci [{kind}]")
+    shows("action info /fibonacci", "/actions")
+    # It takes the place of the schema whose goal the server above carries out.
+    shows(f"action send_goal -f /fibonacci {kind} '{{order: 4}}'", "- 2", "SUCCEEDED")
+    shows(f"action send_goal /fibonacci {kind} '{{order: 60}}'", "ABORTED")
+    end = time.monotonic() + LIMIT
+    # 5 is CANCELED, and 4 SUCCEEDED.
+    while (30, 4) not in seen and time.monotonic() < end:
+        time.sleep(0.05)
+    check(seen[0] == (30, 5) and (30, 4) in seen, f"the goals of the application ended so: {seen}")
+    server.destroy()
+    close()
+
+
 def services():
     from std_srvs.srv import SetBool
 
@@ -173,5 +215,5 @@ def services():
 
 if __name__ == "__main__":
     variables = os.environ | environment(int(sys.argv[2])) | {"PYTHONUNBUFFERED": "1"}
-    roles = {"robot": robot, "frames": frames, "arbiter": arbiter, "goals": goals, "nav2": nav2, "services": services}
+    roles = {"robot": robot, "frames": frames, "arbiter": arbiter, "goals": goals, "nav2": nav2, "actions": actions, "services": services}
     roles[sys.argv[1]]()

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{FieldKind, Type};
 
-use super::{definition, parts};
+use super::{definition, full, parts};
 pub(crate) use layout::scalar;
 use layout::{Capacity, Element, Layout, shape, text};
 use section::{Line, Section, sections};
@@ -76,7 +76,7 @@ pub enum ReadError {
 
 /// Returns the type that a definition describes. This inverts [`definition`](super::definition()), apart from
 /// white space in docs, if that type has the layout of C without further padding. `name` becomes the name of
-/// the type; contained types are `package/msg/Type`.
+/// the type; contained types are `package/msg/Type`, or parts of services and actions.
 ///
 /// Constants and defaults are skipped; `byte` and `char` are `uint8`. A structure without a package has the
 /// package of the definition that uses it.
@@ -243,7 +243,7 @@ impl Reader<'_> {
         }
         let (package, name) = parts(title);
         let parsed = ParsedType {
-            value_type: Arc::new(layout.finish(format!("{package}/msg/{name}"), section.doc.clone())),
+            value_type: Arc::new(layout.finish(full(&package, &name), section.doc.clone())),
             height,
             fields: count,
         };
@@ -261,7 +261,7 @@ impl Reader<'_> {
     ) -> Result<ParsedType, ReadError> {
         let title = section.title(element);
         let (package, own) = parts(&title);
-        if let Some(value_type) = (self.known)(&format!("{package}/msg/{own}")) {
+        if let Some(value_type) = (self.known)(&full(&package, &own)) {
             return Ok(ParsedType::of(value_type));
         }
         if !self.sections.contains_key(&title) {
