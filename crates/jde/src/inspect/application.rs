@@ -7,7 +7,7 @@ use jde_app::period::format_setting;
 use jde_app::{Application, Binding, Executor, GroupConfig, ImportSource, InstanceConfig, Isolation};
 use jde_core::{Absence, Policy, contract};
 
-use super::value::format_value;
+use super::value::format_modulation;
 use crate::failure;
 use crate::terminal::{FAINT, TITLE, WARN};
 
@@ -95,10 +95,10 @@ pub(crate) fn write_defaults(application: &Application, output: &mut dyn Write) 
     for instance in &application.instances {
         let ports = instance.schema.ports.iter().zip(&instance.bindings);
         let values = ports.filter_map(|(port, binding)| match (binding, &port.role) {
-            (Binding::Modulation { initial, set }, Role::Modulation { default, .. })
+            (Binding::Modulation { initial, set }, Role::Modulation { default, limits, .. })
                 if initial == default =>
             {
-                let value = format_value(&port.value_type, initial, &port.unit);
+                let value = format_modulation(port, limits, initial);
                 let note = if *set { " (set without effect)" } else { "" };
                 Some(format!("{} = {value}{FAINT}{note}{FAINT:#}", port.name))
             }
@@ -242,10 +242,10 @@ fn describe_binding(
             Some(format!("{name} <- {source}{trigger}"))
         }
         Binding::Modulation { initial, .. } => {
-            let Role::Modulation { default, .. } = &port.role else {
+            let Role::Modulation { default, limits, .. } = &port.role else {
                 return None;
             };
-            let value = format_value(&port.value_type, initial, &port.unit);
+            let value = format_modulation(port, limits, initial);
             (initial != default).then(|| format!("{name} = {value}"))
         }
         Binding::Actuator { target } => {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use jde_abi::describe::Type;
+use jde_abi::describe::{Limits, Port, Type};
 use jde_app::is_path;
 use jde_board::value::{self, Value};
 
@@ -11,6 +11,15 @@ use crate::failure;
 /// Decodes and formats a value with its unit. A structure with one field is formatted as that field.
 pub(super) fn format_value(value_type: &Type, bytes: &[u8], unit: &str) -> String {
     format_with_unit(decode_plain(value_type, bytes), unit)
+}
+
+/// Decodes and formats the value of a modulation with its unit, or as the name of a choice.
+pub(super) fn format_modulation(port: &Port, limits: &Limits, bytes: &[u8]) -> String {
+    let number = port.value_type.number_of(bytes);
+    let chosen = number.and_then(|number| limits.choices.get(number as usize));
+    chosen
+        .cloned()
+        .unwrap_or_else(|| format_value(&port.value_type, bytes, &port.unit))
 }
 
 /// Formats a value with its unit. A path is formatted as the user would write it.

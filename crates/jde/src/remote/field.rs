@@ -11,6 +11,8 @@ use crate::inspect::value::{decode_plain, format_with_unit};
 pub(crate) struct VariableField {
     /// Its unit; empty for none.
     pub(crate) unit: String,
+    /// The names of its numbers, if it is a choice.
+    choices: Vec<String>,
     value_type: Type,
     path: String,
     name: String,
@@ -33,6 +35,10 @@ impl VariableField {
             unit: match path {
                 "" => variable.unit.clone(),
                 path => unit(&value_type, path),
+            },
+            choices: match path {
+                "" => variable.range.choices.clone(),
+                _ => Vec::new(),
             },
             path: path.to_owned(),
             value_type,
@@ -86,8 +92,14 @@ impl VariableField {
         }
     }
 
-    /// Formats one of its values with the unit.
+    /// Formats one of its values with the unit, or as the name of a choice.
     pub(crate) fn format_value(&self, value: Value) -> String {
+        let chosen = value
+            .as_number()
+            .and_then(|number| self.choices.get(number as usize));
+        if let Some(chosen) = chosen {
+            return chosen.clone();
+        }
         format_with_unit(value, &self.unit)
     }
 

@@ -370,6 +370,30 @@ fn a_run_without_a_router_is_the_same_and_says_so_once() {
 }
 
 #[test]
+fn simulated_time_is_the_clock_of_each_driver_that_states_none() {
+    let sandbox = Sandbox::new();
+    for (options, parameter, expected) in [
+        (&[][..], "use_sim_time:=true", "follow"),
+        (&[], "use_sim_time:=false", "wall"),
+        (
+            &["--set", "topics.clock=publish"],
+            "use_sim_time:=true",
+            "publish",
+        ),
+    ] {
+        let mut command = jde_with_plugins(&["run", "apps/ros2.toml", "--plain"]);
+        // Nothing answers there.
+        command
+            .args(["--set", "topics.connect=tcp/127.0.0.1:9"])
+            .args(options);
+        command.env("ZENOH_CONFIG_OVERRIDE", "connect/endpoints=[\"tcp/127.0.0.1:9\"]");
+        let _robot = sandbox.spawn(command, &["--ros-args", "-p", parameter]);
+        let clock = sandbox.run_ok(&["get", "topics.clock"]);
+        assert_eq!(clock.trim(), expected, "{options:?} {parameter}");
+    }
+}
+
+#[test]
 fn wrong_arguments_of_ros_are_usage() {
     let sandbox = Sandbox::new();
     for (arguments, expected) in [

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use serde_json::Value;
 
 use crate::attached::Sandbox;
-use crate::support::{jde, output_of};
+use crate::support::{RunOutput, jde, output_of};
 
 /// `cargo xtask test` sets this variable where windows can be opened. A test that cannot open any then fails.
 const REQUIRED_BY: &str = "JDE_TEST_SCREEN";
@@ -75,25 +75,25 @@ impl Screen {
             .expect("the executable starts");
         let windows = Windows(view);
         // The window gets its title when the application is open in it. Keys only drive in the focused
-        // window.
+        // window, and a window is found before it can have the focus. The sandbox has a watchdog.
         let title = format!("{application} - jde");
-        self.xdotool(&[
-            "search",
-            "--sync",
-            "--onlyvisible",
-            "--name",
-            &title,
-            "windowfocus",
-            "--sync",
-        ]);
+        let search = ["search", "--sync", "--onlyvisible", "--name", &title];
+        while self
+            .run(&[&search[..], &["windowfocus", "--sync"]].concat())
+            .status
+            != Some(0)
+        {}
         windows
     }
 
     /// Moves or clicks the mouse, or presses keys, with xdotool.
     fn xdotool(&self, args: &[&str]) {
-        let mut command = Command::new("xdotool");
-        let output = output_of(command.args(args).env("DISPLAY", &self.name));
+        let output = self.run(args);
         assert_eq!(output.status, Some(0), "xdotool {args:?}: {output:?}");
+    }
+
+    fn run(&self, args: &[&str]) -> RunOutput {
+        output_of(Command::new("xdotool").args(args).env("DISPLAY", &self.name))
     }
 
     fn click(&self, x: u32, y: u32) {
