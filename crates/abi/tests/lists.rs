@@ -77,6 +77,38 @@ fn a_list_is_read_with_the_type_and_the_default_of_its_settings() {
     assert_eq!(list.settings.fields[0].name, "period");
 }
 
+/// Makes the type a driver with one modulation and a list of commands.
+fn with_commands(tables: &mut Tables, validity_ns: u64) {
+    with_list(tables, |_, list, _| {
+        (list.kind, list.validity_ns) = (raw::COMMAND, validity_ns);
+    });
+    tables.schema.kind = raw::DRIVER;
+    tables.schema.child_count = 0;
+    // The first three are an import, an export and a modulation.
+    tables.schema.port_count = 3;
+}
+
+#[test]
+fn a_list_of_commands_belongs_to_a_driver_and_states_a_validity() {
+    let plugin = read_changed(|tables| with_commands(tables, 7)).expect("it is valid");
+    let kind = ListKind::Commands { validity_ns: 7 };
+    assert_eq!(plugin.schemas[0].lists[0].kind, kind);
+    assert_refused("validity_ns is 0", |tables| with_commands(tables, 0));
+    // A plugin of minor version 7 has smaller tables.
+    let small = |tables: &mut Tables, kind| {
+        with_commands(tables, 7);
+        // SAFETY: tables that live for ever, which only this test uses.
+        unsafe {
+            let list = (*LISTS.get()).lists.cast_mut();
+            (*list).size = core::mem::offset_of!(raw::PortList, validity_ns) as u32;
+            (*list).kind = kind;
+        }
+    };
+    assert_refused("validity_ns is 0", |tables| small(tables, raw::COMMAND));
+    let plugin = read_changed(|tables| small(tables, raw::EXPORT)).expect("it is valid");
+    assert_eq!(plugin.schemas[0].lists[0].kind, ListKind::Exports);
+}
+
 #[test]
 fn invalid_lists_are_refused() {
     let refused = |message: &str, change: fn(&mut raw::Lists, &mut raw::PortList, &mut raw::Field)| {

@@ -162,12 +162,19 @@ fn import(
     let draft = &drafts.list[index];
     let ports = &drafts.schema(index)?.ports;
     let (own, listed) = ports.split_at(ports.len() - drafts.listed(index).len());
-    let is_twin = |port: &Port| port.name == entry.label.text && (EXPORT.is_port)(port);
-    if own.iter().any(is_twin) {
+    let has = |ports: &[Port], name: &str| {
+        let mut imports = ports.iter().filter(|port| (EXPORT.is_port)(port));
+        imports.any(|port| port.name == name)
+    };
+    let name = match has(listed, entry.label.text) {
+        true => format!("{list}.{}", entry.label.text),
+        false => entry.label.text.to_owned(),
+    };
+    if has(own, entry.label.text) || has(listed, &name) {
         let message = format!(
             "{what}: {} has an import {} already",
             draft.section.label,
-            quote(entry.label.text)
+            quote(&name)
         );
         report
             .fault(&entry.label.span, message)
@@ -185,10 +192,7 @@ fn import(
     }
     let (owner, port) = variable::find(report, drafts, what, &from, VariableKind::Readable, None)?;
     Some(Port {
-        name: match listed.iter().any(is_twin) {
-            true => format!("{list}.{}", entry.label.text),
-            false => entry.label.text.to_owned(),
-        },
+        name,
         // A driver passes new values on at once (R12). It does not trigger itself.
         role: Role::Import {
             trigger: drafts.schema(index)?.kind == Kind::Driver && owner != index,

@@ -54,7 +54,12 @@ impl Layout {
                     "field `{name}` has no room: its capacity is 0"
                 )));
             }
-            let length_offset = round_up(end, 4);
+            // A sequence or a text is a structure that begins with its length.
+            let own_align = match &*form {
+                "one" | "array" => kind.align(),
+                _ => kind.align().max(4),
+            };
+            let length_offset = round_up(end, own_align);
             let (form, offset) = match &*form {
                 "one" => (Form::One, round_up(end, kind.align())),
                 "array" => (Form::Array(capacity), round_up(end, kind.align())),
@@ -75,10 +80,8 @@ impl Layout {
                 ),
             };
             let offset = round_up(offset, kind.align());
-            align = align
-                .max(kind.align())
-                .max(if form.length_offset().is_some() { 4 } else { 1 });
-            end = offset + kind.bytes() * capacity;
+            align = align.max(own_align);
+            end = round_up(offset + kind.bytes() * capacity, own_align);
             parts.push(Part {
                 name: PyString::intern(py, &name).unbind(),
                 layout,

@@ -123,6 +123,34 @@ class Shy(Schema, kind="motor", period="100ms"):
             cx.info(f"clicked at {at[0]:.1f}")
 
 
+@value("my_msgs/msg/Places")
+class Places:
+    """Fields of all sizes one after another."""
+
+    count: u8 = 0
+    spots: Annotated[Sequence[float], seq(float, 3)] = field(default_factory=list)
+    word: Annotated[str, text(5)] = ""
+    last: u8 = 0
+
+
+class Remember(Schema, kind="perceptive", period="100ms"):
+    """Gives back what it takes."""
+
+    places: Import[Places]
+    kept: Export[Places]
+
+    def iterate(self, cx: Context) -> None:
+        self.kept.write(self.places)
+
+
+def test_fields_have_the_places_that_they_have_in_rust_and_c() -> None:
+    bench = Bench(Remember)
+    places = Places(1, [0.5, -2.0], "fünf", 7)
+    bench.give("places", places)
+    bench.iterate()
+    assert bench.exported("kept") == places
+
+
 def scan(range: float) -> t.LaserScan:
     """A scan of one beam ahead."""
     return t.LaserScan(range_max=8.0, ranges=[range])

@@ -118,7 +118,7 @@ impl NodeConfig {
             .map(|topic| (&mut topic.name, &mut topic.hash))
             .chain(services.map(|service| (&mut service.name, &mut service.hash)));
         for (name, hash) in entities {
-            *name = self.remaps.apply(&self.name, std::mem::take(name));
+            *name = self.remaps.apply(&self.name, name);
             if self.name.middleware == Middleware::RmwHumble {
                 NO_HASH.clone_into(hash);
             }

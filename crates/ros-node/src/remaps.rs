@@ -53,16 +53,18 @@ impl Remaps {
         Self(self.0.iter().filter(|rule| !names_all(rule)).cloned().collect())
     }
 
-    /// Returns the full name that replaces the full name of a topic or a service.
+    /// Returns the full name that replaces the full name of a topic, a service, or a part of an action.
     #[must_use]
-    pub fn apply(&self, node: &NodeName, full: String) -> String {
+    pub fn apply(&self, node: &NodeName, full: &str) -> String {
+        // The rules name an action, and not its services and topics.
+        let (full, part) = full.split_at(full.find("/_action/").unwrap_or(full.len()));
         let fits = |rule: &&Rule| match &rule.from {
             From::Name(from) => rule.is_of(&node.node) && expand(from, node) == full,
             From::Node | From::Namespace => false,
         };
         match self.0.iter().find(fits) {
-            Some(rule) => expand(&rule.to, node),
-            None => full,
+            Some(rule) => expand(&rule.to, node) + part,
+            None => full.to_owned() + part,
         }
     }
 
@@ -168,7 +170,7 @@ mod tests {
     fn applied(rules: &str, full: &str) -> String {
         let remaps: Remaps = rules.parse().unwrap();
         assert_eq!(remaps.to_string().parse(), Ok(remaps.clone()), "{remaps}");
-        remaps.apply(&node(), full.to_owned())
+        remaps.apply(&node(), full)
     }
 
     #[test]
@@ -181,6 +183,11 @@ mod tests {
             ("~/stop:=halt", "/fleet/scout/stop", "/fleet/halt"),
             ("scan:=~/scan", "/fleet/scan", "/fleet/scout/scan"),
             ("a/b:=c/d", "/fleet/a/b", "/fleet/c/d"),
+            (
+                "dock:=/own/dock",
+                "/fleet/dock/_action/send_goal",
+                "/own/dock/_action/send_goal",
+            ),
         ] {
             assert_eq!(applied(rule, full), expected, "{rule}");
         }

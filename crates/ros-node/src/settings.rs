@@ -438,7 +438,7 @@ mod tests {
             let config = settings.node_config().unwrap();
             let topic = config
                 .remaps
-                .apply(&config.name, format!("{}/scan", config.name.namespace));
+                .apply(&config.name, &format!("{}/scan", config.name.namespace));
             (config.name.full(), topic)
         };
         let name = |full: &str, topic: &str| (full.to_owned(), topic.to_owned());

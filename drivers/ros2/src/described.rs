@@ -89,11 +89,12 @@ impl DescribedCodec {
         message
     }
 
-    /// A value without the times in it, and without what its lists no longer have.
-    pub(crate) fn without_times(&self, value: &[u8]) -> Vec<u8> {
-        let mut value = self.value_type.copy(value);
+    /// Encodes a value without the times in it.
+    pub(crate) fn encode_without_times(&self, value: &[u8]) -> Vec<u8> {
+        let (mut value, mut message) = (self.value_type.copy(value), Vec::new());
         convert_times(&self.value_type, &mut value, &mut |_| Time::default());
-        value
+        cdr::encode(&self.value_type, &value, &mut message);
+        message
     }
 
     /// Checks that a message is one of this type.

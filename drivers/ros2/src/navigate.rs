@@ -16,6 +16,8 @@ const LOST: u32 = 2;
 /// then.
 const REJECTED: Duration = Duration::from_secs(30);
 const AGAIN: Duration = Duration::from_secs(1);
+/// How long Nav2 may take to accept a goal.
+const ACCEPTED: Duration = Duration::from_secs(5);
 const NO_TOPIC: &str = "it commands the base with the velocities of a topic, as in \"nav/cmd_vel\"";
 
 node_schema! {
@@ -195,7 +197,7 @@ impl Navigate {
             ..node
         };
         Ok(ActiveNavigate {
-            client: ActionClient::declare(action, &mut config),
+            client: ActionClient::declare(action, ACCEPTED, &mut config),
             middleware,
             velocities: VelocitySubscription::new(0, &topic),
             connection: RosConnection::start(config, ClockSource::Wall)?,
@@ -230,8 +232,9 @@ impl ActiveNavigate {
         for event in self.client.poll(&self.connection.node) {
             match event {
                 GoalEvent::Feedback(feedback) => {
-                    let feedback = goal::decode(self.middleware, "Feedback", &feedback).unwrap_or_default();
-                    self.distance = feedback["distance_remaining"].as_f64().unwrap_or_default();
+                    if let Ok(feedback) = goal::decode(self.middleware, "Feedback", &feedback) {
+                        self.distance = feedback["distance_remaining"].as_f64().unwrap_or_default();
+                    }
                 }
                 GoalEvent::NotCanceled => {
                     let name = self.client.name();

@@ -51,10 +51,11 @@ class Compute(Schema, kind="motor", period="200ms"):
             self.begun, self.sequence = goal.sequence, [0, 1]
         if len(self.sequence) <= self.goal.order and len(self.sequence) < 47:
             self.sequence.append(self.sequence[-1] + self.sequence[-2])
-            self.feedback.write(Feedback(self.sequence))
+            self.feedback.write(Feedback(self.sequence), time=goal.time)
         else:
             status = SUCCEEDED if self.goal.order < 47 else ABORTED
-            self.end.write(End(status, Result(self.sequence)))
+            # With the time of the goal, so that it cannot end the next one.
+            self.end.write(End(status, Result(self.sequence)), time=goal.time)
 
 
 class Ask(Schema, kind="motor", period="100ms"):

@@ -110,6 +110,15 @@ repeat."/a" = "pioneer.odometry"
         .map(|port| &*port.name)
         .collect();
     assert_eq!(names, ["there", "/a", "repeat./a"]);
+    check(
+        r#"subscribe."/there" = "there"
+publish = { "/a" = "pioneer.laser", "repeat./a" = "pioneer.laser" }
+repeat = { "/a" = "pioneer.odometry" }"#,
+        r#"
+apps/good.toml:11:12: `/a` in `repeat` of schema `topics`: schema `topics` has an import `repeat./a` already
+    help: name it otherwise
+"#,
+    );
 }
 
 #[test]

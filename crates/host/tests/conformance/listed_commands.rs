@@ -32,7 +32,7 @@ macro_rules! driver {
         #[schema(driver, period = $period, name = "arms")]
         struct $name {
             /// What it takes.
-            #[commands(default = Nothing { padding: Padding::ZERO }, validity = "10s")]
+            #[commands(default = Nothing { padding: Padding::ZERO }, validity = "1000s")]
             take: Commands<Nothing>,
             /// The speeds.
             #[export]

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use jde_abi::describe::{Plugin, Port, Role, Schema};
+use jde_abi::describe::{ListKind, Plugin, Port, Role, Schema};
 use jde_app::period::format_setting;
 
 use super::value::{format_value, short_type_name};
@@ -82,8 +82,14 @@ fn write_schema(plugin: &Plugin, schema: &Schema, output: &mut dyn Write) -> io:
         [
             list.name.clone(),
             format!(
-                "{} of any type, settings: {}",
+                "{} of any type{}, settings: {}",
                 list.kind,
+                match list.kind {
+                    ListKind::Commands { validity_ns } => {
+                        format!(", in force for {}", format_setting(validity_ns))
+                    }
+                    _ => String::new(),
+                },
                 settings.collect::<Vec<_>>().join(", ")
             ),
             join_lines(&list.doc),

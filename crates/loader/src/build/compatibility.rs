@@ -129,7 +129,7 @@ impl<'a> CompatibilityCheck<'a> {
             });
             if is_used && !is_same {
                 self.errors.push(format!(
-                    "the list `{}` is gone or has other settings, and the application has entries in it",
+                    "the list `{}` is gone, or has other settings, another kind or another validity, and the application has entries in it",
                     list.name
                 ));
             }

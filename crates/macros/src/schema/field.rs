@@ -55,7 +55,7 @@ pub(super) enum Role {
     },
     List {
         initial: Expr,
-        /// Of a list of commands.
+        /// Of a list of commands; otherwise 0.
         validity_ns: u64,
     },
 }

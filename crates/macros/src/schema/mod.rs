@@ -197,6 +197,9 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
                     "only a driver takes commands; a motor schema writes them through #[actuator]".into(),
                 );
             }
+            Role::List { validity_ns, .. } if *validity_ns > 0 && about.kind != Kind::Driver => {
+                return wrong("only a driver has lists of commands".into());
+            }
             Role::Actuator { .. } if about.kind != Kind::Motor => {
                 return wrong("only a motor schema commands actuators".into());
             }

@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use jde_ros::Type;
 use jde_ros::cdr;
+use jde_ros::definition;
 use jde_ros::interface::{Interfaces, standard};
 use serde_json::{Value, json};
 
@@ -88,7 +89,8 @@ impl Action {
     /// If they are not those of one action.
     pub fn of_values(name: String, goal: &Type, result: &Type, feedback: &Type) -> Result<Self, String> {
         let stem = |value_type: &Type, part: &str| {
-            let stem = value_type.name.strip_suffix(part);
+            let name = definition::name(value_type);
+            let stem = name.strip_suffix(part);
             stem.filter(|stem| stem.contains("/action/"))
                 .map(str::to_owned)
                 .ok_or_else(|| {
@@ -109,8 +111,12 @@ impl Action {
                 ));
             }
         }
-        let hashes = Interfaces::action_hashes(&type_name, goal, result, feedback)
-            .ok_or_else(|| format!("`{}` has no `{type_name}_Result`", result.name))?;
+        let hashes = Interfaces::action_hashes(&type_name, goal, result, feedback).ok_or_else(|| {
+            format!(
+                "`{}` has other fields than an `int8 status` and a `{type_name}_Result result`",
+                result.name
+            )
+        })?;
         let mut no_result = Vec::new();
         cdr::encode(result, &vec![0; result.bytes], &mut no_result);
         Ok(Self::new(name, &type_name, hashes, no_result))

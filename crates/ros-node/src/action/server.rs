@@ -153,7 +153,8 @@ impl ActionServer {
         })
     }
 
-    /// Cancels the goal of that identifier, all goals without one, and all that are not younger than the stamp.
+    /// Cancels the goal of that identifier, all goals without one, and all that are not younger than the stamp. One that is
+    /// being canceled already is no event.
     fn take_cancellation(&mut self, node: &Node, request: Request) -> Vec<ServerEvent> {
         let Ok(value) = decode(&format!("{CANCEL}_Request"), &request.message()) else {
             return Vec::new();
@@ -178,22 +179,21 @@ impl ActionServer {
                 code = if goal.id == id { ENDED } else { code };
                 continue;
             }
+            let is_new = goal.status != GoalStatus::Canceling;
             goal.status = GoalStatus::Canceling;
-            canceled.push((goal.id, goal.accepted_at));
+            canceled.push((goal.id, goal.accepted_at, is_new));
         }
         if canceled.is_empty() && code == 0 && id != GoalId::default() {
             code = UNKNOWN_GOAL;
         }
         let infos: Vec<_> = canceled
             .iter()
-            .map(|(id, at)| json!({ "goal_id": uuid(*id), "stamp": stamp(*at) }))
+            .map(|(id, at, _)| json!({ "goal_id": uuid(*id), "stamp": stamp(*at) }))
             .collect();
         let response = json!({ "return_code": code, "goals_canceling": infos });
         node.reply(request, encode(&format!("{CANCEL}_Response"), &response));
-        canceled
-            .into_iter()
-            .map(|(id, _)| ServerEvent::Canceled(id))
-            .collect()
+        let new = canceled.into_iter().filter(|(_, _, is_new)| *is_new);
+        new.map(|(id, ..)| ServerEvent::Canceled(id)).collect()
     }
 
     fn take_result_request(&mut self, node: &Node, request: Request) {

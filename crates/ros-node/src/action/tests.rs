@@ -9,6 +9,7 @@ use super::*;
 use crate::tests::{Router, until};
 use crate::{Client, Node};
 
+const SOON: Duration = Duration::from_secs(5);
 const TYPE: &str = "nav2_msgs/action/NavigateToPose";
 
 fn action() -> Action {
@@ -42,7 +43,7 @@ impl Ends {
     fn new() -> Self {
         let router = Router::open();
         let mut config = router.node("caller");
-        let client = ActionClient::declare(action(), &mut config);
+        let client = ActionClient::declare(action(), SOON, &mut config);
         let caller = Node::start(config).unwrap();
         let mut config = router.node("worker");
         let server = ActionServer::declare(action(), &mut config);
@@ -234,4 +235,86 @@ fn the_envelopes_of_any_action_are_those_of_each() {
     for short in [&request[..3], &request[..19], &[]] {
         assert_eq!(split_id(short), None);
     }
+}
+
+#[test]
+fn a_goal_that_was_replaced_is_canceled_also_if_it_is_accepted_later() {
+    let mut ends = Ends::new();
+    for _ in 0..2 {
+        ends.client.send(&ends.caller, &message("Goal", &json!({})));
+    }
+    let (mut accepted, mut canceled) = (Vec::new(), Vec::new());
+    until(|| {
+        for event in ends.server.poll(&ends.worker, Duration::ZERO, |_| true) {
+            match event {
+                ServerEvent::Accepted(id, _) => accepted.push(id),
+                ServerEvent::Canceled(id) => canceled.push(id),
+            }
+        }
+        let _ = ends.client.poll(&ends.caller);
+        (accepted.len() == 2 && !canceled.is_empty()).then_some(())
+    });
+    // Once more if the first request came before the acceptance was known.
+    assert!(canceled.iter().all(|id| *id == accepted[0]), "{canceled:?}");
+    assert!(ends.client.is_active() && ends.client.is_canceling());
+    ends.server
+        .end(&ends.worker, accepted[0], GoalStatus::Canceled, None);
+    until(|| {
+        let _ = ends.client.poll(&ends.caller);
+        let _ = ends.server.poll(&ends.worker, Duration::ZERO, |_| true);
+        (!ends.client.is_canceling()).then_some(())
+    });
+}
+
+#[test]
+fn a_goal_whose_server_was_away_is_canceled_when_it_is_there_again() {
+    let mut ends = Ends::new();
+    let id = ends.goal();
+    let away = ends.router.node("away");
+    ends.worker = Node::start(away).unwrap();
+    let lost = until(|| ends.client.poll(&ends.caller).pop());
+    assert!(matches!(lost, GoalEvent::Lost(_)), "{lost:?}");
+    // The same server, which still has the goal.
+    let mut config = ends.router.node("worker");
+    let _ = ActionServer::declare(action(), &mut config);
+    ends.worker = Node::start(config).unwrap();
+    until(|| {
+        assert_eq!(ends.client.poll(&ends.caller), []);
+        let events = ends.server.poll(&ends.worker, Duration::ZERO, |_| true);
+        events.contains(&ServerEvent::Canceled(id)).then_some(())
+    });
+}
+
+#[test]
+fn a_refused_cancellation_is_an_event_and_one_without_an_answer_is_requested_again() {
+    let mut ends = Ends::new();
+    ends.goal();
+    let cancel = |ends: &mut Ends| {
+        ends.client.cancel(&ends.caller);
+        until(|| ends.worker.take_request_of(1))
+    };
+    let request = cancel(&mut ends);
+    ends.worker.refuse(request, "it is busy".to_owned());
+    // The owner asks in each of its turns.
+    let request = until(|| {
+        ends.client.cancel(&ends.caller);
+        assert_eq!(ends.client.poll(&ends.caller), []);
+        ends.worker.take_request_of(1)
+    });
+    let response = encode(&format!("{CANCEL}_Response"), &json!({ "return_code": 1 }));
+    ends.worker.reply(request, response);
+    assert_eq!(ends.happened(), GoalEvent::NotCanceled);
+    assert!(ends.client.is_active());
+}
+
+#[test]
+fn a_server_of_rclpy_refuses_a_cancellation_by_naming_no_goal() {
+    let mut ends = Ends::new();
+    ends.goal();
+    ends.client.cancel(&ends.caller);
+    let request = until(|| ends.worker.take_request_of(1));
+    let response = encode(&format!("{CANCEL}_Response"), &json!({}));
+    ends.worker.reply(request, response);
+    assert_eq!(ends.happened(), GoalEvent::NotCanceled);
+    ends.client.give_up(&ends.caller);
 }

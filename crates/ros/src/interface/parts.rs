@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use hiroz_schema::TypeDescription;
+use jde_abi::describe::{FieldKind, Scalar};
 
 use super::{InterfaceError, Interfaces, RULE, standard};
 use crate::Type;
@@ -25,9 +26,19 @@ impl Interfaces {
     }
 
     /// Returns the hashes of an action's services for goals and results and of the messages of its feedback. The types are
-    /// named `NAME_Goal`, `NAME_GetResult_Response` and `NAME_Feedback`; `None` if they are not.
+    /// named `NAME_Goal`, `NAME_GetResult_Response` and `NAME_Feedback`; `None` if they are not, or if the second has other
+    /// fields than `int8 status` and a `NAME_Result`.
     #[must_use]
     pub fn action_hashes(name: &str, goal: &Type, result: &Type, feedback: &Type) -> Option<[String; 3]> {
+        let [status, inner] = result.fields.as_slice() else {
+            return None;
+        };
+        let own = format!("{name}_Result");
+        let is_own =
+            |inner: &FieldKind| matches!(inner, FieldKind::Struct(inner) if definition::name(inner) == own);
+        if status.name != "status" || status.kind != FieldKind::Scalar(Scalar::I8) || !is_own(&inner.kind) {
+            return None;
+        }
         let [send, get, message] =
             ["SendGoal", "GetResult", "FeedbackMessage"].map(|part| format!("{name}_{part}"));
         let short = name.replace("/action/", "/");

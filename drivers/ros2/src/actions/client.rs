@@ -8,6 +8,12 @@ use crate::connection::RosConnection;
 use crate::described::DescribedCodec;
 use crate::services::{Plain, Timed};
 
+/// How much longer than its timeout the request for a goal waits for its response.
+const LATE: Duration = Duration::from_secs(5);
+
+/// How long a failure is not logged again.
+const QUIET: Duration = Duration::from_secs(1);
+
 /// A client, and its goal.
 pub(super) struct GoalSender {
     client: ActionClient,
@@ -16,14 +22,16 @@ pub(super) struct GoalSender {
     result: DescribedCodec,
     timeout: Duration,
     current: Option<Current>,
-    /// Whether the last goal had no result.
-    fails: bool,
+    /// Why the last goal had no result, and when that was logged, if it had none.
+    failure: Option<(String, Duration)>,
 }
 
 /// The newest goal.
 struct Current {
-    /// Its value without times, which do not make it another goal.
-    value: Vec<u8>,
+    /// Its message without times, which do not make it another goal.
+    message: Vec<u8>,
+    /// The number of the schema that gives it.
+    writer: u32,
     /// The time of the command with which it came into force.
     time: Duration,
     since: Duration,
@@ -33,7 +41,7 @@ struct Current {
 }
 
 enum Phase {
-    /// No node offers the action yet.
+    /// No node offers the action yet, or the goal before has not ended.
     Waiting(Vec<u8>),
     Sent,
     Accepted,
@@ -52,13 +60,14 @@ impl GoalSender {
         config: &mut NodeConfig,
     ) -> Self {
         Self {
-            client: ActionClient::declare(action, config),
+            // The driver decides first that nobody accepts a goal.
+            client: ActionClient::declare(action, goal.settings().timeout() + LATE, config),
             goal: DescribedCodec::new(goal.value_type()),
             feedback: DescribedCodec::new(feedback.value_type()),
             result: DescribedCodec::new(result.value_type()),
             timeout: goal.settings().timeout(),
             current: None,
-            fails: false,
+            failure: None,
         }
     }
 
@@ -83,7 +92,7 @@ impl GoalSender {
 
     /// Cancels the goal.
     pub(super) fn give_up(&mut self, connection: &RosConnection) {
-        self.client.cancel(&connection.node);
+        self.client.give_up(&connection.node);
     }
 
     fn receive(
@@ -114,7 +123,7 @@ impl GoalSender {
             GoalEvent::Ended(_, message) => {
                 current.phase = Phase::Ended;
                 match connection.export(cx, (name, &self.result, &message), Some(current.time), result) {
-                    Ok(()) => self.fails = false,
+                    Ok(()) => self.failure = None,
                     Err(error) => self.fail(cx, result, &error),
                 }
             }
@@ -132,22 +141,23 @@ impl GoalSender {
         command: &Sample<'_, [u8]>,
         (feedback, result): Exports<'_>,
     ) {
-        let value = self.goal.without_times(command);
+        let message = self.goal.encode_without_times(command);
         if let Some(current) = &self.current
             && !current.is_withdrawn
-            && current.value == value
+            && (current.writer, &current.message) == (command.writer(), &message)
         {
             return;
         }
-        self.client.cancel(&connection.node);
+        self.client.give_up(&connection.node);
         feedback.retract(cx);
         result.retract(cx);
-        let message = self.goal.encode(command, "", command.time(), &connection.clock);
+        let sent = self.goal.encode(command, "", command.time(), &connection.clock);
         self.current = Some(Current {
-            value,
+            message,
+            writer: command.writer(),
             time: command.time(),
             since: cx.now(),
-            phase: Phase::Waiting(message),
+            phase: Phase::Waiting(sent),
             is_withdrawn: false,
         });
     }
@@ -167,16 +177,21 @@ impl GoalSender {
         let Some(current) = &mut self.current else { return };
         let is_late = cx.now() >= current.since + self.timeout;
         match &mut current.phase {
-            Phase::Waiting(message) if self.client.has_server(&connection.node) => {
+            Phase::Waiting(message)
+                if self.client.has_server(&connection.node) && !self.client.is_canceling() =>
+            {
                 self.client.send(&connection.node, message);
                 (current.phase, current.since) = (Phase::Sent, cx.now());
             }
             Phase::Waiting(_) if is_late => {
-                let why = format!("no node offers it within {:?}", self.timeout);
+                let why = match self.client.has_server(&connection.node) {
+                    true => format!("the goal before it has not ended within {:?}", self.timeout),
+                    false => format!("no node offers it within {:?}", self.timeout),
+                };
                 self.fail(cx, result, &why);
             }
             Phase::Sent if is_late => {
-                self.client.cancel(&connection.node);
+                self.client.give_up(&connection.node);
                 let why = format!("no node has accepted it within {:?}", self.timeout);
                 self.fail(cx, result, &why);
             }
@@ -184,7 +199,7 @@ impl GoalSender {
         }
     }
 
-    /// Ends the goal without a result: one whose state is 0. Warns of the first of a row.
+    /// Ends the goal without a result: one whose state is 0. Warns, unless it has just warned of the same.
     fn fail(&mut self, cx: &Context, export: &mut ListedExport<Plain>, why: &str) {
         let Some(current) = &mut self.current else { return };
         current.phase = Phase::Ended;
@@ -193,8 +208,10 @@ impl GoalSender {
             Ok::<_, core::convert::Infallible>(())
         };
         let Ok(()) = export.write_with(cx, Some(current.time), zeros);
-        if !core::mem::replace(&mut self.fails, true) {
+        let is_repeated = |(last, at): &(String, Duration)| last == why && cx.now() < *at + QUIET;
+        if !self.failure.as_ref().is_some_and(is_repeated) {
             warn!(cx, "a goal of {} failed: {why}", self.client.name());
+            self.failure = Some((why.to_owned(), cx.now()));
         }
     }
 }

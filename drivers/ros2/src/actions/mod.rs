@@ -8,7 +8,7 @@ use std::sync::Arc;
 use jde_ros_node::{Action, Settings, names};
 use jde_schema::describe::Type;
 use jde_schema::prelude::*;
-use jde_schema::{ListedCommand, ListedExport, ListedImport};
+use jde_schema::{ListedCommand, ListedExport};
 
 use crate::clock_source::FollowedClock;
 use crate::connection::{RosConnection, arrival};
@@ -140,6 +140,16 @@ impl Inspect for Actions {
     }
 }
 
+/// The entries of a list.
+macro_rules! entries {
+    ($list:expr) => {
+        $list
+            .iter()
+            .map(|entry| (entry.label(), entry.value_type()))
+            .collect::<Entries<'_>>()
+    };
+}
+
 /// What an action consists of.
 const WHOLE: &str = "an action has a goal, feedback and a result";
 
@@ -178,50 +188,58 @@ impl Actions {
     /// Returns the action of an entry of `send_goal`, and the places of its feedback and its result.
     fn sent(&self, namespace: &str, goal: &ListedCommand<Timed>) -> Result<(Action, [usize; 2]), String> {
         goal.settings().check()?;
-        let (key, feedback, result) = (goal.label(), &self.take_feedback, &self.take_result);
-        let places = [
-            partner(
-                feedback.iter().map(ListedExport::label),
-                key,
-                "take_feedback",
-                WHOLE,
-            )?,
-            partner(result.iter().map(ListedExport::label), key, "take_result", WHOLE)?,
+        let others = [
+            ("take_feedback", entries!(self.take_feedback)),
+            ("take_result", entries!(self.take_result)),
         ];
-        let types = (feedback[places[0]].value_type(), result[places[1]].value_type());
-        Ok((action(namespace, key, goal.value_type(), types)?, places))
+        action(
+            namespace,
+            (goal.label(), goal.value_type()),
+            &entries!(self.send_goal),
+            others,
+        )
     }
 
     /// Returns the action of an entry of `take_goal`, and the places of its feedback and its result.
     fn taken(&self, namespace: &str, goal: &ListedExport<Plain>) -> Result<(Action, [usize; 2]), String> {
-        let (key, feedback, result) = (goal.label(), &self.send_feedback, &self.send_result);
-        let places = [
-            partner(
-                feedback.iter().map(ListedImport::label),
-                key,
-                "send_feedback",
-                WHOLE,
-            )?,
-            partner(result.iter().map(ListedImport::label), key, "send_result", WHOLE)?,
+        let others = [
+            ("send_feedback", entries!(self.send_feedback)),
+            ("send_result", entries!(self.send_result)),
         ];
-        let name = |key: &str| names::topic(namespace, key).ok().flatten();
-        let mut earlier = self.take_goal.iter().map(ListedExport::label);
-        let mut earlier = earlier.by_ref().take_while(|other| *other != key);
-        if let Some(twin) = earlier.find(|other| name(other) == name(key)) {
-            return Err(format!("`{twin}` is the same action"));
-        }
-        let types = (feedback[places[0]].value_type(), result[places[1]].value_type());
-        Ok((action(namespace, key, goal.value_type(), types)?, places))
+        action(
+            namespace,
+            (goal.label(), goal.value_type()),
+            &entries!(self.take_goal),
+            others,
+        )
     }
 }
 
-/// Returns the action of that key.
+/// Entries of a list: their keys, and the types of their values.
+type Entries<'l> = Vec<(&'static str, &'l Arc<Type>)>;
+
+/// Returns the action of a goal, and the places of its feedback and its result in their lists. `goals` are those of the
+/// list that has it.
 fn action(
     namespace: &str,
-    key: &str,
-    goal: &Type,
-    (feedback, result): (&Arc<Type>, &Arc<Type>),
-) -> Result<Action, String> {
+    (key, goal): (&'static str, &Arc<Type>),
+    goals: &Entries<'_>,
+    others: [(&str, Entries<'_>); 2],
+) -> Result<(Action, [usize; 2]), String> {
+    let name = |key: &str| names::topic(namespace, key).ok().flatten();
+    let mut earlier = goals
+        .iter()
+        .map(|(other, _)| *other)
+        .take_while(|other| *other != key);
+    if let Some(twin) = earlier.find(|other| name(other) == name(key)) {
+        return Err(format!("`{twin}` is the same action"));
+    }
+    let [feedback, result] = others.map(|(list, entries)| {
+        let place = partner(entries.iter().map(|(key, _)| *key), key, list, WHOLE)?;
+        Ok::<_, String>((place, Arc::clone(entries[place].1)))
+    });
+    let ((feedback, feedback_type), (result, result_type)) = (feedback?, result?);
     let name = names::topic(namespace, key)?.ok_or("an action has a name")?;
-    Action::of_values(name, goal, result, feedback)
+    let action = Action::of_values(name, goal, &result_type, &feedback_type)?;
+    Ok((action, [feedback, result]))
 }

@@ -204,30 +204,27 @@ fn a_goal_that_is_no_longer_commanded_is_canceled_and_then_another_one() {
     sender.until_end(None, 5);
     let (again, _) = sender.accepted(to(3));
     assert_ne!(again, id);
-    // Another goal takes its place.
-    let events = loop {
-        let events = sender.turn(Some(to(5)));
-        if !events.is_empty() {
-            break events;
-        }
-    };
-    assert!(
-        events.contains(&ServerEvent::Canceled(again))
-            || sender.turn(Some(to(5))).contains(&ServerEvent::Canceled(again)),
-        "{events:?}"
-    );
+    // Another goal takes its place, once it has ended.
+    while !sender.turn(Some(to(5))).contains(&ServerEvent::Canceled(again)) {}
+    sender.pause(Some(to(5)));
+    sender.server.end(&sender.node, again, GoalStatus::Canceled, None);
+    let (five, goal) = sender.accepted(to(5));
+    assert_eq!(goal.last, 5);
+    sender.server.end(&sender.node, five, GoalStatus::Succeeded, None);
+    sender.until_end(Some(to(5)), 4);
     // The driver sleeps.
     let (last, _) = sender.accepted(to(7));
     sender.fixture.bench.sleep().unwrap();
     assert_eq!(sender.end(), None);
-    let canceled = loop {
-        let events = sender.server.poll(&sender.node, Duration::from_secs(9), |_| true);
-        if events.contains(&ServerEvent::Canceled(last)) {
-            break true;
-        }
+    let canceled = ServerEvent::Canceled(last);
+    let now = Duration::from_secs(9);
+    while !sender
+        .server
+        .poll(&sender.node, now, |_| true)
+        .contains(&canceled)
+    {
         thread::yield_now();
-    };
-    assert!(canceled);
+    }
 }
 
 #[test]
@@ -258,6 +255,19 @@ fn a_goal_that_nobody_carries_out_ends_without_a_state() {
     );
 }
 
+#[test]
+fn a_goal_that_is_accepted_too_late_is_canceled() {
+    let mut sender = Sender::new(0.1);
+    while sender.end() != Some(CountEnd::default()) {
+        sender.fixture.bench.command("goal", &to(3));
+        sender.fixture.step();
+    }
+    let late = "a goal of /count failed: no node has accepted it within 100ms";
+    assert_eq!(count_log(&sender.fixture.bench, late), 1);
+    let (id, _) = sender.accepted(to(3));
+    while !sender.turn(Some(to(3))).contains(&ServerEvent::Canceled(id)) {}
+}
+
 /// A driver that carries goals out, and the node that sends them.
 struct Taker {
     address: String,
@@ -278,7 +288,7 @@ impl Taker {
         let address = unused_address();
         let router = open_router(&address);
         let mut config = config(&address);
-        let client = ActionClient::declare(action(), &mut config);
+        let client = ActionClient::declare(action(), Duration::from_secs(5), &mut config);
         let node = Node::start(config).unwrap();
         let mut fixture = Fixture::<Actions>::with_lists(&address, &entries).awake();
         fixture.until(|_| client.has_server(&node));
@@ -369,7 +379,7 @@ fn a_goal_is_canceled_replaced_and_aborted_when_the_driver_sleeps() {
 
     taker.send(4);
     let mut other = config(&taker.address);
-    let mut second = ActionClient::declare(action(), &mut other);
+    let mut second = ActionClient::declare(action(), Duration::from_secs(5), &mut other);
     let node = Node::start(other).unwrap();
     taker.fixture.until(|_| second.has_server(&node));
     second.send(&node, &message(&to(5)));
@@ -414,7 +424,15 @@ fn entries_that_are_no_action_are_refused() {
     let feedback = Entry::new::<CountFeedback>("take_feedback", "count").named("feedback");
     let end = Entry::new::<CountEnd>("take_result", "count").named("end");
     let wrong = Entry::new::<CountResult>("take_result", "count").named("end");
+    let twins = ["count", "/count"].map(|key| {
+        [
+            Entry::new::<CountGoal>("send_goal", key).named(&format!("goal{key}")),
+            Entry::new::<CountFeedback>("take_feedback", key).named(&format!("feedback{key}")),
+            Entry::new::<CountEnd>("take_result", key).named(&format!("end{key}")),
+        ]
+    });
     for (entries, expected) in [
+        (twins.concat(), "`count` is the same action"),
         (
             vec![goal.clone(), feedback.clone()],
             "`take_result` has no entry of this name; an action has a goal, feedback and a result",

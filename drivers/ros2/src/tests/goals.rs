@@ -240,7 +240,7 @@ impl Program {
         let address = format!("{prefix}{address}");
         let mut config = config(&address);
         let action = goal::action("", "navigate_to_pose", config.name.middleware).unwrap();
-        let client = ActionClient::declare(action, &mut config);
+        let client = ActionClient::declare(action, Duration::from_secs(5), &mut config);
         let middleware = config.name.middleware;
         let node = Node::start(config).unwrap();
         let mut fixture = Fixture::<Goals>::connecting_to(&address).awake();

@@ -112,7 +112,9 @@ fn a_build_has_the_entries_of_its_lists_unless_they_have_changed(executor: Execu
     app.until(|app| app.handle.value::<f64>("bridge.there") == Ok(Some(24.0)));
     assert_eq!(
         replace(&OTHER_SETTINGS).err().unwrap_or_default(),
-        ["the list `take` is gone or has other settings, and the application has entries in it"]
+        [
+            "the list `take` is gone, or has other settings, another kind or another validity, and the application has entries in it"
+        ]
     );
     assert_eq!(
         replace(&SAME_NAMES).err().unwrap_or_default(),
