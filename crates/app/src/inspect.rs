@@ -7,7 +7,7 @@ use jde_abi::describe::{Plugin, Schema};
 use jde_abi::lists::ListedPort;
 
 use super::drafts::InstanceContext;
-use super::{Binding, Catalogue, Override};
+use super::{Binding, Catalogue, Override, lists};
 use jde_document::{FaultReport, quote};
 
 /// A request to a schema type to inspect these values of its modulations.
@@ -32,6 +32,12 @@ pub(super) fn report_problems(
     overrides: &[Override],
 ) {
     let section = instance.section();
+    let entries = instance.schema.lists.iter();
+    let stated: usize = entries.map(|list| lists::entries(section, list).len()).sum();
+    if stated > inspection.listed.len() {
+        // An entry has a fault, which is reported: to the type it would look as if it were missing.
+        return;
+    }
     let problems = match catalogue.inspect(plugin, inspection) {
         Ok(problems) => problems,
         Err(reason) => {

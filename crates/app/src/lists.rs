@@ -341,9 +341,9 @@ fn value_type(
             let message = format!("{what}: nothing defines the type {}", quote(stated.text));
             let standard = jde_types::standard();
             let known = standard.iter().map(|ty| ty.name.as_str());
-            report
-                .fault(&stated.span, message)
-                .suggest(stated.text, "standard types", known);
+            let fault = report.fault(&stated.span, message);
+            fault.advise("name the folder of its definition, as in interfaces = [\"msgs\"], or source ROS 2");
+            fault.suggest(stated.text, "standard types", known);
         }
         Err(error) => {
             let message = format!("{what}: the type {} cannot be used: {error}", quote(stated.text));

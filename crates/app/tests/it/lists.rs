@@ -269,7 +269,12 @@ fn a_type_without_a_reader_is_that_of_its_file_with_the_stated_capacities() {
         other.contains("`capacity` states `pionts`, and the fields without a bound are"),
         "{other}"
     );
-    assert!(of("Other", "").contains("nothing defines the type `my_msgs/msg/Other`"));
+    let unknown = of("Other", "");
+    assert!(unknown.contains("nothing defines the type `my_msgs/msg/Other`"));
+    assert!(
+        unknown.contains("interfaces = [\"msgs\"], or source ROS 2"),
+        "{unknown}"
+    );
     let elsewhere = text("Cloud", "").replacen("interfaces = [", "interfaces = [\"nowhere\", ", 1);
     let missing = read(&elsewhere, &[]).unwrap_err().to_string();
     assert!(missing.contains("there is no folder `nowhere`"), "{missing}");

@@ -275,3 +275,24 @@ fn a_robot_that_is_not_in_the_world_is_reported_before_the_start() {
         }
     }
 }
+
+#[test]
+fn an_entry_with_a_fault_is_not_reported_as_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("app.toml");
+    let text = "name = \"dock\"\nroots = [\"stop\"]\n[schemas.robot]\ntype = \"sim/robot\"\n\
+        world = \"room.toml\"\n[schemas.stop]\ntype = \"stop/stop\"\nimports = { laser = \"robot.laser\" }\n\
+        actuators = { base = \"robot.velocity\" }\n[schemas.services]\ntype = \"ros2/services\"\n\
+        take_request.home = { as = \"home\", type = \"std_srvs/srv/Trigger_Request\" }\n";
+    let check = |entry: &str| {
+        fs::write(&file, format!("{text}{entry}\n")).unwrap();
+        output_of(jde_with_plugins(&["check"]).arg(&file)).err
+    };
+    let missing = "`send_response` has no entry of this name";
+    assert!(check("").contains(missing));
+    let faulty = check("send_response.home = \"stop.nothing\"");
+    assert!(
+        faulty.contains("`stop` has no `nothing`") && !faulty.contains(missing),
+        "{faulty}"
+    );
+}
