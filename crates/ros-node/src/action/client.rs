@@ -42,6 +42,8 @@ struct Goal {
     requested: Option<i64>,
     /// The number of the request that it is canceled.
     canceled: Option<i64>,
+    /// Whether the server goes on with it.
+    is_kept: bool,
 }
 
 /// What happens to a goal.
@@ -124,6 +126,7 @@ impl ActionClient {
             sent: Some(sent),
             requested: None,
             canceled: None,
+            is_kept: false,
         });
     }
 
@@ -167,15 +170,15 @@ impl ActionClient {
         events
     }
 
-    /// Whether a goal that was given up has not ended yet, as far as its server can be reached.
+    /// Whether a goal that was given up has not ended yet, and its server has not said that it goes on with it.
     #[must_use]
     pub fn is_canceling(&self) -> bool {
         !self.old.is_empty()
     }
 
-    /// Counts the goal among those that were given up.
+    /// Counts the goal among those that were given up, unless its server has said that it goes on with it.
     fn lose(&mut self) {
-        self.old.extend(self.goal.take());
+        self.old.extend(self.goal.take().filter(|goal| !goal.is_kept));
         if self.old.len() > MOST_CANCELED {
             self.old.remove(0);
         }
@@ -243,6 +246,7 @@ impl ActionClient {
             // rclpy states that it cancels nothing, and no error.
             let is_refused = answer["return_code"] == REFUSED || (answer["return_code"] == 0 && !is_canceled);
             if is_refused {
+                goal.is_kept = true;
                 events.push(GoalEvent::NotCanceled);
             }
             // One that is canceled ends with its result, and one that is not accepted yet is canceled then.

@@ -316,5 +316,7 @@ fn a_server_of_rclpy_refuses_a_cancellation_by_naming_no_goal() {
     let response = encode(&format!("{CANCEL}_Response"), &json!({}));
     ends.worker.reply(request, response);
     assert_eq!(ends.happened(), GoalEvent::NotCanceled);
+    // Nothing more can be done, and the next goal does not wait for it.
     ends.client.give_up(&ends.caller);
+    assert!(!ends.client.is_canceling());
 }
