@@ -1,6 +1,6 @@
 //! Interfaces of ROS 2 as their definitions state them, with texts and sequences of any length: messages, services
 //! and actions, their hashes (REP-2016), and their values in JSON. The values of schemas have a fixed size, and use
-//! [`definition`] and [`cdr`](crate::cdr) instead.
+//! [`definition`](crate::definition) and [`cdr`](crate::cdr) instead.
 
 mod parts;
 mod standard;
