@@ -62,13 +62,14 @@ macro_rules! node_schema {
                 })
             }
 
-            /// Reports each invalid setting of the node, and each of these names of topics.
+            /// Reports each invalid setting of the node, and each of these names of topics. Returns the namespace, empty for an
+            /// invalid one.
             fn inspect_node(
                 &self,
                 cx: &Context,
                 topics: &[&Modulation<Text<128>>],
                 problems: &mut Problems<'_>,
-            ) {
+            ) -> String {
                 let modulations = $crate::settings::Modulations {
                     config: &self.config,
                     connect: &self.connect,
@@ -78,8 +79,8 @@ macro_rules! node_schema {
                     remap: &self.remap,
                 };
                 self.with_settings(cx, |settings| {
-                    modulations.inspect(cx, &settings, topics, problems);
-                });
+                    modulations.inspect(cx, &settings, topics, problems)
+                })
             }
         }
     };
@@ -98,14 +99,14 @@ pub(crate) struct Modulations<'m> {
 }
 
 impl Modulations<'_> {
-    /// Reports each invalid setting, and each invalid name of a topic, at its modulation.
+    /// Reports each invalid setting, and each invalid name of a topic, at its modulation. Returns the namespace.
     pub(crate) fn inspect(
         &self,
         cx: &Context,
         settings: &Settings<'_>,
         topics: &[&Modulation<Text<128>>],
         problems: &mut Problems<'_>,
-    ) {
+    ) -> String {
         let environment = environment_domain();
         problems.expect(
             self.domain,
@@ -124,5 +125,6 @@ impl Modulations<'_> {
         for topic in topics {
             problems.expect(topic, names::topic(&namespace, topic.get(cx).as_str()));
         }
+        namespace
     }
 }

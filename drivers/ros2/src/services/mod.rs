@@ -117,10 +117,7 @@ impl Schema for Services {
 
 impl Inspect for Services {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        self.inspect_node(cx, &[], problems);
-        let namespace = self.with_settings(cx, |settings| {
-            names::namespace(settings.namespace).unwrap_or_default()
-        });
+        let namespace = self.inspect_node(cx, &[], problems);
         problems.expect(
             &self.connect,
             self.with_settings(cx, |settings| goal::refuse_bridge(&settings)),

@@ -109,10 +109,7 @@ impl Schema for Topics {
 
 impl Inspect for Topics {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
-        self.inspect_node(cx, &[&self.tf_topic, &self.tf_static_topic], problems);
-        let namespace = self.with_settings(cx, |settings| {
-            jde_ros_node::names::namespace(settings.namespace).unwrap_or_default()
-        });
+        let namespace = self.inspect_node(cx, &[&self.tf_topic, &self.tf_static_topic], problems);
         for import in self.publish.iter() {
             problems.expect(import, publication::check(&namespace, import));
         }
