@@ -64,6 +64,14 @@ inline constexpr struct Optional {
 /** The modulation is read when the schema awakes, and kept until it sleeps (R8). */
 inline constexpr struct Fixed {
 } fixed;
+/** The values of the export are valid until they are replaced or retracted (R19): a map, a mission. */
+inline constexpr struct Lasting {
+} lasting;
+/** How long a value of the export is valid without a newer one (R19); without it, three periods of the schema. */
+struct validity {
+    std::uint64_t nanoseconds;
+    constexpr explicit validity(Nanoseconds time) noexcept : nanoseconds(static_cast<std::uint64_t>(time.count())) {}
+};
 /** The unit of a plain number: "m", "rad/s". */
 struct unit {
     const char *symbol;
@@ -108,6 +116,8 @@ protected:
 
     constexpr void set(Trigger) noexcept { table_.flags |= JDE_TRIGGER; }
     constexpr void set(Optional) noexcept { table_.flags |= JDE_OPTIONAL; }
+    constexpr void set(Lasting) noexcept { table_.validity_ns = JDE_LASTING; }
+    constexpr void set(validity validity) noexcept { table_.validity_ns = validity.nanoseconds; }
     constexpr void set(Fixed) noexcept { table_.flags |= JDE_FIXED; }
     constexpr void set(unit unit) noexcept { table_.unit = unit.symbol; }
     constexpr void set(min least) noexcept { table_.min = least.value; }
@@ -406,7 +416,8 @@ public:
     constexpr Export(Ports &owner, const char *name, const char *doc, Options... options) noexcept
         : Port(owner, JDE_EXPORT, name, doc, detail::type_of<T>())
     {
-        static_assert((detail::is_one_of<Options, unit> && ...), "an export takes jde::unit");
+        static_assert((detail::is_one_of<Options, Lasting, validity, unit> && ...),
+                      "an export takes jde::lasting, jde::validity and jde::unit");
         (set(options), ...);
     }
 

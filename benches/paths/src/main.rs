@@ -116,7 +116,7 @@ fn main() -> Result<()> {
 }
 
 fn read(times: u64) -> Result<()> {
-    let (_writer, mut reader) = ends::<8>(Access::Export)?;
+    let (_writer, mut reader) = ends::<8>(Access::Export { .. })?;
     for _ in 0..times {
         black_box(reader.get());
     }
@@ -124,7 +124,7 @@ fn read(times: u64) -> Result<()> {
 }
 
 fn publish(times: u64) -> Result<()> {
-    let (mut writer, _reader) = ends::<8>(Access::Export)?;
+    let (mut writer, _reader) = ends::<8>(Access::Export { .. })?;
     for time in 0..times {
         black_box(writer.write(black_box([1; 8]), time, time))?;
     }
@@ -132,7 +132,7 @@ fn publish(times: u64) -> Result<()> {
 }
 
 fn picture(times: u64) -> Result<()> {
-    let picture = variable(640 * 480 * 3 / 8, Access::Export, 1)?;
+    let picture = variable(640 * 480 * 3 / 8, Access::Export { .. }, 1)?;
     let (mut writer, mut reader) = (picture.writer(1, "writer")?, picture.reader("reader"));
     for time in 0..times {
         writer.loan()[0] = 1;

@@ -173,7 +173,7 @@ fn processors() -> Vec<usize> {
 }
 
 fn jde<const WORDS: usize>(setting: Setting) -> Result<Window> {
-    let variable = variable(WORDS, Access::Export, setting.readers)?;
+    let variable = variable(WORDS, Access::Export { .. }, setting.readers)?;
     let mut writer: TypedWriter<Words<WORDS>> = TypedWriter::open(&variable, 1, "writer")?;
     writer.write([0; WORDS], 0, 0)?;
     let mut reads: Vec<Read> = Vec::new();

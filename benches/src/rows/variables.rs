@@ -36,8 +36,8 @@ pub(crate) fn read(scope: &Scope) -> Result<Vec<Line>> {
 /// each side looks it up in every read.
 fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let bytes = WORDS * 8;
-    let (_writer, mut reader) = ends::<WORDS>(Access::Export)?;
-    let (_writer, mut other) = ends::<WORDS>(Access::Export)?;
+    let (_writer, mut reader) = ends::<WORDS>(Access::Export { .. })?;
+    let (_writer, mut other) = ends::<WORDS>(Access::Export { .. })?;
     let plain = [1u64; WORDS];
     let mutex = Mutex::new(plain);
     let blackboard = Blackboard::<WORDS>::new()?;
@@ -89,7 +89,7 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
 
 /// Times a publication followed by a read.
 fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
-    let (mut writer, mut reader) = ends::<WORDS>(Access::Export)?;
+    let (mut writer, mut reader) = ends::<WORDS>(Access::Export { .. })?;
     let plain = [1u64; WORDS];
     let mutex = Mutex::new(plain);
     let topic = Topic::<WORDS>::new()?;
@@ -235,7 +235,7 @@ fn unique() -> usize {
 
 pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     // A modulation of any size is borrowed in place, and so is an export as large as a picture.
-    let mut large = pass_in_place(IMAGE, Access::Export, 1)?;
+    let mut large = pass_in_place(IMAGE, Access::Export { .. }, 1)?;
     let mut small = pass_in_place(SMALL, Access::Modulation, 1)?;
     let [picture, bytes] = interleave(
         scope.effort(),
@@ -252,7 +252,7 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     )
     .paired(picture.ratio_to(&bytes));
 
-    let held = variable(IMAGE, Access::Export, 3)?;
+    let held = variable(IMAGE, Access::Export { .. }, 3)?;
     let mut writer = held.writer(1, "writer")?;
     writer.loan();
     writer.publish(0, 0)?;
@@ -263,7 +263,7 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
         writer.loan();
         writer.publish(0, 0)?;
     }
-    let free = variable(IMAGE, Access::Export, 3)?;
+    let free = variable(IMAGE, Access::Export { .. }, 3)?;
     let mut alone = free.writer(1, "writer")?;
     let [with_readers, without_readers] = interleave(
         scope.effort(),

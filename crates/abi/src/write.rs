@@ -179,7 +179,7 @@ fn port(port: &Port) -> raw::Port {
             table.kind = raw::IMPORT;
             table.flags |= flag(*trigger, raw::TRIGGER);
         }
-        Role::Export => {}
+        Role::Export { validity } => table.validity_ns = validity.to_ns(),
         Role::Modulation {
             default,
             limits,

@@ -9,7 +9,7 @@ use core::ffi::{c_char, c_void};
 use core::ptr;
 use std::sync::Arc;
 
-use jde_abi::describe::{ListKind, Type};
+use jde_abi::describe::{ListKind, Type, Validity};
 use jde_abi::lists::ListedPort;
 use jde_abi::{lists, raw};
 use tables::{Tables, ZEROS, assert_refused, field, read_changed};
@@ -106,7 +106,7 @@ fn a_list_of_commands_belongs_to_a_driver_and_states_a_validity() {
     };
     assert_refused("validity_ns is 0", |tables| small(tables, raw::COMMAND));
     let plugin = read_changed(|tables| small(tables, raw::EXPORT)).expect("it is valid");
-    assert_eq!(plugin.schemas[0].lists[0].kind, ListKind::Exports);
+    assert_eq!(plugin.schemas[0].lists[0].kind, ListKind::Exports { validity: Validity::Periods });
 }
 
 #[test]

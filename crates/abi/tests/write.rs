@@ -7,7 +7,7 @@ use std::ptr::null_mut;
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, RosNotation, Scalar, Schema, Type,
+    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, RosNotation, Scalar, Schema, Type, Validity,
 };
 use jde_abi::raw::{self, Context};
 use jde_abi::read;
@@ -181,7 +181,9 @@ fn description() -> Plugin {
         kind: Kind::Driver,
         budget_ns: None,
         ports: vec![
-            port("seen", structure(), Role::Export),
+            port("seen", structure(), Role::Export {
+                validity: Validity::Lasting,
+            }),
             port(
                 "velocity",
                 number(),

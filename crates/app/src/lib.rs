@@ -71,6 +71,7 @@ mod remote;
 mod settings;
 mod spec;
 mod types;
+mod validity;
 mod values;
 mod variable;
 mod variadic;
@@ -185,6 +186,9 @@ pub enum Binding {
         source: Option<ImportSource>,
         /// A new value re-evaluates the precondition at once (R12).
         trigger: bool,
+        /// The age from which it takes no value, ns, if it states one. That of a remote variable is in its
+        /// [`RemoteVariable`].
+        stale_ns: Option<jde_core::Nanos>,
     },
     /// Writes its own variable.
     Export,

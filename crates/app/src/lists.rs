@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use jde_abi::describe::{Kind, ListKind, Port, PortList, Role, Schema, Type};
+use jde_abi::describe::{Kind, ListKind, Port, PortList, Role, Schema, Type, Validity};
 use jde_abi::lists::ListedPort;
 use jde_abi::read::{ENTRY_KEYS, PERIOD};
 use jde_board::value::encode;
@@ -83,7 +83,7 @@ fn state_list(
         if !found.is_str() && !found.is_table() {
             let example = match list.kind {
                 ListKind::Imports => "from = \"SCHEMA.VARIABLE\"",
-                ListKind::Exports | ListKind::Commands { .. } => "as = \"NAME\"",
+                ListKind::Exports { .. } | ListKind::Commands { .. } => "as = \"NAME\"",
             };
             let expected = format!("a text, or a table such as {{ {example} }}");
             report_wrong_shape(report, &what, &expected, entry.node);
@@ -91,7 +91,13 @@ fn state_list(
         }
         let port = match list.kind {
             ListKind::Imports => import(report, drafts, index, &list.name, (&what, &entry)),
-            ListKind::Exports => variable(report, drafts, index, (&what, &entry), (EXPORT, sources.types)),
+            ListKind::Exports { validity } => {
+                let port = variable(report, drafts, index, (&what, &entry), (EXPORT, sources.types));
+                port.map(|port| Port {
+                    role: Role::Export { validity },
+                    ..port
+                })
+            }
             ListKind::Commands { validity_ns } => {
                 let port = variable(report, drafts, index, (&what, &entry), (COMMAND, sources.types));
                 port.map(|port| Port {
@@ -298,7 +304,9 @@ fn variable(
         doc: format!("{} `{}`.", usage.direction, entry.label.text),
         unit: String::new(),
         value_type,
-        role: Role::Export,
+        role: Role::Export {
+            validity: Validity::default(),
+        },
         optional: false,
     })
 }

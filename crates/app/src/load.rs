@@ -154,6 +154,7 @@ fn check(
     }
     needs::refuse_cycles(report, drafts, &instances);
     needs::refuse_self_triggers(report, drafts, &instances);
+    needs::refuse_stale_modulations(report, drafts, &instances);
     conflict::refuse_conflicts(report, drafts, &instances, &groups);
     guards::refuse_mismatches(report, drafts, &instances, &groups);
     let awake = needs::of_the_roots(report, drafts, &outline.awake);

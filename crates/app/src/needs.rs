@@ -80,11 +80,12 @@ pub(super) fn refuse_self_triggers(
             let Binding::Import {
                 source: Some(ImportSource::Local(provider, number)),
                 trigger: true,
+                ..
             } = *binding
             else {
                 continue;
             };
-            if provider == index && instance.schema.ports[number].role == Role::Export {
+            if provider == index && matches!(instance.schema.ports[number].role, Role::Export { .. }) {
                 let section = &drafts.list[index].section;
                 let span = section.entry_span("imports", &port.name);
                 let message = format!(
@@ -95,6 +96,40 @@ pub(super) fn refuse_self_triggers(
                 report
                     .fault(&span, message)
                     .advise("bind it to another schema's export, or leave it out of `triggers`");
+            }
+        }
+    }
+}
+
+/// Refuses an age limit of an import that reads a modulation, whose value does not age.
+pub(super) fn refuse_stale_modulations(
+    report: &mut FaultReport,
+    drafts: &Drafts,
+    instances: &[Option<InstanceConfig>],
+) {
+    for (index, instance) in instances.iter().enumerate() {
+        let Some(instance) = instance else { continue };
+        for (port, binding) in instance.schema.ports.iter().zip(&instance.bindings) {
+            let Binding::Import {
+                source: Some(ImportSource::Local(provider, number)),
+                stale_ns: Some(_),
+                ..
+            } = *binding
+            else {
+                continue;
+            };
+            let Some(provider) = &instances[provider] else {
+                continue;
+            };
+            let source = &provider.schema.ports[number];
+            if matches!(source.role, Role::Modulation { .. }) {
+                let span = drafts.list[index].section.entry_span("imports", &port.name);
+                let message = format!(
+                    "{} has `stale`, and {} is a modulation, whose value does not age",
+                    quote(&port.name),
+                    quote(&format!("{}.{}", provider.name, source.name))
+                );
+                report.fault(&span, message).advise("remove `stale`");
             }
         }
     }

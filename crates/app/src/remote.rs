@@ -109,16 +109,10 @@ impl ImportEntry<'_> {
         self.from.text.contains(':')
     }
 
-    /// Reports an age limit of a variable that does not cross the link.
-    pub(super) fn refuse_stale(&self, report: &mut FaultReport, what: &str) {
-        if let Some((_, span)) = &self.stale {
-            report
-                .fault(
-                    span,
-                    format!("{what} has `stale`, and comes from this application"),
-                )
-                .advise("remove `stale`: within an application, the exporting schema retracts its value");
-        }
+    /// The age limit of an import from this application, ns, if it states one.
+    pub(super) fn local_stale(&self) -> Option<Nanos> {
+        let (stale, _) = self.stale.as_ref().filter(|_| !self.is_remote())?;
+        Some(*stale)
     }
 }
 

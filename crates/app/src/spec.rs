@@ -88,7 +88,8 @@ impl InstanceConfig {
                 binding,
                 Binding::Import {
                     source: Some(_),
-                    trigger: true
+                    trigger: true,
+                    ..
                 }
             )
         })

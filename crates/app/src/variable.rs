@@ -25,7 +25,7 @@ impl VariableKind {
     /// Whether a port of that role is of this kind.
     pub(super) fn admits(self, role: &Role) -> bool {
         match role {
-            Role::Export => self != Self::Command,
+            Role::Export { .. } => self != Self::Command,
             Role::Modulation { .. } => self == Self::Readable,
             Role::Command { .. } => self == Self::Command,
             Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => false,
@@ -175,7 +175,7 @@ pub(super) fn unit(port: &Port) -> Option<&str> {
 fn role_noun(role: &Role) -> &'static str {
     match role {
         Role::Import { .. } => "an import",
-        Role::Export => "an export",
+        Role::Export { .. } => "an export",
         Role::Modulation { .. } => "a modulation",
         Role::Command { .. } => "a command",
         Role::Actuator => "an actuator",

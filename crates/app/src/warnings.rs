@@ -1,5 +1,6 @@
 //! Warnings about settings that may be intended, so they are no faults: roots that compete in one group
-//! although they share no actuator, a period far from the type's, and a C++ plugin that may throw.
+//! although they share no actuator, a period far from the type's, a C++ plugin that may throw, and what is valid for too long or too
+//! short a time.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -29,6 +30,7 @@ impl Application {
         disjoint_roots
             .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
+            .chain(self.warn_of_validity())
             .chain(self.link.warnings())
             .collect()
     }

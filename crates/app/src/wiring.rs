@@ -36,8 +36,9 @@ pub(super) fn unbound(schema: &Schema) -> Vec<Binding> {
             Role::Import { trigger } => Binding::Import {
                 source: None,
                 trigger: *trigger,
+                stale_ns: None,
             },
-            Role::Export => Binding::Export,
+            Role::Export { .. } => Binding::Export,
             Role::Modulation { default, .. } => Binding::Modulation {
                 initial: default.clone(),
                 set: false,
@@ -71,12 +72,11 @@ pub(super) fn imports(
                 .find(report, &what, &entry, port)
                 .map(ImportSource::Remote)
         } else {
-            entry.refuse_stale(report, &what);
             let found = table.find(report, instance, &what, &entry.from, port);
             found.map(|(instance, port)| ImportSource::Local(instance, port))
         };
-        if let Binding::Import { source, .. } = &mut bindings[port] {
-            *source = found;
+        if let Binding::Import { source, stale_ns, .. } = &mut bindings[port] {
+            (*source, *stale_ns) = (found, entry.local_stale());
         }
     }
     table.refuse_unbound(report, instance);

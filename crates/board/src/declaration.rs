@@ -11,6 +11,9 @@ use crate::store::Cell;
 /// Nanoseconds since the application's start.
 pub type Nanos = u64;
 
+/// The validity of values that do not expire.
+pub const LASTING: Nanos = Nanos::MAX;
+
 /// What accompanies each value of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamp {
@@ -20,7 +23,8 @@ pub struct Stamp {
     pub sequence: u64,
     /// The id of its writer; [`Stamp::NO_WRITER`] for the initial value.
     pub writer: u32,
-    /// When a command stops being in force; `u64::MAX` for values that do not expire.
+    /// The last instant at which the value is valid, or the command in force; `u64::MAX` for values that do not
+    /// expire.
     pub valid_until: Nanos,
 }
 
@@ -33,7 +37,10 @@ impl Stamp {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// One schema exports it. NaN and infinities are valid values (a laser beam without an echo).
-    Export,
+    Export {
+        /// How long a value is valid without a newer one (R19); [`LASTING`] until it is replaced or retracted.
+        validity: Nanos,
+    },
     /// The father or an operator writes it (R8). A value that is not finite or outside of the limits is
     /// refused.
     Modulation,

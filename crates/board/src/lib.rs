@@ -46,7 +46,7 @@ mod writer;
 #[cfg(not(loom))]
 pub use {
     board::Board,
-    declaration::{Access, Declaration, Nanos, Stamp},
+    declaration::{Access, Declaration, LASTING, Nanos, Stamp},
     error::{Error, Refused},
     nearest::nearest,
     reader::{Latched, Reader},

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::cell::{Aligned, Pin, SlotStamp, VersionCheck};
 use crate::store::Cell;
 use crate::variable::lock;
-use crate::{Stamp, Variable};
+use crate::{Nanos, Stamp, Variable};
 
 /// Reads a variable. A drop releases its value.
 pub struct Reader {
@@ -20,6 +20,10 @@ pub struct Reader {
     latch_state: LatchState,
     /// Size of a value in bytes.
     bytes: usize,
+    /// Whether its values expire for all readers. A command that is no longer in force remains readable.
+    expires: bool,
+    /// The age from which this reader takes no value.
+    stale: Nanos,
 }
 
 /// The value that was taken last.
@@ -77,6 +81,8 @@ impl Reader {
         };
         Self {
             bytes: variable.bytes(),
+            expires: variable.expires(),
+            stale: Nanos::MAX,
             value: LatchedValue::empty(&variable.cell),
             variable,
             ticket,
@@ -94,24 +100,40 @@ impl Reader {
     /// Returns another reader of the variable, under the same name, without a latched value.
     #[must_use]
     pub fn duplicate(&self) -> Self {
-        self.variable.reader(&self.variable.reader_name(self.ticket))
+        let duplicate = self.variable.reader(&self.variable.reader_name(self.ticket));
+        duplicate.with_stale(self.stale)
     }
 
-    /// Latches and returns the newest value. Further calls return the same value at the same address until
-    /// `release` or `latch_newest`. Returns `None` if the newest value was retracted, or if nothing was
-    /// published and there is no initial value. That result lasts equally long.
+    /// Returns the reader, which from now on takes no value that was measured longer than `stale` nanoseconds ago.
+    #[must_use]
+    pub fn with_stale(mut self, stale: Nanos) -> Self {
+        self.stale = stale;
+        self
+    }
+
+    /// Returns whether the time matters to the next latch. Otherwise any time may be passed.
+    #[inline]
+    #[must_use]
+    pub fn needs_time(&self) -> bool {
+        matches!(self.latch_state, LatchState::NotLatched) && (self.expires || self.stale < Nanos::MAX)
+    }
+
+    /// Latches and returns the newest value, if it is valid at `now`. Further calls return the same value at the
+    /// same address until `release` or `latch_newest`. Returns `None` if the newest value has ended (R19), or if
+    /// nothing was published and there is no initial value. That result lasts equally long. The newest command is
+    /// returned whether it is in force or not.
     #[inline(always)]
-    pub fn latch(&mut self) -> Option<Latched<'_>> {
+    pub fn latch(&mut self, now: Nanos) -> Option<Latched<'_>> {
         if let LatchState::NotLatched = self.latch_state {
-            self.latch_state = self.latch_current();
+            self.latch_state = self.latch_current(now);
         }
         self.latched()
     }
 
     /// Releases the latched value and latches the newest.
     #[inline(always)]
-    pub fn latch_newest(&mut self) -> Option<Latched<'_>> {
-        self.latch_state = self.latch_current();
+    pub fn latch_newest(&mut self, now: Nanos) -> Option<Latched<'_>> {
+        self.latch_state = self.latch_current(now);
         self.latched()
     }
 
@@ -139,20 +161,20 @@ impl Reader {
         self.variable.newest()
     }
 
-    /// Latches the newest value, if there is one.
+    /// Latches the newest value, if it is valid.
     #[inline(always)]
-    fn latch_current(&mut self) -> LatchState {
+    fn latch_current(&mut self, now: Nanos) -> LatchState {
         // SAFETY: this reader keeps the variable, and with it the cell and its own pin, if it has one.
         if unsafe { self.value.version_check.is_unchanged() } {
-            self.current_state()
+            self.current_state(now)
         } else {
-            self.fetch()
+            self.fetch(now)
         }
     }
 
     /// Fetches the newest value from the cell.
     #[inline(never)]
-    fn fetch(&mut self) -> LatchState {
+    fn fetch(&mut self, now: Nanos) -> LatchState {
         self.value = match (&mut self.storage, &self.variable.cell) {
             (Storage::Copy(copy), Cell::Ring(ring)) => {
                 let stamp = ring.read(copy.words_mut(self.bytes.div_ceil(8)));
@@ -187,13 +209,20 @@ impl Reader {
                 unreachable!("a reader's storage is made for its variable's cell")
             }
         };
-        self.current_state()
+        self.current_state(now)
     }
 
-    /// Returns `Value` if a value is held, or `Empty` if it was retracted or does not exist.
     #[inline(always)]
-    fn current_state(&self) -> LatchState {
-        if self.variable.is_visible(self.value.stamp.sequence) {
+    fn is_stale(&self, now: Nanos) -> bool {
+        self.stale < now.saturating_sub(self.value.stamp.time)
+    }
+
+    /// Returns `Value` if the value that is held is valid, or `Empty` if it has ended or does not exist.
+    #[inline(always)]
+    fn current_state(&self, now: Nanos) -> LatchState {
+        let stamp = &self.value.stamp;
+        let has_expired = self.expires && stamp.valid_until < now || self.is_stale(now);
+        if !has_expired && self.variable.is_visible(stamp.sequence) {
             LatchState::Value
         } else {
             LatchState::Empty

@@ -24,7 +24,7 @@ impl Cell {
     pub(crate) fn new(declaration: &Declaration, shared: bool) -> std::io::Result<Self> {
         let bytes = declaration.value_type.bytes;
         match declaration.access {
-            Access::Export if bytes <= MAX_COPIED => {
+            Access::Export { .. } if bytes <= MAX_COPIED => {
                 let words = bytes.div_ceil(8);
                 let mut initial = Aligned::new(bytes);
                 if let Some(value) = &declaration.initial {
@@ -32,7 +32,7 @@ impl Cell {
                 }
                 Ok(Self::Ring(Ring::new(words, RING_SLOTS, initial.words(words))))
             }
-            Access::Export | Access::Modulation | Access::Command { .. } => {
+            Access::Export { .. } | Access::Modulation | Access::Command { .. } => {
                 // One spare of each: a claim for values of the host, a pin for all readers beyond the
                 // declared number.
                 let (claims, pins) = (declaration.writers + 1, declaration.readers + 1);

@@ -102,17 +102,17 @@ impl<T: Plain> TypedReader<T> {
         })
     }
 
-    /// Returns a copy of the newest value; `None` before the first.
+    /// Returns a copy of the newest value; `None` if there is none that is valid at `now`.
     #[inline]
-    pub fn get(&mut self) -> Option<(T, Stamp)> {
-        let borrowed = self.borrow()?;
+    pub fn get(&mut self, now: Nanos) -> Option<(T, Stamp)> {
+        let borrowed = self.borrow(now)?;
         Some((*borrowed, borrowed.stamp))
     }
 
-    /// Returns the newest value in place; `None` before the first.
+    /// Returns the newest value in place; `None` if there is none that is valid at `now`.
     #[inline]
-    pub fn borrow(&mut self) -> Option<Ref<'_, T>> {
-        let latched = self.reader.latch_newest()?;
+    pub fn borrow(&mut self, now: Nanos) -> Option<Ref<'_, T>> {
+        let latched = self.reader.latch_newest(now)?;
         // SAFETY: size and alignment were checked by `open`, and any bit pattern is a `T`.
         let value = unsafe { &*latched.bytes.as_ptr().cast::<T>() };
         Some(Ref {

@@ -12,8 +12,8 @@ use crate::notifier::Notifier;
 use crate::rate::Rate;
 use crate::register::Register;
 use crate::store::Cell;
-use crate::watch::{Watch, Watchers};
-use crate::{Access, Declaration, Error, Nanos, Reader, Refused, Shared, Writer};
+use crate::watch::{Occasion, Watch, Watchers};
+use crate::{Access, Declaration, Error, LASTING, Nanos, Reader, Refused, Shared, Writer};
 
 /// A shared variable. Any thread may call it.
 pub struct Variable {
@@ -22,12 +22,13 @@ pub struct Variable {
     finite: Option<Finite>,
     notifier: Notifier,
     rate: Rate,
-    /// Values up to this number are retracted.
-    retracted: AtomicU64,
+    /// Values up to this number have ended before their validity; all, as long as it is closed.
+    ended: AtomicU64,
     refused: AtomicU64,
     not_finite: AtomicU64,
     not_finite_at: Mutex<Option<String>>,
-    pub(crate) watchers: Watchers,
+    watchers: Watchers,
+    end_watchers: Watchers,
     ports: Mutex<Register>,
     /// Held while the host puts a value, so that one spare slot is enough for all of them.
     put_lock: Mutex<()>,
@@ -45,8 +46,8 @@ pub struct VariableStatus {
     pub age: Option<Nanos>,
     /// Values per second, estimated.
     pub rate_hz: f64,
-    /// Whether the newest value was retracted, so readers get none.
-    pub retracted: bool,
+    /// Whether the newest value has ended (R19), so readers get none.
+    pub ended: bool,
     /// The writer of the newest value; `None` before the first.
     pub last_writer: Option<u32>,
     /// The open writers.
@@ -65,7 +66,7 @@ pub struct VariableStatus {
 impl Variable {
     pub(crate) fn new(mut declaration: Declaration, shared: bool) -> Result<Self, Error> {
         let finite = match declaration.access {
-            Access::Export => {
+            Access::Export { .. } => {
                 declaration.writers = 1;
                 None
             }
@@ -83,11 +84,12 @@ impl Variable {
             finite,
             notifier: Notifier::default(),
             rate: Rate::default(),
-            retracted: AtomicU64::new(0),
+            ended: AtomicU64::new(0),
             refused: AtomicU64::new(0),
             not_finite: AtomicU64::new(0),
             not_finite_at: Mutex::new(None),
             watchers: Watchers::default(),
+            end_watchers: Watchers::default(),
             ports: Mutex::new(register),
             put_lock: Mutex::new(()),
             copy_lock: Mutex::new(()),
@@ -130,7 +132,7 @@ impl Variable {
             sequence: stamp.sequence,
             age: written.then_some(age),
             rate_hz: self.rate.hz(age),
-            retracted: written && !self.is_visible(stamp.sequence),
+            ended: written && !self.is_valid(stamp.sequence, stamp.valid_until, now),
             last_writer: written.then_some(stamp.writer),
             writers: register.writers(),
             readers: register.readers(),
@@ -194,12 +196,25 @@ impl Variable {
         self.newest()
     }
 
-    /// Runs `call` after each publication and retraction, on the thread that publishes or retracts (R12),
-    /// until the result is dropped. The call must return quickly, must not wait, and must not publish this
+    /// Runs `call` after each publication and each end of a value, on the thread that publishes or ends it
+    /// (R12), until the result is dropped. The call must return quickly, must not wait, and must not publish this
     /// variable. Without watches, a publication costs one more load.
     #[must_use = "the watch ends when it is dropped"]
     pub fn watch(self: &Arc<Self>, call: impl Fn() + Send + Sync + 'static) -> Watch {
-        Watch::new(self, call)
+        Watch::new(self, Occasion::Change, call)
+    }
+
+    /// Runs `call` as [`Self::watch`] does, but only after a value has ended and no other has replaced it.
+    #[must_use = "the watch ends when it is dropped"]
+    pub fn watch_end(self: &Arc<Self>, call: impl Fn() + Send + Sync + 'static) -> Watch {
+        Watch::new(self, Occasion::End, call)
+    }
+
+    pub(crate) fn watchers(&self, occasion: Occasion) -> &Watchers {
+        match occasion {
+            Occasion::Change => &self.watchers,
+            Occasion::End => &self.end_watchers,
+        }
     }
 
     /// Permits a writer's commands to take effect (R7), now or as soon as it is opened. Only commands need
@@ -259,29 +274,85 @@ impl Variable {
     }
 
     /// Retracts the newest value of an export: a reader that latches gets no value until the next one. A
-    /// reader that holds the value keeps it until it releases it. Watches are called as after a publication
-    /// (R12). Has no effect on modulations and commands, which keep their values.
+    /// reader that holds the value keeps it until it releases it. Watches are called (R12). Has no effect on
+    /// modulations and commands, which keep their values.
     pub fn retract(&self) {
         let newest = self.newest();
-        if self.declaration.access == Access::Export
-            && self.retracted.fetch_max(newest, Ordering::AcqRel) < newest
-        {
-            self.watchers.call();
+        if self.is_export() && self.ended.fetch_max(newest, Ordering::AcqRel) < newest {
+            self.report_end();
         }
     }
 
-    /// Returns whether the newest value was retracted. It does not wait.
-    #[must_use]
-    pub fn is_retracted(&self) -> bool {
-        let newest = self.newest();
-        newest > 0 && !self.is_visible(newest)
+    /// Retracts the newest value of an export if its validity is over. Returns when it will be, if there is a
+    /// value that expires. Readers need no such call; it is for the watches.
+    pub fn expire(&self, now: Nanos) -> Option<Nanos> {
+        if !self.expires() {
+            return None;
+        }
+        let stamp = self.cell.newest();
+        if stamp.sequence == 0 || !self.is_visible(stamp.sequence) {
+            return None;
+        }
+        if stamp.valid_until >= now {
+            return Some(stamp.valid_until);
+        }
+        if self.ended.fetch_max(stamp.sequence, Ordering::AcqRel) < stamp.sequence {
+            self.report_end();
+        }
+        None
     }
 
-    /// Returns whether readers get a value: it was published and not retracted, or it is an initial value.
+    /// Ends every value of an export that expires, also those that are published from now on, until
+    /// [`Self::open`]: its writer sleeps (R19). It waits for nothing. Returns whether readers lost a value, which
+    /// the caller then reports by [`Self::report_end`].
+    #[must_use = "the watches must be called"]
+    pub fn close(&self) -> bool {
+        if !self.expires() {
+            return false;
+        }
+        let newest = self.newest();
+        newest > 0 && self.ended.swap(u64::MAX, Ordering::AcqRel) < newest
+    }
+
+    /// Reverses [`Self::close`] for values that are published from now on. Only for the thread that calls its
+    /// writer.
+    pub fn open(&self) {
+        if self.ended.load(Ordering::Acquire) == u64::MAX {
+            self.ended.store(self.newest(), Ordering::Release);
+        }
+    }
+
+    /// Calls the watches because a value has ended.
+    pub fn report_end(&self) {
+        self.watchers.call();
+        self.end_watchers.call();
+    }
+
+    /// Returns whether a reader that latches gets a value. It does not wait.
+    #[must_use]
+    pub fn has_value(&self, now: Nanos) -> bool {
+        let stamp = self.cell.newest();
+        self.is_valid(stamp.sequence, stamp.valid_until, now)
+    }
+
+    pub(crate) fn is_export(&self) -> bool {
+        matches!(self.declaration.access, Access::Export { .. })
+    }
+
+    /// Whether it is an export whose values have a validity.
+    pub(crate) fn expires(&self) -> bool {
+        matches!(self.declaration.access, Access::Export { validity } if validity != LASTING)
+    }
+
+    fn is_valid(&self, sequence: u64, valid_until: Nanos, now: Nanos) -> bool {
+        self.is_visible(sequence) && (valid_until >= now || !self.is_export())
+    }
+
+    /// Returns whether readers get a value that is valid: it was published and not ended, or it is an initial
+    /// value.
     #[inline]
     pub(crate) fn is_visible(&self, sequence: u64) -> bool {
-        sequence > self.retracted.load(Ordering::Acquire)
-            || (sequence == 0 && self.declaration.initial.is_some())
+        sequence > self.ended.load(Ordering::Acquire) || (sequence == 0 && self.declaration.initial.is_some())
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -291,14 +362,15 @@ impl Variable {
     /// Returns the index of the grant that this writer must hold, if any.
     pub(crate) fn gate(&self, writer_index: usize) -> Option<usize> {
         match self.declaration.access {
-            Access::Export | Access::Modulation => None,
+            Access::Export { .. } | Access::Modulation => None,
             Access::Command { .. } => Some(writer_index),
         }
     }
 
     pub(crate) fn valid_until(&self, now: Nanos, least: Nanos) -> Nanos {
         match self.declaration.access {
-            Access::Export | Access::Modulation => Nanos::MAX,
+            Access::Export { validity } => now.saturating_add(validity),
+            Access::Modulation => Nanos::MAX,
             Access::Command { validity } => now.saturating_add(validity.max(least)),
         }
     }

@@ -1,4 +1,4 @@
-//! The calls after each publication of a variable, and how they end. They run on the writer's thread, so a
+//! The calls after each publication and each end of a value of a variable, and how they end. They run on the writer's thread, so a
 //! publication takes as long as they do. The end of a watch delays no writer.
 
 use std::cell::Cell;
@@ -16,17 +16,27 @@ thread_local! {
     static CALL_DEPTH: Cell<usize> = const { Cell::new(0) };
 }
 
-/// A call after each publication and retraction of a variable, until the watch is dropped.
+/// A call after each publication or each end of a value of a variable, until the watch is dropped.
 ///
 /// When the drop has returned, the call does not run and never will again. So the drop waits for a call on
 /// another thread: the dropping thread must hold nothing that the call needs. A drop inside a watch call, of
 /// this watch or another, does not wait: a running call completes, and no new one begins.
 pub struct Watch {
     variable: Arc<Variable>,
+    occasion: Occasion,
     watcher: Arc<Watcher>,
 }
 
-/// All watches of a variable.
+/// What a watch is called after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Occasion {
+    /// Each publication, and each end of a value without another.
+    Change,
+    /// Each end of a value without another.
+    End,
+}
+
+/// The watches of a variable for one occasion.
 #[derive(Default)]
 pub(crate) struct Watchers {
     count: AtomicUsize,
@@ -45,16 +55,21 @@ struct Watcher {
 struct CallGuard<'a>(&'a Watcher);
 
 impl Watch {
-    pub(crate) fn new(variable: &Arc<Variable>, call: impl Fn() + Send + Sync + 'static) -> Self {
+    pub(crate) fn new(
+        variable: &Arc<Variable>,
+        occasion: Occasion,
+        call: impl Fn() + Send + Sync + 'static,
+    ) -> Self {
         let watcher = Arc::new(Watcher {
             call: Box::new(call),
             cancelled: AtomicBool::new(false),
             active_calls: AtomicUsize::new(0),
             returned: Notifier::default(),
         });
-        variable.watchers.add(&watcher);
+        variable.watchers(occasion).add(&watcher);
         Self {
             variable: Arc::clone(variable),
+            occasion,
             watcher,
         }
     }
@@ -62,7 +77,7 @@ impl Watch {
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        self.variable.watchers.remove(&self.watcher);
+        self.variable.watchers(self.occasion).remove(&self.watcher);
         self.watcher.cancel();
     }
 }

@@ -88,7 +88,7 @@ impl Writer {
     }
 
     /// Publishes the loaned value and returns its number. `time` is when it was measured; a time after `now`
-    /// counts as `now`. A command is in force from `now` for its validity. Afterwards nothing is loaned, even
+    /// counts as `now`. An export is valid and a command in force from `now` for its validity. Afterwards nothing is loaned, even
     /// after an error.
     ///
     /// # Errors
@@ -98,7 +98,7 @@ impl Writer {
     }
 
     /// Publishes as [`Self::publish`] does. A command is in force for `least` nanoseconds if that is longer
-    /// than its validity, for writers with a longer period.
+    /// than its validity, for writers with a longer period. Exports have no such time.
     ///
     /// # Errors
     /// As [`Self::publish`].
@@ -129,7 +129,7 @@ impl Writer {
                     return Err(Refused::NothingLoaned);
                 }
                 let words = bytes.words(variable.bytes().div_ceil(8));
-                Ok(ring.publish(words, time, self.id))
+                Ok(ring.publish(words, time, self.id, variable.valid_until(now, least)))
             }
             (LoanBuffer::InSlot { .. }, Cell::Ring(_)) | (LoanBuffer::Outside { .. }, Cell::Pinned(_)) => {
                 unreachable!("a writer's buffer is made for its variable's cell")

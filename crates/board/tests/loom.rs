@@ -57,7 +57,7 @@ fn a_ring_never_returns_a_torn_value() {
             let ring = ring.clone();
             thread::spawn(move || {
                 for value in 1..=3 {
-                    assert_eq!(ring.publish(&[value, value], value, value as u32), value);
+                    assert_eq!(ring.publish(&[value, value], value, value as u32, value), value);
                 }
             })
         };
@@ -67,6 +67,8 @@ fn a_ring_never_returns_a_torn_value() {
             let stamp = ring.read(&mut value);
             assert_eq!(value, [stamp.sequence; 2]);
             assert_eq!(stamp.time, stamp.sequence);
+            // Value number 0 does not expire.
+            assert!(stamp.sequence == 0 || stamp.valid_until == stamp.sequence);
             assert!(stamp.sequence >= last, "values never run backwards");
             last = stamp.sequence;
         }
@@ -82,7 +84,7 @@ fn a_reader_that_a_ring_overtakes_retries() {
         let writer = {
             let ring = ring.clone();
             thread::spawn(move || {
-                (1..=5).for_each(|value| assert_eq!(ring.publish(&[value], value, 0), value))
+                (1..=5).for_each(|value| assert_eq!(ring.publish(&[value], value, 0, value), value))
             })
         };
         let mut value = [0];

@@ -10,7 +10,7 @@ use std::time::Duration;
 use jde_board::{Access, Board, Declaration, Reader, Refused, Variable};
 
 mod common;
-use common::{COMMAND, declaration, word_array};
+use common::{COMMAND, EXPORT, declaration, word_array};
 
 /// Words of a 640 x 480 image of three bytes per pixel, about 900 kB.
 const IMAGE: usize = 640 * 480 * 3 / 8;
@@ -69,7 +69,7 @@ fn write(variable: &Arc<Variable>, id: u32, rounds: u64) {
 
 /// Checks a whole value, twice, and returns its number.
 fn check(reader: &mut Reader) -> u64 {
-    let Some(latched) = reader.latch() else { return 0 };
+    let Some(latched) = reader.latch(0) else { return 0 };
     for _ in 0..2 {
         assert!(
             is_filled(latched.bytes, latched.stamp.time),
@@ -139,24 +139,24 @@ fn torture(variable: &Arc<Variable>, writers: u32, readers: usize, rounds: u64) 
 #[test]
 fn small_values_are_never_torn() {
     for count in [1, 6, 16] {
-        torture(&declare(count, Access::Export, |_| ()), 1, 2, rounds(100_000));
+        torture(&declare(count, EXPORT, |_| ()), 1, 2, rounds(100_000));
     }
 }
 
 #[test]
 fn values_of_a_few_lines_are_never_torn() {
-    torture(&declare(17, Access::Export, |_| ()), 1, 2, rounds(100_000));
+    torture(&declare(17, EXPORT, |_| ()), 1, 2, rounds(100_000));
 }
 
 #[test]
 fn images_are_never_torn() {
-    torture(&declare(IMAGE, Access::Export, |_| ()), 1, 2, rounds(1_000));
+    torture(&declare(IMAGE, EXPORT, |_| ()), 1, 2, rounds(1_000));
 }
 
 #[test]
 fn images_are_never_torn_for_readers_that_copy() {
     torture(
-        &declare(IMAGE, Access::Export, |declaration| declaration.readers = 0),
+        &declare(IMAGE, EXPORT, |declaration| declaration.readers = 0),
         1,
         2,
         rounds(1_000),
@@ -214,7 +214,7 @@ fn r7_no_command_takes_effect_after_its_withdrawal() {
             }
             driver.release();
             if newest > before {
-                let latched = driver.latch().unwrap();
+                let latched = driver.latch(0).unwrap();
                 assert_eq!(latched.stamp.writer, winner);
                 assert!(is_filled(latched.bytes, winner.into()));
             }
@@ -224,7 +224,7 @@ fn r7_no_command_takes_effect_after_its_withdrawal() {
 
 #[test]
 fn no_wake_up_is_lost() {
-    let variables = [Access::Export, Access::Modulation].map(|access| declare(1, access, |_| ()));
+    let variables = [EXPORT, Access::Modulation].map(|access| declare(1, access, |_| ()));
     let [ping, pong] = &variables;
     let rounds = rounds(10_000);
     thread::scope(|scope| {

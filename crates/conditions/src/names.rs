@@ -31,7 +31,7 @@ impl Names {
         for instance in &application.instances {
             for port in &instance.schema.ports {
                 match port.role {
-                    Role::Export | Role::Modulation { .. } | Role::Command { .. } => {
+                    Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => {
                         let name = format!("{}.{}", instance.name, port.name);
                         variables.insert(name, Arc::clone(&port.value_type));
                     }

@@ -152,7 +152,7 @@ impl LoadedApplication {
             let instance = application.instance(schema);
             let ports = instance.map_or(&[][..], |instance| &application.instances[instance].schema.ports);
             let written =
-                |role: &Role| matches!(role, Role::Export | Role::Actuator | Role::ChildModulation { .. });
+                |role: &Role| matches!(role, Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. });
             for port in ports.iter().filter(|port| written(&port.role)) {
                 let value = mock.live(&port.name);
                 let value_type = port.value_type.clone();

@@ -164,7 +164,7 @@ impl Trace {
         if std::mem::replace(&mut self.seen, newest) == newest {
             return;
         }
-        if let Some(latched) = self.reader.latch_newest() {
+        if let Some(latched) = self.reader.latch_newest(0) {
             self.times.push(latched.stamp.time);
             self.bytes.extend_from_slice(latched.bytes);
         }

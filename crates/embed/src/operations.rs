@@ -63,7 +63,7 @@ impl Run {
         let mut reader = variable.reader(READER);
         let value_type = &variable.describe().value_type;
         Ok(reader
-            .latch()
+            .latch(self.handle().now())
             .map(|latched| using(value_type, latched.bytes, path)))
     }
 
@@ -94,7 +94,7 @@ impl Run {
             )));
         }
         let mut reader = variable.reader(READER);
-        Ok(reader.latch().map(|latched| {
+        Ok(reader.latch(self.handle().now()).map(|latched| {
             value_type.copy_into(latched.bytes, bytes);
             latched.stamp
         }))

@@ -48,10 +48,10 @@ impl History {
         history
     }
 
-    /// Adds the newest value of the variable.
+    /// Adds the newest value of the variable. Its validity does not matter: turns name the values that they used.
     pub(crate) fn record_newest(&self, variable: &Arc<Variable>) {
         let mut reader = variable.reader("replay");
-        match reader.latch() {
+        match reader.latch(0) {
             Some(latched) => self.push(latched.stamp, latched.bytes),
             None => self.retract(),
         }

@@ -40,7 +40,7 @@ pub(crate) fn watch_mission(engine: &Arc<Engine>) {
         };
         let mut reader = variable.reader("mission");
         let mission = reader
-            .latch()
+            .latch(engine.clock.now())
             .and_then(|latched| Mission::from_bytes(latched.bytes));
         let Some(mission) = mission else { return };
         match mission.state {

@@ -247,7 +247,7 @@ fn written_port<'i>(instance: &'i InstanceConfig, name: &str) -> Result<(u32, &'
     let is_written = |port: &&Port| {
         matches!(
             port.role,
-            Role::Export | Role::Actuator | Role::ChildModulation { .. }
+            Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. }
         )
     };
     let ports = &instance.schema.ports;

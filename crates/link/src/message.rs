@@ -218,7 +218,7 @@ pub struct Status {
     pub age_s: Option<f64>,
     /// Values per second, estimated.
     pub rate_hz: f64,
-    /// Whether the newest value was retracted.
+    /// Whether the newest value has ended (R19): readers have none.
     pub retracted: bool,
     /// The writer of the newest value.
     pub last_writer: Option<String>,

@@ -26,7 +26,7 @@ pub fn mock(drive: &Drive, recorded: &str, instance: &InstanceConfig) -> Result<
     };
     let ports = instance.schema.ports.iter();
     let exports: BTreeMap<_, _> = ports
-        .filter(|port| matches!(port.role, Role::Export))
+        .filter(|port| matches!(port.role, Role::Export { .. }))
         .map(|port| (format!("{recorded}.{}", port.name), port))
         .collect();
     let mut found = false;

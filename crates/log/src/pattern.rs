@@ -25,7 +25,7 @@ pub fn variables(application: &Application) -> Vec<String> {
     let mut names = Vec::new();
     for instance in &application.instances {
         let own = instance.schema.ports.iter().filter(|port| match port.role {
-            Role::Export | Role::Modulation { .. } | Role::Command { .. } => true,
+            Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => true,
             Role::Import { .. } | Role::Actuator | Role::ChildModulation { .. } => false,
         });
         names.extend(own.map(|port| format!("{}.{}", instance.name, port.name)));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
-use jde_board::{Access, Nanos, Reader, Variable, Watch};
+use jde_board::{Access, LASTING, Nanos, Reader, Variable, Watch};
 
 use crate::recorder::Clock;
 use crate::topic::{FetchFlag, Notice, Shared, Stamps, Topic, TopicContent, TopicQueue};
@@ -62,6 +62,7 @@ pub(crate) fn watch(
         ("access".to_owned(), access(declared.access).to_owned()),
         ("doc".to_owned(), declared.doc.clone()),
         ("unit".to_owned(), declared.unit.clone()),
+        ("validity".to_owned(), validity(declared.access)),
     ]);
     let fetch_flag = (declared.value_type.bytes > LARGE && !shared.lossless).then(|| FetchFlag {
         variable: Arc::clone(variable),
@@ -114,9 +115,19 @@ pub fn topic_name(variable: &str) -> String {
     format!("/{}", variable.replace('.', "/"))
 }
 
+/// Returns how long a value is valid or in force after it was published (R19, R7): "150ms", or "lasting".
+fn validity(access: Access) -> String {
+    match access {
+        Access::Export { validity } | Access::Command { validity } if validity != LASTING => {
+            format!("{}ms", validity as f64 / 1e6)
+        }
+        Access::Export { .. } | Access::Command { .. } | Access::Modulation => "lasting".to_owned(),
+    }
+}
+
 fn access(access: Access) -> &'static str {
     match access {
-        Access::Export => "export",
+        Access::Export { .. } => "export",
         Access::Modulation => "modulation",
         Access::Command { .. } => "command",
     }
@@ -144,7 +155,7 @@ impl Subscriber {
 
     fn read_value(&self, state: &mut ReaderState) {
         let now = (self.clock)();
-        let latched = state.reader.latch();
+        let latched = state.reader.latch(now);
         match state
             .tracker
             .update(latched.map(|latched| latched.stamp.sequence))

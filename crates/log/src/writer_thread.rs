@@ -237,7 +237,7 @@ impl WriterThread {
         let Some((mut reader, mut seen)) = open.fetch.take() else {
             return;
         };
-        let latched = reader.latch();
+        let latched = reader.latch(log);
         match seen.update(latched.map(|latched| latched.stamp.sequence)) {
             ValueChange::Unchanged => {}
             ValueChange::Value(missed) => {

@@ -66,7 +66,7 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 /// | attribute | type | options |
 /// |---|---|---|
 /// | `#[import]` | `Import<T>` | `trigger`, `optional`, `unit`, `name` |
-/// | `#[export]` | `Export<T>` | `unit`, `name` |
+/// | `#[export]` | `Export<T>` | `lasting` or `validity`, `unit`, `name` |
 /// | `#[modulation(default = ...)]` | `Modulation<T>` | `unit`, `min`, `max`, `fixed`, `name` |
 /// | `#[command(neutral = ..., validity = "500ms")]` | `Command<T>` | `trigger`, `unit`, `name` |
 /// | `#[actuator]` | `Actuator<T>` | `optional`, `unit`, `name` |
@@ -78,6 +78,9 @@ pub fn derive_authors_choice(input: TokenStream) -> TokenStream {
 /// accepted for a `Text<N>`. A modulation is a value, a `bool`, or an enumeration with `#[derive(Choice)]`.
 /// Its default must be within its `min` and `max`. A `fixed` modulation is read when the schema awakes and
 /// kept until it sleeps.
+///
+/// A value of an export is valid for three periods that the application states, unless `validity = "500ms"` states
+/// another time. A `lasting` value is valid until it is replaced or retracted (R19).
 ///
 /// `unit = "path"` marks a path, which the application may give relative to its own file. `unit = "file"`
 /// marks such a path of a file that must exist before the application starts. `unit = "model"` marks a path if the

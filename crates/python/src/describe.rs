@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use jde_abi::describe::{Child, Kind, Limits, Plugin, Port, Role, Schema};
+use jde_abi::describe::{Child, Kind, Limits, Plugin, Port, Role, Schema, Validity};
 use jde_abi::write::Optional;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -148,7 +148,9 @@ fn port(py: Python<'_>, spec: PortSpec) -> PyResult<Port> {
         },
         "actuator" => Role::Actuator,
         "modulates" => Role::ChildModulation { child: spec.child },
-        _ => Role::Export,
+        _ => Role::Export {
+            validity: Validity::from_ns(spec.validity_ns),
+        },
     };
     Ok(Port {
         name: spec.name,

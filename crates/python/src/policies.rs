@@ -145,7 +145,7 @@ impl State {
     fn observe(&mut self) -> bool {
         let mut start = 0;
         for observed in &mut self.observed {
-            let Some(latched) = observed.reader.latch_newest() else {
+            let Some(latched) = observed.reader.latch_newest(0) else {
                 match observed.count {
                     Some(count) => start += count,
                     None => return false,

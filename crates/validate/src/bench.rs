@@ -156,7 +156,7 @@ impl<'s> Bench<'s> {
         let is_import = match port.role {
             Role::Import { .. } => true,
             Role::Modulation { .. } | Role::Command { .. } => false,
-            Role::Export | Role::Actuator | Role::ChildModulation { .. } => {
+            Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => {
                 self.breach(
                     "ports",
                     format!("it reads `{}`, which it can only write", port.name),
@@ -198,7 +198,7 @@ impl<'s> Bench<'s> {
                 );
                 Err(raw::BAD_ARGUMENT)
             }
-            Role::Export => Ok(number as usize),
+            Role::Export { .. } => Ok(number as usize),
             Role::Actuator | Role::ChildModulation { .. } if self.is_unbound(port.optional) => {
                 Err(raw::UNBOUND)
             }
@@ -235,7 +235,7 @@ impl<'s> Bench<'s> {
         if let Some(wrong) = malformed(&port.value_type, &bytes) {
             self.breach("values", format!("it publishes `{}` with {wrong}", port.name));
         }
-        let is_export = matches!(port.role, Role::Export);
+        let is_export = matches!(port.role, Role::Export { .. });
         self.change(&format!("publishes `{}`", port.name), is_export);
         if !is_export {
             if let Some(field) = Finite::new(&port.value_type).first_not_finite(&bytes) {
@@ -254,7 +254,7 @@ impl<'s> Bench<'s> {
     fn retract(&mut self, number: u32) -> Result<(), i32> {
         let place = self.output(number, "retracts")?;
         let port = &self.schema.ports[place];
-        if !matches!(port.role, Role::Export) {
+        if !matches!(port.role, Role::Export { .. }) {
             self.breach(
                 "ports",
                 format!("it retracts `{}`, which is no export", port.name),

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::Type;
+use super::{Type, Validity};
 
 /// A list of ports: a table of the application file whose entries are ports of any type.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,10 @@ pub enum ListKind {
     /// Imports.
     Imports,
     /// Exports.
-    Exports,
+    Exports {
+        /// How long a value is valid (R19).
+        validity: Validity,
+    },
     /// Commands of a driver. Their neutral value is all zeros, and a new command lets the driver iterate at once (R12).
     Commands {
         /// How long a command is in force, ns.
@@ -38,7 +41,7 @@ impl fmt::Display for ListKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Imports => "imports",
-            Self::Exports => "exports",
+            Self::Exports { .. } => "exports",
             Self::Commands { .. } => "commands",
         })
     }

@@ -41,7 +41,8 @@ pub struct PortList {
     pub settings: *const Type,
     /// The settings that an entry does not state, `settings->bytes` bytes.
     pub initial: *const c_void,
-    /// How long a command is in force without being repeated, ns, at least 1. Only for [`super::COMMAND`], since minor version 8.
+    /// How long a command is in force without being repeated, ns, at least 1, or how long a value of an export is
+    /// valid, as in [`super::Port`]. Since minor version 8.
     pub validity_ns: u64,
 }
 

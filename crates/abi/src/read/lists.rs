@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::place::Place;
 use super::{RESERVED, Refusal, types};
-use crate::describe::{Kind, ListKind, Port, PortList, Role};
+use crate::describe::{Kind, ListKind, Port, PortList, Role, Validity};
 use crate::{lists, raw};
 
 /// The most lists of a type.
@@ -71,7 +71,9 @@ unsafe fn list(outer: &Place, owner: Kind, table: &raw::PortList) -> Result<Port
         let place = outer.inner("list", &name);
         let kind = match table.kind {
             raw::IMPORT => ListKind::Imports,
-            raw::EXPORT => ListKind::Exports,
+            raw::EXPORT => ListKind::Exports {
+                validity: Validity::from_ns(table.validity_ns),
+            },
             raw::COMMAND if owner != Kind::Driver => {
                 return place.wrong("only drivers have lists of commands");
             }

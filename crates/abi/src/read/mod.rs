@@ -9,7 +9,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::describe::{Child, Guard, Kind, Limits, Plugin, Port, Role, Schema, Type};
+use crate::describe::{Child, Guard, Kind, Limits, Plugin, Port, Role, Schema, Type, Validity};
 use crate::{guard, inspect, raw, table, unit};
 
 mod lists;
@@ -202,7 +202,7 @@ unsafe fn schema(outer: &Place, table: &raw::Schema) -> Result<Schema, Refusal> 
                 Role::ChildModulation { child } => format!("{}.{}", children[child].name, port.name),
                 Role::Import { .. } => format!("import {}", port.name),
                 Role::Actuator => format!("actuator {}", port.name),
-                Role::Export | Role::Modulation { .. } | Role::Command { .. } => port.name.clone(),
+                Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => port.name.clone(),
             }),
         )?;
         let many = children.iter().position(|child| child.many);
@@ -276,7 +276,7 @@ unsafe fn guard(
     if kind != Kind::Perceptive {
         return place.wrong("only a perceptive schema can be a guard");
     }
-    if ports.get(state).is_none_or(|port| port.role != Role::Export) {
+    if !matches!(ports.get(state).map(|port| &port.role), Some(Role::Export { .. })) {
         return place.wrong(format!("its guard's state is port {state}, which is no export"));
     }
     // SAFETY: the plugin's table follows the rules of `raw`.
@@ -318,7 +318,9 @@ unsafe fn port(outer: &Place, table: &raw::Port, kind: Kind, children: usize) ->
             raw::IMPORT => Role::Import {
                 trigger: table.flags & raw::TRIGGER != 0,
             },
-            raw::EXPORT => Role::Export,
+            raw::EXPORT => Role::Export {
+                validity: Validity::from_ns(table.validity_ns),
+            },
             raw::MODULATION => {
                 let default = initial()?;
                 Role::Modulation {

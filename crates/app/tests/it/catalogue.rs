@@ -6,9 +6,15 @@ use std::sync::Arc;
 
 use jde_abi::describe::{
     Child, Field, FieldKind, Form, Guard, Kind, Limits, ListKind, Plugin, Port, PortList, Role, RosNotation,
-    Scalar, Schema, Type,
+    Scalar, Schema, Type, Validity,
 };
+
 use jde_app::{Application, Catalogue, Faults, Override, Unusable, parse};
+
+/// An export whose values are valid for some of its schema's periods.
+const EXPORT: Role = Role::Export {
+    validity: Validity::Periods,
+};
 
 /// An application without faults.
 pub(crate) const GOOD: &str = include_str!("../apps/good.toml");
@@ -179,7 +185,7 @@ fn plugins() -> Vec<Plugin> {
                             unit: "rad".to_owned(),
                             ..port("heading", "std_msgs/msg/Float64", Role::Import { trigger: false })
                         },
-                        port("mission", "jde_msgs/msg/Mission", Role::Export),
+                        port("mission", "jde_msgs/msg/Mission", EXPORT),
                         optional(base()),
                         Port {
                             unit: "m/s".to_owned(),
@@ -208,12 +214,12 @@ fn robot() -> Schema {
         trigger: false,
     };
     let ports = vec![
-        port("laser", "sensor_msgs/msg/LaserScan", Role::Export),
-        port("odometry", "nav_msgs/msg/Odometry", Role::Export),
+        port("laser", "sensor_msgs/msg/LaserScan", EXPORT),
+        port("odometry", "nav_msgs/msg/Odometry", EXPORT),
         export_heading(),
         Port {
             unit: "m".to_owned(),
-            ..port("travelled", "std_msgs/msg/Float64", Role::Export)
+            ..port("travelled", "std_msgs/msg/Float64", EXPORT)
         },
         port("velocity", "geometry_msgs/msg/Twist", velocity),
         Port {
@@ -245,7 +251,7 @@ fn near(laser: Port) -> Schema {
         ..schema(
             "near",
             Kind::Perceptive,
-            vec![laser, port("nearest", "std_msgs/msg/Float64", Role::Export)],
+            vec![laser, port("nearest", "std_msgs/msg/Float64", EXPORT)],
         )
     }
 }
@@ -261,13 +267,13 @@ fn topics() -> Schema {
     };
     let lists = [
         ("publish", ListKind::Imports),
-        ("subscribe", ListKind::Exports),
+        ("subscribe", ListKind::Exports { validity: Validity::Periods }),
         ("repeat", ListKind::Imports),
         ("call", ListKind::Commands { validity_ns: 7 }),
     ];
     let role = Role::Import { trigger: false };
     let laser = optional(port("laser", "sensor_msgs/msg/LaserScan", role));
-    let connection = port("connection", "std_msgs/msg/Bool", Role::Export);
+    let connection = port("connection", "std_msgs/msg/Bool", EXPORT);
     Schema {
         lists: lists.map(list).into(),
         ..schema("topics", Kind::Driver, vec![laser, connection])
@@ -282,7 +288,7 @@ fn odd() -> Schema {
             bytes: 16,
             ..standard
         }),
-        ..port("laser", "", Role::Export)
+        ..port("laser", "", EXPORT)
     };
     schema("odd", Kind::Driver, vec![laser])
 }
@@ -336,7 +342,7 @@ fn look() -> Schema {
 fn export_heading() -> Port {
     Port {
         unit: "rad".to_owned(),
-        ..port("heading", "std_msgs/msg/Float64", Role::Export)
+        ..port("heading", "std_msgs/msg/Float64", EXPORT)
     }
 }
 

@@ -60,14 +60,16 @@ fn names_are_resolved_to_numbers() {
         *binding(&application, "example", "laser"),
         Binding::Import {
             source: Some(source(&application, "pioneer", "laser")),
-            trigger: true
+            trigger: true,
+            stale_ns: None,
         }
     );
     assert_eq!(
         *binding(&application, "example", "heading"),
         Binding::Import {
             source: Some(source(&application, "pioneer", "heading")),
-            trigger: false
+            trigger: false,
+            stale_ns: None,
         }
     );
     assert_eq!(
@@ -407,7 +409,8 @@ fn an_imported_modulation_does_not_keep_its_schema_awake() {
         *binding(&application, "other", "bearing"),
         Binding::Import {
             source: Some(source(&application, "look", "tilt")),
-            trigger: true
+            trigger: true,
+            stale_ns: None,
         }
     );
     let pioneer = u32::try_from(at(&application, "pioneer")).expect("few instances");

@@ -84,14 +84,16 @@ subscribe."/seen" = { as = "seen", type = "nav_msgs/msg/Odometry", x = 2 }"#,
         topics.bindings[own + 3],
         Binding::Import {
             source: Some(ImportSource::Local(place, own + 1)),
-            trigger: false
+            trigger: false,
+            stale_ns: None,
         }
     );
     let stop = &application.instances[application.instance("stop").unwrap()];
     let source = ImportSource::Local(place, own);
     assert!(stop.bindings.contains(&Binding::Import {
         source: Some(source),
-        trigger: true
+        trigger: true,
+        stale_ns: None,
     }));
 }
 

@@ -31,7 +31,8 @@ fn an_import_may_name_a_variable_of_another_application() {
         example.bindings[port],
         Binding::Import {
             source: Some(source),
-            trigger: false
+            trigger: false,
+            stale_ns: None,
         }
     );
     assert_eq!(application.source_name(source), "robot2:pioneer.heading");
@@ -130,7 +131,7 @@ apps/good.toml:13:22: `base` in `actuators` of schema `teleop` is `robot2:pionee
 }
 
 #[test]
-fn an_import_table_requires_from_and_allows_stale_only_for_remote_variables() {
+fn an_import_table_requires_from_and_allows_stale_of_what_ages() {
     check(
         &[(
             HEADING,
@@ -144,10 +145,8 @@ apps/good.toml:18:54: unknown key `form` in `heading` of `imports` of schema `ex
 "#,
     );
     check(
-        &[(HEADING, r#"heading = { from = "pioneer.heading", stale = "1s" }"#)],
+        &[(HEADING, r#"heading = { from = "look.tilt", stale = "1s" }"#)],
         r#"
-apps/good.toml:18:88: `heading` in `imports` of schema `example` has `stale`, and comes from this application
-    help: remove `stale`: within an application, the exporting schema retracts its value
 "#,
     );
     check(

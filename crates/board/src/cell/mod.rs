@@ -39,6 +39,6 @@ pub struct SlotStamp {
     pub time: u64,
     /// The id of its writer.
     pub writer: u32,
-    /// When it stops being in force, in nanoseconds.
+    /// The last instant at which it is valid or in force, in nanoseconds.
     pub valid_until: u64,
 }

@@ -1,7 +1,7 @@
 //! Small values of one writer: a ring of copies in atomic words, similar to a sequence lock.
 //!
 //! Word 0 is the number of the newest value (0 at first). The value with number `s` is in slot `s % slots`. A
-//! slot is two words of stamp, then the value. The writer fills the slot after the newest one and then
+//! slot is three words of stamp, then the value. The writer fills the slot after the newest one and then
 //! increments the number, so a writer that stops in the middle delays no reader. A reader copies the newest
 //! slot, and retries only if the writer may have reached this slot again meanwhile. It supports only one
 //! writer at a time.
@@ -13,8 +13,8 @@ use crate::sync::{AtomicU64, Ordering, fence, relax};
 const NEWEST: usize = 0;
 /// Slots begin on the second cache line, so the number has a line of its own.
 const SLOTS: usize = 8;
-/// Words of stamp before the value: time and writer.
-const STAMP: usize = 2;
+/// Words of stamp before the value: time, writer and the end of its validity.
+const STAMP: usize = 3;
 
 /// A cell for small values of one writer.
 pub struct Ring {
@@ -45,6 +45,7 @@ impl Ring {
         };
         let slot = ring.slot(0);
         slot[1].store(u64::from(u32::MAX), Ordering::Relaxed);
+        slot[2].store(u64::MAX, Ordering::Relaxed);
         for (word, value) in slot[STAMP..].iter().zip(initial) {
             word.store(*value, Ordering::Relaxed);
         }
@@ -68,7 +69,7 @@ impl Ring {
     }
 
     /// Writes the next value and returns its number. Only one thread at a time may call this; wait-free.
-    pub fn publish(&self, value: &[u64], time: u64, writer: u32) -> u64 {
+    pub fn publish(&self, value: &[u64], time: u64, writer: u32, valid_until: u64) -> u64 {
         let newest = self.region.word(NEWEST);
         let next = newest.load(Ordering::Relaxed) + 1;
         // A reader that sees any word stored below also sees, after its own fence, the number from before:
@@ -77,6 +78,7 @@ impl Ring {
         let slot = self.slot(next);
         slot[0].store(time, Ordering::Relaxed);
         slot[1].store(u64::from(writer), Ordering::Relaxed);
+        slot[2].store(valid_until, Ordering::Relaxed);
         for (word, value) in slot[STAMP..].iter().zip(value) {
             word.store(*value, Ordering::Relaxed);
         }
@@ -96,6 +98,7 @@ impl Ring {
             let slot = self.slot(sequence);
             let time = slot[0].load(Ordering::Relaxed);
             let writer = slot[1].load(Ordering::Relaxed) as u32;
+            let valid_until = slot[2].load(Ordering::Relaxed);
             for (value, word) in output.iter_mut().zip(&slot[STAMP..]) {
                 *value = word.load(Ordering::Relaxed);
             }
@@ -109,7 +112,7 @@ impl Ring {
                     sequence,
                     time,
                     writer,
-                    valid_until: u64::MAX,
+                    valid_until,
                 };
             }
             relax();
@@ -123,13 +126,14 @@ impl Ring {
             let slot = self.slot(sequence);
             let time = slot[0].load(Ordering::Relaxed);
             let writer = slot[1].load(Ordering::Relaxed) as u32;
+            let valid_until = slot[2].load(Ordering::Relaxed);
             fence(Ordering::Acquire);
             if self.region.word(NEWEST).load(Ordering::Relaxed) - sequence < self.slots - 1 {
                 return SlotStamp {
                     sequence,
                     time,
                     writer,
-                    valid_until: u64::MAX,
+                    valid_until,
                 };
             }
             relax();

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
-use jde_board::{Access, Board, Declaration, Variable};
+use jde_board::{Access, Board, Declaration, LASTING, Variable};
 
 /// Returns a type with the layout of C, without padding: the callers order fields so that none is needed.
 pub fn structure(name: &str, fields: Vec<Field>) -> Arc<Type> {
@@ -136,3 +136,4 @@ pub fn variable(value_type: &Arc<Type>, access: Access) -> Arc<Variable> {
 }
 
 pub const COMMAND: Access = Access::Command { validity: 500 };
+pub const EXPORT: Access = Access::Export { validity: LASTING };

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use jde_board::{Access, Board, Error, Reader, Refused, Stamp, Variable, Writer};
 
-use crate::common::{COMMAND, declaration, float64, twist, variable, word_array};
+use crate::common::{COMMAND, EXPORT, declaration, float64, twist, variable, word_array};
 
 pub(crate) fn write(writer: &mut Writer, value: f64, time: u64) -> Result<u64, Refused> {
     writer.loan().copy_from_slice(&value.to_ne_bytes());
@@ -14,7 +14,7 @@ pub(crate) fn write(writer: &mut Writer, value: f64, time: u64) -> Result<u64, R
 }
 
 pub(crate) fn latch(reader: &mut Reader) -> Option<(f64, Stamp)> {
-    let latched = reader.latch()?;
+    let latched = reader.latch(0)?;
     Some((
         f64::from_ne_bytes(latched.bytes.try_into().unwrap()),
         latched.stamp,
@@ -24,7 +24,7 @@ pub(crate) fn latch(reader: &mut Reader) -> Option<(f64, Stamp)> {
 /// Returns a numeric variable for each kind of cell and access. Writer 7 has the grant of the command.
 pub(crate) fn numbers() -> [Arc<Variable>; 3] {
     let [export, modulation, command] =
-        [Access::Export, Access::Modulation, COMMAND].map(|access| variable(&float64(), access));
+        [EXPORT, Access::Modulation, COMMAND].map(|access| variable(&float64(), access));
     command.grant(7);
     [export, modulation, command]
 }
@@ -32,12 +32,8 @@ pub(crate) fn numbers() -> [Arc<Variable>; 3] {
 #[test]
 fn a_variable_is_found_by_owner_and_name() {
     let board = Board::new();
-    let laser = board
-        .declare(declaration("laser", &float64(), Access::Export))
-        .unwrap();
-    let pose = board
-        .declare(declaration("pose", &float64(), Access::Export))
-        .unwrap();
+    let laser = board.declare(declaration("laser", &float64(), EXPORT)).unwrap();
+    let pose = board.declare(declaration("pose", &float64(), EXPORT)).unwrap();
     assert!(Arc::ptr_eq(&board.find("pioneer.laser").unwrap(), &laser));
     assert!(Arc::ptr_eq(&board.get("pioneer.pose").unwrap(), &pose));
     assert!(board.find("laser").is_none());
@@ -51,9 +47,7 @@ fn a_variable_is_found_by_owner_and_name() {
 #[test]
 fn an_unknown_name_is_refused_with_the_nearest() {
     let board = Board::new();
-    board
-        .declare(declaration("laser", &float64(), Access::Export))
-        .unwrap();
+    board.declare(declaration("laser", &float64(), EXPORT)).unwrap();
     let near = board.get("pioneer.lasr").err().unwrap();
     assert_eq!(
         near.to_string(),
@@ -66,15 +60,13 @@ fn an_unknown_name_is_refused_with_the_nearest() {
 #[test]
 fn each_schema_is_a_name_space_without_duplicates() {
     let board = Board::new();
-    board
-        .declare(declaration("laser", &float64(), Access::Export))
-        .unwrap();
-    let duplicate = board.declare(declaration("laser", &twist(), Access::Export));
+    board.declare(declaration("laser", &float64(), EXPORT)).unwrap();
+    let duplicate = board.declare(declaration("laser", &twist(), EXPORT));
     assert_eq!(
         duplicate.err(),
         Some(Error::Duplicate("pioneer.laser".to_owned()))
     );
-    let mut other = declaration("laser", &twist(), Access::Export);
+    let mut other = declaration("laser", &twist(), EXPORT);
     other.owner = "robot2".to_owned();
     board.declare(other).unwrap();
     assert_eq!(board.list().count(), 2);
@@ -131,11 +123,11 @@ fn r8_a_latched_value_stays_until_it_is_released() {
         let mut writer = variable.writer(7, "driver").unwrap();
         let mut reader = variable.reader("goon");
         write(&mut writer, 1.0, 1).unwrap();
-        let first = reader.latch().unwrap();
+        let first = reader.latch(0).unwrap();
         let (address, value) = (first.bytes.as_ptr(), first.bytes.to_vec());
         // Enough to reuse all slots of either cell.
         (2..40).for_each(|n| assert_eq!(write(&mut writer, f64::from(n), 2), Ok(n as u64)));
-        let latched = reader.latch().unwrap();
+        let latched = reader.latch(0).unwrap();
         assert_eq!((latched.bytes.as_ptr(), latched.bytes), (address, &value[..]));
         assert_eq!(latched.stamp.sequence, 1);
         assert_eq!(reader.newest(), 39);
@@ -165,7 +157,7 @@ fn r8_the_absence_of_a_value_lasts_until_the_release() {
 
 #[test]
 fn an_initial_value_has_number_0_and_no_writer() {
-    for access in [Access::Export, Access::Modulation, COMMAND] {
+    for access in [EXPORT, Access::Modulation, COMMAND] {
         let mut declared = declaration("gain", &float64(), access);
         declared.initial = Some(0.25f64.to_ne_bytes().into());
         let gain = Board::new().declare(declared).unwrap();
@@ -190,7 +182,7 @@ fn a_loaned_value_is_invisible_until_it_is_published() {
         let mut reader = variable.reader("view");
         assert_eq!(writer.publish(0, 0), Err(Refused::NothingLoaned));
         writer.loan().fill(1);
-        assert!(reader.latch().is_none());
+        assert!(reader.latch(0).is_none());
         reader.release();
         writer.discard();
         assert_eq!(writer.publish(0, 0), Err(Refused::NothingLoaned));
@@ -207,7 +199,7 @@ fn a_loaned_value_is_invisible_until_it_is_published() {
 #[test]
 fn values_are_aligned_for_any_type() {
     for value_type in [float64(), twist(), word_array(1000)] {
-        for access in [Access::Export, Access::Modulation] {
+        for access in [EXPORT, Access::Modulation] {
             let variable = variable(&value_type, access);
             let mut writer = variable.writer(1, "w").unwrap();
             let loan = writer.loan();
@@ -217,7 +209,15 @@ fn values_are_aligned_for_any_type() {
             // The third reader exceeds the declared two, so it copies.
             let mut readers = [0; 3].map(|_| variable.reader("r"));
             for reader in &mut readers {
-                assert!(reader.latch().unwrap().bytes.as_ptr().cast::<u128>().is_aligned());
+                assert!(
+                    reader
+                        .latch(0)
+                        .unwrap()
+                        .bytes
+                        .as_ptr()
+                        .cast::<u128>()
+                        .is_aligned()
+                );
             }
         }
     }
@@ -225,7 +225,7 @@ fn values_are_aligned_for_any_type() {
 
 #[test]
 fn an_export_has_one_writer_at_a_time() {
-    let laser = variable(&float64(), Access::Export);
+    let laser = variable(&float64(), EXPORT);
     let first = laser.writer(1, "pioneer").unwrap();
     let refused = laser.writer(2, "player").err().unwrap();
     assert_eq!(
@@ -300,7 +300,7 @@ fn the_host_can_put_values_only_into_commands_and_modulations() {
 
 #[test]
 fn the_status_contains_the_users_and_the_rate() {
-    let laser = variable(&float64(), Access::Export);
+    let laser = variable(&float64(), EXPORT);
     let mut writer = laser.writer(4, "pioneer").unwrap();
     let reader = laser.reader("stop");
     let other = laser.reader("view");
@@ -324,7 +324,7 @@ fn the_status_contains_the_users_and_the_rate() {
 
 #[test]
 fn readers_beyond_the_declared_number_read_copies() {
-    let image = variable(&word_array(1000), Access::Export);
+    let image = variable(&word_array(1000), EXPORT);
     let mut writer = image.writer(1, "camera").unwrap();
     let mut readers: Vec<_> = (0..10).map(|n| image.reader(&format!("r{n}"))).collect();
     for round in 1..=20u8 {
@@ -333,7 +333,7 @@ fn readers_beyond_the_declared_number_read_copies() {
         // One reader at a time latches a new value. All others keep their values.
         let reader = &mut readers[usize::from(round) % 10];
         reader.release();
-        assert_eq!(reader.latch().unwrap().bytes[999], round);
+        assert_eq!(reader.latch(0).unwrap().bytes[999], round);
     }
     let held: Vec<u8> = readers
         .iter()
@@ -358,7 +358,7 @@ fn a_wait_ends_at_once_if_there_is_a_newer_value() {
 
 #[test]
 fn a_wait_ends_after_its_timeout() {
-    let laser = variable(&float64(), Access::Export);
+    let laser = variable(&float64(), EXPORT);
     let start = std::time::Instant::now();
     assert_eq!(laser.wait_newer(0, Duration::from_millis(3)), 0);
     assert!(start.elapsed() >= Duration::from_millis(3));
@@ -392,10 +392,7 @@ fn r12_watchers_are_called_after_each_publication_and_read_its_value() {
 
 #[test]
 fn readers_get_no_value_between_a_retraction_and_the_next_value() {
-    for export in [
-        variable(&float64(), Access::Export),
-        variable(&word_array(40), Access::Export),
-    ] {
+    for export in [variable(&float64(), EXPORT), variable(&word_array(40), EXPORT)] {
         let mut writer = export.writer(1, "eye").unwrap();
         let mut reader = export.reader("low");
         let calls = Arc::new(AtomicU64::new(0));
@@ -407,23 +404,23 @@ fn readers_get_no_value_between_a_retraction_and_the_next_value() {
         assert_eq!(calls.load(Ordering::SeqCst), 0, "there is no value to retract");
         writer.loan();
         writer.publish(10, 10).unwrap();
-        assert_eq!(reader.latch().unwrap().stamp.sequence, 1);
+        assert_eq!(reader.latch(0).unwrap().stamp.sequence, 1);
         writer.retract();
         assert_eq!(
-            reader.latch().unwrap().stamp.sequence,
+            reader.latch(0).unwrap().stamp.sequence,
             1,
             "a reader keeps the value that it holds (R8)"
         );
         reader.release();
-        assert!(reader.latch().is_none());
-        assert!(export.status(20).retracted);
+        assert!(reader.latch(0).is_none());
+        assert!(export.status(20).ended);
         writer.retract();
         assert_eq!(calls.load(Ordering::SeqCst), 2, "a retraction is reported once");
         reader.release();
         writer.loan();
         writer.publish(30, 30).unwrap();
-        assert_eq!(reader.latch().unwrap().stamp.sequence, 2);
-        assert!(!export.status(30).retracted);
+        assert_eq!(reader.latch(0).unwrap().stamp.sequence, 2);
+        assert!(!export.status(30).ended);
     }
 }
 
@@ -439,12 +436,12 @@ fn modulations_and_commands_always_have_a_value() {
 
 #[test]
 fn a_time_in_the_future_is_replaced_by_the_time_of_publication() {
-    for access in [Access::Export, Access::Modulation] {
+    for access in [EXPORT, Access::Modulation] {
         let scan = variable(&float64(), access);
         let mut writer = scan.writer(4, "pioneer").unwrap();
         writer.loan().copy_from_slice(&1.0_f64.to_ne_bytes());
         writer.publish(u64::MAX, 1_000).unwrap();
-        assert_eq!(scan.reader("stop").latch().unwrap().stamp.time, 1_000);
+        assert_eq!(scan.reader("stop").latch(0).unwrap().stamp.time, 1_000);
         assert_eq!(scan.status(3_000).age, Some(2_000));
     }
 }

@@ -3,7 +3,7 @@
 
 use jde_board::{Access, Refused, Writer};
 
-use crate::common::{COMMAND, float64, variable};
+use crate::common::{COMMAND, EXPORT, float64, variable};
 
 fn command(writer: &mut Writer, value: f64) -> Result<u64, Refused> {
     writer.loan().copy_from_slice(&value.to_ne_bytes());
@@ -89,12 +89,12 @@ fn r7_the_host_can_brake_regardless_of_grants() {
     velocity.withdraw(1);
     assert_eq!(velocity.put(0, &0f64.to_ne_bytes(), 0, u64::MAX), Ok(2));
     let mut driver = velocity.reader("driver");
-    assert_eq!(driver.latch().unwrap().bytes, 0f64.to_ne_bytes());
+    assert_eq!(driver.latch(0).unwrap().bytes, 0f64.to_ne_bytes());
 }
 
 #[test]
 fn modulations_and_exports_need_no_grant() {
-    for access in [Access::Export, Access::Modulation] {
+    for access in [EXPORT, Access::Modulation] {
         let variable = variable(&float64(), access);
         let mut writer = variable.writer(1, "w").unwrap();
         assert_eq!(command(&mut writer, 1.0), Ok(1));

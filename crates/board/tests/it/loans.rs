@@ -3,7 +3,7 @@
 use jde_board::{Access, Refused};
 
 use crate::board::{latch, numbers, write};
-use crate::common::{float64, variable};
+use crate::common::{EXPORT, float64, variable};
 
 #[test]
 fn a_detached_loan_is_not_reused_until_it_is_returned() {
@@ -35,7 +35,7 @@ fn a_detached_loan_is_not_reused_until_it_is_returned() {
                 address
             })
             .collect();
-        let in_slot = variable.describe().access != Access::Export;
+        let in_slot = variable.describe().access != EXPORT;
         assert_eq!(
             addresses.contains(&detached_address),
             in_slot,

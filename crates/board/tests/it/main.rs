@@ -9,5 +9,6 @@ mod gate;
 mod loans;
 mod shared;
 mod typed;
+mod validity;
 mod value;
 mod watch;

@@ -15,13 +15,13 @@ use std::sync::Arc;
 
 use jde_board::{Access, Board, Mapping, Variable};
 
-use crate::common::{declaration, float64, word_array};
+use crate::common::{EXPORT, declaration, float64, word_array};
 
 /// Words of a value: enough that it is borrowed, and that a multiple of it does not end on a page boundary.
 const WORDS: usize = 700;
 
 fn image() -> Arc<Variable> {
-    let declared = declaration("image", &word_array(WORDS), Access::Export);
+    let declared = declaration("image", &word_array(WORDS), EXPORT);
     Board::new().declare_shared(declared).expect("a shared variable")
 }
 
@@ -43,7 +43,7 @@ fn a_published_value_can_be_read_in_the_mapping() {
     for value in [3_u8, 5, 8, 13, 21] {
         writer.loan().fill(value);
         writer.publish(1, 1).expect("a publication");
-        let latched = reader.latch().expect("a value");
+        let latched = reader.latch(0).expect("a value");
         let offset = variable.offset_of(latched.bytes).expect("borrowed in place");
         assert_eq!(mapped_bytes(&mapped, offset), vec![value; WORDS * 8]);
         reader.release();
@@ -64,7 +64,7 @@ fn a_value_written_in_the_mapping_can_be_published() {
     // SAFETY: the mapping has these bytes, and the loan guarantees that no other thread accesses them.
     unsafe { first.write_bytes(34, WORDS * 8) };
     writer.publish(1, 1).expect("a publication");
-    assert_eq!(reader.latch().expect("a value").bytes, vec![34; WORDS * 8]);
+    assert_eq!(reader.latch(0).expect("a value").bytes, vec![34; WORDS * 8]);
 }
 
 #[test]
@@ -99,9 +99,9 @@ fn addresses_outside_the_mapping_have_no_offset() {
 #[test]
 fn small_exports_and_variables_not_declared_shared_cannot_be_mapped() {
     let board = Board::new();
-    let small = board.declare_shared(declaration("pose", &float64(), Access::Export));
+    let small = board.declare_shared(declaration("pose", &float64(), EXPORT));
     assert!(small.expect("a declaration").shared().is_none());
-    let own = board.declare(declaration("image", &word_array(WORDS), Access::Export));
+    let own = board.declare(declaration("image", &word_array(WORDS), EXPORT));
     assert!(own.expect("a declaration").shared().is_none());
 }
 

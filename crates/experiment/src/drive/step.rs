@@ -163,7 +163,7 @@ impl Operator {
             let variable = handle.board().find(&format!("{name}.{EDIT_COUNT}"))?;
             let value_type = variable.describe().value_type.clone();
             let mut reader = variable.reader(OPERATOR);
-            let bytes = reader.latch()?.bytes;
+            let bytes = reader.latch(handle.now())?.bytes;
             let refused = get_path(&value_type, bytes, "refused").ok()?.as_number()?;
             let Value::Text(note) = get_path(&value_type, bytes, "note").ok()? else {
                 return None;

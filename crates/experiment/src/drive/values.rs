@@ -66,7 +66,7 @@ fn exports<T: Value>(application: &Application) -> impl Iterator<Item = (&str, S
     application.instances.iter().filter_map(move |instance| {
         let mut ports = instance.schema.ports.iter();
         let port =
-            ports.find(|port| matches!(port.role, Role::Export) && port.value_type.name == type_name)?;
+            ports.find(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == type_name)?;
         Some((instance.name.as_str(), format!("{}.{}", instance.name, port.name)))
     })
 }
@@ -83,17 +83,17 @@ impl Source {
 
     /// Returns the present bytes if they have changed since the last call; `Some(None)` if there is no value
     /// any more.
-    fn changed(&mut self) -> Option<Option<&[u8]>> {
-        let now = (self.variable.newest(), self.variable.is_retracted());
-        if std::mem::replace(&mut self.seen, now) == now {
+    fn changed(&mut self, now: Nanos) -> Option<Option<&[u8]>> {
+        let newest = (self.variable.newest(), self.variable.has_value(now));
+        if std::mem::replace(&mut self.seen, newest) == newest {
             return None;
         }
-        Some(self.reader.latch_newest().map(|latched| latched.bytes))
+        Some(self.reader.latch_newest(now).map(|latched| latched.bytes))
     }
 
     /// Returns the present value if it has changed since the last call.
-    fn changed_value<T: Value>(&mut self) -> Option<T> {
-        T::from_bytes(self.changed()??)
+    fn changed_value<T: Value>(&mut self, now: Nanos) -> Option<T> {
+        T::from_bytes(self.changed(now)??)
     }
 }
 
@@ -168,7 +168,7 @@ impl DriveValues {
     /// Reads what has changed at an instant, and returns the value of each expression.
     pub fn update(&mut self, now: Nanos) -> &[Option<f64>] {
         for WatchedVariable { source, users } in &mut self.variables {
-            if let Some(bytes) = source.changed() {
+            if let Some(bytes) = source.changed(now) {
                 for (expression, place) in users.iter() {
                     self.expressions[*expression].set(*place, bytes);
                     self.is_stale[*expression] = true;
@@ -203,9 +203,9 @@ impl DriveValues {
     }
 
     fn update_robots(&mut self, now: Nanos) {
-        let mission = self.mission.as_mut().and_then(Source::changed_value::<Mission>);
+        let mission = self.mission.as_mut().and_then(|mission| mission.changed_value::<Mission>(now));
         for robot in &mut self.robots {
-            if let Some(bytes) = robot.truth.changed().flatten() {
+            if let Some(bytes) = robot.truth.changed(now).flatten() {
                 self.signals.process_value(&robot.truth_name, Some(bytes));
                 if let Some(truth) = Truth::from_bytes(bytes) {
                     robot.motion.observe(now, &truth);
@@ -215,7 +215,7 @@ impl DriveValues {
             if let Some(battery) = robot
                 .battery
                 .as_mut()
-                .and_then(Source::changed_value::<BatteryState>)
+                .and_then(|battery| battery.changed_value::<BatteryState>(now))
             {
                 let power = f64::from(battery.voltage) * f64::from(battery.current);
                 robot.motion.observe_power(now, power);

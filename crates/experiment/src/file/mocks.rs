@@ -147,7 +147,7 @@ fn set_ports(
     let is_own = |port: &&Port| {
         matches!(
             port.role,
-            Role::Export | Role::Actuator | Role::ChildModulation { .. }
+            Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. }
         )
     };
     for (name, node) in table.entries().filter(|(name, _)| !others.contains(&name.text)) {

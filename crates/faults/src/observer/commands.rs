@@ -179,7 +179,7 @@ impl Commands {
         let Some(port) = self.ports.get_mut(name) else {
             return;
         };
-        let command = port.reader.latch().map(|latched| IssuedCommand {
+        let command = port.reader.latch(observed_at).map(|latched| IssuedCommand {
             port: name.to_owned(),
             writer: latched.stamp.writer,
             sequence: latched.stamp.sequence,

@@ -309,7 +309,7 @@ pub(super) fn watch_drivers(state: &Arc<Mutex<ObserverState>>, handle: &Handle) 
             .schema
             .ports
             .iter()
-            .filter(|port| matches!(port.role, Role::Export));
+            .filter(|port| matches!(port.role, Role::Export { .. }));
         let export = exports
             .map(|port| port.name.as_str())
             .find(|name| ["beats", "odometry"].contains(name));

@@ -16,13 +16,10 @@ impl ObserverState {
                 continue;
             }
             let ports = instance.schema.ports.iter();
-            for port in ports.filter(|port| matches!(port.role, Role::Export)) {
+            for port in ports.filter(|port| matches!(port.role, Role::Export { .. })) {
                 let name = format!("{}.{}", instance.name, port.name);
                 let variable = handle.board().find(&name);
-                let has_value = variable.is_some_and(|variable| {
-                    let status = variable.status(now);
-                    status.sequence > 0 && !status.retracted
-                }) || self.take_tamper(Tamper::Value);
+                let has_value = variable.is_some_and(|variable| variable.has_value(now)) || self.take_tamper(Tamper::Value);
                 if has_value {
                     violations.push(format!(
                         "values: `{name}` still has a value although `{}` has faulted, at {:.6} s",

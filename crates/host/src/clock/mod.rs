@@ -6,7 +6,7 @@ mod standstill;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Condvar, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use jde_core::Nanos;
 
@@ -16,10 +16,11 @@ use standstill::Standstill;
 /// The application's time, ns since its start.
 #[derive(Debug)]
 pub(crate) enum Clock {
-    /// Follows the machine's monotonic clock.
+    /// Follows the machine's monotonic clock, which also counts while the machine is suspended: what was measured before
+    /// is old after it.
     Real {
-        /// The instant of time 0.
-        start: Instant,
+        /// The time of that clock at time 0.
+        start: Duration,
         /// Seconds of the application in a second of the machine.
         speed: f64,
         /// Present if time may stand still.
@@ -45,7 +46,7 @@ const STEP: Nanos = 10_000_000;
 impl Clock {
     pub(crate) fn real(speed: f64) -> Self {
         Self::Real {
-            start: Instant::now(),
+            start: boot_time(),
             speed,
             standstill: None,
         }
@@ -90,7 +91,7 @@ impl Clock {
                 speed,
                 standstill,
             } => {
-                let running = || scaled(start.elapsed(), *speed);
+                let running = || scaled(boot_time().saturating_sub(*start), *speed);
                 match standstill {
                     Some(standstill) => standstill.now(running),
                     None => running(),
@@ -125,7 +126,7 @@ impl Clock {
                 start,
                 speed,
                 standstill: Some(standstill),
-            } => standstill.go_on(|| scaled(start.elapsed(), *speed)),
+            } => standstill.go_on(|| scaled(boot_time().saturating_sub(*start), *speed)),
             Self::Virtual {
                 now,
                 standstill: Some(standstill),
@@ -289,6 +290,12 @@ impl Clock {
     pub(crate) fn is_real(&self) -> bool {
         matches!(self, Self::Real { .. } | Self::Counted(_))
     }
+}
+
+/// The time since the machine started, suspended or not.
+fn boot_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Boottime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
 /// Converts time of the machine into the application's. Exact at speed 1, the speed on a robot.

@@ -130,6 +130,7 @@ impl Engine {
         let rules = Arc::new(Rules::new(
             &application,
             &clock,
+            &variables,
             journal.clone(),
             hierarchy,
             commands,
@@ -244,6 +245,21 @@ impl Engine {
                 hierarchy.faulted(now, schema(instance), reason, out);
             })
             .1
+    }
+
+    /// Ends the values of which the validity is over (R19). Returns the last instant at which no other can be.
+    pub(crate) fn expire_values(&self, now: Nanos) -> Nanos {
+        // A value that is published later expires later.
+        let next = self.variables.expire(now).unwrap_or(Nanos::MAX);
+        next.min(now.saturating_add(self.variables.shortest_validity()))
+    }
+
+    /// Ends the values of an instance that expire, because it sleeps (R19), unless the application ends.
+    pub(crate) fn end_values(&self, instance: usize) {
+        if !self.rules.is_ending() {
+            let ended = self.variables.close_exports(instance);
+            ended.for_each(|variable| variable.report_end());
+        }
     }
 
     /// Sets the period of an instance from its next iteration on.

@@ -208,7 +208,7 @@ impl Engine {
             let kind = match port.role {
                 Role::ChildModulation { .. } => "modulation",
                 Role::Import { .. }
-                | Role::Export
+                | Role::Export { .. }
                 | Role::Modulation { .. }
                 | Role::Command { .. }
                 | Role::Actuator => "command",

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::{Limits, Role};
 use jde_app::{Application, Binding, ChildTarget, ImportSource, period};
-use jde_board::{Access, Board, Declaration, Error, Variable, Watch};
+use jde_board::{Access, Board, Declaration, Error, LASTING, Variable, Watch};
 use jde_core::Nanos;
 use jde_loader::AlignedBytes;
 use jde_types::Value;
@@ -27,12 +27,49 @@ pub(crate) struct Variables {
     periods: Vec<Arc<Variable>>,
     remotes: Vec<Arc<Variable>>,
     faults: Vec<Arc<ExportFaults>>,
+    /// The exports whose values expire.
+    expiring: Vec<Arc<Variable>>,
+    /// The shortest validity of them, ns.
+    shortest_validity: Nanos,
 }
 
 impl Variables {
     /// The variable of an instance's own export, modulation or command.
     pub(crate) fn of(&self, instance: usize, port: usize) -> Option<&Arc<Variable>> {
         self.ports[instance].get(port)?.as_ref()
+    }
+
+    /// Ends the values of the exports of an instance that expire, because it sleeps (R19). Returns those whose readers
+    /// lost a value, to be reported outside of the rules' lock.
+    pub(crate) fn close_exports(&self, instance: usize) -> impl Iterator<Item = Arc<Variable>> {
+        let own = self.ports[instance].iter().flatten();
+        own.filter(|variable| variable.close()).cloned()
+    }
+
+    /// Shows what an instance exports from now on, because it awakes.
+    pub(crate) fn open_exports(&self, instance: usize) {
+        self.ports[instance].iter().flatten().for_each(|variable| variable.open());
+    }
+
+    /// Ends the values of which the validity is over, and lets their readers know. Returns when the next one is over.
+    pub(crate) fn expire(&self, now: Nanos) -> Option<Nanos> {
+        self.expiring.iter().filter_map(|variable| variable.expire(now)).min()
+    }
+
+    /// The shortest validity of a value, ns.
+    pub(crate) fn shortest_validity(&self) -> Nanos {
+        self.shortest_validity
+    }
+
+    fn find_expiring(&mut self) {
+        for variable in self.ports.iter().flatten().flatten().chain(&self.remotes) {
+            if let Access::Export { validity } = variable.describe().access
+                && validity != LASTING
+            {
+                self.expiring.push(Arc::clone(variable));
+                self.shortest_validity = self.shortest_validity.min(validity);
+            }
+        }
     }
 
     /// Retracts the exports of an instance.
@@ -58,7 +95,7 @@ impl Variables {
     pub(crate) fn newest_period(&self, instance: usize) -> Option<Nanos> {
         let seconds = self.periods[instance]
             .reader("host")
-            .latch()?
+            .latch(0)?
             .bytes
             .try_into()
             .ok()?;
@@ -87,13 +124,18 @@ pub(super) fn wire(
         periods: Vec::new(),
         remotes: Vec::new(),
         faults: application.instances.iter().map(|_| Arc::default()).collect(),
+        expiring: Vec::new(),
+        shortest_validity: LASTING,
     };
     for (number, instance) in application.instances.iter().enumerate() {
         let mut own = Vec::new();
         for (place, port) in instance.schema.ports.iter().enumerate() {
             let writers = users.writers[number][place];
             let (access, initial, writers) = match (&port.role, &instance.bindings[place]) {
-                (Role::Export, _) => (Access::Export, None, 1),
+                (Role::Export { .. }, _) => {
+                    let validity = instance.validity_ns(place);
+                    (Access::Export { validity }, None, 1)
+                }
                 (Role::Modulation { .. }, Binding::Modulation { initial, .. }) => {
                     (Access::Modulation, Some(initial.clone()), writers + SPARE_WRITERS)
                 }
@@ -173,7 +215,9 @@ pub(super) fn wire(
                 doc: format!("`{}` of the application `{}`.", remote.variable, remote.peer),
                 unit: remote.unit.clone(),
                 value_type: Arc::clone(&remote.value_type),
-                access: Access::Export,
+                access: Access::Export {
+                    validity: remote.stale_ns,
+                },
                 limits: Limits::default(),
                 initial: None,
                 writers: 1,
@@ -182,6 +226,7 @@ pub(super) fn wire(
         );
         variables.remotes.push(declared?);
     }
+    variables.find_expiring();
     let ports = (0..application.instances.len())
         .map(|number| ports(application, &variables, number))
         .collect::<Result<Vec<_>, _>>()?;
@@ -207,11 +252,17 @@ pub(super) fn watch_triggers(engine: &Engine, bells: &Arc<dyn Notifier>) -> Vec<
         for binding in &instance.bindings {
             if let Binding::Import {
                 source: Some(source),
-                trigger: true,
+                trigger,
+                ..
             } = binding
             {
                 let variable = engine.variables.source(*source);
-                watches.push(variable.watch(ring(|| Signal::Triggered)));
+                // The end of a value triggers every reader (R19).
+                watches.push(if *trigger {
+                    variable.watch(ring(|| Signal::Triggered))
+                } else {
+                    variable.watch_end(ring(|| Signal::Triggered))
+                });
             }
         }
         for (place, port) in instance.schema.ports.iter().enumerate() {
@@ -251,8 +302,13 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
             | Binding::Actuator { target: None }
             | Binding::ChildModulation { target: None } => BoundPort::Unbound,
             Binding::Import {
-                source: Some(source), ..
-            } => BoundPort::Input(variables.source(*source).reader(&instance.name)),
+                source: Some(source),
+                stale_ns,
+                ..
+            } => {
+                let reader = variables.source(*source).reader(&instance.name);
+                BoundPort::Input(reader.with_stale(stale_ns.unwrap_or(Nanos::MAX)))
+            }
             Binding::Modulation { .. } => {
                 let reader = variable((number, place)).reader(&instance.name);
                 match instance.schema.ports[place].role {

@@ -37,6 +37,8 @@ pub(crate) struct LockstepExecutor {
     triggered: Vec<(Nanos, usize)>,
     /// The order in which instances run when several are due.
     order: Vec<usize>,
+    /// No value of before expires sooner.
+    next_expiry: Nanos,
 }
 
 impl Notifier for SignalQueue {
@@ -109,6 +111,7 @@ impl LockstepExecutor {
             due,
             triggered,
             order,
+            next_expiry: 0,
         }
     }
 
@@ -144,6 +147,10 @@ impl LockstepExecutor {
             self.engine.clock.advance_to(now);
             if self.queue.next_timer().is_some_and(|timer| timer <= now) {
                 self.engine.tick();
+                self.process_signals();
+            }
+            if now > self.next_expiry {
+                self.next_expiry = self.engine.expire_values(now);
                 self.process_signals();
             }
             for place in 0..self.order.len() {

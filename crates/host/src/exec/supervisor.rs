@@ -1,4 +1,4 @@
-//! The supervisor of real time: runs the rules' timers, detects calls that do not return, and brings
+//! The supervisor of real time: runs the rules' timers, ends values that nobody renews, detects calls that do not return, and brings
 //! all schemas to rest at the end.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -80,6 +80,7 @@ pub(crate) fn supervise(
     jde_isolation::sharpen_timers();
     let mut reported = vec![None; engine.metrics.len()];
     let check_interval = self::check_interval(engine);
+    let mut next_expiry = 0;
     loop {
         let now = engine.clock.now();
         if limit.is_some_and(|limit| now >= limit) {
@@ -89,13 +90,21 @@ pub(crate) fn supervise(
             engine.clock.mark_busy();
             engine.tick();
         }
+        if now > next_expiry {
+            next_expiry = engine.expire_values(now);
+        }
         detect_hung_calls(engine, executor, now, &mut reported);
         let state = alarm.state.lock().unwrap_or_else(PoisonError::into_inner);
         if state.1 {
             return;
         }
         let end = limit.filter(|limit| *limit > now);
-        let next = [state.0, end, Some(now + check_interval)]
+        let next = [
+            state.0,
+            end,
+            Some(now + check_interval),
+            Some(next_expiry.saturating_add(1)),
+        ]
             .into_iter()
             .flatten()
             .min()

@@ -145,9 +145,10 @@ impl CallContext<'_> {
         let now = self.engine.clock.now();
         let time = if time == 0 { now } else { time };
         let period = self.engine.metrics[self.number].period.load(Ordering::Relaxed);
+        let least = self.engine.application.instances[self.number].command_validity_ns(period);
         match self
             .port_access
-            .with_ports(|ports| ports.publish(port, time, now, period, &**self.engine))
+            .with_ports(|ports| ports.publish(port, time, now, least, &**self.engine))
         {
             None => raw::REFUSED,
             Some(Ok(())) => raw::OK,

@@ -182,7 +182,7 @@ impl Ports {
                     _ if !guards.is_empty() || !declaration.limits.is_none() => Acceptance::ByHost,
                     Access::Command { .. } => Acceptance::IfAuthorized,
                     Access::Modulation => Acceptance::IfFinite,
-                    Access::Export => Acceptance::ByHost,
+                    Access::Export { .. } => Acceptance::ByHost,
                 }
             }
             _ => Acceptance::ByHost,

@@ -49,7 +49,7 @@ impl ExportFaults {
         let value_type = &variable.describe().value_type;
         let last = variable
             .reader("host")
-            .latch()
+            .latch(0)
             .map(|latched| value_type.copy(latched.bytes));
         let noise = Noise { state: seed };
         let mut active = self.active();

@@ -134,7 +134,9 @@ mod tests {
             doc: String::new(),
             unit: String::new(),
             value_type: Arc::new(f64::describe()),
-            access: Access::Export,
+            access: Access::Export {
+                validity: jde_board::LASTING,
+            },
             limits: jde_abi::describe::Limits::default(),
             initial: None,
             writers: 1,

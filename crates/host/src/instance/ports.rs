@@ -157,7 +157,8 @@ impl Ports {
             BoundPort::Unbound => Err(PortError::Unbound),
             BoundPort::Output(_) | BoundPort::ForeignOutput { .. } => Err(PortError::WrongPort),
             BoundPort::Input(reader) | BoundPort::Fixed(reader) => {
-                let latched = reader.latch();
+                let time = if reader.needs_time() { now() } else { 0 };
+                let latched = reader.latch(time);
                 if let Some(log) = &mut self.read_log {
                     log.record_read(port, latched.map(|latched| latched.stamp.sequence), now());
                 }
@@ -196,7 +197,7 @@ impl Ports {
                             .map_err(|refusal| self.refusal = Some(refusal))
                             .is_ok()
                 };
-                match reader.latch() {
+                match reader.latch(now) {
                     Some(latched) if *in_force.get_or_insert_with(|| is_in_force(latched)) => Ok(View {
                         neutral: latched.stamp.writer == *driver,
                         ..View::of(latched.bytes, &latched.stamp)
@@ -227,7 +228,7 @@ impl Ports {
             let (id, variable) = (writer.id(), writer.variable());
             let neutral = variable.describe().initial.as_deref().unwrap_or_default();
             let mut reader = variable.reader("replay");
-            let newest = reader.latch()?;
+            let newest = reader.latch(now)?;
             guard::judge(guards, judges, now, id, (newest.bytes, neutral)).err()
         })
     }
@@ -247,14 +248,14 @@ impl Ports {
         }
     }
 
-    /// Publishes the loan, unless it is a command that a guard refuses. A command is in force for at least two of the schema's periods, so that
-    /// the command of a slow schema does not expire between its turns.
+    /// Publishes the loan, unless it is a command that a guard refuses. A command is in force for at least `least`, so
+    /// that the command of a slow schema does not expire between its turns.
     pub(crate) fn publish(
         &mut self,
         port: usize,
         time: Nanos,
         now: Nanos,
-        period: Nanos,
+        least: Nanos,
         judges: &dyn Guards,
     ) -> Result<(), PortError> {
         let failed = |why| match why {
@@ -294,7 +295,7 @@ impl Ports {
                     self.record_write(number, None, None);
                     return Err(PortError::Judged(refusal));
                 }
-                match writer.publish_for(time, now, period.saturating_mul(2)) {
+                match writer.publish_for(time, now, least) {
                     Ok(sequence) => {
                         *refused = None;
                         Ok(sequence)
@@ -406,7 +407,8 @@ impl Ports {
         for port in &mut self.ports {
             if let BoundPort::Fixed(reader) = port {
                 reader.release();
-                reader.latch();
+                // A modulation does not expire.
+                reader.latch(0);
             }
         }
         self.release();

@@ -37,7 +37,7 @@ pub(super) fn recorded_origins(application: &Application) -> Vec<Origin> {
     let drivers = instances.filter(|(_, instance)| is_driver(instance));
     let exports = drivers.flat_map(|(number, instance)| {
         let ports = instance.schema.ports.iter().enumerate();
-        let exports = ports.filter(|(_, port)| matches!(port.role, Role::Export));
+        let exports = ports.filter(|(_, port)| matches!(port.role, Role::Export { .. }));
         exports.map(move |(port, _)| Origin::Local(number, port))
     });
     let remotes = (0..application.remotes.len()).map(Origin::Remote);

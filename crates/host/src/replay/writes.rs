@@ -110,7 +110,7 @@ impl WriteMatcher {
                 schema,
                 number,
                 name: &description.name,
-                is_export: matches!(description.role, Role::Export),
+                is_export: matches!(description.role, Role::Export { .. }),
                 variable,
             };
             self.pair_port(&port, recorded, replayed, recorded_run);
@@ -134,7 +134,7 @@ impl WriteMatcher {
                     schema,
                     number: port,
                     name: &description.name,
-                    is_export: matches!(description.role, Role::Export),
+                    is_export: matches!(description.role, Role::Export { .. }),
                     variable,
                 };
                 self.pairing_state(&port).offset = None;

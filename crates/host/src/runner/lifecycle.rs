@@ -35,6 +35,7 @@ impl Runner {
         self.record.begin(Turn::AWOKE);
         // One of before its sleep.
         self.engine.end_turn_request(self.number);
+        self.engine.variables.open_exports(self.number);
         let result;
         (self.phase, result) = installed.wake_up(deadlines, now);
         self.record_look();
@@ -85,6 +86,7 @@ impl Runner {
         let result;
         (self.phase, result) = installed.sleep();
         self.engine.metrics[self.number].pause();
+        self.engine.end_values(self.number);
         result
     }
 

@@ -58,7 +58,10 @@ struct PortList {
 #[serde(remote = "describe::ListKind")]
 enum ListKind {
     Imports,
-    Exports,
+    Exports {
+        #[serde(with = "Validity")]
+        validity: describe::Validity,
+    },
     Commands { validity_ns: u64 },
 }
 
@@ -107,7 +110,10 @@ enum Role {
     Import {
         trigger: bool,
     },
-    Export,
+    Export {
+        #[serde(with = "Validity")]
+        validity: describe::Validity,
+    },
     Modulation {
         default: Vec<u8>,
         #[serde(with = "Limits")]
@@ -123,6 +129,14 @@ enum Role {
     ChildModulation {
         child: usize,
     },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "describe::Validity")]
+enum Validity {
+    Periods,
+    Time(u64),
+    Lasting,
 }
 
 #[derive(Serialize, Deserialize)]

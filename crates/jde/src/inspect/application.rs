@@ -236,10 +236,15 @@ fn describe_binding(
                 entry.label, port.value_type.name
             ))
         }
-        Binding::Import { source, trigger } => {
+        Binding::Import {
+            source,
+            trigger,
+            stale_ns,
+        } => {
             let source = source.map_or_else(unbound, |source| describe_source(application, source));
             let trigger = if *trigger { ", which triggers" } else { "" };
-            Some(format!("{name} <- {source}{trigger}"))
+            let stale = stale_ns.map(|stale| format!(", no older than {}", format_setting(stale)));
+            Some(format!("{name} <- {source}{trigger}{}", stale.unwrap_or_default()))
         }
         Binding::Modulation { initial, .. } => {
             let Role::Modulation { default, limits, .. } = &port.role else {

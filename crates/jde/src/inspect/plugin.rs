@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use jde_abi::describe::{ListKind, Plugin, Port, Role, Schema};
+use jde_abi::describe::{ListKind, Plugin, Port, Role, Schema, Validity};
 use jde_app::period::format_setting;
 
 use super::value::{format_value, short_type_name};
@@ -17,7 +17,7 @@ pub(super) type RoleFilter = fn(&Role) -> bool;
 /// The parts of a description, in the order of interest: each has the ports of some roles.
 pub(super) const PARTS: [(&str, RoleFilter); 6] = [
     ("imports", |role| matches!(role, Role::Import { .. })),
-    ("exports", |role| matches!(role, Role::Export)),
+    ("exports", |role| matches!(role, Role::Export { .. })),
     ("modulations", |role| matches!(role, Role::Modulation { .. })),
     ("commands", |role| matches!(role, Role::Command { .. })),
     ("actuators", |role| matches!(role, Role::Actuator)),
@@ -140,9 +140,12 @@ fn describe_port(port: &Port) -> String {
     let of_type = |bytes: &[u8]| format_value(&port.value_type, bytes, &port.unit);
     let facts = match &port.role {
         Role::Import { trigger: true } => format!("{value_type}, triggers"),
-        Role::Import { trigger: false } | Role::Export | Role::Actuator | Role::ChildModulation { .. } => {
-            value_type.to_owned()
-        }
+        Role::Export { validity } => match validity {
+            Validity::Periods => value_type.to_owned(),
+            Validity::Time(ns) => format!("{value_type}, valid for {}", format_setting(*ns)),
+            Validity::Lasting => format!("{value_type}, lasting"),
+        },
+        Role::Import { trigger: false } | Role::Actuator | Role::ChildModulation { .. } => value_type.to_owned(),
         Role::Modulation {
             default,
             limits,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use jde_abi::describe::{Child, Plugin, Port, Role, Schema};
+use jde_abi::describe::{Child, Plugin, Port, Role, Schema, Validity};
 use jde_link::value::to_json;
 use serde::Serialize;
 
@@ -54,7 +54,11 @@ enum RoleData {
     Import {
         trigger: bool,
     },
-    Export,
+    Export {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        validity_ns: Option<u64>,
+        lasting: bool,
+    },
     Modulation {
         default: serde_json::Value,
         min: Option<f64>,
@@ -121,7 +125,13 @@ fn port(schema: &Schema, port: &Port) -> PortData {
         name: port.name.clone(),
         role: match &port.role {
             Role::Import { trigger } => RoleData::Import { trigger: *trigger },
-            Role::Export => RoleData::Export,
+            Role::Export { validity } => RoleData::Export {
+                validity_ns: match validity {
+                    Validity::Periods | Validity::Lasting => None,
+                    Validity::Time(ns) => Some(*ns),
+                },
+                lasting: *validity == Validity::Lasting,
+            },
             Role::Modulation {
                 default,
                 limits,

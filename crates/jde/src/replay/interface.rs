@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use jde_abi::describe::Type;
 use jde_board::value::Value;
-use jde_board::{Access, Board, Declaration, Nanos, Variable};
+use jde_board::{Access, Board, Declaration, LASTING, Nanos, Variable};
 use jde_link::message::{Action, Range, Refusal, SchemaInfo, Schemas};
 use jde_link::value::from_json;
 use jde_link::{OnDrawn, PanelViewer, Subject, SubjectInfo};
@@ -77,7 +77,7 @@ impl PlayedRecording {
         let damage = DamageText::truncated(&player.index.damage().unwrap_or_default());
         let doc = "What is wrong with the file; empty if it is complete.";
         let bytes = damage.as_bytes().to_vec();
-        declare("damage", "", doc, Access::Export, DamageText::describe(), bytes);
+        declare("damage", "", doc, Access::Export { validity: LASTING }, DamageText::describe(), bytes);
         let info = SubjectInfo {
             application: player.index.application.clone(),
             file,
@@ -106,7 +106,7 @@ impl PlayedRecording {
             if let Some(variable) = self.board.find(&format!("{CONTROL_SCHEMA}.{name}")) {
                 let same = variable
                     .reader("replay")
-                    .latch()
+                    .latch(0)
                     .is_some_and(|shown| shown.bytes == bytes);
                 if same {
                     continue;
@@ -121,7 +121,7 @@ impl PlayedRecording {
     fn period(&self, schema: &str) -> Option<Nanos> {
         let variable = self.board.find(&format!("{schema}.period"))?;
         let mut reader = variable.reader("recording");
-        let seconds = f64::from_bytes(reader.latch()?.bytes)?;
+        let seconds = f64::from_bytes(reader.latch(0)?.bytes)?;
         (seconds.is_finite() && seconds >= 0.0).then_some((seconds * 1e9) as Nanos)
     }
 

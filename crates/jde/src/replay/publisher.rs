@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use jde_board::{Access, Board, Declaration, Nanos, Variable, Writer};
+use jde_board::{Access, Board, Declaration, LASTING, Nanos, Variable, Writer};
 use jde_ros::cdr;
 
 use super::index::{Index, RecordedValue};
@@ -41,7 +41,8 @@ impl Publisher {
             let access = match recorded.access.as_str() {
                 "modulation" => Access::Modulation,
                 "command" => Access::Command { validity: Nanos::MAX },
-                _ => Access::Export,
+                // Where a value ended, the recording says so.
+                _ => Access::Export { validity: LASTING },
             };
             let declared = board.declare(Declaration {
                 owner: owner.to_owned(),
@@ -57,7 +58,7 @@ impl Publisher {
             });
             let Ok(variable) = declared else { continue };
             let writer_entry = match access {
-                Access::Export => match variable.writer(WRITER_ID, "recording") {
+                Access::Export { .. } => match variable.writer(WRITER_ID, "recording") {
                     Ok(writer) => VariableWriter::Export(variable, writer),
                     Err(_) => continue,
                 },

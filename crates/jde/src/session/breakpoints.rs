@@ -80,8 +80,10 @@ impl PreparedExtension for RunBreakpoints {
                 let watch = variable.watch(move || match &reader {
                     Some(reader) => {
                         let mut reader = lock(reader);
-                        let bytes = reader.latch_newest().map(|latched| latched.bytes);
-                        lock(&state).take_value(&name, bytes);
+                        let mut state = lock(&state);
+                        let now = state.handle.as_ref().map_or(0, Handle::now);
+                        let bytes = reader.latch_newest(now).map(|latched| latched.bytes);
+                        state.take_value(&name, bytes);
                     }
                     None => lock(&state).advance(),
                 });

@@ -179,7 +179,7 @@ impl Collector {
         let Some(sampler) = &mut self.sampler else {
             return Ok(());
         };
-        self.observation = sampler.sample();
+        self.observation = sampler.sample(now);
         if let Some(trace) = &mut self.trace {
             trace.add(now, sampler, &self.observation, &self.statistics.acting_schemas());
         }

@@ -44,7 +44,7 @@ impl ObservedApplication for LocalApplication<'_> {
     }
 
     fn robot(&self) -> Option<RobotView> {
-        let observation = lock(&self.sampler).sample();
+        let observation = lock(&self.sampler).sample(self.handle.now());
         // The target is in the frame of the odometry, so the robot is shown in that frame too.
         Some(robot_view(
             observation.odometry.or(observation.truth)?,

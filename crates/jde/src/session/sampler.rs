@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use jde_abi::describe::{Port, Role};
 use jde_app::{Application, Binding};
 use jde_board::Reader;
+use jde_core::Nanos;
 use jde_host::Handle;
 use jde_types::{LaserScan, Mission, Odometry, Pose2D, Route, Truth, Value as _};
 
@@ -76,7 +77,7 @@ impl Sampler {
             let mut found = Vec::new();
             for (number, instance) in application.instances.iter().enumerate() {
                 let ports = instance.schema.ports.iter();
-                for port in ports.filter(|port| port.role == Role::Export && port.value_type.name == name) {
+                for port in ports.filter(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == name) {
                     let variable = handle.board().find(&format!("{}.{}", instance.name, port.name));
                     found.extend(variable.map(|variable| (number, variable.reader("jde"))));
                 }
@@ -157,17 +158,17 @@ impl Sampler {
         robots.filter(move |robot| single || self.commands.get(&schema).is_some_and(|of| of.contains(robot)))
     }
 
-    /// Reads the newest values.
-    pub(crate) fn sample(&mut self) -> Observation {
+    /// Reads the values that are valid now.
+    pub(crate) fn sample(&mut self, now: Nanos) -> Observation {
         let mut observation = Observation::default();
         for (number, robot) in self.robots.iter_mut().enumerate() {
-            let truth = robot.truth.as_mut().and_then(read::<Truth>).map(|truth| {
+            let truth = robot.truth.as_mut().and_then(|reader| read::<Truth>(reader, now)).map(|truth| {
                 *observation.collisions.get_or_insert(0) += truth.collisions;
                 let least = observation.min_clearance.get_or_insert(f64::INFINITY);
                 *least = least.min(truth.min_clearance);
                 truth.pose
             });
-            let odometry = robot.odometry.as_mut().and_then(read::<Odometry>);
+            let odometry = robot.odometry.as_mut().and_then(|reader| read::<Odometry>(reader, now));
             let odometry = odometry.map(|odometry| odometry.pose2d());
             if let (None, Some(truth), Some(odometry)) = (robot.anchor, truth, odometry) {
                 robot.anchor = Some((truth, odometry));
@@ -179,7 +180,7 @@ impl Sampler {
                 .poses
                 .extend(truth.or(odometry).map(|pose| (robot.instance, pose)));
         }
-        let mission = self.mission.as_mut().and_then(read::<Mission>);
+        let mission = self.mission.as_mut().and_then(|reader| read::<Mission>(reader, now));
         observation.mission = mission.map(|mission| MissionProgress::of(&mission));
         if let Some(mission) = &mut observation.mission {
             self.has_position_targets |= mission.counts_positions;
@@ -204,19 +205,19 @@ impl Sampler {
 
     /// Returns the targets that the mission names in advance, in the frame of the path.
     pub(crate) fn route(&mut self) -> Vec<(f64, f64)> {
-        let route = self.route.as_mut().and_then(read::<Route>).unwrap_or_default();
+        let route = self.route.as_mut().and_then(|reader| read::<Route>(reader, 0)).unwrap_or_default();
         let poses = route.poses.iter();
         poses.map(|pose| self.to_path_frame((pose.x, pose.y))).collect()
     }
 
     /// Returns the points that a robot's laser sees now, in the frame of the path. The laser is taken to be
     /// at the robot's pose.
-    pub(crate) fn scan(&mut self, instance: usize, robot: Pose2D) -> Vec<(f64, f64)> {
+    pub(crate) fn scan(&mut self, instance: usize, robot: Pose2D, now: Nanos) -> Vec<(f64, f64)> {
         let mut robots = self.robots.iter_mut();
         let laser = robots
             .find(|robot| robot.instance == instance)
             .and_then(|robot| robot.laser.as_mut());
-        let scan = laser.and_then(read::<LaserScan>);
+        let scan = laser.and_then(|reader| read::<LaserScan>(reader, now));
         let points = scan.iter().flat_map(LaserScan::points);
         let points = points.map(|point| robot.transform(&Pose2D::new(point.x, point.y, 0.0)));
         points.map(|point| (point.x, point.y)).collect()
@@ -253,9 +254,9 @@ fn commands(application: &Application) -> BTreeMap<usize, Vec<usize>> {
     targets.filter(|(_, drivers)| !drivers.is_empty()).collect()
 }
 
-/// Reads the newest value of a variable, and releases it. `None` also if another type has this name.
-fn read<T: jde_types::Value>(reader: &mut Reader) -> Option<T> {
-    let value = reader.latch().and_then(|latched| T::from_bytes(latched.bytes));
+/// Reads the value of a variable that is valid now, and releases it. `None` also if another type has this name.
+fn read<T: jde_types::Value>(reader: &mut Reader, now: Nanos) -> Option<T> {
+    let value = reader.latch(now).and_then(|latched| T::from_bytes(latched.bytes));
     reader.release();
     value
 }

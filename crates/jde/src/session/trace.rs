@@ -78,7 +78,7 @@ impl DriveTrace {
             if let Some(scans) = &mut self.scans
                 && path.len().is_multiple_of(SAMPLES_PER_SCAN)
             {
-                scans.extend(sampler.scan(robot, pose));
+                scans.extend(sampler.scan(robot, pose, time));
             }
             path.push(PathSample { time, pose, acting });
         }

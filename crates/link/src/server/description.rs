@@ -62,7 +62,7 @@ pub fn schemas(application: &Application) -> Schemas {
 fn port_info(application: &Application, owner: &str, port: &Port, binding: &Binding) -> PortInfo {
     let role = match port.role {
         Role::Import { .. } => "import",
-        Role::Export => "export",
+        Role::Export { .. } => "export",
         Role::Modulation { .. } => "modulation",
         Role::Command { .. } => "command",
         Role::Actuator => "actuator",
@@ -103,7 +103,7 @@ pub(crate) fn variable_info(subject: &dyn Subject, variable: &Arc<Variable>) -> 
         owner: declared.owner.clone(),
         variable: declared.name.clone(),
         access: match declared.access {
-            Access::Export => "export",
+            Access::Export { .. } => "export",
             Access::Modulation => "modulation",
             Access::Command { .. } => "command",
         }

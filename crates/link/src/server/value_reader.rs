@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use jde_board::{Latched, Reader, Variable};
+use jde_board::{Latched, Nanos, Reader, Variable};
 use jde_ros::cdr;
 use zenoh::bytes::ZBytes;
 
@@ -39,16 +39,17 @@ impl ValueReader {
         sent: Option<(u64, bool)>,
     ) -> Option<(Tag, ZBytes)> {
         let newest = self.reader.newest();
-        let has_value = !self.reader.variable().is_retracted();
+        let now = subject.now();
+        let has_value = self.reader.variable().has_value(now);
         if has_value && sent == Some((newest, true)) {
             return None;
         }
-        let (tag, message) = match self.latch() {
+        let (tag, message) = match self.latch(now) {
             Some(Latched { stamp, .. }) => {
                 let tag = Tag {
                     sequence: stamp.sequence,
                     time: stamp.time,
-                    age: subject.now().saturating_sub(stamp.time),
+                    age: now.saturating_sub(stamp.time),
                     valid_until: stamp.valid_until,
                     retracted: false,
                     writer: subject.writer(stamp.writer),
@@ -58,7 +59,7 @@ impl ValueReader {
             None => {
                 let tag = Tag {
                     sequence: newest,
-                    time: subject.now(),
+                    time: now,
                     age: 0,
                     valid_until: u64::MAX,
                     retracted: true,
@@ -71,11 +72,11 @@ impl ValueReader {
     }
 
     /// Latches the newest value. A message that still exists keeps the reader and its value.
-    fn latch(&mut self) -> Option<Latched<'_>> {
+    fn latch(&mut self, now: Nanos) -> Option<Latched<'_>> {
         if Arc::get_mut(&mut self.reader).is_none() {
             self.reader = Arc::new(self.reader.duplicate());
         }
-        Arc::get_mut(&mut self.reader)?.latch_newest()
+        Arc::get_mut(&mut self.reader)?.latch_newest(now)
     }
 
     /// Encodes the latched value.
@@ -114,7 +115,7 @@ impl AsRef<[u8]> for HeldBytes {
 
 #[cfg(test)]
 mod tests {
-    use jde_board::{Access, Board, Declaration};
+    use jde_board::{Access, Board, Declaration, LASTING};
     use jde_types::{Image, Text, Value as _};
 
     use super::*;
@@ -130,7 +131,7 @@ mod tests {
                 value_type: Arc::clone(&value_type),
                 unit: String::new(),
                 doc: String::new(),
-                access: Access::Export,
+                access: Access::Export { validity: LASTING },
                 limits: jde_abi::describe::Limits::default(),
                 initial: None,
                 writers: 1,
@@ -139,7 +140,7 @@ mod tests {
             .unwrap();
         let mut writer = variable.writer(0, "camera").unwrap();
         let mut reader = ValueReader::new(&variable);
-        assert!(reader.latch().is_none());
+        assert!(reader.latch(0).is_none());
         let mut messages = Vec::new();
         for number in 0..6_u8 {
             let mut image = Image::boxed();
@@ -147,7 +148,7 @@ mod tests {
             image.data.resize(100_000).fill(number);
             writer.loan().copy_from_slice(image.as_bytes());
             writer.publish(0, u64::MAX).unwrap();
-            assert!(reader.latch().is_some());
+            assert!(reader.latch(0).is_some());
             messages.push(reader.message());
             if number == 3 {
                 messages.drain(..2);

@@ -278,7 +278,7 @@ impl Worker {
                 sequence: status.sequence,
                 age_s: status.age.map(|age| age as f64 / 1e9),
                 rate_hz: status.rate_hz,
-                retracted: status.retracted,
+                retracted: status.ended,
                 last_writer: status.last_writer.and_then(names),
                 writers: status.writers.clone(),
                 readers: status.readers.clone(),

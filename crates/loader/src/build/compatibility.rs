@@ -409,7 +409,7 @@ impl<'a> CompatibilityCheck<'a> {
             Role::Import { .. } | Role::Actuator => PortMapping::Unbound,
             Role::Modulation { default, .. } => PortMapping::fixed(default, false),
             Role::Command { neutral, .. } => PortMapping::fixed(neutral, true),
-            Role::Export => PortMapping::Discarded(new.value_type.bytes),
+            Role::Export { .. } => PortMapping::Discarded(new.value_type.bytes),
         };
         self.notes.push(match &mapping {
             PortMapping::Fixed { neutral: false, .. } => {
@@ -433,7 +433,7 @@ impl<'a> CompatibilityCheck<'a> {
         let child = |port: &Port, children: &'a [Child]| match port.role {
             Role::ChildModulation { child } => Some(children[child].name.as_str()),
             Role::Import { .. }
-            | Role::Export
+            | Role::Export { .. }
             | Role::Modulation { .. }
             | Role::Command { .. }
             | Role::Actuator => None,
@@ -471,7 +471,7 @@ fn kind_noun(kind: Kind) -> &'static str {
 fn role_noun(role: &Role) -> &'static str {
     match role {
         Role::Import { .. } => "import",
-        Role::Export => "export",
+        Role::Export { .. } => "export",
         Role::Modulation { .. } => "modulation",
         Role::Command { .. } => "command",
         Role::Actuator => "actuator",

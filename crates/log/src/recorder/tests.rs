@@ -50,7 +50,9 @@ impl Fixture {
                 doc: "For a test.".to_owned(),
                 unit: String::new(),
                 value_type: Arc::new(T::describe()),
-                access: Access::Export,
+                access: Access::Export {
+                    validity: jde_board::LASTING,
+                },
                 limits: jde_abi::describe::Limits::default(),
                 initial: None,
                 writers: 1,

@@ -29,7 +29,10 @@ pub(super) enum Role {
         trigger: bool,
         optional: bool,
     },
-    Export,
+    Export {
+        /// 0 if the periods of the schema determine it.
+        validity_ns: u64,
+    },
     Modulation {
         default: Expr,
         min: Option<Expr>,
@@ -55,7 +58,7 @@ pub(super) enum Role {
     },
     List {
         initial: Expr,
-        /// Of a list of commands; otherwise 0.
+        /// Of a list of commands or exports; otherwise 0.
         validity_ns: u64,
     },
 }
@@ -63,10 +66,13 @@ pub(super) enum Role {
 /// The type of a role for any number of children.
 const MANY: &str = "Children";
 
+/// The validity of a lasting export in its table.
+const LASTING: u64 = jde_abi::raw::LASTING;
+
 /// The name of each attribute, the type of its field, and its options.
 const KINDS: &[(&str, &str, &[&str])] = &[
     ("import", "Import", &["trigger", "optional", "unit", "name"]),
-    ("export", "Export", &["unit", "name"]),
+    ("export", "Export", &["validity", "lasting", "unit", "name"]),
     (
         "modulation",
         "Modulation",
@@ -82,7 +88,7 @@ const KINDS: &[(&str, &str, &[&str])] = &[
     ("child", MANY, &["group", "name"]),
     ("modulates", "Modulates", &["child", "optional", "unit", "name"]),
     ("imports", "Imports", &["default", "name"]),
-    ("exports", "Exports", &["default", "name"]),
+    ("exports", "Exports", &["default", "validity", "lasting", "name"]),
     ("commands", "Commands", &["default", "validity", "name"]),
 ];
 
@@ -157,7 +163,7 @@ impl Field {
             Role::Actuator { .. } => Some("actuators".into()),
             Role::Child { .. } => Some("children".into()),
             Role::Modulates { child, .. } => Some(format!("modulations of {}", child.value())),
-            Role::Export | Role::Modulation { .. } | Role::Command { .. } => Some("variables".into()),
+            Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } => Some("variables".into()),
             Role::List { .. } => Some("lists".into()),
         }
     }
@@ -190,7 +196,9 @@ impl Field {
                 let flags = flags(&[(*trigger, quote!(TRIGGER)), (*optional, quote!(OPTIONAL))]);
                 quote_spanned!(ty.span() => derived::import::<#ty>(#name, #doc, #unit, #flags))
             }
-            Role::Export => quote_spanned!(ty.span() => derived::export::<#ty>(#name, #doc, #unit)),
+            Role::Export { validity_ns } => {
+                quote_spanned!(ty.span() => derived::export::<#ty>(#name, #doc, #unit, #validity_ns))
+            }
             Role::Modulation {
                 default,
                 min,
@@ -315,12 +323,19 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
             "state how long a command is in force without being repeated: validity = \"500ms\"",
         )),
     };
+    let validity_of_export = || match (&options.validity, options.lasting) {
+        (Some(validity), false) => duration(validity),
+        (Some(_), true) => Err(missing("a lasting value has no validity: state one of the two")),
+        (None, lasting) => Ok(if lasting { LASTING } else { 0 }),
+    };
     Ok(match keyword {
         "import" => Role::Import {
             trigger: options.trigger,
             optional: options.optional,
         },
-        "export" => Role::Export,
+        "export" => Role::Export {
+            validity_ns: validity_of_export()?,
+        },
         "modulation" => Role::Modulation {
             default: options.default.ok_or_else(|| {
                 missing("a modulation always has a value; state the initial one: default = ...")
@@ -360,6 +375,7 @@ fn role(keyword: &str, many: bool, attribute: &Attribute, options: Options) -> R
         "imports" | "exports" | "commands" => Role::List {
             validity_ns: match keyword {
                 "commands" => validity()?,
+                "exports" => validity_of_export()?,
                 _ => 0,
             },
             initial: options.default.ok_or_else(|| {

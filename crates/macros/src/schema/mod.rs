@@ -67,7 +67,7 @@ pub(crate) fn derive(input: &DeriveInput) -> Result<TokenStream> {
                 quote!(<#ty>::new())
             }
             Role::Import { .. }
-            | Role::Export
+            | Role::Export { .. }
             | Role::Modulation { .. }
             | Role::Command { .. }
             | Role::Actuator { .. } => {
@@ -217,7 +217,7 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
                     field.name
                 ));
             }
-            Role::Export | Role::Command { .. } if field.name == jde_abi::read::PERIOD => {
+            Role::Export { .. } | Role::Command { .. } if field.name == jde_abi::read::PERIOD => {
                 return wrong(String::from(
                     "every schema already has a variable `period`; choose another name",
                 ));
@@ -242,7 +242,7 @@ fn check(about: &About, fields: &[Field]) -> Result<()> {
             }
             Role::Memory
             | Role::Import { .. }
-            | Role::Export
+            | Role::Export { .. }
             | Role::Modulation { .. }
             | Role::Command { .. }
             | Role::Actuator { .. }

@@ -19,6 +19,7 @@ pub(super) struct Options {
     pub(super) trigger: bool,
     pub(super) optional: bool,
     pub(super) fixed: bool,
+    pub(super) lasting: bool,
     pub(super) perceptive: bool,
 }
 
@@ -56,6 +57,7 @@ impl Options {
             "trigger" => std::mem::replace(&mut self.trigger, true),
             "optional" => std::mem::replace(&mut self.optional, true),
             "fixed" => std::mem::replace(&mut self.fixed, true),
+            "lasting" => std::mem::replace(&mut self.lasting, true),
             _ => std::mem::replace(&mut self.perceptive, true),
         };
         if is_duplicate {

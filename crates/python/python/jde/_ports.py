@@ -46,6 +46,7 @@ class Options:
     min: float | None = None
     max: float | None = None
     validity: str | float = 0
+    lasting: bool = False
     child: str = ""
     name: str = ""
 
@@ -219,6 +220,11 @@ class Modulates(Output[T]):
 def trigger(*, unit: str = "", optional: bool = False) -> Any:
     """An import whose new values make the schema check at once."""
     return Import(Options(unit=unit, optional=optional, trigger=True))
+
+
+def export(*, lasting: bool = False, validity: str | float = 0, unit: str = "") -> Any:
+    """An export whose values are valid for three periods of the schema, for `validity`, or until they are replaced."""
+    return Export(Options(lasting=lasting, validity=validity, unit=unit))
 
 
 def optional(*, unit: str = "") -> Any:

@@ -37,6 +37,8 @@ FUNCTIONS = {
 RETURN_AT_ONCE = (signatures.iscoroutinefunction, signatures.isgeneratorfunction, signatures.isasyncgenfunction)
 # The end of times, ns.
 LONGEST = 9e18
+# The validity of a lasting export, ns.
+LASTING = 2**64 - 1
 UNITS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
 
 
@@ -368,12 +370,22 @@ def _port_spec(cls: type[Schema], port: Port[Any], doc: str, children: list[Role
         least=least,
         greatest=greatest,
         choices=names_of(port.choice) if port.choice is not None and isinstance(port, Modulation) else [],
-        validity_ns=_duration(options.validity, f"{what}: validity", may_be_zero=not isinstance(port, Command)),
+        validity_ns=_validity(port, what),
         trigger=options.trigger,
         fixed=options.fixed,
         optional=options.optional,
         child=child,
     )
+
+
+def _validity(port: Port[Any], what: str) -> int:
+    """Return how long a command is in force, or a value of an export valid, in ns."""
+    options = port.options
+    if not options.lasting:
+        return _duration(options.validity, f"{what}: validity", may_be_zero=not isinstance(port, Command))
+    if options.validity:
+        raise TypeError(f"{what} is lasting, and a lasting value has no validity: state one of the two")
+    return LASTING
 
 
 def _child_spec(role: Role, doc: str) -> ChildSpec:

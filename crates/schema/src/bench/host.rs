@@ -57,7 +57,7 @@ unsafe extern "C" fn read(cx: *mut raw::Context, port: u32, out: *mut raw::Sampl
         let validity = match port.port.role {
             Role::Import { .. } | Role::Modulation { .. } => Duration::MAX,
             Role::Command { validity_ns, .. } => Duration::from_nanos(validity_ns),
-            Role::Export | Role::Actuator | Role::ChildModulation { .. } => return raw::BAD_ARGUMENT,
+            Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => return raw::BAD_ARGUMENT,
         };
         if !port.bound {
             return raw::UNBOUND;
@@ -97,7 +97,7 @@ unsafe extern "C" fn loan(cx: *mut raw::Context, port: u32, out: *mut *mut c_voi
             return raw::BAD_ARGUMENT;
         };
         match port.port.role {
-            Role::Export | Role::Actuator | Role::ChildModulation { .. } => {}
+            Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => {}
             Role::Import { .. } | Role::Modulation { .. } | Role::Command { .. } => return raw::BAD_ARGUMENT,
         }
         if !port.bound {

@@ -103,7 +103,7 @@ impl Entry {
             value_type: Arc::clone(&value_type),
             role: match list.kind {
                 ListKind::Imports => Role::Import { trigger: false },
-                ListKind::Exports => Role::Export,
+                ListKind::Exports { validity } => Role::Export { validity },
                 ListKind::Commands { validity_ns } => Role::Command {
                     neutral: vec![0; value_type.bytes],
                     validity_ns,

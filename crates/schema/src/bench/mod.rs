@@ -272,7 +272,7 @@ impl<S> Bench<S> {
     /// If it is not optional.
     pub fn unbind(&mut self, name: &str) {
         let named =
-            |port: &&describe::Port| port.name == name && !matches!(port.role, describe::Role::Export);
+            |port: &&describe::Port| port.name == name && !matches!(port.role, describe::Role::Export { .. });
         let port = self.description.ports.iter().position(|port| named(&port));
         let optional = if let Some(port) = port {
             self.state.unbind(port);

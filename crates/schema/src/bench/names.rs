@@ -16,7 +16,7 @@ pub(super) enum Kind {
 pub(super) fn port(schema: &Schema, kind: Kind, name: &str) -> usize {
     let fits = |port: &Port| match (kind, &port.role) {
         (Kind::Import, Role::Import { .. })
-        | (Kind::Export, Role::Export)
+        | (Kind::Export, Role::Export { .. })
         | (Kind::Modulation, Role::Modulation { .. })
         | (Kind::Command, Role::Command { .. })
         | (Kind::Actuator, Role::Actuator) => true,

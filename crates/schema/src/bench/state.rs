@@ -65,7 +65,7 @@ impl BenchState {
                 Role::Modulation { default: initial, .. } | Role::Command { neutral: initial, .. } => {
                     Some(Bytes::copy(&port.value_type, initial))
                 }
-                Role::Import { .. } | Role::Export | Role::Actuator | Role::ChildModulation { .. } => None,
+                Role::Import { .. } | Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => None,
             },
             loan: Bytes::zeros(port.value_type.bytes),
             loaned: false,
@@ -180,7 +180,7 @@ impl BenchState {
     /// Retracts the newest value of an export.
     pub(super) fn retract(&mut self, port: usize) -> i32 {
         match self.ports.get_mut(port) {
-            Some(port) if matches!(port.port.role, Role::Export) => {
+            Some(port) if matches!(port.port.role, Role::Export { .. }) => {
                 port.newest = None;
                 raw::OK
             }
@@ -198,7 +198,7 @@ impl BenchState {
             return raw::BAD_ARGUMENT;
         }
         port.loaned = false;
-        let guarded = !matches!(port.port.role, Role::Export);
+        let guarded = !matches!(port.port.role, Role::Export { .. });
         if guarded && !authority {
             return raw::REFUSED;
         }

@@ -140,8 +140,16 @@ pub const fn import<T: Value>(
 
 /// Builds the table of an export.
 #[must_use]
-pub const fn export<T: Value>(name: &'static CStr, doc: &'static CStr, unit: &'static CStr) -> raw::Port {
-    port::<T>(raw::EXPORT, name, doc, unit)
+pub const fn export<T: Value>(
+    name: &'static CStr,
+    doc: &'static CStr,
+    unit: &'static CStr,
+    validity_ns: u64,
+) -> raw::Port {
+    raw::Port {
+        validity_ns,
+        ..port::<T>(raw::EXPORT, name, doc, unit)
+    }
 }
 
 /// Builds the table of a modulation.

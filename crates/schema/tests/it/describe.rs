@@ -131,7 +131,8 @@ fn ports_are_as_their_attributes_declare() {
     assert!(!port("laser").optional);
     assert_eq!((port("far-off").optional, &*port("far-off").unit), (true, "m"));
     assert_eq!(port("far-off").role, Role::Import { trigger: false });
-    assert_eq!(port("mission").role, Role::Export);
+    let validity = Validity::Lasting;
+    assert_eq!(port("mission").role, Role::Export { validity });
     assert_eq!(
         port("speed").role,
         Role::Modulation {

@@ -114,10 +114,10 @@ impl Operators {
     fn export(&self, instance: usize, name: &str) -> Result<(usize, &Arc<Variable>), String> {
         self.check_schema(instance)?;
         let ports = &self.application.instances[instance].schema.ports;
-        let exports = || ports.iter().filter(|port| matches!(port.role, Role::Export));
+        let exports = || ports.iter().filter(|port| matches!(port.role, Role::Export { .. }));
         let port = ports
             .iter()
-            .position(|port| port.name == name && matches!(port.role, Role::Export));
+            .position(|port| port.name == name && matches!(port.role, Role::Export { .. }));
         port.and_then(|port| Some((port, self.variables.of(instance, port)?)))
             .ok_or_else(|| {
                 let known: Vec<_> = exports().map(|port| port.name.as_str()).collect();

@@ -154,7 +154,7 @@ impl Operators {
 }
 
 fn newest(variable: &Arc<Variable>) -> Option<PreviousValue> {
-    variable.reader("host").latch().map(|latched| PreviousValue {
+    variable.reader("host").latch(0).map(|latched| PreviousValue {
         writer: latched.stamp.writer,
         bytes: latched.bytes.to_vec(),
     })

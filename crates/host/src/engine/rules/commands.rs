@@ -227,7 +227,7 @@ impl Command {
 
     /// The newest value, if any was written.
     fn last(&mut self) -> Option<NewestCommand> {
-        let last = self.newest.latch().filter(|last| last.stamp.sequence > 0);
+        let last = self.newest.latch(0).filter(|last| last.stamp.sequence > 0);
         let last = last.map(|last| NewestCommand {
             writer: last.stamp.writer,
             sequence: last.stamp.sequence,
@@ -260,7 +260,7 @@ impl Command {
         if until == last.valid_until {
             return;
         }
-        let bytes = self.newest.latch().map(|last| last.bytes.to_vec());
+        let bytes = self.newest.latch(0).map(|last| last.bytes.to_vec());
         self.newest.release();
         if let Some(bytes) = bytes {
             let put = self.variable.put(last.writer, &bytes, time, until);
@@ -271,7 +271,7 @@ impl Command {
     fn validity(&self) -> Nanos {
         match self.variable.describe().access {
             Access::Command { validity } => validity,
-            Access::Export | Access::Modulation => unreachable!("a command is declared as one"),
+            Access::Export { .. } | Access::Modulation => unreachable!("a command is declared as one"),
         }
     }
 

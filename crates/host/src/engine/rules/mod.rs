@@ -16,7 +16,7 @@ use jde_core::{Effect, GroupId, Hierarchy, Nanos, SchemaId};
 use jde_records::event::Observer;
 use jde_records::turn::Turn;
 
-use super::schema;
+use super::{Variables, schema};
 use crate::clock::Clock;
 use crate::journal::Journal;
 use crate::transaction_observer::TransactionObserver;
@@ -30,6 +30,7 @@ pub(crate) use transact::IterationPermission;
 pub(crate) struct Rules {
     application: Arc<Application>,
     clock: Arc<Clock>,
+    variables: Arc<Variables>,
     journal: Option<Arc<Journal>>,
     state: Mutex<RulesState>,
     pub(super) signals: Signals,
@@ -59,6 +60,7 @@ impl Rules {
     pub(super) fn new(
         application: &Arc<Application>,
         clock: &Arc<Clock>,
+        variables: &Arc<Variables>,
         journal: Option<Arc<Journal>>,
         hierarchy: Hierarchy,
         commands: Commands,
@@ -69,6 +71,7 @@ impl Rules {
         Self {
             application: Arc::clone(application),
             clock: Arc::clone(clock),
+            variables: Arc::clone(variables),
             journal,
             state: Mutex::new(RulesState {
                 hierarchy,
@@ -149,6 +152,11 @@ impl Rules {
         let drivers = rules.commands.brake(&[instance], self.clock.now());
         self.signal_drivers(&mut rules, &drivers);
         self.unlock(rules);
+    }
+
+    /// Whether the application ends.
+    pub(crate) fn is_ending(&self) -> bool {
+        self.lock().shutdown_order.is_some()
     }
 
     /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.

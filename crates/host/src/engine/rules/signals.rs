@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock, Weak};
 
+use jde_board::Variable;
 use jde_core::{GroupId, Level, Nanos};
 
 /// Delivers signals to the runners of instances and sets the rules' timer.
@@ -68,6 +69,8 @@ pub(crate) struct Signals {
 pub(super) struct PendingNotifications {
     instances: Vec<usize>,
     timer: bool,
+    /// The variables that have lost their value.
+    ended: Vec<Arc<Variable>>,
 }
 
 impl Signals {
@@ -112,8 +115,9 @@ impl Signals {
         notifier.is_some()
     }
 
-    /// Notifies the threads that a transaction concerns.
+    /// Notifies the threads that a transaction concerns, and the watches of variables that lost their value in it.
     pub(super) fn notify_all(&self, pending: &PendingNotifications) {
+        pending.ended.iter().for_each(|variable| variable.report_end());
         let Some(notifier) = self.notifier() else {
             return;
         };
@@ -131,9 +135,14 @@ impl Signals {
 }
 
 impl PendingNotifications {
+    /// Adds variables that have lost their value.
+    pub(super) fn add_ended(&mut self, variables: impl Iterator<Item = Arc<Variable>>) {
+        self.ended.extend(variables);
+    }
+
     /// Takes all notifications; `None` if there are none.
     pub(super) fn take(&mut self) -> Option<Self> {
-        let is_empty = self.instances.is_empty() && !self.timer;
+        let is_empty = self.instances.is_empty() && !self.timer && self.ended.is_empty();
         (!is_empty).then(|| std::mem::take(self))
     }
 }

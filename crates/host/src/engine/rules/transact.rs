@@ -229,10 +229,14 @@ impl Rules {
                     .post_within(&mut rules.notifications, id.index(), Signal::Awake(now))
             }
             Effect::Slept { id, .. } => match &mut rules.shutdown_order {
+                // Whoever looks at the end sees the last values.
                 Some(order) => order.push(id.index()),
-                None => self
-                    .signals
-                    .post_within(&mut rules.notifications, id.index(), Signal::Asleep),
+                None => {
+                    let ended = self.variables.close_exports(id.index());
+                    rules.notifications.add_ended(ended);
+                    self.signals
+                        .post_within(&mut rules.notifications, id.index(), Signal::Asleep);
+                }
             },
             Effect::TakesOver { group, id } => {
                 let level = self.group_subtree(&rules.hierarchy, group);

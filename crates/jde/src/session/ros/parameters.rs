@@ -230,7 +230,7 @@ impl Parameters {
         } = &self.parameters[place];
         let reader = &mut self.modulations[*modulation].reader;
         let value_type = reader.variable().describe().value_type.clone();
-        let Some(latched) = reader.latch_newest() else {
+        let Some(latched) = reader.latch_newest(0) else {
             return json!({ "type": NOT_SET });
         };
         let mut json = value::to_json(&decode(&value_type, latched.bytes).into_only_field());

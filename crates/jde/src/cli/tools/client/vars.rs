@@ -137,7 +137,7 @@ fn status_cells(variable: &VariableInfo) -> Vec<Cell> {
     let status = variable.status.as_ref();
     let rate = status.map(|status| status.rate_hz).filter(|rate| *rate > 0.0);
     let age = match status {
-        Some(status) if status.retracted => Cell::from("retracted").styled(WARN),
+        Some(status) if status.retracted => Cell::from("ended").styled(WARN),
         Some(status) => match status.age_s {
             Some(age) => age_of(age).into(),
             None => Cell::from("-").styled(FAINT),
