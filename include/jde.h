@@ -130,6 +130,9 @@ extern "C" {
  */
 #define JDE_MANY 8u
 
+/** Validity of an export whose values are valid until they are replaced or retracted. Since minor version 8. */
+#define JDE_LASTING 18446744073709551615u
+
 /** Sample flag: no command is in force; the data is the neutral value. */
 #define JDE_SAMPLE_NEUTRAL 1u
 /** Sample flag: this modulation was never written; the data is its default. */
@@ -535,7 +538,11 @@ struct jde_port {
     double min;
     /** The greatest allowed number of a modulation; NaN for none. */
     double max;
-    /** How long a command is in force without being repeated, ns, at least 1. Only for JDE_COMMAND. */
+    /**
+     * How long a command is in force without being repeated, ns, at least 1. Since minor version 8 also how long a
+     * value of an export is valid without a newer one (JDE_EXPORT): 0 for some of the periods that the application states,
+     * or JDE_LASTING. Otherwise 0.
+     */
     uint64_t validity_ns;
     /** JDE_OPTIONAL, JDE_TRIGGER, JDE_FIXED. */
     uint32_t flags;
@@ -1062,7 +1069,10 @@ struct jde_port_list {
     const jde_type *settings;
     /** The settings that an entry does not state, `settings->bytes` bytes. */
     const void *initial;
-    /** How long a command is in force without being repeated, ns, at least 1. Only for JDE_COMMAND, since minor version 8. */
+    /**
+     * How long a command is in force without being repeated, ns, at least 1, or how long a value of an export is
+     * valid, as in jde_port. Since minor version 8.
+     */
     uint64_t validity_ns;
 };
 

@@ -9,4 +9,4 @@ mod words;
 pub use guarded::{BEAMS, Base, Drive, SPEED, Watch, surroundings};
 pub use level::Level;
 pub use periods::Periods;
-pub use words::{Words, ends, variable};
+pub use words::{EXPORT, Words, ends, variable};

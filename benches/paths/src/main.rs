@@ -4,9 +4,8 @@
 use std::hint::black_box;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use jde_board::Access;
 use jde_loader::{Plugins, SearchPath};
-use jde_paths::{Base, Drive, Level, Periods, SPEED, Watch, ends, surroundings, variable};
+use jde_paths::{Base, Drive, EXPORT, Level, Periods, SPEED, Watch, ends, surroundings, variable};
 use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
@@ -116,7 +115,7 @@ fn main() -> Result<()> {
 }
 
 fn read(times: u64) -> Result<()> {
-    let (_writer, mut reader) = ends::<8>(Access::Export { .. })?;
+    let (_writer, mut reader) = ends::<8>(EXPORT)?;
     for _ in 0..times {
         black_box(reader.get());
     }
@@ -124,7 +123,7 @@ fn read(times: u64) -> Result<()> {
 }
 
 fn publish(times: u64) -> Result<()> {
-    let (mut writer, _reader) = ends::<8>(Access::Export { .. })?;
+    let (mut writer, _reader) = ends::<8>(EXPORT)?;
     for time in 0..times {
         black_box(writer.write(black_box([1; 8]), time, time))?;
     }
@@ -132,12 +131,12 @@ fn publish(times: u64) -> Result<()> {
 }
 
 fn picture(times: u64) -> Result<()> {
-    let picture = variable(640 * 480 * 3 / 8, Access::Export { .. }, 1)?;
+    let picture = variable(640 * 480 * 3 / 8, EXPORT, 1)?;
     let (mut writer, mut reader) = (picture.writer(1, "writer")?, picture.reader("reader"));
     for time in 0..times {
         writer.loan()[0] = 1;
         black_box(writer.publish(time, time))?;
-        black_box(reader.latch().map(|latched| latched.bytes[0]));
+        black_box(reader.latch(0).map(|latched| latched.bytes[0]));
         reader.release();
     }
     Ok(())

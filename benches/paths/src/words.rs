@@ -8,6 +8,11 @@ use jde_abi::describe::{Field, FieldKind, Form, RosNotation, Scalar, Type};
 use jde_board::typed::{TypedReader, TypedWriter};
 use jde_board::{Access, Board, Declaration, Variable};
 
+/// An export whose values expire, but not at time 0.
+pub const EXPORT: Access = Access::Export {
+    validity: 1_000_000_000,
+};
+
 /// The value of a variable: words of 8 bytes.
 pub type Words<const WORDS: usize> = [u64; WORDS];
 

@@ -8,11 +8,10 @@ use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use arc_swap::{ArcSwap, Cache};
-use jde_board::Access;
 use jde_board::typed::{TypedReader, TypedWriter};
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, consume};
-use jde_paths::{Words, variable};
+use jde_paths::{EXPORT, Words, variable};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -173,14 +172,14 @@ fn processors() -> Vec<usize> {
 }
 
 fn jde<const WORDS: usize>(setting: Setting) -> Result<Window> {
-    let variable = variable(WORDS, Access::Export { .. }, setting.readers)?;
+    let variable = variable(WORDS, EXPORT, setting.readers)?;
     let mut writer: TypedWriter<Words<WORDS>> = TypedWriter::open(&variable, 1, "writer")?;
     writer.write([0; WORDS], 0, 0)?;
     let mut reads: Vec<Read> = Vec::new();
     for _ in 0..setting.readers {
         let mut reader: TypedReader<Words<WORDS>> = TypedReader::open(&variable, "reader")?;
         reads.push(Box::new(move || {
-            reader.borrow().and_then(|words| common_number(&words))
+            reader.borrow(0).and_then(|words| common_number(&words))
         }));
     }
     let write = move |number| {

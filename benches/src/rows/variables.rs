@@ -11,7 +11,7 @@ use jde_board::Access;
 use jde_board::typed::TypedReader;
 use jde_measure::figure::{Figure, Goal, Line};
 use jde_measure::pairs::{Rounds, consume, interleave};
-use jde_paths::{Words, ends, variable};
+use jde_paths::{EXPORT, Words, ends, variable};
 
 use crate::schemas;
 use crate::scope::Scope;
@@ -36,8 +36,8 @@ pub(crate) fn read(scope: &Scope) -> Result<Vec<Line>> {
 /// each side looks it up in every read.
 fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
     let bytes = WORDS * 8;
-    let (_writer, mut reader) = ends::<WORDS>(Access::Export { .. })?;
-    let (_writer, mut other) = ends::<WORDS>(Access::Export { .. })?;
+    let (_writer, mut reader) = ends::<WORDS>(EXPORT)?;
+    let (_writer, mut other) = ends::<WORDS>(EXPORT)?;
     let plain = [1u64; WORDS];
     let mutex = Mutex::new(plain);
     let blackboard = Blackboard::<WORDS>::new()?;
@@ -89,7 +89,7 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
 
 /// Times a publication followed by a read.
 fn publish_and_read<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
-    let (mut writer, mut reader) = ends::<WORDS>(Access::Export { .. })?;
+    let (mut writer, mut reader) = ends::<WORDS>(EXPORT)?;
     let plain = [1u64; WORDS];
     let mutex = Mutex::new(plain);
     let topic = Topic::<WORDS>::new()?;
@@ -152,7 +152,7 @@ fn beside(what: &str, ours: &Rounds, name: &str, theirs: &Rounds, goal: Goal) ->
 /// Copies the newest value from its place, as the yardsticks do. Its stamp is available but not read.
 #[inline(always)]
 fn read_borrowed<const WORDS: usize>(reader: &mut TypedReader<Words<WORDS>>) {
-    if let Some(value) = reader.borrow() {
+    if let Some(value) = reader.borrow(0) {
         consume(*value);
     }
 }
@@ -235,7 +235,7 @@ fn unique() -> usize {
 
 pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     // A modulation of any size is borrowed in place, and so is an export as large as a picture.
-    let mut large = pass_in_place(IMAGE, Access::Export { .. }, 1)?;
+    let mut large = pass_in_place(IMAGE, EXPORT, 1)?;
     let mut small = pass_in_place(SMALL, Access::Modulation, 1)?;
     let [picture, bytes] = interleave(
         scope.effort(),
@@ -252,18 +252,18 @@ pub(crate) fn image(scope: &Scope) -> Result<Vec<Line>> {
     )
     .paired(picture.ratio_to(&bytes));
 
-    let held = variable(IMAGE, Access::Export { .. }, 3)?;
+    let held = variable(IMAGE, EXPORT, 3)?;
     let mut writer = held.writer(1, "writer")?;
     writer.loan();
     writer.publish(0, 0)?;
     let mut readers = [(); 3].map(|()| held.reader("reader"));
     for reader in &mut readers {
         // Each reader holds a different value.
-        reader.latch().context("there is a value")?;
+        reader.latch(0).context("there is a value")?;
         writer.loan();
         writer.publish(0, 0)?;
     }
-    let free = variable(IMAGE, Access::Export { .. }, 3)?;
+    let free = variable(IMAGE, EXPORT, 3)?;
     let mut alone = free.writer(1, "writer")?;
     let [with_readers, without_readers] = interleave(
         scope.effort(),
@@ -293,7 +293,7 @@ fn pass_in_place(words: usize, access: Access, readers: usize) -> Result<impl Fn
     Ok(move || {
         time += 1;
         publish(&mut writer, time);
-        consume(reader.latch().map(|latched| latched.bytes[0]));
+        consume(reader.latch(0).map(|latched| latched.bytes[0]));
         reader.release();
     })
 }

@@ -106,7 +106,12 @@ fn a_list_of_commands_belongs_to_a_driver_and_states_a_validity() {
     };
     assert_refused("validity_ns is 0", |tables| small(tables, raw::COMMAND));
     let plugin = read_changed(|tables| small(tables, raw::EXPORT)).expect("it is valid");
-    assert_eq!(plugin.schemas[0].lists[0].kind, ListKind::Exports { validity: Validity::Periods });
+    assert_eq!(
+        plugin.schemas[0].lists[0].kind,
+        ListKind::Exports {
+            validity: Validity::Periods
+        }
+    );
 }
 
 #[test]

@@ -7,7 +7,8 @@ use std::ptr::null_mut;
 use std::sync::Arc;
 
 use jde_abi::describe::{
-    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, RosNotation, Scalar, Schema, Type, Validity,
+    Child, Field, FieldKind, Form, Kind, Limits, Plugin, Port, Role, RosNotation, Scalar, Schema, Type,
+    Validity,
 };
 use jde_abi::raw::{self, Context};
 use jde_abi::read;
@@ -181,9 +182,13 @@ fn description() -> Plugin {
         kind: Kind::Driver,
         budget_ns: None,
         ports: vec![
-            port("seen", structure(), Role::Export {
-                validity: Validity::Lasting,
-            }),
+            port(
+                "seen",
+                structure(),
+                Role::Export {
+                    validity: Validity::Lasting,
+                },
+            ),
             port(
                 "velocity",
                 number(),

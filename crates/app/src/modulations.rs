@@ -97,7 +97,10 @@ fn refuse_unknown_key(report: &mut FaultReport, section: &Section, schema: &Sche
     let table = elsewhere.and_then(|port| match port.role {
         Role::Import { .. } => Some("imports"),
         Role::Actuator => Some("actuators"),
-        Role::Export { .. } | Role::Modulation { .. } | Role::Command { .. } | Role::ChildModulation { .. } => None,
+        Role::Export { .. }
+        | Role::Modulation { .. }
+        | Role::Command { .. }
+        | Role::ChildModulation { .. } => None,
     });
     let child = schema.children.iter().any(|child| child.name == key.text);
     if let Some(table) = table.or(child.then_some("children")) {

@@ -151,8 +151,12 @@ impl LoadedApplication {
             // The start reports a schema that does not exist.
             let instance = application.instance(schema);
             let ports = instance.map_or(&[][..], |instance| &application.instances[instance].schema.ports);
-            let written =
-                |role: &Role| matches!(role, Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. });
+            let written = |role: &Role| {
+                matches!(
+                    role,
+                    Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. }
+                )
+            };
             for port in ports.iter().filter(|port| written(&port.role)) {
                 let value = mock.live(&port.name);
                 let value_type = port.value_type.clone();

@@ -369,7 +369,9 @@ impl Handle {
             ));
         }
         let mut reader = variable.reader("handle");
-        Ok(reader.latch(self.now()).and_then(|latched| T::from_bytes(latched.bytes)))
+        Ok(reader
+            .latch(self.now())
+            .and_then(|latched| T::from_bytes(latched.bytes)))
     }
 
     /// Returns the time since the application's start, ns.

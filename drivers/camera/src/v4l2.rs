@@ -31,10 +31,10 @@ pub struct V4l2 {
     #[modulation(default = "", fixed)]
     format: Modulation<Text<12>>,
     /// The picture, in rgb8.
-    #[export]
+    #[export(validity = "1s")]
     image: Export<Image>,
     /// Whether the camera is connected.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     feed: Option<Feed>,
     report: ConnectionReport,

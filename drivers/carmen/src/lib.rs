@@ -35,13 +35,13 @@ pub struct Log {
     #[export]
     wanted: Export<Twist>,
     /// The scan of the laser, in the frame of the robot.
-    #[export]
+    #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// The robot's pose in the log.
-    #[export]
+    #[export(validity = "1s")]
     odometry: Export<Odometry>,
     /// Scans played, and their total.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     recording: Option<Recording>,
     next: usize,

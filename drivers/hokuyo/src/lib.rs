@@ -37,10 +37,10 @@ pub struct Scip2 {
     #[modulation(default = 3, min = 2, max = 3, fixed)]
     letters: Modulation<u32>,
     /// The scan, from right to left.
-    #[export]
+    #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// Whether the scanner is connected.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     scanner: Option<Scanner>,
 }

@@ -68,32 +68,32 @@ pub struct Pioneer {
     #[command(neutral = HOLD, validity = "3600s")]
     head: Command<PanTilt>,
     /// The scan of the laser of simulators.
-    #[export]
+    #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// The sonars, in the robot's own order: from ahead on the left clockwise. NaN until the first reading of
     /// a sonar.
-    #[export]
+    #[export(validity = "1s")]
     sonars: Export<RangeRing>,
     /// Pose and velocity from the wheels. After a loss it continues from the last pose.
-    #[export]
+    #[export(validity = "1s")]
     odometry: Export<Odometry>,
     /// The bumpers, and whether the wheels are blocked.
-    #[export]
+    #[export(validity = "1s")]
     bumpers: Export<Bumpers>,
     /// The battery.
-    #[export]
+    #[export(lasting)]
     battery: Export<BatteryState>,
     /// The counts of the wheels, if the robot reports them.
-    #[export]
+    #[export(validity = "1s")]
     encoders: Export<WheelEncoders>,
     /// Position of the head: measured, or estimated if the head cannot reply.
-    #[export]
+    #[export(validity = "1s")]
     pan_tilt: Export<PanTilt>,
     /// The radius in which the robot turns, and the usual place of its laser; for windows and pictures.
-    #[export]
+    #[export(lasting)]
     body: Export<Body>,
     /// Whether the robot is connected, its name, or the reason for the loss.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     robot: Option<RobotConnection>,
     senses: SensorState,

@@ -75,7 +75,7 @@ pub struct Robot {
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     start: Modulation<Pose2D>,
     /// Time after which an export without new data is retracted; ten times as long for the battery.
-    #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
+    #[modulation(default = 1.0, unit = "s", min = 0.01, max = 5.0)]
     stale: Modulation<f64>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
@@ -85,28 +85,28 @@ pub struct Robot {
     head: Command<PanTilt>,
     /// The scan of the laser, in the laser's own frame. If it has more beams than fit, groups of adjacent
     /// beams are replaced by their nearest.
-    #[export]
+    #[export(validity = "5s")]
     laser: Export<LaserScan>,
     /// The sonars, in the robot's own order; the first 32.
-    #[export]
+    #[export(validity = "5s")]
     sonars: Export<RangeRing>,
     /// Pose and velocity as the server reports them. After a loss it continues with the server's pose.
-    #[export]
+    #[export(validity = "5s")]
     odometry: Export<Odometry>,
     /// The bumpers, and whether the motors are blocked.
-    #[export]
+    #[export(validity = "5s")]
     bumpers: Export<Bumpers>,
     /// The battery.
-    #[export]
+    #[export(lasting)]
     battery: Export<BatteryState>,
     /// Position and speed of the head.
-    #[export]
+    #[export(validity = "5s")]
     pan_tilt: Export<PanTilt>,
     /// The place of the laser; the server does not report the outline. For windows.
-    #[export]
+    #[export(lasting)]
     body: Export<Body>,
     /// Whether the robot is connected, its devices, or the reason for the loss.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     device: Option<Device<Link>>,
     senses: SensorState,

@@ -119,52 +119,52 @@ pub struct Recording {
     #[export]
     wanted_head: Export<PanTilt>,
     /// The scan of the laser.
-    #[export]
+    #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// The sonars.
-    #[export]
+    #[export(validity = "1s")]
     sonars: Export<RangeRing>,
     /// Pose and velocity.
-    #[export]
+    #[export(validity = "1s")]
     odometry: Export<Odometry>,
     /// The bumpers.
-    #[export]
+    #[export(validity = "1s")]
     bumpers: Export<Bumpers>,
     /// The position of the head.
-    #[export]
+    #[export(validity = "1s")]
     pan_tilt: Export<PanTilt>,
     /// The battery.
-    #[export]
+    #[export(lasting)]
     battery: Export<BatteryState>,
     /// The counts of the wheels.
-    #[export]
+    #[export(validity = "1s")]
     encoders: Export<WheelEncoders>,
     /// The line sensor.
-    #[export]
+    #[export(validity = "1s")]
     line_sensor: Export<LineSensor>,
     /// The inertial unit.
-    #[export]
+    #[export(validity = "1s")]
     imu: Export<Imu>,
     /// The measured position.
-    #[export]
+    #[export(validity = "1s")]
     position_fix: Export<PositionFix>,
     /// The outline of the robot and the places of its lasers; for windows.
-    #[export]
+    #[export(lasting)]
     body: Export<Body>,
     /// Whether the robot was connected.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     /// The pictures.
-    #[export]
+    #[export(validity = "1s")]
     image: Export<Image>,
     /// The depths of a camera.
-    #[export]
+    #[export(validity = "1s")]
     depth: Export<Image>,
     /// Progress of the recording.
-    #[export]
+    #[export(lasting)]
     playback: Export<Playback>,
     /// Seconds played, and their total; done at the end unless `repeat` is set.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     player: Option<Player>,
 }

@@ -29,7 +29,7 @@ node_schema! {
         #[actuator]
         base: Actuator<Twist>,
         /// Whether the router or other nodes are connected, if it has a topic.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveFollow>,
     }

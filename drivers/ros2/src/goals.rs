@@ -39,10 +39,10 @@ node_schema! {
         #[import(optional)]
         pose: Import<Odometry>,
         /// Where to drive.
-        #[export]
+        #[export(lasting)]
         target: Export<Target>,
         /// Whether the router or other nodes are connected.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveGoals>,
     }

@@ -52,10 +52,10 @@ node_schema! {
         #[actuator]
         base: Actuator<Twist>,
         /// Progress: DONE or FAILED for the newest target.
-        #[export]
+        #[export(lasting)]
         mission: Export<Mission>,
         /// Whether the router or other nodes are connected.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveNavigate>,
     }

@@ -67,7 +67,7 @@ node_schema! {
         #[export]
         state: Export<Text<160>>,
         /// Whether the router or other nodes are connected.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveTransform>,
         /// The newest `state`.

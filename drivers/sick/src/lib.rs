@@ -39,10 +39,10 @@ pub struct Lms2xx {
     #[modulation(default = 8, unit = "m", fixed)]
     reach: Modulation<u32>,
     /// The scan, from right to left.
-    #[export]
+    #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// Whether the scanner is connected.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     scanner: Option<Scanner>,
 }

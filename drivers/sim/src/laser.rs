@@ -25,7 +25,7 @@ pub struct Laser {
     #[modulation(default = "", fixed)]
     sensor: Modulation<Text<60>>,
     /// The scan, in the frame of the laser, which has the laser's name. Stamped with the world's time.
-    #[export]
+    #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// Time at which the next scan is due.
     due: Option<Duration>,

@@ -92,20 +92,20 @@ pub struct Robot {
     #[command(neutral = HOLD, validity = "3600s")]
     head: Command<PanTilt>,
     /// The scan of the first laser, in the laser's own frame.
-    #[export]
+    #[export(validity = "1s")]
     laser: Export<LaserScan>,
     /// The sonars, in the order of the robot's file. A Pioneer has eight ahead from left to right,
     /// then eight behind from right to left.
-    #[export]
+    #[export(validity = "1s")]
     sonars: Export<RangeRing>,
     /// What the cells of the line sensor see of the floor, in the order of the robot's file.
-    #[export]
+    #[export(validity = "1s")]
     line_sensor: Export<LineSensor>,
     /// What the inertial unit measures, in its own frame. It estimates no orientation.
-    #[export]
+    #[export(validity = "1s")]
     imu: Export<Imu>,
     /// The position in the frame of the world; none in an outage.
-    #[export]
+    #[export(validity = "2s")]
     position: Export<PositionFix>,
     /// Pose and velocity from the wheels.
     #[export]
@@ -117,33 +117,33 @@ pub struct Robot {
     #[export]
     pan_tilt: Export<PanTilt>,
     /// Voltage, current and charge of lead-acid blocks.
-    #[export]
+    #[export(lasting)]
     battery: Export<BatteryState>,
     /// The counts of the wheels.
     #[export]
     encoders: Export<WheelEncoders>,
     /// Always connected. Its stamp is the time at which the robot entered its world, and its note
     /// names the world.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     /// The true state of the robot, for measurements. A schema that steers by it would work only in
     /// the simulator.
-    #[export]
+    #[export(lasting)]
     truth: Export<Truth>,
     /// The outline of the robot's file and the places of its lasers; for windows and pictures.
-    #[export]
+    #[export(lasting)]
     body: Export<Body>,
     /// The static objects of the world, published when the robot enters it and when they change; for
     /// windows. No robot has such a sensor.
-    #[export]
+    #[export(lasting)]
     scenery: Export<Scenery>,
     /// The objects that move or can be moved, ten times per second; for windows. No robot has such a
     /// sensor.
-    #[export]
+    #[export(lasting)]
     movers: Export<Movers>,
     /// The changes of the world that this robot's driver has made or refused; published when they
     /// change.
-    #[export]
+    #[export(lasting)]
     edits: Export<EditCount>,
     active: Option<ActiveRobot>,
 }

@@ -54,7 +54,7 @@ pub struct Finder {
     radius: Modulation<f64>,
     /// The position of the ball. Retracted while there are no pictures, or while the position of the head is
     /// unknown.
-    #[export]
+    #[export(validity = "1s")]
     ball: Export<Ball>,
     /// Sequence number of the last picture, and the ball that was published for it.
     last: Option<(u64, Ball)>,

@@ -37,7 +37,7 @@ pub struct Follower {
     #[modulation(default = 120.0, unit = "s", min = 0.0)]
     give_up: Modulation<f64>,
     /// Progress of the mission: whether the robot has stayed at the ball.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// Brakes before an obstacle that is very close.
     #[child(group = "base")]

@@ -55,16 +55,16 @@ pub struct Cover {
     #[export]
     path: Export<Path>,
     /// DONE when nothing is left, with a note that says what is covered and what was left out. `reached` counts the strokes.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// What it does, or why it does nothing.
     #[export]
     state: Export<Text<160>>,
     /// The share of the floor that is covered.
-    #[export]
+    #[export(lasting)]
     covered: Export<f64>,
     /// The area that is covered.
-    #[export(unit = "m2")]
+    #[export(unit = "m2", lasting)]
     area: Export<f64>,
     marks: Option<Marks>,
     stroke: Option<Driven>,

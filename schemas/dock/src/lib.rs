@@ -85,7 +85,7 @@ pub struct Dock {
     jump: Modulation<f64>,
     /// DONE while the base is where it shall be, FAILED while a mark that was seen is out of sight for too long, else
     /// RUNNING; the note says what it does. The target is the docking place.
-    #[export]
+    #[export(lasting)]
     docking: Export<Mission>,
     /// Speeds of the base.
     #[actuator]

@@ -56,7 +56,7 @@ pub struct Example {
     turning: Modulation<f64>,
     /// Progress of the mission: targets reached in all rounds, and their total, which is 0 if the rounds have
     /// no limit.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// Brakes before an obstacle that is very close.
     #[child(group = "base")]

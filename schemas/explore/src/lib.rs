@@ -55,16 +55,16 @@ pub struct Explore {
     #[export]
     target: Export<Target>,
     /// DONE when no frontier is left, with a note that says what was left out. `reached` counts the frontiers that were seen.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// What it does, or why it does nothing.
     #[export]
     state: Export<Text<160>>,
     /// The area that is known to be free.
-    #[export(unit = "m2")]
+    #[export(unit = "m2", lasting)]
     area: Export<f64>,
     /// How many places are left out: given up, or without a way to them.
-    #[export]
+    #[export(lasting)]
     left_out: Export<u32>,
     survey: Option<Survey>,
     surveyed: Surveyed,

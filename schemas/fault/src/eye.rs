@@ -28,7 +28,7 @@ pub struct Eye {
     #[export]
     beats: Export<u64>,
     /// Faults of this instance so far.
-    #[export]
+    #[export(lasting)]
     misdeeds: Export<u64>,
     iterations: u64,
     faults: u64,

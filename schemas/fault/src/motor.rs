@@ -55,7 +55,7 @@ pub struct Motor {
     #[export]
     beats: Export<u64>,
     /// Faults of this instance so far.
-    #[export]
+    #[export(lasting)]
     misdeeds: Export<u64>,
     /// Speeds of the base.
     #[actuator(optional)]

@@ -48,7 +48,7 @@ pub struct Person {
     #[modulation(default = 0.0, unit = "s", min = 0.0, max = 3600.0)]
     arrival: Modulation<f64>,
     /// What it does, in words, where the person was last and how far away that is. FAILED once it has given up.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// The way to go, in the frame of the pose. Retracted while the robot stands.
     #[export]

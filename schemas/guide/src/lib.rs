@@ -100,13 +100,13 @@ pub struct Guide {
     #[modulation(default = 0)]
     rounds: Modulation<u32>,
     /// Where `approach` drives; none while it is not due.
-    #[export]
+    #[export(lasting)]
     dock_target: Export<Target>,
     /// Where `lead` drives; none while it is not due.
-    #[export]
+    #[export(lasting)]
     room_target: Export<Target>,
     /// How many tasks were done, and what it does.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// The tasks that are due, each with its reason, the first one first.
     #[export]

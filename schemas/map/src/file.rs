@@ -16,7 +16,7 @@ pub struct File {
     #[modulation(default = "", unit = "path", fixed)]
     file: Modulation<Text<1024>>,
     /// The map.
-    #[export]
+    #[export(lasting)]
     map: Export<OccupancyGrid>,
     /// The map that is not exported yet.
     loaded: Option<MapFile>,

@@ -69,7 +69,7 @@ pub struct Navigate {
     skips: Modulation<u32>,
     /// Progress of the mission: targets reached in all rounds, and their total, which is 0 if the rounds have
     /// no limit.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// Plans the path to the target.
     #[child(perceptive)]

@@ -64,7 +64,7 @@ pub struct People {
     #[modulation(default = 1.0, unit = "m", min = 0.1)]
     jump: Modulation<f64>,
     /// The persons, in the frame of the odometry.
-    #[export]
+    #[export(validity = "1s")]
     persons: Export<Persons>,
     tracker: Tracker,
     /// Sequence number of the last scan.

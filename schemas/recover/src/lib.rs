@@ -71,10 +71,10 @@ pub struct Recover {
     away: Modulation<f64>,
     /// FAILED with the target and a note in words, once for each time that every action was in vain; else RUNNING
     /// with what it does.
-    #[export]
+    #[export(lasting)]
     recovery: Export<Mission>,
     /// Where the map is to be cleared, in the frame of the pose; each value is one request.
-    #[export]
+    #[export(lasting)]
     clear: Export<Point2D>,
     /// Speeds of the base.
     #[actuator]

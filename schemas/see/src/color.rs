@@ -47,7 +47,7 @@ pub struct Color {
     tilt: Modulation<f64>,
     /// The areas, the largest first. Retracted while there are no pictures, or while the position of the head
     /// is unknown.
-    #[export]
+    #[export(validity = "1s")]
     blobs: Export<ColorBlobs>,
     /// Sequence number of the last picture; `None` while nothing is exported.
     last: Option<u64>,

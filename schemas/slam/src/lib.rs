@@ -108,7 +108,7 @@ pub struct Slam {
     #[modulation(default = 1.0, unit = "m", min = 0.3)]
     jump: Modulation<f64>,
     /// The map.
-    #[export]
+    #[export(lasting)]
     map: Export<OccupancyGrid>,
     /// The pose in the frame of the map with its covariance, and the velocity of the odometry.
     #[export]

@@ -50,7 +50,7 @@ pub struct Tags {
     #[modulation(default = 1, min = 1, max = 8)]
     step: Modulation<u32>,
     /// The tags. Retracted while there are no pictures, and while it sleeps.
-    #[export]
+    #[export(validity = "1s")]
     tags: Export<TagDetections>,
     /// Sequence number of the last picture; `None` while nothing is exported.
     last: Option<u64>,

@@ -125,7 +125,7 @@ pub const FIXED: u32 = 4;
 pub const MANY: u32 = 8;
 
 /// Validity of an export whose values are valid until they are replaced or retracted. Since minor version 8.
-pub const LASTING: u64 = u64::MAX;
+pub const LASTING: u64 = 18_446_744_073_709_551_615;
 
 /// Sample flag: no command is in force; the data is the neutral value.
 pub const SAMPLE_NEUTRAL: u32 = 1;
@@ -301,7 +301,7 @@ pub struct Port {
     /// The greatest allowed number of a modulation; NaN for none.
     pub max: f64,
     /// How long a command is in force without being repeated, ns, at least 1. Since minor version 8 also how long a
-    /// value of an [`EXPORT`] is valid without a newer one: 0 for some of the periods that the application states,
+    /// value of an export is valid without a newer one ([`EXPORT`]): 0 for some of the periods that the application states,
     /// or [`LASTING`]. Otherwise 0.
     pub validity_ns: u64,
     /// [`OPTIONAL`], [`TRIGGER`], [`FIXED`].

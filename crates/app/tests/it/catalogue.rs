@@ -267,7 +267,12 @@ fn topics() -> Schema {
     };
     let lists = [
         ("publish", ListKind::Imports),
-        ("subscribe", ListKind::Exports { validity: Validity::Periods }),
+        (
+            "subscribe",
+            ListKind::Exports {
+                validity: Validity::Periods,
+            },
+        ),
         ("repeat", ListKind::Imports),
         ("call", ListKind::Commands { validity_ns: 7 }),
     ];

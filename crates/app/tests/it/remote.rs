@@ -147,6 +147,8 @@ apps/good.toml:18:54: unknown key `form` in `heading` of `imports` of schema `ex
     check(
         &[(HEADING, r#"heading = { from = "look.tilt", stale = "1s" }"#)],
         r#"
+apps/good.toml:18:52: `heading` has `stale`, and `look.tilt` is a modulation, whose value does not age
+    help: remove `stale`
 "#,
     );
     check(

@@ -1,7 +1,10 @@
-//! The faults of times out of range, and the warning about improbable periods.
+//! The faults of times out of range, the warnings about improbable periods, and how long values and commands are valid.
 
 use crate::catalogue::{application, check};
 
+/// The types of two schemas in the good application.
+const ROBOT: &str = "type  = \"sim/robot\"\n";
+const STOP: &str = "type      = \"stop\"\n";
 /// The period of a schema in the good application.
 const PERIOD: &str = r#"period      = "75ms""#;
 
@@ -136,4 +139,35 @@ fn a_period_far_from_that_of_the_type_causes_a_warning_with_the_probable_one() {
         assert_eq!(warnings(period), [expected]);
     }
     assert!(warnings("period = 5").is_empty() && warnings("period = \"2ms\"").is_empty());
+}
+
+#[test]
+fn r19_a_value_is_valid_for_three_periods_of_the_file_at_least_60_ms() {
+    let validity = |period: &str| {
+        let application = application(&[(ROBOT, &format!("{ROBOT}{period}"))]);
+        let robot = &application.instances[application.instance("pioneer").expect("an instance")];
+        let laser = robot.schema.ports.iter().position(|port| port.name == "laser");
+        robot.validity_ns(laser.expect("an export"))
+    };
+    assert_eq!(validity("period = \"200ms\"\n"), 600_000_000);
+    assert_eq!(validity("period = \"1ms\"\n"), 60_000_000);
+}
+
+#[test]
+fn r7_a_command_that_outlasts_what_its_driver_states_causes_a_warning() {
+    let warnings =
+        |period: &str| application(&[(STOP, &format!("{STOP}period = \"{period}\"\n"))]).warnings();
+    assert_eq!(
+        warnings("250ms"),
+        [""; 0],
+        "two periods are what the driver states"
+    );
+    let found = warnings("1s");
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0].contains(
+            "a command of schema `stop` to `pioneer.velocity` is in force for 2 s, two of its periods, and for 500 ms by its driver"
+        ),
+        "{found:?}"
+    );
 }

@@ -13,7 +13,7 @@ use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::sync::Arc;
 
-use jde_board::{Access, Board, Mapping, Variable};
+use jde_board::{Board, Mapping, Variable};
 
 use crate::common::{EXPORT, declaration, float64, word_array};
 

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Barrier, Mutex, mpsc};
 use std::thread;
 
-use crate::common::{EXPORT, float64, variable};
+use crate::common::{float64, variable};
 use jde_board::{Access, Variable, Watch};
 use jde_watchdog::Watchdog;
 

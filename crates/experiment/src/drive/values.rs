@@ -65,8 +65,8 @@ fn exports<T: Value>(application: &Application) -> impl Iterator<Item = (&str, S
     let type_name = T::describe().name;
     application.instances.iter().filter_map(move |instance| {
         let mut ports = instance.schema.ports.iter();
-        let port =
-            ports.find(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == type_name)?;
+        let port = ports
+            .find(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == type_name)?;
         Some((instance.name.as_str(), format!("{}.{}", instance.name, port.name)))
     })
 }
@@ -203,7 +203,10 @@ impl DriveValues {
     }
 
     fn update_robots(&mut self, now: Nanos) {
-        let mission = self.mission.as_mut().and_then(|mission| mission.changed_value::<Mission>(now));
+        let mission = self
+            .mission
+            .as_mut()
+            .and_then(|mission| mission.changed_value::<Mission>(now));
         for robot in &mut self.robots {
             if let Some(bytes) = robot.truth.changed(now).flatten() {
                 self.signals.process_value(&robot.truth_name, Some(bytes));

@@ -172,7 +172,9 @@ fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> O
     };
     let schema = schema(report, subject, &owner)?;
     let ports = &subject.application.instances[schema].schema.ports;
-    let mut exports = ports.iter().filter(|port| matches!(port.role, Role::Export { .. }));
+    let mut exports = ports
+        .iter()
+        .filter(|port| matches!(port.role, Role::Export { .. }));
     if !exports.clone().any(|port| port.name == name) {
         report
             .fault(

@@ -119,6 +119,8 @@ impl Motion {
 /// export changes.
 fn fresh<T: Value>(handle: &Handle, variable: &str, now: Nanos, age: Nanos) -> Option<T> {
     let mut reader = handle.board().find(variable)?.reader("faults");
-    let latched = reader.latch(now).filter(|latched| latched.stamp.time + age >= now)?;
+    let latched = reader
+        .latch(now)
+        .filter(|latched| latched.stamp.time + age >= now)?;
     T::from_bytes(latched.bytes)
 }

@@ -19,7 +19,8 @@ impl ObserverState {
             for port in ports.filter(|port| matches!(port.role, Role::Export { .. })) {
                 let name = format!("{}.{}", instance.name, port.name);
                 let variable = handle.board().find(&name);
-                let has_value = variable.is_some_and(|variable| variable.has_value(now)) || self.take_tamper(Tamper::Value);
+                let has_value = variable.is_some_and(|variable| variable.has_value(now))
+                    || self.take_tamper(Tamper::Value);
                 if has_value {
                     violations.push(format!(
                         "values: `{name}` still has a value although `{}` has faulted, at {:.6} s",

@@ -48,12 +48,18 @@ impl Variables {
 
     /// Shows what an instance exports from now on, because it awakes.
     pub(crate) fn open_exports(&self, instance: usize) {
-        self.ports[instance].iter().flatten().for_each(|variable| variable.open());
+        self.ports[instance]
+            .iter()
+            .flatten()
+            .for_each(|variable| variable.open());
     }
 
     /// Ends the values of which the validity is over, and lets their readers know. Returns when the next one is over.
     pub(crate) fn expire(&self, now: Nanos) -> Option<Nanos> {
-        self.expiring.iter().filter_map(|variable| variable.expire(now)).min()
+        self.expiring
+            .iter()
+            .filter_map(|variable| variable.expire(now))
+            .min()
     }
 
     /// The shortest validity of a value, ns.

@@ -105,10 +105,10 @@ pub(crate) fn supervise(
             Some(now + check_interval),
             Some(next_expiry.saturating_add(1)),
         ]
-            .into_iter()
-            .flatten()
-            .min()
-            .expect("the time of the next check is always set");
+        .into_iter()
+        .flatten()
+        .min()
+        .expect("the time of the next check is always set");
         drop(engine.clock.wait(&alarm.changed, state, Some(next)));
     }
 }

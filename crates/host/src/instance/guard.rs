@@ -54,7 +54,10 @@ impl PortGuard {
         let Some((judge, period)) = guards.guard(self.guard) else {
             return Ok(());
         };
-        let state = self.state.latch_newest(now).filter(|state| state.stamp.sequence > 0);
+        let state = self
+            .state
+            .latch_newest(now)
+            .filter(|state| state.stamp.sequence > 0);
         let Some(state) = state else {
             return Err(String::from("the guard has no state"));
         };

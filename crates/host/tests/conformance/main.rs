@@ -33,6 +33,7 @@ mod stopping;
 mod takeover;
 mod time;
 mod unload;
+mod validity;
 mod values;
 
 /// The page states how many tests of each suite run in each language.

@@ -138,7 +138,7 @@ fn r1_only_the_current_winner_commands(executor: Executor) {
     let (recorder, reader) = (Arc::clone(&commands), Mutex::new(command.reader("test")));
     let watch = command.watch(move || {
         let mut reader = reader.lock().unwrap();
-        let stamp = reader.latch().expect("it was published").stamp;
+        let stamp = reader.latch(0).expect("it was published").stamp;
         reader.release();
         recorder.lock().unwrap().push((stamp.sequence, stamp.writer));
     });

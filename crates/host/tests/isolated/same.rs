@@ -69,7 +69,7 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
             variable.watch(move || {
                 let Some(variable) = weak.upgrade() else { return };
                 let mut reader = variable.reader("test");
-                if let Some(latched) = reader.latch() {
+                if let Some(latched) = reader.latch(0) {
                     let name = variable.describe().full_name();
                     values
                         .lock()

@@ -109,7 +109,7 @@ fn text<const N: usize>(lockstep: &Lockstep, variable: &str) -> String {
         .get(variable)
         .expect("it is declared")
         .reader("test");
-    let bytes = reader.latch().expect("it has a value").bytes;
+    let bytes = reader.latch(0).expect("it has a value").bytes;
     Text::<N>::from_bytes(bytes).expect("a text").as_str().to_owned()
 }
 

@@ -101,7 +101,7 @@ fn future_header(folder: &TempDir) -> PathBuf {
 
 fn number(variable: Option<std::sync::Arc<Variable>>) -> f64 {
     let mut reader = variable.expect("it is declared").reader("test");
-    f64::from_bytes(reader.latch().expect("it has a value").bytes).expect("a number")
+    f64::from_bytes(reader.latch(0).expect("it has a value").bytes).expect("a number")
 }
 
 /// Runs the plugin `versioned` and checks all its functions.

@@ -62,7 +62,9 @@ enum ListKind {
         #[serde(with = "Validity")]
         validity: describe::Validity,
     },
-    Commands { validity_ns: u64 },
+    Commands {
+        validity_ns: u64,
+    },
 }
 
 #[derive(Serialize, Deserialize)]

@@ -244,7 +244,10 @@ fn describe_binding(
             let source = source.map_or_else(unbound, |source| describe_source(application, source));
             let trigger = if *trigger { ", which triggers" } else { "" };
             let stale = stale_ns.map(|stale| format!(", no older than {}", format_setting(stale)));
-            Some(format!("{name} <- {source}{trigger}{}", stale.unwrap_or_default()))
+            Some(format!(
+                "{name} <- {source}{trigger}{}",
+                stale.unwrap_or_default()
+            ))
         }
         Binding::Modulation { initial, .. } => {
             let Role::Modulation { default, limits, .. } = &port.role else {

@@ -145,7 +145,9 @@ fn describe_port(port: &Port) -> String {
             Validity::Time(ns) => format!("{value_type}, valid for {}", format_setting(*ns)),
             Validity::Lasting => format!("{value_type}, lasting"),
         },
-        Role::Import { trigger: false } | Role::Actuator | Role::ChildModulation { .. } => value_type.to_owned(),
+        Role::Import { trigger: false } | Role::Actuator | Role::ChildModulation { .. } => {
+            value_type.to_owned()
+        }
         Role::Modulation {
             default,
             limits,

@@ -77,7 +77,14 @@ impl PlayedRecording {
         let damage = DamageText::truncated(&player.index.damage().unwrap_or_default());
         let doc = "What is wrong with the file; empty if it is complete.";
         let bytes = damage.as_bytes().to_vec();
-        declare("damage", "", doc, Access::Export { validity: LASTING }, DamageText::describe(), bytes);
+        declare(
+            "damage",
+            "",
+            doc,
+            Access::Export { validity: LASTING },
+            DamageText::describe(),
+            bytes,
+        );
         let info = SubjectInfo {
             application: player.index.application.clone(),
             file,

@@ -77,7 +77,9 @@ impl Sampler {
             let mut found = Vec::new();
             for (number, instance) in application.instances.iter().enumerate() {
                 let ports = instance.schema.ports.iter();
-                for port in ports.filter(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == name) {
+                for port in ports
+                    .filter(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == name)
+                {
                     let variable = handle.board().find(&format!("{}.{}", instance.name, port.name));
                     found.extend(variable.map(|variable| (number, variable.reader("jde"))));
                 }
@@ -162,13 +164,20 @@ impl Sampler {
     pub(crate) fn sample(&mut self, now: Nanos) -> Observation {
         let mut observation = Observation::default();
         for (number, robot) in self.robots.iter_mut().enumerate() {
-            let truth = robot.truth.as_mut().and_then(|reader| read::<Truth>(reader, now)).map(|truth| {
-                *observation.collisions.get_or_insert(0) += truth.collisions;
-                let least = observation.min_clearance.get_or_insert(f64::INFINITY);
-                *least = least.min(truth.min_clearance);
-                truth.pose
-            });
-            let odometry = robot.odometry.as_mut().and_then(|reader| read::<Odometry>(reader, now));
+            let truth = robot
+                .truth
+                .as_mut()
+                .and_then(|reader| read::<Truth>(reader, now))
+                .map(|truth| {
+                    *observation.collisions.get_or_insert(0) += truth.collisions;
+                    let least = observation.min_clearance.get_or_insert(f64::INFINITY);
+                    *least = least.min(truth.min_clearance);
+                    truth.pose
+                });
+            let odometry = robot
+                .odometry
+                .as_mut()
+                .and_then(|reader| read::<Odometry>(reader, now));
             let odometry = odometry.map(|odometry| odometry.pose2d());
             if let (None, Some(truth), Some(odometry)) = (robot.anchor, truth, odometry) {
                 robot.anchor = Some((truth, odometry));
@@ -180,7 +189,10 @@ impl Sampler {
                 .poses
                 .extend(truth.or(odometry).map(|pose| (robot.instance, pose)));
         }
-        let mission = self.mission.as_mut().and_then(|reader| read::<Mission>(reader, now));
+        let mission = self
+            .mission
+            .as_mut()
+            .and_then(|reader| read::<Mission>(reader, now));
         observation.mission = mission.map(|mission| MissionProgress::of(&mission));
         if let Some(mission) = &mut observation.mission {
             self.has_position_targets |= mission.counts_positions;
@@ -205,7 +217,11 @@ impl Sampler {
 
     /// Returns the targets that the mission names in advance, in the frame of the path.
     pub(crate) fn route(&mut self) -> Vec<(f64, f64)> {
-        let route = self.route.as_mut().and_then(|reader| read::<Route>(reader, 0)).unwrap_or_default();
+        let route = self
+            .route
+            .as_mut()
+            .and_then(|reader| read::<Route>(reader, 0))
+            .unwrap_or_default();
         let poses = route.poses.iter();
         poses.map(|pose| self.to_path_frame((pose.x, pose.y))).collect()
     }

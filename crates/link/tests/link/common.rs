@@ -105,7 +105,9 @@ pub(crate) fn declaration(owner: &str, name: &str, value_type: jde_abi::describe
         doc: "A test.".to_owned(),
         unit: String::new(),
         value_type: Arc::new(value_type),
-        access: Access::Export { validity: jde_board::LASTING },
+        access: Access::Export {
+            validity: jde_board::LASTING,
+        },
         limits: jde_abi::describe::Limits::default(),
         initial: None,
         writers: 1,

@@ -202,7 +202,7 @@ fn runs_its_role() {
             loop {
                 let newest = proxy.wait_newer(printed, Duration::from_millis(50));
                 let mut reader = proxy.reader("base");
-                match reader.latch() {
+                match reader.latch(0) {
                     Some(latched) if newest != printed => {
                         println!("value {}", f64::from_ne_bytes(latched.bytes.try_into().unwrap()));
                     }

@@ -65,7 +65,9 @@ impl BenchState {
                 Role::Modulation { default: initial, .. } | Role::Command { neutral: initial, .. } => {
                     Some(Bytes::copy(&port.value_type, initial))
                 }
-                Role::Import { .. } | Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => None,
+                Role::Import { .. } | Role::Export { .. } | Role::Actuator | Role::ChildModulation { .. } => {
+                    None
+                }
             },
             loan: Bytes::zeros(port.value_type.bytes),
             loaned: false,

@@ -2,7 +2,7 @@
 
 #![forbid(unsafe_code)]
 
-use jde_abi::describe::{Kind, Limits, Role};
+use jde_abi::describe::{Kind, Limits, Role, Validity};
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
 
@@ -19,7 +19,7 @@ pub(crate) struct DriveHome {
     #[import(optional, unit = "m", name = "far-off")]
     distance: Import<f64>,
     /// The progress of the mission.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// The greatest speed.
     #[modulation(default = 0.3, unit = "m/s", min = 0, max = 1.5)]

@@ -28,7 +28,7 @@ pub struct Files {
     #[export]
     image: Export<Image>,
     /// Always connected. Its note names the pictures.
-    #[export]
+    #[export(lasting)]
     connection: Export<Connection>,
     sequence: Option<FileSequence>,
 }

@@ -34,13 +34,13 @@ node_schema! {
         #[commands(default = Timed::DEFAULT, validity = "500ms")]
         send_goal: Commands<Timed>,
         /// The feedback to them.
-        #[exports(default = Plain::DEFAULT)]
+        #[exports(default = Plain::DEFAULT, lasting)]
         take_feedback: Exports<Plain>,
         /// How they have ended, each with the time at which the goal came into force.
-        #[exports(default = Plain::DEFAULT)]
+        #[exports(default = Plain::DEFAULT, lasting)]
         take_result: Exports<Plain>,
         /// The goals of this node's actions, each until its end.
-        #[exports(default = Plain::DEFAULT)]
+        #[exports(default = Plain::DEFAULT, lasting)]
         take_goal: Exports<Plain>,
         /// The feedback to them: each new value.
         #[imports(default = Plain::DEFAULT)]
@@ -49,7 +49,7 @@ node_schema! {
         #[imports(default = Plain::DEFAULT)]
         send_result: Imports<Plain>,
         /// Whether the router or other nodes are connected.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveActions>,
     }

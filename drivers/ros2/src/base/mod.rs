@@ -72,41 +72,41 @@ node_schema! {
         #[modulation(default = 0.0, unit = "rad", fixed)]
         laser_yaw: Modulation<f64>,
         /// Time after which an export without a new message is retracted; ten times as long for the battery.
-        #[modulation(default = 1.0, unit = "s", min = 0.01, max = 3600.0)]
+        #[modulation(default = 1.0, unit = "s", min = 0.01, max = 5.0)]
         stale: Modulation<f64>,
         /// Speeds of the base.
         #[command(neutral = Twist::ZERO, validity = "500ms", trigger)]
         velocity: Command<Twist>,
         /// The scan of the laser. If it has more beams than fit, groups of adjacent beams are replaced by their
         /// nearest.
-        #[export]
+        #[export(validity = "5s")]
         laser: Export<LaserScan>,
         /// Pose and velocity from the wheels.
-        #[export]
+        #[export(validity = "5s")]
         odometry: Export<Odometry>,
         /// The picture of the camera.
-        #[export]
+        #[export(validity = "5s")]
         image: Export<Image>,
         /// The depths of a camera.
-        #[export]
+        #[export(validity = "5s")]
         depth: Export<Image>,
         /// What the inertial unit measures.
-        #[export]
+        #[export(validity = "5s")]
         imu: Export<Imu>,
         /// The measured position.
-        #[export]
+        #[export(validity = "5s")]
         position: Export<PositionFix>,
         /// The state of the battery.
-        #[export]
+        #[export(lasting)]
         battery: Export<BatteryState>,
         /// The bumpers, and whether the wheels are blocked.
-        #[export]
+        #[export(validity = "5s")]
         bumpers: Export<Bumpers>,
         /// The ranges of the sonars. One that falls silent is not a number.
-        #[export]
+        #[export(validity = "5s")]
         sonars: Export<RangeRing>,
         /// Whether messages of the robot arrive.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveBase>,
     }

@@ -34,16 +34,16 @@ node_schema! {
         #[imports(default = Timed::DEFAULT)]
         send_request: Imports<Timed>,
         /// Their responses, each with the time of its request.
-        #[exports(default = Plain::DEFAULT)]
+        #[exports(default = Plain::DEFAULT, lasting)]
         take_response: Exports<Plain>,
         /// The requests of other nodes, each until its response.
-        #[exports(default = Timed::DEFAULT)]
+        #[exports(default = Timed::DEFAULT, lasting)]
         take_request: Exports<Timed>,
         /// Their responses: the next new value.
         #[imports(default = Plain::DEFAULT)]
         send_response: Imports<Plain>,
         /// Whether the router or other nodes are connected.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveServices>,
         /// The number of the newest value of each entry of `send_request` that was a request.

@@ -44,10 +44,10 @@ node_schema! {
         #[imports(default = Publication::DEFAULT)]
         publish: Imports<Publication>,
         /// The topics to export.
-        #[exports(default = Subscription::DEFAULT)]
+        #[exports(default = Subscription::DEFAULT, lasting)]
         subscribe: Exports<Subscription>,
         /// Whether the router or other nodes are connected.
-        #[export]
+        #[export(lasting)]
         connection: Export<Connection>,
         active: Option<ActiveTopics>,
     }

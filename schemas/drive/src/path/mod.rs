@@ -86,7 +86,7 @@ pub struct Path {
     #[modulation(default = 1.0, unit = "rad/s2", min = 0.01)]
     turn_acceleration: Modulation<f64>,
     /// Done at the end of the path. The distance is the way to it; the note states why the robot stands.
-    #[export]
+    #[export(lasting)]
     mission: Export<Mission>,
     /// Speeds of the base.
     #[actuator]

@@ -114,7 +114,11 @@ impl Operators {
     fn export(&self, instance: usize, name: &str) -> Result<(usize, &Arc<Variable>), String> {
         self.check_schema(instance)?;
         let ports = &self.application.instances[instance].schema.ports;
-        let exports = || ports.iter().filter(|port| matches!(port.role, Role::Export { .. }));
+        let exports = || {
+            ports
+                .iter()
+                .filter(|port| matches!(port.role, Role::Export { .. }))
+        };
         let port = ports
             .iter()
             .position(|port| port.name == name && matches!(port.role, Role::Export { .. }));

@@ -341,7 +341,7 @@ fn r7_an_actuator_that_is_taken_over_receives_no_neutral_command(executor: Execu
     let recorder = Arc::clone(&values);
     let watch = command.watch(move || {
         let mut reader = reader.lock().unwrap();
-        let bytes = reader.latch().expect("it was published").bytes.to_vec();
+        let bytes = reader.latch(0).expect("it was published").bytes.to_vec();
         reader.release();
         recorder.lock().unwrap().push(bytes);
     });
