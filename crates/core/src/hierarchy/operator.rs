@@ -229,8 +229,8 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Adds a stop. Unless the schema is unloaded, all that it and the schemas below it need at this instant stays
-    /// awake until no operator stops it (R6).
+    /// Adds a stop. Unless the schema is unloaded, all that it and the schemas below it need at this instant to see
+    /// stays awake until no operator stops it (R6).
     fn hold_asleep(&mut self, id: SchemaId, stop: Hold, out: &mut Vec<Effect>) {
         self.node_mut(id).hold(stop);
         if !self.node(id).holds().keep_needs() || stop.by == Holder::UNKNOWN {
@@ -239,9 +239,11 @@ impl Hierarchy {
         let plan = Arc::clone(&self.plan);
         for user in self.subtree(id).into_iter().chain([id]) {
             if self.is_awake(user) {
-                let needs = [&plan.schema(user).needs, self.node(user).woken()].concat();
-                for need in needs {
-                    self.request(need, Requester::Stopped(id), out);
+                let spec = plan.schema(user);
+                for need in [&spec.needs, self.node(user).woken()].concat() {
+                    if !spec.only_commands.contains(&need) {
+                        self.request(need, Requester::Stopped(id), out);
+                    }
                 }
             }
         }

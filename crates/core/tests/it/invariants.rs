@@ -480,7 +480,9 @@ impl Run {
                 .iter()
                 .filter(move |(father, _)| *father == user);
             let needs = spec.schemas[user.index()].needs.iter().copied();
-            needs.chain(woken.map(|(_, child)| *child))
+            let only_commands = &spec.schemas[user.index()].only_commands;
+            let needs = needs.chain(woken.map(|(_, child)| *child));
+            needs.filter(|need| !only_commands.contains(need))
         });
         needs.filter(perceptive).map(|need| (id, need)).collect()
     }

@@ -146,7 +146,7 @@ pub struct ReloadView {
 pub struct Hold {
     /// What the schema is held to.
     pub kind: HoldKind,
-    /// Whether it was stopped together with everything else.
+    /// Whether it was stopped together with everything else; of an unload, whether the schema also was.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub with_everything: bool,
     /// Whether it ends with a lease.
@@ -158,10 +158,9 @@ pub struct Hold {
 
 impl fmt::Display for Hold {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let with = if self.with_everything {
-            " with everything"
-        } else {
-            ""
+        let with = match self.kind {
+            HoldKind::Stopped if self.with_everything => " with everything",
+            _ => "",
         };
         write!(f, "{}{with} by {}", self.kind.word(), self.by)
     }

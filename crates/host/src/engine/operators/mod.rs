@@ -157,9 +157,11 @@ impl Operators {
     /// Everything that operators hold a schema to, in the order of the kinds.
     pub(super) fn hold_views(&self, hierarchy: &Hierarchy, instance: usize) -> Vec<Hold> {
         let held = self.holds();
+        let with_all = |hold: jde_core::Hold| hold.action == HoldAction::StoppedWithAll;
+        let everything = hierarchy.holds(schema(instance)).any(with_all);
         let in_hierarchy = hierarchy.holds(schema(instance)).map(|hold| Hold {
             kind: hold_kind(hold.action),
-            with_everything: hold.action == HoldAction::StoppedWithAll,
+            with_everything: with_all(hold) || everything && hold.action == HoldAction::Unloaded,
             leased: hold.by.leased,
             by: held.name(hold.by).to_owned(),
         });
