@@ -28,10 +28,7 @@ impl OperatorHandle {
     pub(crate) fn new(engine: &Arc<Engine>, by: &str) -> Self {
         Self {
             engine: Arc::clone(engine),
-            by: Actor {
-                name: printable_name(by),
-                leased: false,
-            },
+            by: Actor::lasting(&printable_name(by)),
         }
     }
 

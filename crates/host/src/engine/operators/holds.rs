@@ -45,6 +45,14 @@ pub(super) struct PreviousValue {
 }
 
 impl Actor {
+    /// An operator without a lease.
+    pub(crate) fn lasting(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            leased: false,
+        }
+    }
+
     /// Whether an end of what this actor holds concerns another: the same lease, or anything of the same operator if
     /// it is not one lease that ends.
     pub(super) fn covers(&self, other: &Self) -> bool {

@@ -81,6 +81,7 @@ impl Arbitrate for Lead {
 struct Base {
     /// The speed.
     #[command(neutral = Twist::ZERO, validity = "1000s")]
+    #[expect(dead_code, reason = "the test writes it")]
     velocity: Command<Twist>,
 }
 
@@ -96,6 +97,7 @@ impl Schema for Base {
 struct Drive {
     /// The base.
     #[actuator]
+    #[expect(dead_code, reason = "the test writes it")]
     base: Actuator<Twist>,
 }
 
