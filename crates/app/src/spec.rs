@@ -23,13 +23,15 @@ impl Application {
 
     fn schema_spec(&self, index: usize) -> SchemaSpec {
         let instance = &self.instances[index];
+        let (needs, only_commands) = self.needs(index);
         SchemaSpec {
             name: instance.name.clone(),
             kind: match instance.schema.kind {
                 describe::Kind::Motor => Kind::Motor,
                 describe::Kind::Perceptive | describe::Kind::Driver => Kind::Perceptive,
             },
-            needs: self.needs(index),
+            needs,
+            only_commands,
             restart: instance.restart,
             period: instance.period_ns,
             budget: instance.budget_ns,
@@ -39,9 +41,9 @@ impl Application {
     }
 
     /// Returns the perceptive schemas and drivers whose exports it imports or which it commands, the guards
-    /// of its commands, and those that every root needs if it is one, each once.
-    fn needs(&self, index: usize) -> Vec<SchemaId> {
-        let mut needs = Vec::new();
+    /// of its commands, and those that every root needs if it is one, each once; and those that it only commands.
+    fn needs(&self, index: usize) -> (Vec<SchemaId>, Vec<SchemaId>) {
+        let (mut needs, mut sees) = (Vec::new(), Vec::new());
         for binding in &self.instances[index].bindings {
             let (Binding::Import {
                 source: Some(ImportSource::Local(provider, port)),
@@ -59,6 +61,10 @@ impl Application {
                 _ => Vec::new(),
             };
             let provider = (provider != index && keeps_awake(schema, port)).then_some(provider);
+            if matches!(binding, Binding::Import { .. }) {
+                sees.extend(provider.map(id));
+            }
+            sees.extend(guards.iter().copied().map(id));
             for need in provider.into_iter().chain(guards).map(id) {
                 if !needs.contains(&need) {
                     needs.push(need);
@@ -67,11 +73,17 @@ impl Application {
         }
         let is_root = is_root(&self.instances[index]);
         for need in self.awake.iter().filter(|_| is_root).copied().map(id) {
+            sees.push(need);
             if !needs.contains(&need) {
                 needs.push(need);
             }
         }
-        needs
+        let only_commands = needs
+            .iter()
+            .copied()
+            .filter(|need| !sees.contains(need))
+            .collect();
+        (needs, only_commands)
     }
 }
 

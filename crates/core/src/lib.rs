@@ -57,4 +57,4 @@ pub use spec::{
     SchemaId, SchemaSpec, Spec,
 };
 pub use spec_error::SpecError;
-pub use state::{ActuationState, Health, Requester, State};
+pub use state::{ActuationState, Health, Hold, HoldAction, Holder, Requester, State};

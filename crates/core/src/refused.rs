@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use crate::state::Hold;
+
 /// Why a request to wake, sleep, play, stop, force or release was refused.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Refused {
@@ -36,6 +38,18 @@ pub enum Refused {
     /// An operator stopped the schema. The father's request takes effect when the schema is released (R14).
     Stopped {
         /// The stopped schema.
+        schema: String,
+    },
+    /// Somebody else stopped the schema, and what is done under a lease ends no stop of others (R14).
+    HeldStopped {
+        /// The stopped schema.
+        schema: String,
+        /// The stop.
+        stop: Hold,
+    },
+    /// An operator unloaded the schema, so it cannot be played.
+    Unloaded {
+        /// The unloaded schema.
         schema: String,
     },
     /// The schema is faulted; only a schema that is awake can be forced.
@@ -85,6 +99,11 @@ impl fmt::Display for Refused {
                     "`{schema}` was stopped by an operator: release it to let it wake"
                 )
             }
+            Self::HeldStopped { schema, stop: _ } => write!(
+                f,
+                "`{schema}` is stopped by another operator, and an action with a lease does not end that: release it first"
+            ),
+            Self::Unloaded { schema } => write!(f, "`{schema}` is unloaded; load it first"),
             Self::Faulted { schema, reason } => {
                 write!(
                     f,

@@ -79,6 +79,8 @@ pub struct SchemaSpec {
     /// The perceptive schemas and drivers that it imports from or commands. They are awake while it is awake
     /// (R6).
     pub needs: Vec<SchemaId>,
+    /// Those of `needs` that it only commands. An operator who stops it needs all others still.
+    pub only_commands: Vec<SchemaId>,
     /// What happens after a fault.
     pub restart: Restart,
     /// Time from one iteration to the next, in nanoseconds; not 0.
@@ -162,6 +164,7 @@ impl SchemaSpec {
             name: name.into(),
             kind,
             needs: Vec::new(),
+            only_commands: Vec::new(),
             restart: Restart::Never,
             period,
             budget: 0,

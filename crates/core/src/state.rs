@@ -1,4 +1,4 @@
-//! The visible facts of a schema and a group: state, health, requesters and standing.
+//! The visible facts of a schema and a group: state, health, requesters, operators' holds and standing.
 //!
 //! Values only; the transitions are in the hierarchy.
 
@@ -61,6 +61,75 @@ pub enum Requester {
     Need(SchemaId),
     /// An operator that plays the schema.
     Operator,
+    /// An operator that stopped this schema, which needed it or has schemas below that did.
+    Stopped(SchemaId),
+}
+
+/// Who holds: an operator until somebody ends it, or one lease.
+#[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Holder {
+    /// The operator, as the caller numbers them, from 1.
+    pub operator: u32,
+    /// Whether under a lease. An operator has at most one lease on a schema.
+    pub leased: bool,
+}
+
+impl Holder {
+    /// The holder of all actions in a recording that does not name them. Its stops keep nothing awake.
+    pub const UNKNOWN: Self = Self::lasting(0);
+
+    /// An operator without a lease.
+    #[must_use]
+    pub const fn lasting(operator: u32) -> Self {
+        Self {
+            operator,
+            leased: false,
+        }
+    }
+
+    /// A lease of an operator.
+    #[must_use]
+    pub const fn leased(operator: u32) -> Self {
+        Self {
+            operator,
+            leased: true,
+        }
+    }
+}
+
+/// One action of an operator that is in force on a schema (R14).
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Hold {
+    /// Who holds.
+    pub by: Holder,
+    /// What is held.
+    pub action: HoldAction,
+}
+
+/// What an operator holds a schema to.
+#[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
+pub enum HoldAction {
+    /// Asleep and without an instance.
+    Unloaded,
+    /// Asleep, together with all others.
+    StoppedWithAll,
+    /// Asleep.
+    Stopped,
+    /// The winner of its group while it is awake.
+    Forced,
+    /// Awake.
+    Played,
+}
+
+impl HoldAction {
+    /// Whether it keeps the schema asleep.
+    #[must_use]
+    pub fn stops(self) -> bool {
+        match self {
+            Self::Unloaded | Self::StoppedWithAll | Self::Stopped => true,
+            Self::Forced | Self::Played => false,
+        }
+    }
 }
 
 /// What the actuators do on behalf of a group.

@@ -18,6 +18,11 @@ impl Lease {
         self.until = until;
     }
 
+    /// Whether what the program does now is under a lease.
+    pub(crate) fn is_set(&self) -> bool {
+        self.until.is_some()
+    }
+
     /// Notes an action on a schema.
     pub(crate) fn hold(&mut self, schema: usize) {
         self.held.insert(schema);

@@ -342,7 +342,12 @@ impl Run {
         let (operator, mut lease) = (&self.shared.operator, self.shared.lease());
         // A lease that has ended does not hold for this action.
         lease.check(self.handle().now(), operator);
-        action(operator).map_err(Error::refused)?;
+        let done = if lease.is_set() {
+            action(&operator.under_lease())
+        } else {
+            action(operator)
+        };
+        done.map_err(Error::refused)?;
         lease.hold(schema);
         Ok(())
     }

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use jde_board::value::Value;
 use jde_core::{Nanos, Operator, SchemaId};
 use jde_loader::LoadedPlugin;
+use jde_records::event::Loss;
 
-use crate::engine::Engine;
+use crate::engine::{Actor, Engine};
 use crate::reload::{PendingReload, ReloadOptions};
 use crate::sensor_fault::SensorFault;
 
@@ -20,15 +21,30 @@ const MAX_NAME_LENGTH: usize = 64;
 #[derive(Clone)]
 pub struct OperatorHandle {
     pub(crate) engine: Arc<Engine>,
-    pub(crate) by: String,
+    pub(crate) by: Actor,
 }
 
 impl OperatorHandle {
     pub(crate) fn new(engine: &Arc<Engine>, by: &str) -> Self {
         Self {
             engine: Arc::clone(engine),
-            by: printable_name(by),
+            by: Actor::lasting(&printable_name(by)),
         }
+    }
+
+    /// Returns the operator's name, as it is reported.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.by.name
+    }
+
+    /// Returns a handle for what the same operator does under a lease. What it holds of a schema is ended by its
+    /// [`Self::release_own`] alone, and it ends no stop of others.
+    #[must_use]
+    pub fn under_lease(&self) -> Self {
+        let mut leased = self.clone();
+        leased.by.leased = true;
+        leased
     }
 
     /// Wakes a schema as its father would.
@@ -36,15 +52,30 @@ impl OperatorHandle {
     /// # Errors
     /// Why it was refused.
     pub fn play(&self, schema: usize) -> Result<(), String> {
-        self.operate(schema, Operator::Play)
+        self.operate(schema, Operator::Play).map(drop)
     }
 
-    /// Puts a schema to sleep until it is released.
+    /// Puts a schema to sleep until it is released. Schemas that read from it lose what it exported.
     ///
     /// # Errors
     /// Why it was refused.
     pub fn hold_asleep(&self, schema: usize) -> Result<(), String> {
-        self.operate(schema, Operator::Stop)
+        self.operate(schema, Operator::Stop).map(drop)
+    }
+
+    /// [`Self::hold_asleep`], or [`Self::unload`]. Returns in words what awake schemas lose by it, such as "goon loses
+    /// its laser"; empty if nothing.
+    ///
+    /// # Errors
+    /// Why it was refused.
+    pub fn stop(&self, schema: usize, unload: bool) -> Result<String, String> {
+        let operators = &self.engine.operators;
+        let losses = if unload {
+            operators.unload(&self.by, schema)?
+        } else {
+            self.operate(schema, Operator::Stop)?
+        };
+        Ok(operators.words(&losses))
     }
 
     /// Ends the instance of a schema and keeps the schema asleep. Its memory is lost, its device is released,
@@ -52,9 +83,9 @@ impl OperatorHandle {
     /// two iterations, soon after this function has returned.
     ///
     /// # Errors
-    /// It is a perceptive schema or a driver that an awake schema needs.
+    /// Why it was refused.
     pub fn unload(&self, schema: usize) -> Result<(), String> {
-        self.engine.operators.unload(&self.by, schema)
+        self.engine.operators.unload(&self.by, schema).map(drop)
     }
 
     /// Releases a schema that was unloaded, or permits one that faulted to start again, with all restarts
@@ -79,7 +110,7 @@ impl OperatorHandle {
         build: &LoadedPlugin,
         options: ReloadOptions,
     ) -> Result<PendingReload, Vec<String>> {
-        self.engine.replace(&self.by, schema, build, options)
+        self.engine.replace(&self.by.name, schema, build, options)
     }
 
     /// Checks whether a build could take over by [`Self::replace`]. Returns the parts of it that would not be
@@ -106,15 +137,15 @@ impl OperatorHandle {
     /// # Errors
     /// Why it was refused.
     pub fn force(&self, schema: usize) -> Result<(), String> {
-        self.operate(schema, Operator::Force)
+        self.operate(schema, Operator::Force).map(drop)
     }
 
-    /// Undoes all actions of operators on a schema.
+    /// Ends what anybody holds a schema to.
     ///
     /// # Errors
     /// Why it was refused.
     pub fn release(&self, schema: usize) -> Result<(), String> {
-        self.operate(schema, Operator::Release)
+        self.operate(schema, Operator::Release).map(drop)
     }
 
     /// Stops all schemas at once: every root sleeps with everything below it, and every command is neutral. A
@@ -137,8 +168,8 @@ impl OperatorHandle {
         self.engine.operators.release_all(&self.by)
     }
 
-    /// Undoes the actions of this operator on a schema, unless another operator has repeated them: the end of
-    /// a lease. Actions of other operators stay in force.
+    /// Ends what this operator holds of a schema: under the lease, for a handle [under one](Self::under_lease); else
+    /// all of it. What others hold stays in force, and so does a stop of everything.
     ///
     /// # Errors
     /// Why it was refused.
@@ -179,7 +210,7 @@ impl OperatorHandle {
         self.engine.operators.repair_export(&self.by, schema, export)
     }
 
-    fn operate(&self, schema: usize, act: impl FnOnce(SchemaId) -> Operator) -> Result<(), String> {
+    fn operate(&self, schema: usize, act: impl FnOnce(SchemaId) -> Operator) -> Result<Vec<Loss>, String> {
         self.engine.operators.check_schema(schema)?;
         self.engine
             .operators

@@ -80,7 +80,7 @@ impl OperatorHandle {
         self.engine.rules.transact(|_, _, _| ());
         self.engine.rules.report_now(|time| Event::WentOn {
             time,
-            by: self.by.clone(),
+            by: self.by.name.clone(),
             one_step,
         });
         if one_step {

@@ -241,7 +241,7 @@ pub struct Request {
     #[serde(flatten)]
     pub action: Action,
     /// The action is undone after this time unless it is renewed, ms. Without a lease it lasts until it is
-    /// released.
+    /// released. What an operator does with and without a lease are separate holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lease_ms: Option<u64>,
 }
@@ -278,7 +278,8 @@ pub enum Action {
     Continue,
     /// Lets a little time pass of an application that stands still.
     Step,
-    /// Undoes what this operator did to a schema; actions of other operators remain.
+    /// Undoes what this operator did to a schema, or with a lease only what was done under one; actions of other
+    /// operators remain.
     LetGo {
         /// The schema.
         schema: String,
@@ -345,6 +346,9 @@ pub struct OperateReply {
     /// The roots that a request to all schemas stopped or released.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub roots: Vec<String>,
+    /// What awake schemas lose by a stop or an unload: "goon loses its laser".
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub losses: String,
 }
 
 /// The reason why a request was refused.

@@ -5,7 +5,7 @@ use jde_core::{Health, Nanos};
 use super::{
     EventRecord, GestureRecord, RecordBuilder, RunRecord, StateRecord, event_record, seconds, state_name,
 };
-use crate::event::{Event, OperatorAction};
+use crate::event::{Event, Loss, OperatorAction};
 
 impl RecordBuilder {
     /// Returns the message of a single event, if it has one. Selections and takeovers in time have none.
@@ -162,7 +162,12 @@ impl RecordBuilder {
                 schema,
                 description,
             } => event_record(*time, "refused", name(schema), description.clone()),
-            Event::Operator { time, by, action } => {
+            Event::Operator {
+                time,
+                by,
+                action,
+                losses,
+            } => {
                 let touched = match action {
                     OperatorAction::Touch { number, gesture, .. } => Some(GestureRecord {
                         number: *number,
@@ -181,12 +186,16 @@ impl RecordBuilder {
                 if goes_on && !self.all_drags {
                     return None;
                 }
+                let mut text = format!("{by} {}", action.description(&self.schemas[action.schema()]));
+                for Loss { reader, import } in losses {
+                    text += &format!("; {} loses its {import}", self.schemas[*reader]);
+                }
                 RunRecord::Event(EventRecord {
                     time_s: seconds(*time),
                     kind: if goes_on { "drag" } else { "operator" }.to_owned(),
                     schema: name(&action.schema()),
                     by: Some(by.clone()),
-                    text: format!("{by} {}", action.description(&self.schemas[action.schema()])),
+                    text,
                     touched,
                 })
             }

@@ -51,8 +51,8 @@ pub struct Turn {
     pub kind: u8,
     /// How it requested permission to iterate: 1 in general; 2 only to take over. What an operator did: 1
     /// play; 2 stop; 3 force; 4 release; 5 write a modulation or a period; 6 unload; 7 load; 8 stop
-    /// everything; 9 release everything; 10 undo at the end of a lease; 11 let an export fail; 12 repair it. A
-    /// father: 1 wake; 2 put to sleep; 3
+    /// everything; 9 release everything; 10 undo at the end of a lease; 11 let an export fail; 12 repair it;
+    /// 13 a debugger holds a call; 14 it goes on. A father: 1 wake; 2 put to sleep; 3
     /// change the policy. A reload: 1 a new build took over; 2 the build before took over again. Otherwise 0.
     pub way: u8,
     /// Unused.
@@ -61,7 +61,8 @@ pub struct Turn {
     pub schema: u32,
     /// The group that it arbitrated; or the port whose value an operator wrote, or that an operator let fail or
     /// repaired, by its place among the ports, 4294967295 for the period; or the child that a father woke or put to sleep, or the group whose policy
-    /// it changed; or the number of the gesture, as in events; or the number of the first of more ports.
+    /// it changed; or the number of the gesture, as in events; or the number of the first of more ports. For what
+    /// else an operator did: the number of the operator, doubled, plus 1 under a lease; 0 in older recordings.
     pub detail: u64,
     /// The number of the request that this arbitration answers; requests are counted.
     pub ticket: u64,
@@ -169,6 +170,10 @@ impl Turn {
     pub const FAILED_EXPORT: u8 = 11;
     /// Way of an operator: an export fails no longer.
     pub const REPAIRED_EXPORT: u8 = 12;
+    /// Way of an operator: a debugger holds a call of the schema from now on.
+    pub const DEBUGGED: u8 = 13;
+    /// Way of an operator: the call that a debugger held goes on.
+    pub const WENT_ON: u8 = 14;
     /// Way of a reload: a new build took over.
     pub const TOOK_OVER: u8 = 1;
     /// Way of a reload: the build before took over again.

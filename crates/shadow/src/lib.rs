@@ -23,8 +23,10 @@ pub struct Shadow {
     lapsing: Option<SchemaId>,
     /// Schemas that faulted as WINNER and have not restarted.
     faulted: Vec<bool>,
-    /// Schemas whose command a guard refused, until their retry (R18).
+    /// Schemas whose command a guard refused, until their retry (R18), also if they sleep meanwhile.
     refused: Vec<bool>,
+    /// Schemas of which a debugger holds a call.
+    debugged: Vec<bool>,
     /// The last choice of each group (R15).
     chosen: Vec<Option<SchemaId>>,
     /// Groups that slept since their last selection.
@@ -60,6 +62,7 @@ impl Shadow {
             lapsing: None,
             faulted: vec![false; spec.schemas.len()],
             refused: vec![false; spec.schemas.len()],
+            debugged: vec![false; spec.schemas.len()],
             chosen: vec![None; spec.groups.len()],
             slept: vec![true; spec.groups.len()],
             shut_down: false,
@@ -81,6 +84,12 @@ impl Shadow {
             self.takeover_phases[id.index()] = TakeoverPhase::Settled;
             self.lapsing = Some(id);
         }
+    }
+
+    /// Records that a debugger holds a call of the schema, or lets it go on. Must be called before the hierarchy is
+    /// told.
+    pub fn set_debugged(&mut self, id: SchemaId, debugged: bool) {
+        self.debugged[id.index()] = debugged && self.state(id) != State::Slept;
     }
 
     /// Returns whether an iteration of the schema runs.
@@ -181,7 +190,7 @@ impl Shadow {
                 if abandoned {
                     self.running[id.index()] = Some(Abandoned::Yes);
                 }
-                self.refused[id.index()] = false;
+                self.debugged[id.index()] = false;
                 Ok(())
             }
             Effect::TakesOver { group, id } => {
@@ -214,8 +223,9 @@ impl Shadow {
                     "R7: authority without being WINNER".into()
                 })?;
                 let father = group_of(spec, id).and_then(|g| spec.groups[g].father);
-                check(father.is_none_or(|f| self.authority[f.index()]), || {
-                    "R7: authority below a father without authority".into()
+                let delegates = |f: SchemaId| self.authority[f.index()] && !self.debugged[f.index()];
+                check(father.is_none_or(delegates), || {
+                    "R7: authority below a father without authority, or that a debugger holds".into()
                 })?;
                 self.authority[id.index()] = true;
                 check(
@@ -398,7 +408,8 @@ impl Shadow {
         below(spec, id).iter().all(|&b| self.state(b) == State::Slept)
     }
 
-    /// Returns which schemas are WINNER with all their fathers. Schemas in no group count as roots.
+    /// Returns which schemas are WINNER with all their fathers, of which a debugger holds none. Schemas in no group
+    /// count as roots.
     fn winning_paths(&self, spec: &Spec) -> Vec<bool> {
         let mut fathers = vec![None; spec.schemas.len()];
         for group in &spec.groups {
@@ -408,7 +419,10 @@ impl Shadow {
         }
         let wins = |id: SchemaId| self.state(id) == State::Winner;
         let path = |id| std::iter::successors(Some(id), |id: &SchemaId| fathers[id.index()]);
-        ids(spec).map(|id| path(id).all(wins)).collect()
+        let is_free = |id: SchemaId| wins(id) && !self.debugged[id.index()];
+        ids(spec)
+            .map(|id| wins(id) && path(id).skip(1).all(is_free))
+            .collect()
     }
 }
 

@@ -18,6 +18,26 @@ impl Hierarchy {
         }
         self.node_mut(id).grant();
         out.push(Effect::Granted(id));
+        if self.node(id).delegates() {
+            self.grant_below(id, out);
+        }
+    }
+
+    /// Reports that a debugger holds a call of a schema, or lets it go on. Meanwhile nothing below it has
+    /// authority, since it could not put it to sleep. Has no effect for a schema that sleeps.
+    pub fn set_debugged(&mut self, id: SchemaId, debugged: bool, out: &mut Vec<Effect>) {
+        if !self.is_awake(id) || !self.node_mut(id).set_debugged(debugged) || !self.has_authority(id) {
+            return;
+        }
+        if debugged {
+            self.withdraw_below(id, out);
+        } else {
+            self.grant_below(id, out);
+        }
+    }
+
+    fn grant_below(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
+        let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
             if let Some(winner) = self.group(group).winner() {
                 self.grant(winner, out);
@@ -30,13 +50,17 @@ impl Hierarchy {
         if !self.node(id).has_authority() {
             return;
         }
+        self.withdraw_below(id, out);
+        self.node_mut(id).withdraw();
+        out.push(Effect::Withdrawn(id));
+    }
+
+    fn withdraw_below(&mut self, id: SchemaId, out: &mut Vec<Effect>) {
         let plan = Arc::clone(&self.plan);
         for &group in plan.groups_under(id) {
             if let Some(winner) = self.group(group).winner() {
                 self.withdraw(winner, out);
             }
         }
-        self.node_mut(id).withdraw();
-        out.push(Effect::Withdrawn(id));
     }
 }

@@ -8,7 +8,7 @@ use super::winner::{ChoiceStep, Handover, Origin, Winner};
 use crate::policy::PolicyInput;
 use crate::record::{Case, Cause};
 use crate::spec::{Nanos, SchemaId};
-use crate::state::ActuationState;
+use crate::state::{ActuationState, Holder};
 
 /// The changing facts of one group.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -20,7 +20,8 @@ pub(super) struct Group {
     since: Nanos,
     /// The last member that was chosen, for round robin.
     last: Option<SchemaId>,
-    forced: Option<SchemaId>,
+    /// The forces of operators, oldest first; at most one of each holder.
+    forces: Vec<(Holder, SchemaId)>,
     /// The choice that an event has ended since the last record.
     lost: Option<SchemaId>,
 }
@@ -61,7 +62,7 @@ impl Group {
         actuation: ActuationState::Fresh,
         since: 0,
         last: None,
-        forced: None,
+        forces: Vec::new(),
         lost: None,
     };
 
@@ -83,8 +84,9 @@ impl Group {
         self.actuation
     }
 
-    pub(super) fn forced(&self) -> Option<SchemaId> {
-        self.forced
+    /// Returns the forces of operators, newest first.
+    pub(super) fn forces(&self) -> impl Iterator<Item = (Holder, SchemaId)> {
+        self.forces.iter().rev().copied()
     }
 
     pub(super) fn pending(&self) -> Option<&PendingArbitration> {
@@ -173,7 +175,7 @@ impl Group {
     /// Forgets everything when the father's subtree sleeps. A force by an operator remains.
     pub(super) fn reset(&mut self) {
         *self = Self {
-            forced: self.forced,
+            forces: std::mem::take(&mut self.forces),
             ..Self::FRESH
         };
     }
@@ -217,12 +219,16 @@ impl Group {
         }
     }
 
-    pub(super) fn force(&mut self, id: SchemaId) {
-        self.forced = Some(id);
+    /// Adds a force, in place of an earlier one of the same holder.
+    pub(super) fn force(&mut self, by: Holder, id: SchemaId) {
+        self.forces.retain(|(holder, _)| *holder != by);
+        self.forces.push((by, id));
     }
 
-    /// Ends the force of this member; returns whether it was forced.
-    pub(super) fn undo_force(&mut self, id: SchemaId) -> bool {
-        self.forced.take_if(|forced| *forced == id).is_some()
+    /// Ends forces; returns whether there were any.
+    pub(super) fn end_forces(&mut self, which: impl Fn(Holder, SchemaId) -> bool) -> bool {
+        let before = self.forces.len();
+        self.forces.retain(|(by, id)| !which(*by, *id));
+        self.forces.len() < before
     }
 }

@@ -8,8 +8,8 @@
 //! These invariants hold between any two calls:
 //!
 //! - at most one member of a group is WINNER, and it is the group's `winner` (R1);
-//! - authority is held by exactly those WINNERs whose fathers all hold it or whose group is one of roots
-//!   (R7);
+//! - authority is held by exactly those WINNERs whose fathers all hold it, without being held by a debugger,
+//!   or whose group is one of roots (R7);
 //! - a schema sleeps exactly if it has no requester, an operator stopped it, or it is faulted (R6), except
 //!   for a WINNER that should no longer be awake, which sleeps when its iteration has ended;
 //! - a motor schema inside an abandoned iteration is neither READY nor WINNER.
@@ -19,6 +19,7 @@ mod authority;
 mod candidates;
 mod group;
 mod handover;
+mod holds;
 mod iteration;
 mod last_check;
 mod node;
@@ -143,8 +144,14 @@ impl Hierarchy {
             self.sleep_group(group, sleep::SleepMode::AtOnce, out);
         }
         for id in plan.ids_of(Kind::Perceptive) {
-            for requester in [Requester::Application, Requester::Operator] {
-                self.release(id, requester);
+            for requester in self.requesters(id).to_vec() {
+                match requester {
+                    Requester::Application | Requester::Operator | Requester::Stopped(_) => {
+                        self.release(id, requester);
+                    }
+                    // It ends when the schema that requests it sleeps.
+                    Requester::Father(_) | Requester::Need(_) => {}
+                }
             }
         }
         self.settle(out);

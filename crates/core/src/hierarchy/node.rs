@@ -2,10 +2,11 @@
 //!
 //! It knows no other schema, and refuses to decide when a transition happens.
 
+use super::holds::Holds;
 use super::last_check::{CheckChange, LastCheck, Urgency};
 use crate::record::Candidate;
 use crate::spec::SchemaId;
-use crate::state::{Health, Requester, State};
+use crate::state::{Health, Hold, HoldAction, Requester, State};
 
 /// The changing facts of one schema.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -19,12 +20,12 @@ pub(super) struct Node {
     requesters: Vec<Requester>,
     /// The perceptive schemas that it woke as a father.
     woken: Vec<SchemaId>,
-    /// An operator stopped this schema alone.
-    stopped: bool,
-    /// An operator stopped all schemas, including this one.
-    stopped_with_all: bool,
-    /// A guard refused a command of it, and its retry has not ended (R18).
+    /// What operators hold it to, without forces.
+    holds: Holds,
+    /// A guard refused a command of it, and its retry has not ended (R18). It survives a sleep.
     refused: bool,
+    /// A debugger holds a call of it.
+    debugged: bool,
 }
 
 /// Whether it and all its fathers are WINNER and its authority is not withdrawn (R7), and how far it has
@@ -67,9 +68,9 @@ impl Node {
         check: LastCheck::NONE,
         requesters: Vec::new(),
         woken: Vec::new(),
-        stopped: false,
-        stopped_with_all: false,
+        holds: Holds::NONE,
         refused: false,
+        debugged: false,
     };
 
     pub(super) fn state(&self) -> State {
@@ -92,12 +93,12 @@ impl Node {
         matches!(self.health, Health::Faulted(_))
     }
 
-    pub(super) fn is_stopped(&self) -> bool {
-        self.stopped || self.stopped_with_all
+    pub(super) fn holds(&self) -> &Holds {
+        &self.holds
     }
 
-    pub(super) fn is_stopped_with_all(&self) -> bool {
-        self.stopped_with_all
+    pub(super) fn is_stopped(&self) -> bool {
+        self.holds.is_stopped()
     }
 
     /// Whether its precondition holds and no guard has refused its command (R18).
@@ -127,6 +128,11 @@ impl Node {
 
     pub(super) fn has_authority(&self) -> bool {
         self.authority != Authority::Absent
+    }
+
+    /// Whether winners below it have authority: it has, and no debugger holds it.
+    pub(super) fn delegates(&self) -> bool {
+        self.has_authority() && !self.debugged
     }
 
     /// Whether it has ended an iteration since it gained authority.
@@ -228,7 +234,7 @@ impl Node {
     pub(super) fn prepare_sleep(&mut self) -> Vec<SchemaId> {
         self.abandon();
         self.check.forget();
-        self.refused = false;
+        self.debugged = false;
         std::mem::take(&mut self.woken)
     }
 
@@ -271,8 +277,10 @@ impl Node {
         position.is_ok()
     }
 
+    /// Removes all requesters, and with them the plays of operators.
     pub(super) fn release_by_all(&mut self) {
         self.requesters.clear();
+        self.holds.end(|hold| hold.action == HoldAction::Played);
     }
 
     /// Records that it woke a perceptive schema as a father.
@@ -284,21 +292,22 @@ impl Node {
         self.woken.retain(|&woken| woken != id);
     }
 
-    pub(super) fn stop(&mut self) {
-        self.stopped = true;
+    /// Returns the perceptive schemas that it woke as a father.
+    pub(super) fn woken(&self) -> &[SchemaId] {
+        &self.woken
     }
 
-    pub(super) fn stop_with_all(&mut self) {
-        self.stopped_with_all = true;
+    pub(super) fn hold(&mut self, hold: Hold) {
+        self.holds.add(hold);
     }
 
-    /// Reverses a stop of this schema alone; returns whether there was one.
-    pub(super) fn undo_stop(&mut self) -> bool {
-        std::mem::take(&mut self.stopped)
+    /// Ends holds; returns whether there were any.
+    pub(super) fn end_holds(&mut self, which: impl Fn(Hold) -> bool) -> bool {
+        self.holds.end(which)
     }
 
-    /// Reverses a stop of all schemas for this one; returns whether there was one.
-    pub(super) fn undo_stop_with_all(&mut self) -> bool {
-        std::mem::take(&mut self.stopped_with_all)
+    /// Records whether a debugger holds a call of it; returns whether that changed.
+    pub(super) fn set_debugged(&mut self, debugged: bool) -> bool {
+        std::mem::replace(&mut self.debugged, debugged) != debugged
     }
 }

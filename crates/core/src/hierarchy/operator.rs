@@ -1,6 +1,7 @@
-//! The actions of an operator, like those of a father (R14), and their reversal.
+//! The actions of an operator, like those of a father (R14), and their end.
 //!
-//! It refuses to give authority that the fathers above do not have.
+//! Each action is a hold of its own, and ends alone. It refuses to give authority that the fathers above do not
+//! have, and to end under a lease what others stopped.
 
 use std::sync::Arc;
 
@@ -11,21 +12,22 @@ use super::{Hierarchy, Phase};
 use crate::effect::Effect;
 use crate::record::Cause;
 use crate::refused::Refused;
-use crate::spec::{Nanos, SchemaId};
-use crate::state::{Health, Requester};
+use crate::spec::{Kind, Nanos, SchemaId};
+use crate::state::{Health, Hold, HoldAction, Holder, Requester};
 
 /// An action of an operator on a schema.
 #[derive(Copy, Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Operator {
     /// Requests that the schema is awake, as a father would. The request ends when a father's subtree sleeps.
-    /// It reverses a stop and clears a fault.
+    /// It clears a fault. Without a lease it ends all stops of the schema; with one it is refused while somebody
+    /// else stops it.
     Play(SchemaId),
-    /// Puts the schema to sleep with its subtree and keeps it asleep; reverses a play.
+    /// Puts the schema to sleep with its subtree and keeps it asleep; ends a play of the same holder.
     Stop(SchemaId),
-    /// Makes the schema the choice of its group while it is awake, even if its precondition is false. It
-    /// replaces a force on a sibling.
+    /// Makes the schema the choice of its group while it is awake, even if its precondition is false. The newest
+    /// force counts. It ends no stop, and with a lease it is refused while somebody else stops the schema.
     Force(SchemaId),
-    /// Reverses all of the above for the schema.
+    /// Ends what anybody holds the schema to.
     Release(SchemaId),
 }
 
@@ -34,14 +36,48 @@ impl Hierarchy {
     ///
     /// # Errors
     /// The application is not running, the schema does not exist, a faulted or a perceptive schema is to be
-    /// forced, or a schema is to be played below a father that is being replaced. Nothing changes then.
-    pub fn operator(&mut self, now: Nanos, action: Operator, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    /// forced, a schema is to be played below a father that is being replaced or while it is unloaded, or a lease
+    /// would end a stop of somebody else. Nothing changes then.
+    pub fn operator(
+        &mut self,
+        now: Nanos,
+        by: Holder,
+        action: Operator,
+        out: &mut Vec<Effect>,
+    ) -> Result<(), Refused> {
         match action {
-            Operator::Play(id) => self.play(now, id, out),
-            Operator::Stop(id) => self.stop(now, id, out),
-            Operator::Force(id) => self.force(now, id, out),
-            Operator::Release(id) => self.undo(now, id, true, out),
+            Operator::Play(id) => self.play(now, by, id, out),
+            Operator::Stop(id) => self.stop(now, by, id, HoldAction::Stopped, out),
+            Operator::Force(id) => self.force(now, by, id, out),
+            Operator::Release(id) => self.end_holds(now, id, |_| true, out).map(drop),
         }?;
+        self.settle(out);
+        Ok(())
+    }
+
+    /// Stops a schema whose instance ends. Unlike [`Operator::Stop`], it keeps nothing awake that the schema needed.
+    /// It takes the place of a stop of the same holder.
+    ///
+    /// # Errors
+    /// The application is not running, or the schema does not exist. Nothing changes then.
+    pub fn unload(
+        &mut self,
+        now: Nanos,
+        by: Holder,
+        id: SchemaId,
+        out: &mut Vec<Effect>,
+    ) -> Result<(), Refused> {
+        self.stop(now, by, id, HoldAction::Unloaded, out)?;
+        self.settle(out);
+        Ok(())
+    }
+
+    /// Ends every [`unload`](Self::unload) of a schema.
+    ///
+    /// # Errors
+    /// As [`unload`](Self::unload).
+    pub fn load(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.end_holds(now, id, |hold| hold.action == HoldAction::Unloaded, out)?;
         self.settle(out);
         Ok(())
     }
@@ -52,15 +88,16 @@ impl Hierarchy {
     ///
     /// # Errors
     /// The application is shut down. Nothing changes then.
-    pub fn stop_all(&mut self, now: Nanos, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    pub fn stop_all(&mut self, now: Nanos, by: Holder, out: &mut Vec<Effect>) -> Result<(), Refused> {
         if self.phase == Phase::Over {
             return Err(Refused::NotRunning);
         }
+        let action = HoldAction::StoppedWithAll;
         let plan = Arc::clone(&self.plan);
         for &group in plan.root_groups() {
             if self.phase == Phase::Fresh {
                 for &root in plan.members(group) {
-                    self.node_mut(root).stop_with_all();
+                    self.node_mut(root).hold(Hold { by, action });
                 }
                 continue;
             }
@@ -68,7 +105,7 @@ impl Hierarchy {
             self.drop_handover(group);
             self.cancel_arbitration(group);
             for &root in plan.members(group) {
-                self.node_mut(root).stop_with_all();
+                self.hold_asleep(root, Hold { by, action }, out);
                 // No group selects before all roots sleep, so no root can take over in between.
                 self.withdraw(root, out);
                 self.drain(root, SleepMode::AtOnce, out);
@@ -88,8 +125,8 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Reverses [`stop_all`](Self::stop_all), and no other action of an operator. Returns the roots that no
-    /// operator keeps asleep any more.
+    /// Ends every [`stop_all`](Self::stop_all), and no other hold. Returns the roots that no operator keeps asleep
+    /// any more.
     ///
     /// # Errors
     /// The application is not running. Nothing changes then.
@@ -101,30 +138,39 @@ impl Hierarchy {
         let roots = plan.root_groups().iter().flat_map(|group| plan.members(*group));
         let mut released = Vec::new();
         for &root in roots {
-            let stopped = self.node_mut(root).undo_stop_with_all();
-            if stopped && !self.node(root).is_stopped() {
+            let ended = self.end_holds(now, root, |hold| hold.action == HoldAction::StoppedWithAll, out)?;
+            if ended && !self.is_stopped(root) {
                 released.push(root);
-                if self.wake_if_allowed(root, out) {
-                    self.compete_again(now, root, out);
-                }
             }
         }
         self.settle(out);
         Ok(released)
     }
 
-    /// Reverses the actions on this schema alone. Unlike [`Operator::Release`], it keeps a schema stopped
-    /// that was stopped with all others.
+    /// Ends what one holder holds a schema to: the end of a lease. Of an operator without a lease, that includes
+    /// what is held under a lease of the same operator. A stop of all schemas stays. Returns whether anything ended.
     ///
     /// # Errors
     /// The application is not running, or the schema does not exist. Nothing changes then.
-    pub fn let_go(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
-        self.undo(now, id, false, out)?;
+    pub fn let_go(
+        &mut self,
+        now: Nanos,
+        by: Holder,
+        id: SchemaId,
+        out: &mut Vec<Effect>,
+    ) -> Result<bool, Refused> {
+        let is_theirs = |holder: Holder| holder.operator == by.operator && (holder.leased || !by.leased);
+        let ended = self.end_holds(
+            now,
+            id,
+            |hold| is_theirs(hold.by) && hold.action != HoldAction::StoppedWithAll,
+            out,
+        )?;
         self.settle(out);
-        Ok(())
+        Ok(ended)
     }
 
-    fn play(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    fn play(&mut self, now: Nanos, by: Holder, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
         self.running_and_known(id)?;
         if self
             .plan
@@ -135,27 +181,75 @@ impl Hierarchy {
                 schema: self.name(id),
             });
         }
+        if self.node(id).holds().contains(HoldAction::Unloaded) {
+            return Err(Refused::Unloaded {
+                schema: self.name(id),
+            });
+        }
+        self.check_stops_of_others(by, id)?;
         if self.node(id).is_faulted() {
             self.forget_faults(id);
             self.set_health(id, Health::Ok, out);
         }
+        let action = HoldAction::Played;
         let node = self.node_mut(id);
-        node.undo_stop();
-        node.undo_stop_with_all();
+        node.end_holds(|hold| hold.action.stops());
+        node.hold(Hold { by, action });
+        self.release_unheld(id);
         let woke = self.request(id, Requester::Operator, out);
         self.compete(now, id, woke, Cause::Operator(id), out);
         Ok(())
     }
 
-    fn stop(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    /// Keeps a schema asleep by this action, until the hold ends.
+    fn stop(
+        &mut self,
+        now: Nanos,
+        by: Holder,
+        id: SchemaId,
+        action: HoldAction,
+        out: &mut Vec<Effect>,
+    ) -> Result<(), Refused> {
         self.running_and_known(id)?;
-        self.node_mut(id).stop();
-        self.release(id, Requester::Operator);
+        let unloads = action == HoldAction::Unloaded;
+        let unloaded = Hold {
+            by,
+            action: HoldAction::Unloaded,
+        };
+        if !self.node(id).holds().iter().any(|hold| hold == unloaded) {
+            self.node_mut(id).end_holds(|hold| match hold.action {
+                HoldAction::Played => hold.by == by,
+                HoldAction::Stopped => unloads && hold.by == by,
+                HoldAction::Unloaded | HoldAction::StoppedWithAll | HoldAction::Forced => false,
+            });
+            self.hold_asleep(id, Hold { by, action }, out);
+        }
+        self.release_unheld(id);
         self.sleep_if_unneeded(now, id, Cause::Operator(id), out);
         Ok(())
     }
 
-    fn force(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
+    /// Adds a stop. Unless the schema is unloaded, all that it and the schemas below it need at this instant to see
+    /// stays awake until no operator stops it (R6).
+    fn hold_asleep(&mut self, id: SchemaId, stop: Hold, out: &mut Vec<Effect>) {
+        self.node_mut(id).hold(stop);
+        if !self.node(id).holds().keep_needs() || stop.by == Holder::UNKNOWN {
+            return;
+        }
+        let plan = Arc::clone(&self.plan);
+        for user in self.subtree(id).into_iter().chain([id]) {
+            if self.is_awake(user) {
+                let spec = plan.schema(user);
+                for need in [&spec.needs, self.node(user).woken()].concat() {
+                    if !spec.only_commands.contains(&need) {
+                        self.request(need, Requester::Stopped(id), out);
+                    }
+                }
+            }
+        }
+    }
+
+    fn force(&mut self, now: Nanos, by: Holder, id: SchemaId, out: &mut Vec<Effect>) -> Result<(), Refused> {
         self.running_and_known(id)?;
         self.not_faulted(id)?;
         let Some(group) = self.plan.group_of(id) else {
@@ -163,35 +257,66 @@ impl Hierarchy {
                 schema: self.name(id),
             });
         };
-        self.group_mut(group).force(id);
+        self.check_stops_of_others(by, id)?;
+        self.group_mut(group).force(by, id);
         if self.is_live(group) {
             self.select(now, group, TimedCause::new(Cause::Operator(id), now), out);
         }
         Ok(())
     }
 
-    fn undo(
+    /// Refuses a lease what would end a stop of others, or have no effect while it lasts.
+    fn check_stops_of_others(&self, by: Holder, id: SchemaId) -> Result<(), Refused> {
+        match self.node(id).holds().stop_of_another(by).filter(|_| by.leased) {
+            Some(stop) => Err(Refused::HeldStopped {
+                schema: self.name(id),
+                stop,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Ends holds on a schema, and what followed from them alone. Returns whether there were any.
+    fn end_holds(
         &mut self,
         now: Nanos,
         id: SchemaId,
-        with_all: bool,
+        which: impl Fn(Hold) -> bool,
         out: &mut Vec<Effect>,
-    ) -> Result<(), Refused> {
+    ) -> Result<bool, Refused> {
         self.running_and_known(id)?;
-        let node = self.node_mut(id);
-        let stopped = node.undo_stop() | (with_all && node.undo_stop_with_all());
-        self.release(id, Requester::Operator);
-        let group = self.plan.group_of(id);
-        let forced = group.is_some_and(|g| self.group_mut(g).undo_force(id));
-        let woke = stopped && self.wake_if_allowed(id, out);
+        let was_stopped = self.is_stopped(id);
+        let held = self.node_mut(id).end_holds(&which);
+        let action = HoldAction::Forced;
+        let forced = self.plan.group_of(id).is_some_and(|group| {
+            self.group_mut(group)
+                .end_forces(|by, forced| forced == id && which(Hold { by, action }))
+        });
+        self.release_unheld(id);
+        let woke = was_stopped && self.wake_if_allowed(id, out);
         if self.node(id).should_be_awake() {
-            if woke || stopped || forced {
+            if woke || was_stopped || forced {
                 self.compete_again(now, id, out);
             }
         } else {
             self.sleep_if_unneeded(now, id, Cause::Operator(id), out);
         }
-        Ok(())
+        Ok(held || forced)
+    }
+
+    /// Removes the requests for which no hold on a schema is left.
+    fn release_unheld(&mut self, id: SchemaId) {
+        let plan = Arc::clone(&self.plan);
+        let holds = self.node(id).holds();
+        let (is_played, keeps_needs) = (holds.contains(HoldAction::Played), holds.keep_needs());
+        if !is_played {
+            self.release(id, Requester::Operator);
+        }
+        if !keeps_needs {
+            for need in plan.ids_of(Kind::Perceptive) {
+                self.release(need, Requester::Stopped(id));
+            }
+        }
     }
 
     fn compete_again(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {

@@ -33,7 +33,7 @@ impl Hierarchy {
             .plan
             .group(id)
             .father
-            .is_none_or(|father| self.node(father).has_authority())
+            .is_none_or(|father| self.node(father).delegates())
         {
             self.grant(to, out);
         }

@@ -2,10 +2,12 @@
 //!
 //! Read only. An unknown identifier reads as a sleeping, healthy schema or an empty group.
 
+use super::group::Group;
+use super::snapshot::forced_choice;
 use super::{Handover, Hierarchy};
 use crate::contract::{allowed, arbitration};
 use crate::spec::{GroupId, Nanos, SchemaId, Spec};
-use crate::state::{ActuationState, Health, Requester, State};
+use crate::state::{ActuationState, Health, Hold, HoldAction, Holder, Requester, State};
 
 impl Hierarchy {
     /// Returns the state of a schema.
@@ -90,17 +92,24 @@ impl Hierarchy {
         node.is_awake() && (node.is_ready() || !node.is_checked())
     }
 
-    /// Returns whether an operator stopped this schema, alone or with all others.
+    /// Returns whether an operator holds this schema asleep.
     #[must_use]
     pub fn is_stopped(&self, id: SchemaId) -> bool {
         self.node(id).is_stopped()
     }
 
-    /// Returns whether an operator stopped all schemas, including this one, and has not released this
-    /// schema since.
-    #[must_use]
-    pub fn is_stopped_with_all(&self, id: SchemaId) -> bool {
-        self.node(id).is_stopped_with_all()
+    /// Returns what operators hold this schema to (R14): stops and plays in the order in which they began, then
+    /// forces, newest first.
+    pub fn holds(&self, id: SchemaId) -> impl Iterator<Item = Hold> {
+        let group = self.group_of(id).map(|group| self.group(group));
+        let forces = group.into_iter().flat_map(Group::forces);
+        let forces = forces
+            .filter(move |(_, forced)| *forced == id)
+            .map(|(by, _)| Hold {
+                by,
+                action: HoldAction::Forced,
+            });
+        self.node(id).holds().iter().chain(forces)
     }
 
     /// Returns the requesters that keep this schema awake, sorted.
@@ -135,10 +144,15 @@ impl Hierarchy {
         self.group(group).actuation()
     }
 
-    /// Returns the member that an operator forces.
+    /// Returns the forces of operators in a group, newest first.
+    pub fn forces(&self, group: GroupId) -> impl Iterator<Item = (Holder, SchemaId)> {
+        self.group(group).forces()
+    }
+
+    /// Returns the member that operators force: that of the newest force whose schema can win.
     #[must_use]
     pub fn forced(&self, group: GroupId) -> Option<SchemaId> {
-        self.group(group).forced()
+        forced_choice(self.group(group), &self.nodes)
     }
 
     /// Returns the ticket of the open arbitration request to the father of a group.

@@ -71,7 +71,6 @@ impl Hierarchy {
         let node = self.node_mut(id);
         let woken = node.prepare_sleep();
         let abandoned = node.is_abandoned();
-        self.timers.disarm(Timer::Retry(id));
         out.push(Effect::Slept { id, abandoned });
         self.change(id, State::Slept, out);
         let plan = Arc::clone(&self.plan);

@@ -75,9 +75,10 @@ impl Decision {
     }
 }
 
-/// Returns the member that an operator forces, if it can win.
+/// Returns the member that operators force: that of the newest force whose schema can win.
 pub(super) fn forced_choice(group: &Group, nodes: &Nodes) -> Option<SchemaId> {
-    group.forced().filter(|&forced| nodes.get(forced).can_be_chosen())
+    let mut forced = group.forces().map(|(_, forced)| forced);
+    forced.find(|&forced| nodes.get(forced).can_be_chosen())
 }
 
 impl Snapshot<'_> {

@@ -5,7 +5,7 @@ use jde_core::{
     SchemaId, SchemaSpec, Spec, State, Timer,
 };
 
-use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
+use crate::family::{A, ANA, B, C, CHILDREN, FATHER, READY, effects, family};
 
 const UNKNOWN: SchemaId = SchemaId(99);
 
@@ -37,7 +37,7 @@ fn calls_with_unknown_ids_are_refused_or_have_no_effect() {
             Err(Refused::Unknown { index: 99 })
         );
         assert_eq!(
-            h.operator(1, Operator::Force(UNKNOWN), out),
+            h.operator(1, ANA, Operator::Force(UNKNOWN), out),
             Err(Refused::Unknown { index: 99 })
         );
     });
@@ -54,7 +54,10 @@ fn calls_with_unknown_ids_are_refused_or_have_no_effect() {
 fn nothing_wakes_before_the_start_and_a_second_start_changes_nothing() {
     let mut h = Hierarchy::new(family(Policy::PRIORITY).spec().clone()).expect("a valid specification");
     let out = effects(|out| {
-        assert_eq!(h.operator(0, Operator::Play(A), out), Err(Refused::NotRunning));
+        assert_eq!(
+            h.operator(0, ANA, Operator::Play(A), out),
+            Err(Refused::NotRunning)
+        );
         assert_eq!(h.wake(0, FATHER, A, out), Err(Refused::NotRunning));
     });
     assert_eq!(out, []);
@@ -148,7 +151,7 @@ fn r1_a_force_does_not_wait_for_the_fathers_arbitration() {
     effects(|out| h.checked(1, A, READY, out));
     effects(|out| h.checked(1, B, READY, out));
     assert!(h.pending_arbitration(CHILDREN).is_some());
-    effects(|out| h.operator(2, Operator::Force(B), out).expect("b is healthy"));
+    effects(|out| h.operator(2, ANA, Operator::Force(B), out).expect("b is healthy"));
     assert_eq!(
         (
             h.winner(CHILDREN),
@@ -320,7 +323,7 @@ fn r7_a_played_winner_below_a_played_winner_has_no_authority_while_the_root_does
     let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| h.start(0, out));
     for id in [SchemaId(1), SchemaId(2)] {
-        effects(|out| h.operator(1, Operator::Play(id), out).expect("healthy"));
+        effects(|out| h.operator(1, ANA, Operator::Play(id), out).expect("healthy"));
         effects(|out| h.checked(1, id, READY, out));
         assert_eq!((h.state(id), h.has_authority(id)), (State::Winner, false));
     }
@@ -404,10 +407,10 @@ fn r1_the_chosen_child_wins_when_the_loser_faults_during_another_arbitration() {
 fn r14_forcing_a_sleeping_schema_ends_the_force_on_its_sibling() {
     let mut h = family(Policy::PRIORITY);
     effects(|out| h.checked(1, A, READY, out));
-    effects(|out| h.operator(2, Operator::Force(B), out).expect("healthy"));
+    effects(|out| h.operator(2, ANA, Operator::Force(B), out).expect("healthy"));
     assert_eq!(h.winner(CHILDREN), Some(B));
-    effects(|out| h.operator(3, Operator::Force(C), out).expect("healthy"));
-    assert_eq!((h.winner(CHILDREN), h.forced(CHILDREN)), (Some(A), Some(C)));
+    effects(|out| h.operator(3, ANA, Operator::Force(C), out).expect("healthy"));
+    assert_eq!((h.winner(CHILDREN), h.forced(CHILDREN)), (Some(A), None));
     effects(|out| h.wake(4, FATHER, C, out).expect("authority"));
     assert_eq!(h.winner(CHILDREN), Some(C));
 }

@@ -1,7 +1,7 @@
 //! A father with three children, for tests that make each call themselves.
 
 use jde_core::{
-    Check, Effect, GroupId, GroupSpec, Hierarchy, Kind, Policy, Restart, SchemaId, SchemaSpec, Spec,
+    Check, Effect, GroupId, GroupSpec, Hierarchy, Holder, Kind, Policy, Restart, SchemaId, SchemaSpec, Spec,
 };
 
 pub(crate) const FATHER: SchemaId = SchemaId(0);
@@ -9,6 +9,7 @@ pub(crate) const A: SchemaId = SchemaId(1);
 pub(crate) const B: SchemaId = SchemaId(2);
 pub(crate) const C: SchemaId = SchemaId(3);
 pub(crate) const CHILDREN: GroupId = GroupId(1);
+pub(crate) const ANA: Holder = Holder::lasting(1);
 pub(crate) const READY: Check = Check {
     ready: true,
     urgency: 0.0,

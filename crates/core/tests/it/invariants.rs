@@ -1,13 +1,13 @@
 //! Random hierarchies under random events: the rules hold after every transaction.
 //!
-//! The checks are independent of the implementation: those of R6 are in `Requests`, all others in `shadow`.
+//! The checks are independent of the implementation: those of R6 and R14 are in `Requests`, all others in `shadow`.
 
 use std::collections::BTreeSet;
 
 use crate::random::{MS, POLICIES, specs};
 use jde_core::{
-    ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Kind, Nanos, Operator, Policy, Refused,
-    SchemaId, Spec, State, Timer,
+    ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Hold, HoldAction, Holder, Kind, Nanos,
+    Operator, Policy, Refused, SchemaId, Spec, State, Timer,
 };
 use jde_shadow::{Shadow, below, ids};
 use proptest::prelude::*;
@@ -36,12 +36,47 @@ struct Run {
     running: bool,
 }
 
-/// The requests that keep perceptive schemas awake, besides the needs of schemas, recorded independently (R6).
+/// The requests that keep perceptive schemas awake, besides the needs of schemas (R6), and the holds of operators
+/// (R14), recorded independently.
 #[derive(Default)]
 struct Requests {
     fathers: BTreeSet<(SchemaId, SchemaId)>,
-    played: BTreeSet<SchemaId>,
-    stopped: BTreeSet<SchemaId>,
+    /// Oldest first.
+    holds: Vec<(SchemaId, Hold)>,
+    /// Stopped schemas, and what they and the schemas below needed when they were stopped.
+    kept: BTreeSet<(SchemaId, SchemaId)>,
+}
+
+impl Requests {
+    fn of(&self, id: SchemaId) -> impl Iterator<Item = Hold> {
+        let holds = self.holds.iter().filter(move |(held, _)| *held == id);
+        holds.map(|(_, hold)| *hold)
+    }
+
+    fn stops(&self, id: SchemaId) -> Vec<Hold> {
+        self.of(id).filter(|hold| hold.action.stops()).collect()
+    }
+
+    fn add(&mut self, id: SchemaId, by: Holder, action: HoldAction) {
+        let hold = (id, Hold { by, action });
+        if !self.holds.contains(&hold) {
+            self.holds.push(hold);
+        }
+    }
+
+    fn end(&mut self, id: SchemaId, which: impl Fn(Hold) -> bool) {
+        self.holds.retain(|(held, hold)| *held != id || !which(*hold));
+    }
+
+    /// Ends what stops kept awake that ended.
+    fn settle(&mut self) {
+        let stopped = |id: SchemaId| {
+            let mut stops = self.of(id).filter(|hold| hold.action.stops()).peekable();
+            stops.peek().is_some() && stops.all(|hold| hold.action != HoldAction::Unloaded)
+        };
+        let kept = self.kept.iter().copied().filter(|(id, _)| stopped(*id));
+        self.kept = kept.collect();
+    }
 }
 
 impl Run {
@@ -88,7 +123,7 @@ impl Run {
                 self.transaction(|h, out| h.faulted(now, schema, "a fault".into(), out))?;
                 self.end(schema)
             }
-            27 => self.operate(schema, b),
+            27 => self.operate(schema, b, c),
             28 => self.transaction(|h, out| h.refused(now, schema, out)),
             29 => self.transaction(|h, out| h.tick(now, out)),
             30 => self.fire(a),
@@ -97,8 +132,12 @@ impl Run {
                 1 => self.transaction(|h, out| h.overrun(other, out)),
                 2 => self.transaction(|h, out| h.on_time(other, out)),
                 3 if c % 8 == 0 => self.shutdown(),
-                4 => self.transaction(|h, out| drop(h.stop_all(now, out))),
-                5 => self.transaction(|h, out| drop(h.release_all(now, out))),
+                4 => self.stop_all(Holder::lasting(1 + u32::from(c % 2))),
+                5 => self.release_all(),
+                6 => {
+                    self.shadow.set_debugged(other, c % 2 == 0);
+                    self.transaction(|h, out| h.set_debugged(other, c % 2 == 0, out))
+                }
                 _ => {
                     self.now = self.h.next_timer().map_or(now, |due| due.max(now));
                     let now = self.now;
@@ -141,8 +180,27 @@ impl Run {
                 _ => {}
             }
         }
+        self.requests.settle();
+        self.holds_are_those_of_the_operators()?;
         self.perceptive_schemas_are_awake_exactly_when_needed()?;
         self.groups_are_settled()
+    }
+
+    /// R14: no hold ends but by what ends it. A play of a motor schema also ends with its father's sleep, so only the
+    /// others are compared.
+    fn holds_are_those_of_the_operators(&self) -> Result<(), TestCaseError> {
+        for id in ids(self.h.spec()) {
+            let lasts = |hold: &Hold| hold.action != HoldAction::Played;
+            let by_text = |holds: Vec<Hold>| {
+                let mut holds: Vec<_> = holds.iter().map(|hold| format!("{hold:?}")).collect();
+                holds.sort();
+                holds
+            };
+            let expected = self.requests.of(id).filter(lasts).collect();
+            let actual = self.h.holds(id).filter(lasts).collect();
+            prop_assert_eq!(by_text(actual), by_text(expected), "R14: the holds on {:?}", id);
+        }
+        Ok(())
     }
 
     /// R6, computed independently.
@@ -152,8 +210,10 @@ impl Run {
             let needed =
                 ids(spec).any(|by| self.h.is_awake(by) && spec.schemas[by.index()].needs.contains(&id));
             let woken = self.requests.fathers.iter().any(|&(_, child)| child == id);
-            let down = self.requests.stopped.contains(&id) || matches!(self.h.health(id), Health::Faulted(_));
-            let expected = self.running && !down && (needed || woken || self.requests.played.contains(&id));
+            let down = !self.requests.stops(id).is_empty() || matches!(self.h.health(id), Health::Faulted(_));
+            let played = self.requests.of(id).any(|hold| hold.action == HoldAction::Played);
+            let kept = self.requests.kept.iter().any(|&(_, need)| need == id);
+            let expected = self.running && !down && (needed || woken || played || kept);
             prop_assert_eq!(
                 self.h.is_awake(id),
                 expected,
@@ -196,10 +256,15 @@ impl Run {
                 .copied()
                 .filter(|&m| self.h.is_ready(m))
                 .collect();
-            let forced = self
-                .h
-                .forced(id)
-                .filter(|&f| self.h.is_awake(f) && !self.h.is_abandoned(f));
+            let mut forces = self
+                .requests
+                .holds
+                .iter()
+                .rev()
+                .filter(|(held, hold)| hold.action == HoldAction::Forced && spec.members.contains(held));
+            let forced = forces
+                .find(|(held, _)| self.h.is_awake(*held) && !self.h.is_abandoned(*held))
+                .map(|(held, _)| *held);
             match (forced, ready.as_slice()) {
                 (Some(forced), _) => {
                     prop_assert_eq!(
@@ -320,37 +385,134 @@ impl Run {
         self.transaction(|h, out| h.arbitrated(now, group, ticket, reply.clone(), out))
     }
 
-    fn operate(&mut self, id: SchemaId, what: u16) -> Result<(), TestCaseError> {
-        let action = match what % 4 {
-            0 => Operator::Play(id),
-            1 => Operator::Stop(id),
-            2 => Operator::Force(id),
-            _ => Operator::Release(id),
+    fn operate(&mut self, id: SchemaId, what: u16, who: u16) -> Result<(), TestCaseError> {
+        let by = Holder {
+            operator: 1 + u32::from(who % 2),
+            leased: who / 2 % 2 == 0,
         };
+        let (now, kept) = (self.now, self.needed_by(id));
         let mut out = Vec::new();
-        let result = if what % 8 == 7 {
-            self.h.let_go(self.now, id, &mut out)
-        } else {
-            self.h.operator(self.now, action, &mut out)
-        };
-        if result.is_ok() {
-            match action {
-                Operator::Play(_) => {
-                    self.requests.stopped.remove(&id);
-                    self.requests.played.insert(id);
+        match what % 8 {
+            0 | 1 => {
+                let result = self.h.operator(now, by, Operator::Play(id), &mut out);
+                if self.accepts(&result, by, id)? {
+                    self.requests.end(id, |hold| hold.action.stops());
+                    self.requests.add(id, by, HoldAction::Played);
                 }
-                Operator::Stop(_) => {
-                    self.requests.stopped.insert(id);
-                    self.requests.played.remove(&id);
-                }
-                Operator::Release(_) => {
-                    self.requests.stopped.remove(&id);
-                    self.requests.played.remove(&id);
-                }
-                Operator::Force(_) => {}
             }
-        } else {
-            prop_assert!(out.is_empty(), "a refused call has effects");
+            2 | 3 => {
+                if self.h.operator(now, by, Operator::Stop(id), &mut out).is_ok() {
+                    let unloaded = Hold {
+                        by,
+                        action: HoldAction::Unloaded,
+                    };
+                    if !self.requests.stops(id).contains(&unloaded) {
+                        let played = HoldAction::Played;
+                        self.requests.end(id, |hold| hold == Hold { by, action: played });
+                        self.requests.add(id, by, HoldAction::Stopped);
+                        self.requests.kept.extend(kept);
+                    }
+                }
+            }
+            4 => {
+                let result = self.h.operator(now, by, Operator::Force(id), &mut out);
+                if self.accepts(&result, by, id)? {
+                    let group = self.h.group_of(id).expect("only motor schemas are forced");
+                    for member in self.h.spec().groups[group.index()].members.clone() {
+                        let action = HoldAction::Forced;
+                        self.requests.end(member, |hold| hold == Hold { by, action });
+                    }
+                    self.requests.add(id, by, HoldAction::Forced);
+                }
+            }
+            5 if what % 3 > 0 => {
+                if self.h.unload(now, by, id, &mut out).is_ok() {
+                    let replaced = [HoldAction::Played, HoldAction::Stopped];
+                    self.requests
+                        .end(id, |hold| hold.by == by && replaced.contains(&hold.action));
+                    self.requests.add(id, by, HoldAction::Unloaded);
+                }
+            }
+            5 => {
+                if self.h.load(now, id, &mut out).is_ok() {
+                    self.requests.end(id, |hold| hold.action == HoldAction::Unloaded);
+                }
+            }
+            6 => {
+                if self.h.operator(now, by, Operator::Release(id), &mut out).is_ok() {
+                    self.requests.end(id, |_| true);
+                }
+            }
+            _ => {
+                if self.h.let_go(now, by, id, &mut out).is_ok() {
+                    self.requests.end(id, |hold| {
+                        hold.by.operator == by.operator
+                            && (hold.by.leased || !by.leased)
+                            && hold.action != HoldAction::StoppedWithAll
+                    });
+                }
+            }
+        }
+        self.check_effects(&out)
+    }
+
+    /// R14: whether a play or a force was accepted. With a lease it is refused while somebody else stops the schema.
+    fn accepts(&self, result: &Result<(), Refused>, by: Holder, id: SchemaId) -> Result<bool, TestCaseError> {
+        let disarms = by.leased && self.requests.stops(id).iter().any(|stop| stop.by != by);
+        if disarms {
+            prop_assert!(result.is_err(), "R14: a lease ends a stop of {:?}", id);
+        }
+        Ok(result.is_ok())
+    }
+
+    /// What an awake schema and those below it need, with the fathers' requests for perceptive schemas.
+    fn needed_by(&self, id: SchemaId) -> Vec<(SchemaId, SchemaId)> {
+        let spec = self.h.spec();
+        let users = below(spec, id)
+            .into_iter()
+            .chain([id])
+            .filter(|user| self.h.is_awake(*user));
+        let perceptive = |need: &SchemaId| spec.schemas[need.index()].kind == Kind::Perceptive;
+        let needs = users.flat_map(|user| {
+            let woken = self
+                .requests
+                .fathers
+                .iter()
+                .filter(move |(father, _)| *father == user);
+            let needs = spec.schemas[user.index()].needs.iter().copied();
+            let only_commands = &spec.schemas[user.index()].only_commands;
+            let needs = needs.chain(woken.map(|(_, child)| *child));
+            needs.filter(|need| !only_commands.contains(need))
+        });
+        needs.filter(perceptive).map(|need| (id, need)).collect()
+    }
+
+    fn stop_all(&mut self, by: Holder) -> Result<(), TestCaseError> {
+        let spec = self.h.spec().clone();
+        let tops = spec.groups.iter().filter(|group| group.father.is_none());
+        let roots: Vec<_> = tops.flat_map(|group| group.members.clone()).collect();
+        let kept: Vec<_> = roots.iter().map(|root| self.needed_by(*root)).collect();
+        let mut out = Vec::new();
+        if self.h.stop_all(self.now, by, &mut out).is_ok() {
+            for (root, kept) in roots.iter().zip(kept) {
+                self.requests.add(*root, by, HoldAction::StoppedWithAll);
+                self.requests.kept.extend(kept);
+            }
+            prop_assert!(
+                roots.iter().all(|root| !self.h.is_awake(*root)),
+                "R14: a root is awake"
+            );
+        }
+        self.check_effects(&out)
+    }
+
+    fn release_all(&mut self) -> Result<(), TestCaseError> {
+        let mut out = Vec::new();
+        if self.h.release_all(self.now, &mut out).is_ok() {
+            for id in ids(self.h.spec()) {
+                self.requests
+                    .end(id, |hold| hold.action == HoldAction::StoppedWithAll);
+            }
         }
         self.check_effects(&out)
     }

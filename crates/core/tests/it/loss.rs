@@ -6,7 +6,7 @@ use jde_core::{
     Restart, SchemaId, SchemaSpec, Spec, State,
 };
 
-use crate::family::{A, B, C, CHILDREN, FATHER, READY, effects, family};
+use crate::family::{A, ANA, B, C, CHILDREN, FATHER, READY, effects, family};
 
 #[test]
 fn r15_a_fault_of_the_winner_is_recorded_as_a_switch() {
@@ -78,7 +78,7 @@ fn r6_a_switch_caused_by_waking_a_child_puts_unneeded_schemas_to_sleep() {
         h.wake(0, FATHER, A, out).expect("authority");
         h.checked(0, A, READY, out);
         h.wake(0, A, child, out).expect("authority");
-        h.operator(0, Operator::Force(B), out).expect("b is healthy");
+        h.operator(0, ANA, Operator::Force(B), out).expect("b is healthy");
     });
     assert!(h.is_awake(eye));
     effects(|out| h.wake(1, FATHER, B, out).expect("authority"));
@@ -101,7 +101,8 @@ fn restarts_are_counted_within_a_time_window() {
     let mut h = Hierarchy::new(spec).expect("a valid specification");
     effects(|out| {
         h.start(0, out);
-        h.operator(0, Operator::Play(eye), out).expect("it is healthy");
+        h.operator(0, ANA, Operator::Play(eye), out)
+            .expect("it is healthy");
     });
     let fault = |h: &mut Hierarchy, now| {
         effects(|out| h.faulted(now, eye, "again".into(), out));
@@ -119,7 +120,7 @@ fn restarts_are_counted_within_a_time_window() {
     assert!(!h.is_awake(eye));
     assert_eq!(h.restarts_left(2_061, eye), Some(0));
     effects(|out| {
-        h.operator(2_062, Operator::Play(eye), out)
+        h.operator(2_062, ANA, Operator::Play(eye), out)
             .expect("a faulted schema can be played")
     });
     assert_eq!((h.is_awake(eye), h.health(eye)), (true, &Health::Ok));
@@ -134,7 +135,10 @@ fn r14_roots_that_are_stopped_before_the_start_wake_when_everything_goes_on() {
         groups: vec![GroupSpec::new("roots", None, vec![FATHER])],
     };
     let mut h = Hierarchy::new(spec).expect("a valid specification");
-    assert_eq!(effects(|out| h.stop_all(0, out).expect("it is not over")), []);
+    assert_eq!(
+        effects(|out| h.stop_all(0, ANA, out).expect("it is not over")),
+        []
+    );
     let woken = Effect::Woken(FATHER);
     assert!(!effects(|out| h.start(0, out)).contains(&woken));
     let released = effects(|out| drop(h.release_all(1, out).expect("it runs")));
@@ -162,7 +166,7 @@ fn r14_stop_all_is_one_transaction_and_brakes_groups_that_would_hold() {
         h.checked(1, A, READY, out);
         assert!(h.begin(1, A, out));
     });
-    let out = effects(|out| h.stop_all(2, out).expect("it runs"));
+    let out = effects(|out| h.stop_all(2, ANA, out).expect("it runs"));
     let [father, a, b] = [FATHER, A, B].map(|id| (h.state(id), h.has_authority(id)));
     assert_eq!(
         [father, a, b],
@@ -180,7 +184,7 @@ fn r14_stop_all_is_one_transaction_and_brakes_groups_that_would_hold() {
     });
     assert_eq!(record, Some((Some(FATHER), None, true)));
     assert_eq!(
-        effects(|out| h.stop_all(3, out).expect("it runs")).len(),
+        effects(|out| h.stop_all(3, ANA, out).expect("it runs")).len(),
         1,
         "only a record"
     );

@@ -5,6 +5,7 @@ mod family;
 mod invariants;
 mod loss;
 mod model;
+mod operators;
 mod policies;
 mod random;
 mod scenario;

@@ -300,9 +300,6 @@ impl World {
                 self.call(executor, |h, out| h.fire(0, timer, out));
             }
         }
-        for id in ids(self.h.spec()) {
-            self.refused[id.index()] &= self.h.is_awake(id);
-        }
         if executor == Executor::IgnoresPatience && within_patience {
             for group in [ROOTS, MOTION] {
                 self.call(executor, |h, out| h.fire(0, Timer::Patience(group), out));

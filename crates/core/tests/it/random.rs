@@ -45,6 +45,8 @@ fn spec(motors: &[[u8; 4]], perceptive: &[u8], shape: &[u8; 24]) -> Spec {
         depths.push(father.map_or(1, |f| depths[f] + 1));
         let mut schema = SchemaSpec::new(format!("motor{index}"), Kind::Motor, 10 * MS);
         schema.needs = selected(needs, u32::try_from(perceptive.len()).expect("few"));
+        // Of every other schema, the first need is a driver that it only commands.
+        schema.only_commands = schema.needs.iter().copied().take(usize::from(slot % 2)).collect();
         if restart % 2 == 0 {
             schema.restart = Restart::OnFault {
                 backoff: MS,

@@ -22,6 +22,20 @@ impl Engine {
         self.roll_back_build(instance, &reason);
     }
 
+    /// Reports that a debugger holds a call of an instance, or lets it go on: whoever reads from it loses what it
+    /// exported, as when an operator stops it.
+    pub(crate) fn report_debugged(&self, instance: usize, debugged: bool) {
+        if debugged {
+            let losses = self
+                .rules
+                .read(|rules| self.operators.losses(&rules.hierarchy, instance));
+            let words = self.operators.words(&losses);
+            tracing::warn!(schema = self.name(instance), "a debugger holds it: {words}");
+            self.variables.retract_exports(instance);
+        }
+        self.rules.set_debugged(instance, debugged);
+    }
+
     /// The program and the limits that run an instance in a process of its own; `None` if it runs in this
     /// process.
     pub(crate) fn process_config(&self, instance: usize) -> Option<ProcessConfig> {

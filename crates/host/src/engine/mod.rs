@@ -44,6 +44,7 @@ use crate::reload::BuildRegistry;
 use crate::transaction_observer::TransactionObserver;
 use crate::turn_order::staggers;
 use operators::Operators;
+pub(crate) use operators::{Actor, decode};
 pub(crate) use outcome::RunOutcome;
 pub(crate) use rules::{Notifier, Rules, Signal};
 pub(crate) use services::FatherAction;

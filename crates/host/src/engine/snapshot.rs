@@ -30,6 +30,7 @@ impl Engine {
     fn schema_view(&self, rules: &RulesState, number: usize) -> SchemaView {
         let instance = &self.application.instances[number];
         let meter = &self.metrics[number];
+        let mut holds = self.operators.hold_views(&rules.hierarchy, number).into_iter();
         SchemaView {
             name: instance.name.clone(),
             type_name: format!(
@@ -52,7 +53,8 @@ impl Engine {
             faults: meter.faults.load(Relaxed),
             restarts_left: rules.hierarchy.restarts_left(self.clock.now(), schema(number)),
             left: meter.abandoned_calls.load(Relaxed),
-            operator: self.operators.hold_view(&rules.hierarchy, number),
+            operator: holds.next(),
+            more_holds: holds.collect(),
             panel: self.panels.has_panel(number),
             reload: self.builds.view(number),
             process: self.processes.pid(number),

@@ -53,6 +53,9 @@ impl ExportFaults {
             .map(|latched| value_type.copy(latched.bytes));
         let noise = Noise { state: seed };
         let mut active = self.active();
+        // A failure before it may have retracted the value.
+        let before = active.remove(&port).and_then(|before| before.last);
+        let last = last.or(before);
         active.insert(port, ActiveFault { fault, last, noise });
         self.any.store(true, Ordering::Release);
     }

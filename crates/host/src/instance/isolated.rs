@@ -348,13 +348,13 @@ impl IsolatedInstance {
         drop(self.wire.set_timeout(timeout));
         if !held {
             meter.begin_call(engine.clock.now());
-            return None;
+        } else {
+            meter.hold_call();
         }
-        meter.hold_call();
         if engine.clock.is_real() {
-            engine.rules.brake(call.number);
+            engine.report_debugged(call.number, held);
         }
-        Some(HeldTerminal::wait())
+        held.then(HeldTerminal::wait)
     }
 }
 

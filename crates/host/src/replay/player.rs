@@ -12,7 +12,7 @@ use super::recorded_run::{RecordedRun, ReplayStep, StepKind};
 use super::slot::{PendingArbitration, ReplaySlot};
 use super::writes::{PairedWrite, WriteMatcher};
 use super::{PortReading, format_value};
-use crate::engine::{Engine, Notifier, Signal};
+use crate::engine::{Engine, Notifier, Signal, decode};
 use crate::exec::lockstep::SignalQueue;
 use crate::inbox::Inbox;
 use crate::instance::ShownValue;
@@ -356,17 +356,19 @@ impl Player {
     }
 
     fn apply_operator_action(&mut self, number: usize, turn: &RecordedTurn) {
-        let id = SchemaId(turn.schema);
+        let (id, by, operators) = (SchemaId(turn.schema), decode(turn.detail), &self.engine.operators);
         match turn.way {
-            Turn::PLAYED => self.engine.operators.repeat_operation(Operator::Play(id)),
-            Turn::STOPPED => self.engine.operators.repeat_operation(Operator::Stop(id)),
-            Turn::FORCED => self.engine.operators.repeat_operation(Operator::Force(id)),
-            Turn::RELEASED => self.engine.operators.repeat_operation(Operator::Release(id)),
-            Turn::UNLOADED => self.engine.operators.repeat_unload(number),
-            Turn::LOADED => self.engine.operators.repeat_load(number),
-            Turn::ALL_STOPPED => self.engine.operators.repeat_stop_all(),
-            Turn::ALL_RELEASED => self.engine.operators.repeat_release_all(),
-            Turn::UNDONE => self.engine.operators.repeat_undo(number),
+            Turn::PLAYED => operators.repeat_operation(by, Operator::Play(id)),
+            Turn::STOPPED => operators.repeat_operation(by, Operator::Stop(id)),
+            Turn::FORCED => operators.repeat_operation(by, Operator::Force(id)),
+            Turn::RELEASED => operators.repeat_operation(by, Operator::Release(id)),
+            Turn::UNLOADED => operators.repeat_unload(by, number),
+            Turn::LOADED => operators.repeat_load(number),
+            Turn::ALL_STOPPED => operators.repeat_stop_all(by),
+            Turn::ALL_RELEASED => operators.repeat_release_all(),
+            Turn::UNDONE => operators.repeat_undo(by, number),
+            Turn::DEBUGGED => self.engine.rules.set_debugged(number, true),
+            Turn::WENT_ON => self.engine.rules.set_debugged(number, false),
             Turn::FAILED_EXPORT | Turn::REPAIRED_EXPORT => {
                 self.engine.operators.repeat_export(number, turn, &turn.ports);
             }

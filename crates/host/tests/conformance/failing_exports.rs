@@ -14,6 +14,7 @@ on_every_executor!(
     r14_a_noisy_export_is_near_the_true_value,
     r14_a_release_repairs_the_exports_of_a_schema,
     r14_the_end_of_a_lease_repairs_what_its_operator_let_fail,
+    r14_the_failure_before_is_in_force_again_when_the_one_of_a_lease_ends,
     r14_an_export_fails_while_its_schema_is_replaced_by_a_fresh_instance,
     r14_failures_that_are_not_possible_are_refused_with_a_reason,
 );
@@ -163,6 +164,21 @@ fn r14_the_end_of_a_lease_repairs_what_its_operator_let_fail(executor: Executor)
     app.stop();
 }
 
+fn r14_the_failure_before_is_in_force_again_when_the_one_of_a_lease_ends(executor: Executor) {
+    let (mut app, seen) = start(executor);
+    let eye = fail(&app, SensorFault::Frozen);
+    read_more(&mut app, &seen);
+    let frozen = seen.value();
+    let lease = app.handle.operator("bert").under_lease();
+    lease
+        .fail_export(eye, "out", SensorFault::Silent)
+        .expect("it is an export");
+    assert_eq!(app.handle.value::<f64>("eye.out"), Ok(None));
+    lease.release_own(eye).expect("a schema");
+    app.until(|app| app.handle.value::<f64>("eye.out") == Ok(Some(frozen)));
+    app.stop();
+}
+
 fn r14_an_export_fails_while_its_schema_is_replaced_by_a_fresh_instance(executor: Executor) {
     let (mut app, seen) = start(executor);
     fail(&app, SensorFault::Frozen);
@@ -171,8 +187,7 @@ fn r14_an_export_fails_while_its_schema_is_replaced_by_a_fresh_instance(executor
     let motor = app.index("motor");
     let eye = app.index("eye");
     app.operator().hold_asleep(motor).expect("it can be stopped");
-    app.until_line("eye sleep");
-    app.operator().unload(eye).expect("nobody needs it");
+    app.operator().unload(eye).expect("it can be unloaded");
     app.until_line("eye drop");
     app.operator().load(eye).expect("it is unloaded");
     app.operator().release(motor).expect("it can be released");

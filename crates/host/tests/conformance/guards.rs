@@ -17,6 +17,7 @@ use crate::common::{
 on_every_executor!(
     r18_the_next_candidate_acts_instead_of_a_refused_one,
     r18_a_refused_schema_may_try_again,
+    r18_a_father_that_wakes_its_child_anew_ends_no_refusal,
     r18_without_a_state_every_command_is_refused,
     r18_a_judgement_that_panics_refuses,
     r18_a_command_in_force_ends_when_its_guard_refuses_it,
@@ -107,6 +108,47 @@ fn r18_a_refused_schema_may_try_again(executor: Executor) {
     app.until_line("robot velocity 0.1");
     *limit.lock().unwrap() = Some(1.0);
     app.until_line("robot velocity 0.5");
+    app.stop();
+}
+
+const ANEW: &str = r#"
+    roots = ["father"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.eye]
+    type = "test/eye"
+    [schemas.father]
+    type = "test/motor"
+    children = { a = "left" }
+    groups.base = { guard = "eye", retry = "1000s" }
+    [schemas.left]
+    type = "test/motor"
+    actuators = { base = "robot.velocity" }
+"#;
+
+fn r18_a_father_that_wakes_its_child_anew_ends_no_refusal(executor: Executor) {
+    let scenario = Scenario::new();
+    guarded(&scenario, Some(0.2));
+    scenario.drives("left", &Arc::new(true.into()), 0.5);
+    scenario.on_call("father", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => {
+                io.sleep("a");
+                io.wake("a");
+            }
+            _ => {}
+        }
+        Ok(())
+    });
+    let mut app = TestApp::start(executor, &scenario, ANEW);
+    app.until(|app| app.schema("left").refused > 0);
+    let before = scenario.count("father iterate");
+    app.until(|app| app.scenario.count("father iterate") > before + 10);
+    let refused = app
+        .scenario
+        .count_events(|event| matches!(event, Event::Refused { .. }));
+    assert_eq!(refused, 1, "it tried again before its retry");
     app.stop();
 }
 

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use jde_board::value::Value;
 use jde_core::State;
+use jde_host::OperatorHandle;
 use jde_records::event::{Event, OperatorAction};
 use jde_records::snapshot::SchemaView;
+use jde_types::Twist;
 
 use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 
@@ -17,6 +19,11 @@ on_every_executor!(
     r14_a_release_restores_the_period,
     r14_a_release_restores_a_modulation_unless_a_father_has_written_it_since,
     r14_a_release_undoes_nothing_of_other_operators,
+    r14_a_lease_that_ends_leaves_a_lasting_stop,
+    r14_a_lease_ends_no_stop_of_others,
+    r14_the_value_of_a_lease_gives_way_to_the_one_before,
+    r14_a_stop_names_the_awake_schemas_that_lose_a_value,
+    r14_after_a_stop_of_everything_sensors_are_awake_and_commands_neutral,
     r14_requests_about_unknown_items_are_refused_with_a_reason,
 );
 
@@ -244,6 +251,144 @@ fn r14_a_release_undoes_nothing_of_other_operators(executor: Executor) {
     bob.release_own(high).expect("it has holds");
     assert_eq!((gain(&app), current(&app)), (before, None));
     app.until(|app| app.scenario.count("high iterate") > iterated);
+    app.stop();
+}
+
+fn r14_a_lease_that_ends_leaves_a_lasting_stop(executor: Executor) {
+    let mut app = start(executor, true);
+    let high = app.index("high");
+    let (ana, lease) = (app.operator(), app.operator().under_lease());
+    ana.hold_asleep(high).expect("it can be stopped");
+    lease.hold_asleep(high).expect("it can be stopped");
+    app.until_line("high sleep");
+    let all = |app: &TestApp| app.schema("high").held_by();
+    assert_eq!(
+        all(&app).as_deref(),
+        Some("stopped by ana@laptop, stopped by ana@laptop")
+    );
+    lease.release_own(high).expect("it has holds");
+    assert_eq!(app.schema("high").state, State::Slept);
+    assert_eq!(all(&app).as_deref(), Some("stopped by ana@laptop"));
+    // The other way round.
+    lease.hold_asleep(high).expect("it can be stopped");
+    app.handle.operator("bob").stop_all().expect("it runs");
+    ana.release_all().expect("it runs");
+    let before = app.scenario.count("high iterate");
+    ana.play(high).expect("a deliberate play ends every stop");
+    app.until(|app| app.scenario.count("high iterate") > before);
+    assert_eq!(all(&app).as_deref(), Some("played by ana@laptop"));
+    app.stop();
+}
+
+fn r14_a_lease_ends_no_stop_of_others(executor: Executor) {
+    let mut app = start(executor, true);
+    let high = app.index("high");
+    let lease = app.handle.operator("bob").under_lease();
+    let refused = |end: &str| {
+        Err(format!(
+            "`high` is stopped by ana@laptop, and an action with a lease does not end that: {end}"
+        ))
+    };
+    app.operator().hold_asleep(high).expect("it can be stopped");
+    let one = refused("`jde release high` ends that");
+    assert_eq!([lease.play(high), lease.force(high)], [one.clone(), one]);
+    app.operator().release(high).expect("it can be released");
+    app.operator().stop_all().expect("it runs");
+    let all = refused("`jde release --all` lets everything go on");
+    assert_eq!([lease.play(high), lease.force(high)], [all.clone(), all]);
+    lease.release_own(high).expect("it holds nothing");
+    app.until_line("high sleep");
+    assert_eq!(app.schema("high").state, State::Slept);
+    let before = app.scenario.count("high iterate");
+    app.operator().release_all().expect("it runs");
+    app.until(|app| app.scenario.count("high iterate") > before);
+    app.stop();
+}
+
+fn r14_the_value_of_a_lease_gives_way_to_the_one_before(executor: Executor) {
+    let app = start(executor, true);
+    let high = app.index("high");
+    let gain = |app: &TestApp| app.handle.value::<f64>("high.gain").expect("a modulation");
+    let initial = gain(&app);
+    let (ana, lease) = (app.operator(), app.handle.operator("bob").under_lease());
+    let write = |operator: &OperatorHandle, value| {
+        operator
+            .modulate(high, "gain", &Value::Float(value))
+            .expect("a modulation");
+    };
+    write(&ana, 0.25);
+    write(&lease, 0.5);
+    assert_eq!(gain(&app), Some(0.5));
+    lease.release_own(high).expect("it has holds");
+    assert_eq!(gain(&app), Some(0.25), "ana's value is in force again");
+    // The end of the one that is not in force changes nothing.
+    write(&lease, 0.5);
+    write(&ana, 0.75);
+    lease.release_own(high).expect("it has holds");
+    assert_eq!(gain(&app), Some(0.75));
+    ana.release_own(high).expect("it has holds");
+    assert_eq!((gain(&app), app.schema("high").held_by()), (initial, None));
+    app.stop();
+}
+
+const SEEING: &str = r#"
+    roots = ["high"]
+    [schemas.robot]
+    type = "test/robot"
+    [schemas.eye]
+    type = "test/eye"
+    [schemas.high]
+    type = "test/motor"
+    imports = { input = "eye.out" }
+    actuators = { base = "robot.velocity" }
+"#;
+
+fn start_seeing(executor: Executor) -> TestApp {
+    let scenario = Scenario::new();
+    scenario.drives("high", &Arc::new(true.into()), 0.3);
+    scenario.on_call("eye", |call, io| {
+        if call == Call::Iterate {
+            io.publish(1.0);
+        }
+        Ok(())
+    });
+    let mut app = TestApp::start(executor, &scenario, SEEING);
+    app.until_line("robot velocity 0.3");
+    app
+}
+
+fn r14_a_stop_names_the_awake_schemas_that_lose_a_value(executor: Executor) {
+    let app = start_seeing(executor);
+    let [eye, high] = ["eye", "high"].map(|name| app.index(name));
+    let losses = app.operator().stop(eye, false);
+    assert_eq!(losses.as_deref(), Ok("high loses its input"));
+    let again = app.operator().stop(eye, false);
+    assert_eq!(again.as_deref(), Ok(""), "it is lost already");
+    let lost = |event: &Event| match event {
+        Event::Operator { losses, .. } => losses.iter().any(|loss| loss.reader == high),
+        _ => false,
+    };
+    assert_eq!(app.scenario.count_events(lost), 1);
+    app.stop();
+}
+
+fn r14_after_a_stop_of_everything_sensors_are_awake_and_commands_neutral(executor: Executor) {
+    let mut app = start_seeing(executor);
+    app.operator().stop_all().expect("it runs");
+    let seen = app.scenario.count("eye iterate");
+    app.until(|app| app.scenario.count("eye iterate") > seen + 3);
+    assert_eq!(app.handle.value("robot.velocity"), Ok(Some(Twist::ZERO)));
+    let states = ["high", "eye"].map(|name| app.schema(name).state);
+    assert_eq!(states, [State::Slept, State::Winner]);
+    // Its device is needed by nobody, once it is unloaded.
+    let eye = app.index("eye");
+    app.operator().unload(eye).expect("it can be unloaded");
+    app.until_line("eye drop");
+    app.operator().load(eye).expect("it is unloaded");
+    let seen = app.scenario.count("eye iterate");
+    app.until(|app| app.scenario.count("eye iterate") > seen);
+    app.operator().unload(app.index("high")).expect("a motor schema");
+    app.until(|app| app.schema("eye").state == State::Slept);
     app.stop();
 }
 

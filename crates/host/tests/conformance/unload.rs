@@ -14,7 +14,7 @@ on_every_executor!(
     r14_an_unloaded_schema_ends_and_a_load_creates_a_fresh_instance,
     r14_an_unloaded_schema_returns_when_its_operator_releases_it,
     r10_an_instance_ends_after_the_iteration_in_which_it_was_unloaded,
-    r6_a_schema_that_an_awake_schema_needs_is_not_unloaded,
+    r14_a_schema_that_an_awake_schema_needs_is_unloaded_and_its_readers_are_named,
     r14_a_schema_that_sleeps_is_unloaded_at_once,
     an_application_with_unloaded_schemas_ends_in_order,
 );
@@ -156,39 +156,40 @@ fn r10_an_instance_ends_after_the_iteration_in_which_it_was_unloaded(executor: E
     app.stop();
 }
 
-fn r6_a_schema_that_an_awake_schema_needs_is_not_unloaded(executor: Executor) {
+fn r14_a_schema_that_an_awake_schema_needs_is_unloaded_and_its_readers_are_named(executor: Executor) {
     let (mut app, _) = start(executor);
     let [eye, robot, high, low] = ["eye", "robot", "high", "low"].map(|name| app.index(name));
     let operator = app.operator();
-    let message = operator.unload(robot).expect_err("it is needed");
-    assert_eq!(
-        message,
-        "`robot` is needed by high, low, awake now; stop what needs it first"
-    );
-    assert!(
-        operator
-            .unload(eye)
-            .expect_err("it is needed")
-            .contains("by high,")
-    );
-    operator.hold_asleep(high).expect("it can be stopped");
-    app.until(|app| app.schema("eye").state == State::Slept);
-    operator.unload(eye).expect("no awake schema needs it");
+    let losses = operator.stop(eye, true).expect("it is allowed");
+    assert_eq!(losses, "high loses its input");
+    let lost = |event: &Event| match event {
+        Event::Operator { action, losses, .. } => {
+            let imports = losses.iter().map(|loss| (loss.reader, loss.import.as_str()));
+            *action == OperatorAction::Unload { schema: eye } && imports.eq([(high, "input")])
+        }
+        _ => false,
+    };
+    assert_eq!(app.scenario.count_events(lost), 1);
     app.until_line("eye drop");
     app.until(|app| app.handle.value::<f64>("eye.out") == Ok(None));
-
-    // A schema that needs the eye wakes up without it, and finds no value.
-    operator.release(high).expect("it can be released");
-    app.until(|app| app.winner("roots").as_deref() == Some("high"));
-    assert_eq!(app.schema("eye").state, State::Slept);
+    assert_eq!(
+        app.winner("roots").as_deref(),
+        Some("high"),
+        "it reads no value, and acts on"
+    );
     operator.load(eye).expect("it is unloaded");
     app.until(|app| app.handle.value::<f64>("eye.out") == Ok(Some(1.0)));
 
+    // Only what it commands sleeps; what it sees is awake until no operator stops it.
     operator.hold_asleep(high).expect("it can be stopped");
     operator.hold_asleep(low).expect("it can be stopped");
     app.until(|app| app.schema("robot").state == State::Slept);
-    operator.unload(robot).expect("no awake schema needs it");
+    assert_eq!(app.schema("eye").state, State::Winner);
+    let losses = operator.stop(robot, true);
+    assert_eq!(losses, Ok(String::new()), "no awake schema reads from it");
     app.until_line("robot drop");
+    operator.unload(high).expect("a motor schema");
+    app.until(|app| app.schema("eye").state == State::Slept);
     operator.release(low).expect("it can be released");
     operator.load(robot).expect("it is unloaded");
     app.until(|app| app.schema("robot").state == State::Winner);

@@ -72,7 +72,6 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         0 => Cell::from(0).styled(FAINT),
         count => Cell::from(count).styled(WARN),
     };
-    let operator = view.operator.as_ref();
     vec![
         format!("{branch}{}", view.name).into(),
         Cell::from(&view.type_name).styled(FAINT),
@@ -88,9 +87,8 @@ fn cells(branch: &str, view: &SchemaView) -> Vec<Cell> {
         bad(view.faults),
         view.process.map_or(Cell::default(), Cell::from),
         view.reload.as_ref().map_or(Cell::default(), build_cell),
-        operator.map_or(Cell::default(), |hold| {
-            Cell::from(format!("{} by {}", hold.kind.word(), hold.by)).styled(WARN)
-        }),
+        view.held_by()
+            .map_or(Cell::default(), |held| Cell::from(held).styled(WARN)),
     ]
 }
 

@@ -57,13 +57,13 @@ impl ViewState {
     fn operate(&mut self, app: &dyn ObservedApplication, letter: char) {
         let schema = self.selected;
         let Some(view) = self.selection() else { return };
-        let (period, held) = (view.period, view.operator.as_ref().map(|hold| hold.kind));
+        let period = view.period;
         match letter {
-            'p' if view.state == State::Slept || held == Some(HoldKind::Stopped) => {
+            'p' if view.state == State::Slept || view.is_held_to(HoldKind::Stopped) => {
                 self.act(app, Action::Play(schema));
             }
             'p' => self.act(app, Action::Stop(schema)),
-            'f' if held == Some(HoldKind::Forced) => self.act(app, Action::Release(schema)),
+            'f' if view.is_held_to(HoldKind::Forced) => self.act(app, Action::Release(schema)),
             'f' => self.act(app, Action::Force(schema)),
             'r' => self.act(app, Action::Release(schema)),
             '+' | '=' => self.act(app, Action::Period(schema, round_to_micros(period as f64 * 1.1))),

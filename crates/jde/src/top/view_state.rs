@@ -114,11 +114,7 @@ impl ViewState {
 
     /// Returns the operator who stopped everything, until it is released.
     pub(super) fn stopped_by(&self) -> Option<&str> {
-        let mut holds = self
-            .snapshot
-            .schemas
-            .iter()
-            .filter_map(|schema| schema.operator.as_ref());
+        let mut holds = self.snapshot.schemas.iter().flat_map(SchemaView::holds);
         Some(&holds.find(|hold| hold.with_everything)?.by)
     }
 
@@ -167,7 +163,8 @@ fn escape_texts(mut snapshot: Snapshot) -> Snapshot {
             Health::ArbitrationFailed(reason) | Health::Faulted(reason) => show(reason),
             Health::Ok | Health::Overrun => {}
         }
-        schema.operator.iter_mut().for_each(|hold| show(&mut hold.by));
+        let holds = schema.operator.iter_mut().chain(&mut schema.more_holds);
+        holds.for_each(|hold| show(&mut hold.by));
     }
     for group in &mut snapshot.groups {
         show(&mut group.name);

@@ -16,6 +16,7 @@ pub struct Hold {
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
     lost: Arc<Mutex<Option<String>>>,
+    losses: String,
 }
 
 impl Hold {
@@ -30,7 +31,7 @@ impl Hold {
             action,
             lease_ms,
         };
-        remote.operate(&leased(request.action.clone(), Some(lease_ms)))?;
+        let losses = remote.operate_and_tell(&leased(request.action.clone(), Some(lease_ms)))?;
         let renew = leased(
             Action::Renew {
                 schema: schema.clone(),
@@ -65,7 +66,14 @@ impl Hold {
             end: Some(end),
             thread: Some(thread),
             lost,
+            losses,
         })
+    }
+
+    /// What awake schemas lose by it: "goon loses its laser"; empty if nothing.
+    #[must_use]
+    pub fn losses(&self) -> &str {
+        &self.losses
     }
 
     /// Why the hold ended before it was dropped, if it did.

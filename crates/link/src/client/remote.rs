@@ -346,9 +346,22 @@ impl Remote {
     /// # Errors
     /// [`Error::Refused`] with the reason; and as above.
     pub fn operate(&self, request: &Request) -> Result<(), Error> {
+        self.operate_and_tell(request).map(drop)
+    }
+
+    /// As [`Self::operate`]. Returns what awake schemas lose by a stop or an unload: "goon loses its laser"; empty if
+    /// nothing.
+    ///
+    /// # Errors
+    /// As [`Self::operate`].
+    pub fn operate_and_tell(&self, request: &Request) -> Result<String, Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
-        self.query(&self.inner.keys.of(key::OPERATE), Some(json))
-            .map(drop)
+        let reply = self.query(&self.inner.keys.of(key::OPERATE), Some(json))?;
+        Ok(self.operated(&reply)?.losses)
+    }
+
+    fn operated(&self, reply: &Reply) -> Result<OperateReply, Error> {
+        serde_json::from_slice(&reply.message).map_err(|error| self.garbled(error.to_string()))
     }
 
     /// Replaces a plugin's build by the one that is now in its file, by an [`Action::Reload`].
@@ -358,9 +371,7 @@ impl Remote {
     pub fn reload(&self, request: &Request) -> Result<ReloadReport, Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
         let reply = self.query_within(&self.inner.keys.of(key::OPERATE), Some(json), RELOAD)?;
-        let operated: OperateReply =
-            serde_json::from_slice(&reply.message).map_err(|error| self.garbled(error.to_string()))?;
-        operated
+        self.operated(&reply)?
             .reloaded
             .ok_or_else(|| self.garbled("the outcome of the reload is missing"))
     }

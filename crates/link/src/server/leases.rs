@@ -2,7 +2,6 @@
 //! Keeps times and carries out no action.
 
 use std::collections::BTreeMap;
-use std::mem::{Discriminant, discriminant};
 use std::time::{Duration, Instant};
 
 use crate::message::{Action, Refusal, Request};
@@ -13,17 +12,10 @@ const MAX_LEASE_MS: u64 = 3_600_000;
 /// Most leases at once; more than operators and schemas need.
 const MAX_LEASES: usize = 256;
 
-/// All leases, by operator and schema.
+/// The ends of all leases, by operator and schema. An action without a lease changes none: it is a hold of its own.
 #[derive(Default)]
 pub(super) struct Leases {
-    leases: BTreeMap<(String, String), Lease>,
-}
-
-/// A lease.
-struct Lease {
-    until: Instant,
-    /// The action taken under it.
-    action: Discriminant<Action>,
+    leases: BTreeMap<(String, String), Instant>,
 }
 
 impl Leases {
@@ -73,28 +65,9 @@ impl Leases {
             (Action::LetGo { .. }, _) => {
                 self.leases.remove(&key(request));
             }
-            // The same action without a lease lasts; another action leaves the lease unchanged.
-            (action, None) => {
-                let key = key(request);
-                if self
-                    .leases
-                    .get(&key)
-                    .is_some_and(|lease| lease.action == discriminant(action))
-                {
-                    self.leases.remove(&key);
-                }
-            }
-            (Action::Renew { .. }, Some(lease)) => {
-                if let Some(current) = self.leases.get_mut(&key(request)) {
-                    current.until = expiry(now, lease);
-                }
-            }
-            (action, Some(lease)) => {
-                let lease = Lease {
-                    until: expiry(now, lease),
-                    action: discriminant(action),
-                };
-                self.leases.insert(key(request), lease);
+            (_, None) => {}
+            (_, Some(lease)) => {
+                self.leases.insert(key(request), expiry(now, lease));
             }
         }
     }
@@ -102,7 +75,7 @@ impl Leases {
     /// Removes the expired leases and returns requests to let go.
     pub(super) fn take_expired(&mut self, now: Instant) -> Vec<Request> {
         self.leases
-            .extract_if(.., |_, lease| lease.until <= now)
+            .extract_if(.., |_, until| *until <= now)
             .map(|(key, _)| release_request(key))
             .collect()
     }
@@ -117,16 +90,13 @@ impl Leases {
 
     /// Reinserts a lease that could not be ended now.
     pub(super) fn retry(&mut self, request: &Request, now: Instant) {
-        let lease = Lease {
-            until: now + Duration::from_millis(MIN_LEASE_MS),
-            action: discriminant(&request.action),
-        };
-        self.leases.insert(key(request), lease);
+        let until = now + Duration::from_millis(MIN_LEASE_MS);
+        self.leases.insert(key(request), until);
     }
 
     /// When the next lease expires.
     pub(super) fn next(&self) -> Option<Instant> {
-        self.leases.values().map(|lease| lease.until).min()
+        self.leases.values().min().copied()
     }
 }
 
@@ -142,7 +112,7 @@ fn release_request((by, schema): (String, String)) -> Request {
     Request {
         by,
         action: Action::LetGo { schema },
-        lease_ms: None,
+        lease_ms: Some(MIN_LEASE_MS),
     }
 }
 
@@ -194,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn r14_an_action_without_a_lease_lasts_until_a_release() {
+    fn r14_an_action_without_a_lease_is_no_part_of_a_lease_and_a_release_ends_all() {
         let (mut leases, start) = (Leases::default(), Instant::now());
         leases.record(&request("ana", play(), Some(1000)), start);
         leases.record(&request("ben", play(), Some(1000)), start);
@@ -204,7 +174,8 @@ mod tests {
         };
         leases.record(&request("ben", period, None), start);
         leases.record(&request("ana", play(), None), start);
-        assert_eq!(leases.take_expired(start + Duration::from_secs(2)).len(), 1);
+        let expired = leases.take_expired(start + Duration::from_secs(2));
+        assert!(expired.iter().all(|request| request.lease_ms.is_some()) && expired.len() == 2);
         leases.record(&request("ana", play(), Some(1000)), start);
         let release = Action::Release {
             schema: "goon".to_owned(),

@@ -47,7 +47,8 @@ pub(super) enum JobOutcome {
     Snapshot(Box<Snapshot>),
     /// In the order of the board.
     Statuses(Vec<VariableStatus>),
-    Operated(Box<OperatorRequest>, Result<(), Refusal>),
+    /// With what awake schemas lose by it, in words.
+    Operated(Box<OperatorRequest>, Result<String, Refusal>),
     /// Everything was stopped, or the stop was refused; the reply to all these queries.
     Stopped(Vec<Query>, Result<(), Refusal>),
     Reloaded(Box<OperatorRequest>, Result<ReloadReport, Refusal>),
@@ -143,7 +144,7 @@ fn run_worker(subject: &dyn Subject, inbox: &Inbox, jobs: &Receiver<Job>) {
                 JobOutcome::Statuses(variables.map(|variable| variable.status(now)).collect())
             }
             Job::Operate(operation) => {
-                let outcome = subject.act(&operation.request.by, &operation.request.action);
+                let outcome = subject.operate(&operation.request);
                 JobOutcome::Operated(operation, outcome)
             }
             Job::Reload(operation) => {

@@ -14,7 +14,7 @@ use jde_records::snapshot::Snapshot;
 
 use super::description::schemas;
 use super::subject::{OnDrawn, PanelViewer, Subject, SubjectInfo};
-use crate::message::{Action, Refusal, Schemas};
+use crate::message::{Action, Refusal, Request, Schemas};
 use crate::value;
 
 /// A running application as a subject.
@@ -155,52 +155,20 @@ impl Subject for Running {
     }
 
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal> {
-        match action {
-            Action::Reload { .. } => return self.reload(by, action).map(drop),
-            Action::Unload { schema } | Action::Load { schema } => {
-                let indices = self.handle.schema_indices(schema);
-                if indices.len() > 1 {
-                    return self.act_on_all(by, action, indices);
-                }
-            }
-            _ => {}
+        self.act_as(&self.handle.operator(by), action).map(drop)
+    }
+
+    fn operate(&self, request: &Request) -> Result<String, Refusal> {
+        let operator = self.handle.operator(&request.by);
+        match request.lease_ms {
+            Some(_) => self.act_as(&operator.under_lease(), &request.action),
+            None => self.act_as(&operator, &request.action),
         }
-        let operator = self.handle.operator(by);
-        let schema = || self.index_of(action.schema());
-        match action {
-            Action::StopAll => operator.stop_all(),
-            Action::ReleaseAll => operator.release_all(),
-            Action::Continue => operator.continue_time(),
-            Action::Step => operator.step_time(),
-            Action::Play { .. } => operator.play(schema()?),
-            Action::Stop { .. } => operator.hold_asleep(schema()?),
-            Action::Force { .. } => operator.force(schema()?),
-            Action::Release { .. } => operator.release(schema()?),
-            Action::LetGo { .. } => operator.release_own(schema()?),
-            Action::Period { period_s, .. } => match period::from_seconds(*period_s) {
-                Ok(period) => operator.set_period(schema()?, period),
-                Err(error) => Err(error.to_string()),
-            },
-            Action::Modulate {
-                schema: owner,
-                variable,
-                value,
-            } => return self.modulate(&operator, schema()?, owner, variable, value),
-            Action::Unload { .. } => operator.unload(schema()?),
-            Action::Load { .. } => operator.load(schema()?),
-            Action::Reload { .. } => unreachable!("reloads are carried out above"),
-            Action::Touch { gesture, .. } => self
-                .handle
-                .touch(by, schema()?, gesture.clone())
-                .map_err(|refusal| refusal.to_string()),
-            Action::Renew { .. } => schema().map(drop).map_err(|refusal| refusal.error),
-        }
-        .map_err(Refusal::new)
     }
 }
 
-/// An action on one schema.
-type SchemaAction = fn(&OperatorHandle, usize) -> Result<(), String>;
+/// An action on one schema. Returns what awake schemas lose by it.
+type SchemaAction = fn(&OperatorHandle, usize) -> Result<String, String>;
 
 /// The longest probation of a new build, s: an hour.
 const MAX_PROBATION_S: f64 = 3600.0;
@@ -219,15 +187,72 @@ impl PanelViewer for PanelView {
 }
 
 impl Running {
-    /// Unloads or loads all schemas of a plugin. Unloads motor schemas first and drivers last, since the
-    /// former depend on the latter; loads in the reverse order. If one is refused, the others are restored.
-    fn act_on_all(&self, by: &str, action: &Action, mut schemas: Vec<usize>) -> Result<(), Refusal> {
-        let operator = self.handle.operator(by);
+    /// Carries out an action. Returns what awake schemas lose by it, in words.
+    fn act_as(&self, operator: &OperatorHandle, action: &Action) -> Result<String, Refusal> {
+        match action {
+            Action::Reload { .. } => {
+                return self.reload(operator.name(), action).map(|_| String::new());
+            }
+            Action::Unload { schema } | Action::Load { schema } | Action::LetGo { schema } => {
+                let indices = self.handle.schema_indices(schema);
+                if indices.len() > 1 {
+                    return self.act_on_all(operator, action, indices);
+                }
+            }
+            _ => {}
+        }
+        let schema = || self.index_of(action.schema());
+        let done = match action {
+            Action::Stop { .. } => return operator.stop(schema()?, false).map_err(Refusal::new),
+            Action::Unload { .. } => return operator.stop(schema()?, true).map_err(Refusal::new),
+            Action::StopAll => operator.stop_all(),
+            Action::ReleaseAll => operator.release_all(),
+            Action::Continue => operator.continue_time(),
+            Action::Step => operator.step_time(),
+            Action::Play { .. } => operator.play(schema()?),
+            Action::Force { .. } => operator.force(schema()?),
+            Action::Release { .. } => operator.release(schema()?),
+            Action::LetGo { .. } => operator.release_own(schema()?),
+            Action::Period { period_s, .. } => match period::from_seconds(*period_s) {
+                Ok(period) => operator.set_period(schema()?, period),
+                Err(error) => Err(error.to_string()),
+            },
+            Action::Modulate {
+                schema: owner,
+                variable,
+                value,
+            } => {
+                let modulated = self.modulate(operator, schema()?, owner, variable, value);
+                return modulated.map(|()| String::new());
+            }
+            Action::Load { .. } => operator.load(schema()?),
+            Action::Reload { .. } => unreachable!("reloads are carried out above"),
+            Action::Touch { gesture, .. } => self
+                .handle
+                .touch(operator.name(), schema()?, gesture.clone())
+                .map_err(|refusal| refusal.to_string()),
+            Action::Renew { .. } => schema().map(drop).map_err(|refusal| refusal.error),
+        };
+        done.map(|()| String::new()).map_err(Refusal::new)
+    }
+
+    /// Unloads, loads or lets go of all schemas of a plugin. Unloads motor schemas first and drivers last, since the
+    /// former depend on the latter; loads in the reverse order. If one is refused, the others are restored. Returns
+    /// what other schemas lose by it.
+    fn act_on_all(
+        &self,
+        operator: &OperatorHandle,
+        action: &Action,
+        mut schemas: Vec<usize>,
+    ) -> Result<String, Refusal> {
         let unloads = matches!(action, Action::Unload { .. });
-        let (act, undo): (SchemaAction, SchemaAction) = if unloads {
-            (OperatorHandle::unload, OperatorHandle::load)
-        } else {
-            (OperatorHandle::load, OperatorHandle::unload)
+        let unload: SchemaAction = |operator, schema| operator.stop(schema, true);
+        let load: SchemaAction = |operator, schema| operator.load(schema).map(|()| String::new());
+        let let_go: SchemaAction = |operator, schema| operator.release_own(schema).map(|()| String::new());
+        let (act, undo) = match action {
+            Action::Unload { .. } => (unload, load),
+            Action::Load { .. } => (load, unload),
+            _ => (let_go, let_go),
         };
         let instances = &self.handle.application().instances;
         let rank = |schema: &usize| match instances[*schema].schema.kind {
@@ -239,17 +264,22 @@ impl Running {
         if !unloads {
             schemas.reverse();
         }
+        let mut losses = Vec::new();
         for (place, schema) in schemas.iter().enumerate() {
-            if let Err(reason) = act(&operator, *schema) {
+            let result = act(operator, *schema);
+            if let Ok(lost) = &result {
+                losses.extend((!lost.is_empty()).then(|| lost.clone()));
+            }
+            if let Err(reason) = result {
                 for done in schemas[..place].iter().rev() {
                     // A recent action can be undone, unless the schema is not yet at rest. Then it remains,
                     // and its state shows it.
-                    let _ = undo(&operator, *done);
+                    let _ = undo(operator, *done);
                 }
                 return Err(Refusal::new(reason));
             }
         }
-        Ok(())
+        Ok(losses.join(", "))
     }
 
     /// Finds the variable and converts its new value.

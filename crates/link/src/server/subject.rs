@@ -9,7 +9,7 @@ use jde_panel::PanelFrame;
 use jde_records::reload::ReloadReport;
 use jde_records::snapshot::Snapshot;
 
-use crate::message::{Action, Range, Refusal, Schemas};
+use crate::message::{Action, Range, Refusal, Request, Schemas};
 
 /// The subject of a link. Called only from threads of the link, at bounded rates.
 pub trait Subject: Send + Sync + 'static {
@@ -39,6 +39,15 @@ pub trait Subject: Send + Sync + 'static {
     /// # Errors
     /// The reason for a refusal.
     fn act(&self, by: &str, action: &Action) -> Result<(), Refusal>;
+    /// Carries out a request, under its lease if it has one: then a [`Action::LetGo`] ends what that lease holds. Returns
+    /// in words what awake schemas lose by it; empty if nothing.
+    ///
+    /// # Errors
+    /// The reason for a refusal.
+    fn operate(&self, request: &Request) -> Result<String, Refusal> {
+        self.act(&request.by, &request.action)?;
+        Ok(String::new())
+    }
     /// Carries out an [`Action::Reload`]. It waits for schemas, so it runs on a thread of its own.
     ///
     /// # Errors

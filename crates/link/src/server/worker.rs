@@ -129,7 +129,7 @@ impl Worker {
         }
         self.publish_events();
         for request in self.leases.take_all() {
-            let _ = self.subject.act(&request.by, &request.action);
+            let _ = self.subject.operate(&request);
         }
         drop((self.hierarchy, self.statuses));
         for thread in self.threads {
@@ -223,7 +223,7 @@ impl Worker {
             }
             JobOutcome::Stopped(queries, outcome) => {
                 for query in queries {
-                    self.reply_outcome(&query, outcome.clone(), true);
+                    self.reply_outcome(&query, outcome.clone().map(|()| String::new()), true);
                 }
             }
             JobOutcome::Reloaded(operated, outcome) => {
@@ -244,11 +244,12 @@ impl Worker {
         }
     }
 
-    fn reply_outcome(&self, query: &Query, outcome: Result<(), Refusal>, is_global: bool) {
+    fn reply_outcome(&self, query: &Query, outcome: Result<String, Refusal>, is_global: bool) {
         match outcome {
-            Ok(()) => {
+            Ok(losses) => {
                 let message = OperateReply {
                     ok: true,
+                    losses,
                     roots: if is_global { self.roots.clone() } else { Vec::new() },
                     ..OperateReply::default()
                 };

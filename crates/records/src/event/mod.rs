@@ -171,6 +171,8 @@ pub enum Event {
         by: String,
         /// The action.
         action: OperatorAction,
+        /// What awake schemas can no longer read since.
+        losses: Vec<Loss>,
     },
     /// Another build of a schema took over from the build before, between two iterations (R10).
     Reloaded {
@@ -199,6 +201,15 @@ pub enum Event {
         /// How it ended.
         outcome: Outcome,
     },
+}
+
+/// An import of an awake schema whose source sleeps, because an operator stopped or unloaded it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Loss {
+    /// The schema that imports.
+    pub reader: usize,
+    /// The name of its import.
+    pub import: String,
 }
 
 impl Event {

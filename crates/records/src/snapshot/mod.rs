@@ -4,6 +4,8 @@
 
 mod names;
 
+use std::fmt;
+
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
 use serde::{Deserialize, Serialize};
@@ -77,8 +79,11 @@ pub struct SchemaView {
     /// Calls of it that were given up and have not returned.
     #[serde(default)]
     pub left: u64,
-    /// The operator action in force on it, and the operator.
+    /// What an operator holds it to: of several holds, the first in the order of [`HoldKind`].
     pub operator: Option<Hold>,
+    /// The other holds on it, in the same order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub more_holds: Vec<Hold>,
     /// Whether it has a panel.
     #[serde(default)]
     pub panel: bool,
@@ -88,6 +93,39 @@ pub struct SchemaView {
     /// The result of its reloads; `None` before one took over or failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reload: Option<ReloadView>,
+}
+
+impl SchemaView {
+    /// Returns all holds of operators on it.
+    pub fn holds(&self) -> impl Iterator<Item = &Hold> {
+        self.operator.iter().chain(&self.more_holds)
+    }
+
+    /// Returns whether an operator holds it to this.
+    #[must_use]
+    pub fn is_held_to(&self, kind: HoldKind) -> bool {
+        self.holds().any(|hold| hold.kind == kind)
+    }
+
+    /// Returns the first hold that keeps it asleep.
+    #[must_use]
+    pub fn stop(&self) -> Option<&Hold> {
+        self.holds()
+            .find(|hold| matches!(hold.kind, HoldKind::Unloaded | HoldKind::Stopped))
+    }
+
+    /// Returns whether it was stopped together with everything else.
+    #[must_use]
+    pub fn is_stopped_with_everything(&self) -> bool {
+        self.holds().any(|hold| hold.with_everything)
+    }
+
+    /// Returns all holds in words: "stopped by ana@laptop, forced by ben@base"; `None` without holds.
+    #[must_use]
+    pub fn held_by(&self) -> Option<String> {
+        let words: Vec<_> = self.holds().map(ToString::to_string).collect();
+        (!words.is_empty()).then(|| words.join(", "))
+    }
 }
 
 /// The result of the reloads of a schema.
@@ -103,20 +141,33 @@ pub struct ReloadView {
     pub undone: Option<String>,
 }
 
-/// An operator's action on a schema that has not been undone (R14).
+/// One action of an operator that is in force on a schema (R14). Each ends alone.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hold {
-    /// The kind; of several, the first in the order of [`HoldKind`].
+    /// What the schema is held to.
     pub kind: HoldKind,
-    /// Whether it was stopped together with everything else, independent of other actions on it.
+    /// Whether it was stopped together with everything else; of an unload, whether the schema also was.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub with_everything: bool,
+    /// Whether it ends with a lease.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub leased: bool,
     /// The operator's name: "ana@laptop".
     pub by: String,
 }
 
+impl fmt::Display for Hold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let with = match self.kind {
+            HoldKind::Stopped if self.with_everything => " with everything",
+            _ => "",
+        };
+        write!(f, "{}{with} by {}", self.kind.word(), self.by)
+    }
+}
+
 /// The kinds of an operator's action on a schema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HoldKind {
     /// Asleep and without an instance.
@@ -241,6 +292,7 @@ mod tests {
         let hold = Hold {
             kind: HoldKind::Forced,
             with_everything: false,
+            leased: false,
             by: "ana@laptop".to_owned(),
         };
         Snapshot {

@@ -24,7 +24,7 @@ use jde_link::message::{About, Action, SchemaInfo, Schemas, VariableInfo};
 use jde_link::{Error, Rate, Remote, Sample, Subscription};
 use jde_panel::Gesture;
 use jde_records::RecordKind;
-use jde_records::snapshot::{HoldKind, SchemaView, Snapshot};
+use jde_records::snapshot::{SchemaView, Snapshot};
 use jde_types::{Body, Value};
 
 pub(crate) use client::{Notice, Outcome};
@@ -225,14 +225,13 @@ impl Session {
 
     /// Whether an operator keeps a schema stopped or unloaded.
     pub(crate) fn is_stopped(&self, schema: &str) -> bool {
-        let hold = self.view(schema).and_then(|view| view.operator.as_ref());
-        hold.is_some_and(|hold| matches!(hold.kind, HoldKind::Stopped | HoldKind::Unloaded))
+        self.view(schema).is_some_and(|view| view.stop().is_some())
     }
 
     /// Whether everything was stopped at once, and at least one root is still held by that.
     pub(crate) fn is_everything_stopped(&self) -> bool {
-        let mut holds = self.roots().filter_map(|root| self.view(root)?.operator.as_ref());
-        holds.any(|hold| hold.with_everything)
+        let mut roots = self.roots().filter_map(|root| self.view(root));
+        roots.any(SchemaView::is_stopped_with_everything)
     }
 
     /// Why time stands still; `None` while it passes.

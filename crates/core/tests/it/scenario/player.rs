@@ -2,7 +2,9 @@
 //!
 //! It stops at the first difference from the scenario.
 
-use jde_core::{ArbitrationReply, Check, Effect, Hierarchy, Nanos, Operator, Record, Refused, SchemaId};
+use jde_core::{
+    ArbitrationReply, Check, Effect, Hierarchy, Holder, Nanos, Operator, Record, Refused, SchemaId,
+};
 
 use super::phrases::{Names, Time, case, decider, health, number, policy, state, time};
 use super::{Scenario, Step, Why};
@@ -83,8 +85,13 @@ impl Player {
                 self.shadow.begin_shutdown();
                 self.call(|h, out| h.shutdown(now, out))
             }
-            ["operator", "may", "not", verb, name] => self.operate(verb, name).and_then(|r| self.refusal(r)),
-            ["operator", verb, name] => self.operate(verb, name).and_then(accepted),
+            [who @ ("operator" | "ana" | "ben"), what @ ..] => self.operate(who, what),
+            ["everything", "goes", "on"] => self
+                .call(|h, out| h.release_all(now, out))?
+                .map(drop)
+                .map_err(|refused| refused.to_string()),
+            ["the", "debugger", "holds", name] => self.debug(name, true),
+            ["the", "debugger", "lets", name, "go", "on"] => self.debug(name, false),
             [name, "becomes", "unready"] => self.check(name, false, None, now),
             [name, "becomes", "ready"] => self.check(name, true, None, now),
             [name, "becomes", "ready", "since", since] => self.check(name, true, None, time(since)?),
@@ -207,16 +214,55 @@ impl Player {
         self.call(|h, out| call(h, now, father, child, out))
     }
 
-    fn operate(&mut self, verb: &str, name: &str) -> Result<Result<(), Refused>, String> {
+    /// Carries out what an operator does, or may not do, lastingly or under a lease.
+    fn operate(&mut self, who: &str, what: &[&str]) -> Result<(), String> {
+        let operator = match who {
+            "operator" => 1,
+            "ana" => 2,
+            _ => 3,
+        };
+        let now = self.now;
+        let lasting = Holder::lasting(operator);
+        let ended = match what {
+            ["stops", "everything"] => self.call(|h, out| h.stop_all(now, lasting, out))?,
+            ["lets", "go", "of", name] => self.let_go(lasting, name)?,
+            ["ends", "the", "lease", "on", name] => self.let_go(Holder::leased(operator), name)?,
+            ["loads", name] => {
+                let id = self.find(name)?;
+                self.call(|h, out| h.load(now, id, out))?
+            }
+            ["may", "not", verb, name, lease @ ..] => {
+                let refused = self.act(holder(operator, lease)?, verb, name)?;
+                return self.refusal(refused);
+            }
+            [verb, name, lease @ ..] => self.act(holder(operator, lease)?, verb, name)?,
+            _ => return Err("an operator cannot do this".into()),
+        };
+        accepted(ended)
+    }
+
+    fn let_go(&mut self, by: Holder, name: &str) -> Result<Result<(), Refused>, String> {
+        let (id, now) = (self.find(name)?, self.now);
+        Ok(self.call(|h, out| h.let_go(now, by, id, out))?.map(drop))
+    }
+
+    fn act(&mut self, by: Holder, verb: &str, name: &str) -> Result<Result<(), Refused>, String> {
         let (id, now) = (self.find(name)?, self.now);
         let action = match verb {
+            "unloads" => return self.call(|h, out| h.unload(now, by, id, out)),
             "plays" | "play" => Operator::Play(id),
             "stops" | "stop" => Operator::Stop(id),
             "forces" | "force" => Operator::Force(id),
             "releases" | "release" => Operator::Release(id),
             _ => return Err(format!("an operator cannot `{verb}`")),
         };
-        self.call(|h, out| h.operator(now, action, out))
+        self.call(|h, out| h.operator(now, by, action, out))
+    }
+
+    fn debug(&mut self, name: &str, debugged: bool) -> Result<(), String> {
+        let id = self.find(name)?;
+        self.shadow.set_debugged(id, debugged);
+        self.call(|h, out| h.set_debugged(id, debugged, out))
     }
 
     fn refusal(&mut self, result: Result<(), Refused>) -> Result<(), String> {
@@ -358,6 +404,14 @@ impl Player {
             expect_equal("candidates", &candidates.join(", "), &expected.join(", "))?;
         }
         Ok(())
+    }
+}
+
+fn holder(operator: u32, lease: &[&str]) -> Result<Holder, String> {
+    match lease {
+        [] => Ok(Holder::lasting(operator)),
+        ["under", "a", "lease"] => Ok(Holder::leased(operator)),
+        _ => Err("an operator acts lastingly or `under a lease`".into()),
     }
 }
 

@@ -4,41 +4,45 @@
 //! Each operation is one transaction of the rules, so that every other change precedes or follows it
 //! entirely.
 
-use jde_core::{Effect, Hierarchy, Nanos, Operator, Refused, SchemaId};
+use jde_core::{Effect, Hierarchy, Holder, Nanos, Operator, Refused, SchemaId};
 use jde_records::event::OperatorAction;
 use jde_records::turn::Turn;
 
-use super::{Operators, schema};
+use super::holds::Actor;
+use super::{Operators, encode, schema};
 
 impl Operators {
     /// Puts every root to sleep with all schemas below it. When this returns, a schema inside an iteration
     /// has lost its authority, long before the group's patience ends (R1). Every command is neutral, even
     /// where an absence policy would hold it for a while (R9).
-    pub(crate) fn stop_all(&self, by: &str) -> Result<(), String> {
-        let (done, moment) = self
-            .rules
-            .transact_recorded(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
+    pub(crate) fn stop_all(&self, by: &Actor) -> Result<(), String> {
+        let mut holder = Holder::UNKNOWN;
+        let (done, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
+            holder = self.holds().holder(hierarchy, by);
+            self.stop_roots(hierarchy, now, out, holder)
+        });
         let way = if done.is_ok() { Turn::ALL_STOPPED } else { 0 };
-        self.rules.record_turn(Turn::OPERATED, 0, way, moment);
-        self.report_operations(by, done, Operator::Stop)
+        self.rules
+            .record_detailed_turn(Turn::OPERATED, 0, way, encode(holder), moment);
+        self.report_operations(&by.name, done, Operator::Stop)
     }
 
-    /// Releases every root that was stopped with everything and was not also stopped individually.
-    pub(crate) fn release_all(&self, by: &str) -> Result<(), String> {
+    /// Ends every stop of everything.
+    pub(crate) fn release_all(&self, by: &Actor) -> Result<(), String> {
         let (done, moment) = self
             .rules
             .transact_recorded(|hierarchy, now, out| hierarchy.release_all(now, out));
         let way = if done.is_ok() { Turn::ALL_RELEASED } else { 0 };
         self.rules.record_turn(Turn::OPERATED, 0, way, moment);
-        self.report_operations(by, done, Operator::Release)
+        self.report_operations(&by.name, done, Operator::Release)
     }
 
     /// Repeats an operator's stop of everything, in a replay.
-    pub(crate) fn repeat_stop_all(&self) {
+    pub(crate) fn repeat_stop_all(&self, by: Holder) {
         // The original operator was informed of a refusal.
         let _ = self
             .rules
-            .transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, ""));
+            .transact(|hierarchy, now, out| self.stop_roots(hierarchy, now, out, by));
     }
 
     /// Repeats an operator's release of everything, in a replay.
@@ -53,13 +57,12 @@ impl Operators {
         hierarchy: &mut Hierarchy,
         now: Nanos,
         out: &mut Vec<Effect>,
-        by: &str,
+        by: Holder,
     ) -> Result<Vec<SchemaId>, Refused> {
-        hierarchy.stop_all(now, out)?;
+        hierarchy.stop_all(now, by, out)?;
         let groups = self.application.groups.iter();
         let tops = groups.filter(|group| group.father.is_none());
         let roots = tops.flat_map(|group| group.members.iter().map(|root| schema(*root)));
-        by.clone_into(&mut self.holds().stop_all_operator);
         Ok(roots.collect())
     }
 

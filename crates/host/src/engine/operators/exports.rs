@@ -10,6 +10,7 @@ use jde_records::event::OperatorAction;
 use jde_records::turn::{Moment, Turn};
 
 use super::Operators;
+use super::holds::Actor;
 use crate::engine::services::seed_of;
 use crate::sensor_fault::SensorFault;
 
@@ -17,7 +18,7 @@ impl Operators {
     /// Lets an export fail until it is repaired or its schema is released.
     pub(crate) fn fail_export(
         &self,
-        by: &str,
+        by: &Actor,
         instance: usize,
         export: &str,
         fault: SensorFault,
@@ -28,11 +29,14 @@ impl Operators {
         fault
             .check(value_type)
             .map_err(|reason| format!("`{name}.{export}` cannot fail so: {reason}"))?;
-        self.holds().failing.insert((instance, port), by.to_owned());
-        let time = self.record_export(instance, port, Turn::FAILED_EXPORT, &fault.words());
-        self.set_fault(instance, port, fault, time);
+        let mut held = self.holds();
+        let failures = held.failing.entry((instance, port)).or_default();
+        failures.retain(|(actor, _)| actor != by);
+        failures.push((by.clone(), fault));
+        drop(held);
+        self.begin_fault(instance, port, fault);
         self.rules.report_operation(
-            by,
+            &by.name,
             OperatorAction::Fail {
                 schema: instance,
                 export: export.to_owned(),
@@ -43,7 +47,7 @@ impl Operators {
     }
 
     /// Ends the failure of an export, whoever caused it.
-    pub(crate) fn repair_export(&self, by: &str, instance: usize, export: &str) -> Result<(), String> {
+    pub(crate) fn repair_export(&self, by: &Actor, instance: usize, export: &str) -> Result<(), String> {
         let (port, _) = self.export(instance, export)?;
         if self.holds().failing.remove(&(instance, port)).is_none() {
             return Err(format!("`{}.{export}` does not fail", self.name(instance)));
@@ -51,19 +55,31 @@ impl Operators {
         self.end_fault(instance, port);
         let (schema, export) = (instance, export.to_owned());
         self.rules
-            .report_operation(by, OperatorAction::Repair { schema, export });
+            .report_operation(&by.name, OperatorAction::Repair { schema, export });
         Ok(())
     }
 
-    /// Repairs the exports of an instance that the operators selected by `whose` let fail. Returns whether
-    /// there were any.
-    pub(super) fn repair_exports(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
-        let theirs = |(owner, _): &(usize, usize), by: &mut String| *owner == instance && whose(by);
-        let failing: Vec<_> = self.holds().failing.extract_if(.., theirs).collect();
-        for ((_, port), _) in &failing {
-            self.end_fault(instance, *port);
+    /// Ends what the actors selected by `whose` let fail of an instance. Of several failures of an export, the newest
+    /// that is left is in force again. Returns whether there were any.
+    pub(super) fn repair_exports(&self, instance: usize, whose: impl Fn(&Actor) -> bool) -> bool {
+        let mut changed = Vec::new();
+        let mut held = self.holds();
+        for ((_, port), failures) in held.failing.range_mut((instance, 0)..=(instance, usize::MAX)) {
+            let is_newest = failures.last().is_some_and(|(actor, _)| whose(actor));
+            failures.retain(|(actor, _)| !whose(actor));
+            if is_newest {
+                changed.push((*port, failures.last().map(|(_, fault)| *fault)));
+            }
         }
-        !failing.is_empty()
+        held.failing.retain(|_, failures| !failures.is_empty());
+        drop(held);
+        for (port, fault) in &changed {
+            match fault {
+                Some(fault) => self.begin_fault(instance, *port, *fault),
+                None => self.end_fault(instance, *port),
+            }
+        }
+        !changed.is_empty()
     }
 
     /// Repeats a failure or a repair, in a replay. Values of drivers come from the recording, and have failed
@@ -87,6 +103,11 @@ impl Operators {
         if fault == SensorFault::Silent {
             variable.retract();
         }
+    }
+
+    fn begin_fault(&self, instance: usize, port: usize, fault: SensorFault) {
+        let time = self.record_export(instance, port, Turn::FAILED_EXPORT, &fault.words());
+        self.set_fault(instance, port, fault, time);
     }
 
     fn end_fault(&self, instance: usize, port: usize) {

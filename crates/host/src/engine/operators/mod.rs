@@ -1,11 +1,12 @@
 //! What operators do from outside the hierarchy (R14).
 //!
-//! Each action on the hierarchy is one transaction, which also records the operator. A replay repeats the
-//! actions without their operators.
+//! Each action on the hierarchy is one transaction, which also records the operator's number there. A replay repeats
+//! the actions by these numbers, without names.
 
 mod all;
 mod exports;
 mod holds;
+mod losses;
 mod unload;
 mod values;
 
@@ -13,14 +14,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_app::Application;
 use jde_board::Board;
-use jde_core::{Effect, Hierarchy, Nanos, Operator, Requester, SchemaId};
-use jde_records::event::OperatorAction;
+use jde_core::{Effect, Hierarchy, HoldAction, Holder, Nanos, Operator, Refused};
+use jde_records::event::{Loss, OperatorAction};
 use jde_records::snapshot::{Hold, HoldKind};
-use jde_records::turn::Turn;
+use jde_records::turn::{Moment, Turn};
 
 use super::{Rules, Variables, schema};
 use crate::clock::Clock;
 use crate::journal::Journal;
+pub(crate) use holds::Actor;
 use holds::OperatorHolds;
 use values::newest_writer;
 
@@ -59,146 +61,130 @@ impl Operators {
         }
     }
 
-    /// Plays, stops, forces or releases a schema.
-    pub(crate) fn operate(&self, by: &str, operator: Operator) -> Result<(), String> {
-        let (done, moment) = self
-            .rules
-            .transact_recorded(|hierarchy, now, out| self.apply_operation(hierarchy, now, out, by, operator));
-        self.rules.record_turn(
-            Turn::OPERATED,
-            operated_schema(operator),
-            operator_code(operator),
-            moment,
-        );
+    /// Plays, stops, forces or releases a schema. Returns what awake schemas lose by it.
+    pub(crate) fn operate(&self, by: &Actor, operator: Operator) -> Result<Vec<Loss>, String> {
+        let instance = operated_schema(operator);
+        let ((done, losses), moment, holder) = self.transact_as(by, |hierarchy, now, out, holder| {
+            self.with_losses(hierarchy, instance, |hierarchy| {
+                let done = hierarchy.operator(now, holder, operator, out);
+                done.map_err(|refused| self.refusal(&refused))
+            })
+        });
+        self.record_turn(instance, operator_code(operator), holder, moment);
         done?;
-        if let Operator::Release(id) = operator {
-            self.restore_values(id.index(), |_| true);
-            self.repair_exports(id.index(), |_| true);
+        if let Operator::Release(_) = operator {
+            self.restore_values(instance, |_| true);
+            self.repair_exports(instance, |_| true);
         }
         self.rules
-            .report_operation(by, OperatorAction::Hierarchy(operator));
-        Ok(())
+            .report_stop(&by.name, OperatorAction::Hierarchy(operator), losses.clone());
+        Ok(losses)
     }
 
     /// Repeats an operator's action on the hierarchy, in a replay. An action that was refused is refused
     /// again.
-    pub(crate) fn repeat_operation(&self, operator: Operator) {
-        // The original operator was informed of a refusal.
-        let _: Result<(), String> = self
-            .rules
-            .transact(|hierarchy, now, out| self.apply_operation(hierarchy, now, out, "", operator));
-    }
-
-    /// Repeats the release of one operator's hold, in a replay.
-    pub(crate) fn repeat_undo(&self, instance: usize) {
+    pub(crate) fn repeat_operation(&self, by: Holder, operator: Operator) {
         // The original operator was informed of a refusal.
         let _ = self
             .rules
-            .transact(|hierarchy, now, out| self.undo(hierarchy, now, out, instance));
+            .transact(|hierarchy, now, out| hierarchy.operator(now, by, operator, out));
     }
 
-    /// Undoes what operators did to a schema individually.
-    fn undo(
-        &self,
-        hierarchy: &mut Hierarchy,
-        now: Nanos,
-        out: &mut Vec<Effect>,
-        instance: usize,
-    ) -> Result<(), String> {
-        hierarchy
-            .let_go(now, schema(instance), out)
-            .map_err(|refused| refused.to_string())?;
-        self.holds().remove_hold(instance);
-        Ok(())
+    /// Repeats the end of what one operator held, in a replay.
+    pub(crate) fn repeat_undo(&self, by: Holder, instance: usize) {
+        // The original operator was informed of a refusal.
+        let _ = self
+            .rules
+            .transact(|hierarchy, now, out| hierarchy.let_go(now, by, schema(instance), out));
     }
 
-    /// Applies an operator's action to the hierarchy, and records the hold.
-    fn apply_operation(
-        &self,
-        hierarchy: &mut Hierarchy,
-        now: Nanos,
-        out: &mut Vec<Effect>,
-        by: &str,
-        operator: Operator,
-    ) -> Result<(), String> {
-        let instance = operated_schema(operator);
-        if matches!(operator, Operator::Play(_)) && self.is_unloaded(instance) {
-            return Err(format!("`{}` is unloaded; load it first", self.name(instance)));
-        }
-        hierarchy
-            .operator(now, operator, out)
-            .map_err(|refused| refused.to_string())?;
-        let mut held = self.holds();
-        match operator {
-            Operator::Play(_) | Operator::Stop(_) | Operator::Force(_) => held.set_hold(instance, by),
-            Operator::Release(_) => held.remove_hold(instance),
-        }
-        Ok(())
-    }
-
-    /// Undoes what one operator did to a schema.
-    pub(crate) fn release_own(&self, by: &str, instance: usize) -> Result<(), String> {
+    /// Ends what one lease, or one operator with all leases, holds of a schema.
+    pub(crate) fn release_own(&self, by: &Actor, instance: usize) -> Result<(), String> {
         self.check_schema(instance)?;
-        let release = Operator::Release(schema(instance));
-        let (held, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
-            if !self.holds().is_held_by(instance, by) {
-                return Ok(false);
-            }
-            self.undo(hierarchy, now, out, instance).map(|()| true)
+        let (held, moment, holder) = self.transact_as(by, |hierarchy, now, out, holder| {
+            hierarchy.let_go(now, holder, schema(instance), out)
         });
         let way = if held == Ok(false) { 0 } else { Turn::UNDONE };
-        self.rules.record_turn(Turn::OPERATED, instance, way, moment);
-        let held = held?;
-        let given_back = self.restore_values(instance, |writer| writer == by);
-        let repaired = self.repair_exports(instance, |operator| operator == by);
+        self.record_turn(instance, way, holder, moment);
+        let held = held.map_err(|refused| refused.to_string())?;
+        let given_back = self.restore_values(instance, |actor| by.covers(actor));
+        let repaired = self.repair_exports(instance, |actor| by.covers(actor));
         if held || given_back || repaired {
+            let release = Operator::Release(schema(instance));
             self.rules
-                .report_operation(by, OperatorAction::Hierarchy(release));
+                .report_operation(&by.name, OperatorAction::Hierarchy(release));
         }
         Ok(())
     }
 
-    /// The hold of an operator on a schema, and the operator.
-    pub(super) fn hold_view(&self, hierarchy: &Hierarchy, instance: usize) -> Option<Hold> {
+    /// Runs a transaction of an operator, who gets a number in the hierarchy.
+    fn transact_as<R>(
+        &self,
+        by: &Actor,
+        change: impl FnOnce(&mut Hierarchy, Nanos, &mut Vec<Effect>, Holder) -> R,
+    ) -> (R, Moment, Holder) {
+        let mut holder = Holder::UNKNOWN;
+        let (result, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
+            holder = self.holds().holder(hierarchy, by);
+            change(hierarchy, now, out, holder)
+        });
+        (result, moment, holder)
+    }
+
+    fn record_turn(&self, instance: usize, way: u8, by: Holder, moment: Moment) {
+        self.rules
+            .record_detailed_turn(Turn::OPERATED, instance, way, encode(by), moment);
+    }
+
+    /// Describes a refusal, with the operator who holds and what ends that.
+    fn refusal(&self, refused: &Refused) -> String {
+        let Refused::HeldStopped { schema, stop } = refused else {
+            return refused.to_string();
+        };
         let held = self.holds();
-        if let Some(kind) = hold_kind(hierarchy, schema(instance)) {
-            let unloaded = held.unloaded.contains(&instance);
-            let kind = if unloaded { HoldKind::Unloaded } else { kind };
-            let with_everything = hierarchy.is_stopped_with_all(schema(instance));
-            // The operator is recorded in the transaction that causes the hold.
-            let by = if with_everything && !unloaded {
-                held.stop_all_operator.clone()
-            } else {
-                held.operators.get(&instance).cloned().unwrap_or_default()
-            };
-            return Some(Hold {
-                kind,
-                with_everything,
-                by,
-            });
-        }
-        let mut failing = held.failing.range((instance, 0)..=(instance, usize::MAX));
-        if let Some((_, by)) = failing.next() {
-            return Some(Hold {
-                kind: HoldKind::Failing,
-                with_everything: false,
-                by: by.clone(),
-            });
-        }
-        let value = held
-            .values
-            .iter()
-            .find(|value| value.owner == instance && newest_writer(&value.variable) == OPERATOR)?;
-        let retimed = Arc::ptr_eq(&value.variable, self.variables.period(instance));
-        Some(Hold {
-            kind: if retimed {
+        let by = held.name(stop.by);
+        let end = match stop.action {
+            HoldAction::StoppedWithAll => "`jde release --all` lets everything go on".to_owned(),
+            HoldAction::Unloaded => format!("`jde load {schema}` loads it"),
+            HoldAction::Stopped | HoldAction::Forced | HoldAction::Played => {
+                format!("`jde release {schema}` ends that")
+            }
+        };
+        let word = hold_kind(stop.action).word();
+        format!("`{schema}` is {word} by {by}, and an action with a lease does not end that: {end}")
+    }
+
+    /// Everything that operators hold a schema to, in the order of the kinds.
+    pub(super) fn hold_views(&self, hierarchy: &Hierarchy, instance: usize) -> Vec<Hold> {
+        let held = self.holds();
+        let with_all = |hold: jde_core::Hold| hold.action == HoldAction::StoppedWithAll;
+        let everything = hierarchy.holds(schema(instance)).any(with_all);
+        let in_hierarchy = hierarchy.holds(schema(instance)).map(|hold| Hold {
+            kind: hold_kind(hold.action),
+            with_everything: with_all(hold) || everything && hold.action == HoldAction::Unloaded,
+            leased: hold.by.leased,
+            by: held.name(hold.by).to_owned(),
+        });
+        let failing = held.failing.range((instance, 0)..=(instance, usize::MAX));
+        let failing = failing.flat_map(|(_, failures)| failures);
+        let failing = failing.map(|(actor, _)| actor.hold(HoldKind::Failing));
+        let in_force = |value: &&holds::Overwritten| {
+            value.owner == instance && newest_writer(&value.variable) == OPERATOR
+        };
+        let values = held.values.iter().filter(in_force).flat_map(|value| {
+            let retimed = Arc::ptr_eq(&value.variable, self.variables.period(instance));
+            let kind = if retimed {
                 HoldKind::Retimed
             } else {
                 HoldKind::Modulated
-            },
-            with_everything: false,
-            by: value.by.clone(),
-        })
+            };
+            value.writes.iter().map(move |(actor, _)| actor.hold(kind))
+        });
+        let mut holds: Vec<_> = in_hierarchy.chain(failing).chain(values).collect();
+        holds.sort_by_key(|hold| (hold.kind, !hold.with_everything));
+        // An operator may hold several values.
+        holds.dedup();
+        holds
     }
 
     fn name(&self, instance: usize) -> &str {
@@ -237,16 +223,24 @@ fn operated_schema(operator: Operator) -> usize {
     }
 }
 
-/// What an operator holds a schema to in the hierarchy.
-fn hold_kind(hierarchy: &Hierarchy, id: SchemaId) -> Option<HoldKind> {
-    let forced = hierarchy.group_of(id).and_then(|group| hierarchy.forced(group)) == Some(id);
-    if hierarchy.is_stopped(id) {
-        Some(HoldKind::Stopped)
-    } else if forced {
-        Some(HoldKind::Forced)
-    } else if hierarchy.requesters(id).contains(&Requester::Operator) {
-        Some(HoldKind::Played)
-    } else {
-        None
+fn hold_kind(action: HoldAction) -> HoldKind {
+    match action {
+        HoldAction::Unloaded => HoldKind::Unloaded,
+        HoldAction::StoppedWithAll | HoldAction::Stopped => HoldKind::Stopped,
+        HoldAction::Forced => HoldKind::Forced,
+        HoldAction::Played => HoldKind::Played,
+    }
+}
+
+/// A holder, as turns encode it.
+fn encode(by: Holder) -> u64 {
+    u64::from(by.operator) << 1 | u64::from(by.leased)
+}
+
+/// Returns the holder that a turn encodes. Older recordings have the one that is unknown.
+pub(crate) fn decode(detail: u64) -> Holder {
+    Holder {
+        operator: u32::try_from(detail >> 1).unwrap_or_default(),
+        leased: detail & 1 == 1,
     }
 }

@@ -1,40 +1,38 @@
 //! Unloading and loading of schemas by operators (R14). The runner ends and creates the instance, between two
 //! iterations (R10).
-//!
-//! A schema that an awake schema needs is not unloaded: without its driver, an acting schema would act on
-//! nothing. A motor schema can always be unloaded: its level selects again, since the schema sleeps.
 
-use jde_abi::describe::Kind;
-use jde_core::{Effect, Health, Hierarchy, Nanos, Operator, Requester, State};
-use jde_records::event::OperatorAction;
+use jde_core::{Effect, Health, Hierarchy, Holder, Nanos, State};
+use jde_records::event::{Loss, OperatorAction};
 use jde_records::turn::Turn;
 
+use super::holds::Actor;
 use super::{Operators, schema};
 use crate::engine::Signal;
 
 impl Operators {
-    /// Puts a schema to sleep and ends its instance. Its variables stay.
-    pub(crate) fn unload(&self, by: &str, instance: usize) -> Result<(), String> {
+    /// Puts a schema to sleep and ends its instance. Its variables stay. Returns what awake schemas lose by it.
+    pub(crate) fn unload(&self, by: &Actor, instance: usize) -> Result<Vec<Loss>, String> {
         self.check_schema(instance)?;
-        let (done, moment) = self.rules.transact_recorded(|hierarchy, now, out| {
-            self.refuse_needed(hierarchy, instance)?;
-            self.unload_within(hierarchy, now, out, by, instance)
+        let ((done, losses), moment, holder) = self.transact_as(by, |hierarchy, now, out, holder| {
+            self.with_losses(hierarchy, instance, |hierarchy| {
+                self.unload_within(hierarchy, now, out, holder, instance)
+            })
         });
         let way = if done.is_ok() { Turn::UNLOADED } else { 0 };
-        self.rules.record_turn(Turn::OPERATED, instance, way, moment);
+        self.record_turn(instance, way, holder, moment);
         if done? {
             self.rules.signals.notify(instance);
         }
-        self.rules
-            .report_operation(by, OperatorAction::Unload { schema: instance });
-        Ok(())
+        let action = OperatorAction::Unload { schema: instance };
+        self.rules.report_stop(&by.name, action, losses.clone());
+        Ok(losses)
     }
 
     /// Repeats an operator's unloading, in a replay. Refused unloadings were not recorded.
-    pub(crate) fn repeat_unload(&self, instance: usize) {
+    pub(crate) fn repeat_unload(&self, by: Holder, instance: usize) {
         let done = self
             .rules
-            .transact(|hierarchy, now, out| self.unload_within(hierarchy, now, out, "", instance));
+            .transact(|hierarchy, now, out| self.unload_within(hierarchy, now, out, by, instance));
         debug_assert!(done.is_ok(), "it was done then: {done:?}");
         if done == Ok(true) {
             self.rules.signals.notify(instance);
@@ -43,7 +41,7 @@ impl Operators {
 
     /// Releases an unloaded schema. Lets a faulted schema try again, with all restarts that its policy
     /// grants. The schema gets a new instance when it wakes up, which is at once if it is requested.
-    pub(crate) fn load(&self, by: &str, instance: usize) -> Result<(), String> {
+    pub(crate) fn load(&self, by: &Actor, instance: usize) -> Result<(), String> {
         self.check_schema(instance)?;
         let (done, moment) = self
             .rules
@@ -52,7 +50,7 @@ impl Operators {
         self.rules.record_turn(Turn::OPERATED, instance, way, moment);
         done?;
         self.rules
-            .report_operation(by, OperatorAction::Load { schema: instance });
+            .report_operation(&by.name, OperatorAction::Load { schema: instance });
         Ok(())
     }
 
@@ -66,7 +64,7 @@ impl Operators {
 
     /// Whether an operator unloaded the schema.
     pub(crate) fn is_unloaded(&self, instance: usize) -> bool {
-        self.holds().unloaded.contains(&instance)
+        self.rules.read(|rules| is_unloaded(&rules.hierarchy, instance))
     }
 
     /// Unloads within a transaction. Returns whether to notify the instance's thread after it.
@@ -75,11 +73,12 @@ impl Operators {
         hierarchy: &mut Hierarchy,
         now: Nanos,
         out: &mut Vec<Effect>,
-        by: &str,
+        by: Holder,
         instance: usize,
     ) -> Result<bool, String> {
-        self.apply_operation(hierarchy, now, out, by, Operator::Stop(schema(instance)))?;
-        self.holds().unloaded.insert(instance);
+        hierarchy
+            .unload(now, by, schema(instance), out)
+            .map_err(|refused| refused.to_string())?;
         // The instance may be asleep already; it ends as soon as it is.
         Ok(self.rules.signals.post(instance, Signal::Unloaded))
     }
@@ -92,7 +91,7 @@ impl Operators {
         instance: usize,
     ) -> Result<(), String> {
         let name = self.name(instance);
-        let (unloaded, faulted) = (self.is_unloaded(instance), is_faulted(hierarchy, instance));
+        let (unloaded, faulted) = (is_unloaded(hierarchy, instance), is_faulted(hierarchy, instance));
         if !unloaded && !faulted {
             return Err(format!(
                 "`{name}` is not unloaded and has not faulted; unload it first to give it a fresh start"
@@ -101,35 +100,18 @@ impl Operators {
         if hierarchy.state(schema(instance)) != State::Slept {
             return Err(format!("`{name}` has not come to rest yet; try again"));
         }
-        if unloaded {
-            self.undo(hierarchy, now, out, instance)?;
-        }
+        let loaded = hierarchy.load(now, schema(instance), out);
+        loaded.map_err(|refused| refused.to_string())?;
         if faulted {
             hierarchy.restored(now, schema(instance), out);
         }
         Ok(())
     }
+}
 
-    fn refuse_needed(&self, hierarchy: &Hierarchy, instance: usize) -> Result<(), String> {
-        if self.application.instances[instance].schema.kind == Kind::Motor {
-            return Ok(());
-        }
-        let users = hierarchy.requesters(schema(instance)).iter();
-        let users: Vec<_> = users
-            .filter_map(|requester| match requester {
-                Requester::Need(user) | Requester::Father(user) => Some(self.name(user.index())),
-                Requester::Application | Requester::Operator => None,
-            })
-            .collect();
-        if users.is_empty() {
-            return Ok(());
-        }
-        Err(format!(
-            "`{}` is needed by {}, awake now; stop what needs it first",
-            self.name(instance),
-            users.join(", ")
-        ))
-    }
+fn is_unloaded(hierarchy: &Hierarchy, instance: usize) -> bool {
+    let mut holds = hierarchy.holds(schema(instance));
+    holds.any(|hold| hold.action == jde_core::HoldAction::Unloaded)
 }
 
 fn is_faulted(hierarchy: &Hierarchy, instance: usize) -> bool {

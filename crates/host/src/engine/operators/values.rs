@@ -10,12 +10,12 @@ use jde_core::Nanos;
 use jde_records::event::OperatorAction;
 use jde_records::turn::{Moment, Turn};
 
-use super::holds::{Overwritten, PreviousValue};
+use super::holds::{Actor, Overwritten, PreviousValue};
 use super::{OPERATOR, Operators};
 
 impl Operators {
     /// Changes a period, ns.
-    pub(crate) fn retime(&self, by: &str, instance: usize, period: Nanos) -> Result<(), String> {
+    pub(crate) fn retime(&self, by: &Actor, instance: usize, period: Nanos) -> Result<(), String> {
         self.check_schema(instance)?;
         period::check(period).map_err(|error| error.to_string())?;
         let seconds = period as f64 / 1e9;
@@ -26,12 +26,18 @@ impl Operators {
             schema: instance,
             period,
         };
-        self.rules.report_operation(by, action);
+        self.rules.report_operation(&by.name, action);
         Ok(())
     }
 
     /// Writes a modulation by name.
-    pub(crate) fn modulate(&self, by: &str, instance: usize, name: &str, new: &Value) -> Result<(), String> {
+    pub(crate) fn modulate(
+        &self,
+        by: &Actor,
+        instance: usize,
+        name: &str,
+        new: &Value,
+    ) -> Result<(), String> {
         self.check_schema(instance)?;
         let variable = self
             .board
@@ -66,7 +72,7 @@ impl Operators {
             variable: name.to_owned(),
             value: new.to_string(),
         };
-        self.rules.report_operation(by, action);
+        self.rules.report_operation(&by.name, action);
         Ok(())
     }
 
@@ -76,10 +82,10 @@ impl Operators {
         let _ = variable.put(OPERATOR, bytes, self.clock.now(), Nanos::MAX);
     }
 
-    /// Writes as an operator, and keeps the previous value.
+    /// Writes as an operator, and keeps what was in force before.
     fn overwrite(
         &self,
-        by: &str,
+        by: &Actor,
         owner: usize,
         variable: &Arc<Variable>,
         bytes: &[u8],
@@ -92,35 +98,45 @@ impl Operators {
             .iter()
             .position(|value| Arc::ptr_eq(&value.variable, variable));
         let earlier = place.map(|place| held.values.swap_remove(place));
-        // An operator that overwrites another takes over the hold. The value to restore is the newest one
-        // that no operator wrote.
-        let before = match (now, earlier) {
-            (Some(now), _) if now.writer != OPERATOR => Some(now),
-            (_, earlier) => earlier.map(|earlier| earlier.previous),
+        let overwritten = match (now, earlier) {
+            // A father has written since, or nobody held it.
+            (Some(previous), _) if previous.writer != OPERATOR => Some(Overwritten {
+                owner,
+                variable: Arc::clone(variable),
+                previous,
+                writes: Vec::new(),
+            }),
+            (_, earlier) => earlier,
         };
-        held.values.extend(before.map(|before| Overwritten {
-            owner,
-            variable: Arc::clone(variable),
-            previous: before,
-            by: by.to_owned(),
+        held.values.extend(overwritten.map(|mut value| {
+            value.writes.retain(|(actor, _)| actor != by);
+            value.writes.push((by.clone(), bytes.to_vec()));
+            value
         }));
         Ok(())
     }
 
-    /// Restores what the operators selected by `whose` overwrote at an instance. A value that a father has
-    /// written since remains. Returns whether anything was restored.
-    pub(super) fn restore_values(&self, instance: usize, whose: impl Fn(&str) -> bool) -> bool {
+    /// Ends what the actors selected by `whose` wrote at an instance. The newest write that is left is in force again,
+    /// or else the value before all of them. A value that a father has written since remains. Returns whether a value
+    /// changed.
+    pub(super) fn restore_values(&self, instance: usize, whose: impl Fn(&Actor) -> bool) -> bool {
         let mut held = self.holds();
         let mut any = false;
-        let theirs = |value: &mut Overwritten| value.owner == instance && whose(&value.by);
-        for value in held.values.extract_if(.., theirs) {
-            if newest_writer(&value.variable) == OPERATOR {
-                let PreviousValue { writer, bytes } = &value.previous;
-                let put = self.write_recorded(instance, &value.variable, *writer, bytes);
-                put.expect("it was in force before");
-                any = true;
+        for value in held.values.iter_mut().filter(|value| value.owner == instance) {
+            let is_newest = value.writes.last().is_some_and(|(actor, _)| whose(actor));
+            value.writes.retain(|(actor, _)| !whose(actor));
+            if !is_newest || newest_writer(&value.variable) != OPERATOR {
+                continue;
             }
+            let (writer, bytes) = match value.writes.last() {
+                Some((_, bytes)) => (OPERATOR, bytes),
+                None => (value.previous.writer, &value.previous.bytes),
+            };
+            let put = self.write_recorded(instance, &value.variable, writer, bytes);
+            put.expect("it was in force before");
+            any = true;
         }
+        held.values.retain(|value| !value.writes.is_empty());
         any
     }
 

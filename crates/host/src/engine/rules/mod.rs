@@ -19,7 +19,7 @@ use jde_records::turn::Turn;
 use super::{Variables, schema};
 use crate::clock::Clock;
 use crate::journal::Journal;
-use crate::transaction_observer::TransactionObserver;
+use crate::transaction_observer::{TransactionInput, TransactionObserver};
 pub(crate) use commands::{Command, Commands};
 pub(crate) use signals::{Notifier, Signal};
 use signals::{PendingNotifications, Signals};
@@ -146,12 +146,27 @@ impl Rules {
         drivers
     }
 
-    /// Sends the neutral value of each command in force that an instance gave or took over.
-    pub(crate) fn brake(&self, instance: usize) {
+    /// Reports that a debugger holds a call of an instance, or lets it go on. While it is held, nothing below it has
+    /// authority, and each command in force that it or a schema below it gave or took over is neutral.
+    pub(crate) fn set_debugged(&self, instance: usize, debugged: bool) {
+        let id = schema(instance);
         let mut rules = self.lock();
-        let drivers = rules.commands.brake(&[instance], self.clock.now());
-        self.signal_drivers(&mut rules, &drivers);
+        let (subtree, moment) = self.transact_within(
+            &mut rules,
+            self.journal.as_deref(),
+            |_| TransactionInput::Other,
+            |hierarchy, _, out| {
+                hierarchy.set_debugged(id, debugged, out);
+                subtree_with(hierarchy, id)
+            },
+        );
+        if debugged {
+            let drivers = rules.commands.brake(&subtree, self.clock.now());
+            self.signal_drivers(&mut rules, &drivers);
+        }
         self.unlock(rules);
+        let way = if debugged { Turn::DEBUGGED } else { Turn::WENT_ON };
+        self.record_turn(Turn::OPERATED, instance, way, moment);
     }
 
     /// Whether the application ends.

@@ -1,7 +1,7 @@
 //! What runners report to the rules, and what the rules report to observers.
 
 use jde_core::{ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Nanos, SchemaId};
-use jde_records::event::{Event, OperatorAction};
+use jde_records::event::{Event, Loss, OperatorAction};
 use jde_records::turn::{Moment, Turn};
 
 use super::{IterationPermission, Rules, RulesState};
@@ -137,10 +137,16 @@ impl Rules {
 
     /// Reports an operator's action to the observers.
     pub(crate) fn report_operation(&self, by: &str, action: OperatorAction) {
+        self.report_stop(by, action, Vec::new());
+    }
+
+    /// Reports an operator's action by which awake schemas lost what they read.
+    pub(crate) fn report_stop(&self, by: &str, action: OperatorAction, losses: Vec<Loss>) {
         self.report_now(|time| Event::Operator {
             time,
             by: by.to_owned(),
             action,
+            losses,
         });
     }
 

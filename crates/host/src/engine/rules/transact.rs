@@ -162,7 +162,7 @@ impl Rules {
     }
 
     /// Runs one of several consecutive transactions under one lock, with no other transaction between them.
-    fn transact_within<R>(
+    pub(super) fn transact_within<R>(
         &self,
         rules: &mut RulesState,
         journal: Option<&Journal>,
@@ -213,9 +213,22 @@ impl Rules {
 
     /// Records a transaction that is not part of a schema's turn.
     pub(crate) fn record_turn(&self, kind: u8, instance: usize, way: u8, checked: Moment) {
+        self.record_detailed_turn(kind, instance, way, 0, checked);
+    }
+
+    /// Like [`Self::record_turn`], with a detail.
+    pub(crate) fn record_detailed_turn(
+        &self,
+        kind: u8,
+        instance: usize,
+        way: u8,
+        detail: u64,
+        checked: Moment,
+    ) {
         if let Some(journal) = &self.journal {
             journal.forward(&Turn {
                 way,
+                detail,
                 checked,
                 ..Turn::new(kind, instance)
             });

@@ -13,7 +13,7 @@ use jde_schema::derived::raw;
 use jde_schema::prelude::*;
 
 use crate::clock::Clock;
-use crate::engine::Engine;
+use crate::engine::{Actor, Engine};
 
 /// A motor schema that may have two children.
 #[expect(
@@ -243,7 +243,7 @@ fn r15_a_schema_that_sleeps_before_its_takeover_withholds_nothing() {
     fixture
         .engine
         .operators
-        .operate("somebody", Operator::Stop(first))
+        .operate(&Actor::lasting("somebody"), Operator::Stop(first))
         .unwrap();
     assert_eq!(fixture.withheld(), [0; 0]);
     fixture.end();
@@ -279,7 +279,7 @@ fn r15_what_waits_behind_a_winner_that_does_not_begin_is_bounded() {
     fixture
         .engine
         .operators
-        .operate("somebody", Operator::Force(bottom))
+        .operate(&Actor::lasting("somebody"), Operator::Force(bottom))
         .unwrap();
     for turn in 0..all {
         fixture.check("top", turn % 2 == 0);

@@ -75,10 +75,42 @@ impl Arbitrate for Lead {
     }
 }
 
+/// Has a command.
+#[derive(Describe)]
+#[schema(driver, period = "10ms")]
+struct Base {
+    /// The speed.
+    #[command(neutral = Twist::ZERO, validity = "1000s")]
+    #[expect(dead_code, reason = "the test writes it")]
+    velocity: Command<Twist>,
+}
+
+impl Schema for Base {
+    fn iterate(&mut self, _: &Context) -> jde_schema::Result {
+        Ok(())
+    }
+}
+
+/// Commands a base.
+#[derive(Describe)]
+#[schema(motor, period = "10ms")]
+struct Drive {
+    /// The base.
+    #[actuator]
+    #[expect(dead_code, reason = "the test writes it")]
+    base: Actuator<Twist>,
+}
+
+impl Schema for Drive {
+    fn iterate(&mut self, _: &Context) -> jde_schema::Result {
+        Ok(())
+    }
+}
+
 static PLUGIN: raw::Plugin = jde_schema::plugin!(
     "engine-tests",
-    "Two that compete, one that reports, and a father.",
-    [Act, Lead, Report]
+    "Two that compete, one that reports, a father, a base and one that drives it.",
+    [Act, Base, Drive, Lead, Report]
 );
 
 const TWO: &str = r#"
@@ -259,6 +291,60 @@ fn r4_a_father_that_had_no_chance_to_begin_is_overruled_and_not_blamed() {
             .read(|rules| matches!(rules.hierarchy.health(schema(0)), Health::ArbitrationFailed(_)));
         assert_eq!(blamed, expected, "begun at {begun:?}, returned: {returned}");
     }
+}
+
+#[test]
+fn r7_a_father_that_a_debugger_holds_leaves_no_child_driving() {
+    const DRIVING: &str = r#"
+        roots = ["father"]
+        [schemas.base]
+        type = "engine-tests/base"
+        [schemas.father]
+        type = "engine-tests/lead"
+        children = { first = "left", second = "right" }
+        groups.base = { policy = "priority" }
+        [schemas.left]
+        type = "engine-tests/drive"
+        actuators = { base = "base.velocity" }
+        [schemas.right]
+        type = "engine-tests/act"
+    "#;
+    let (engine, _notifier) = engine(DRIVING, vec![]);
+    let [base, father, left] = [0, 1, 2];
+    let velocity = engine.variables.of(base, 0).unwrap();
+    let speed = || {
+        velocity
+            .reader("test")
+            .latch(0)
+            .and_then(|last| Twist::from_bytes(last.bytes))
+    };
+    let ahead = Twist::planar(0.3, 0.0);
+    let mut writer = velocity.writer(left as u32, "left").unwrap();
+    let mut command = || {
+        writer.loan().copy_from_slice(ahead.as_bytes());
+        writer.publish(0, 0)
+    };
+    let check = Check {
+        ready: true,
+        urgency: 0.0,
+        cause: 0,
+    };
+    engine.rules.start();
+    engine.rules.report_check(father, check);
+    engine.request_child(father, 0, true);
+    engine.rules.report_check(left, check);
+    command().expect("it has authority");
+    assert_eq!(speed(), Some(ahead));
+
+    engine.report_debugged(father, true);
+    assert_eq!(speed(), Some(Twist::ZERO));
+    command().expect_err("its father is held");
+    assert_eq!(speed(), Some(Twist::ZERO));
+
+    engine.report_debugged(father, false);
+    assert_eq!(speed(), Some(Twist::ZERO));
+    command().expect("it has authority again");
+    assert_eq!(speed(), Some(ahead));
 }
 
 #[test]

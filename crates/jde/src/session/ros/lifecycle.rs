@@ -178,13 +178,12 @@ fn since_epoch_ns() -> u64 {
 /// Whether an operator has stopped everything.
 fn is_stopped(subject: &Running) -> bool {
     let schemas = subject.snapshot().schemas;
-    let is_held = |root: &SchemaView| root.operator.as_ref().is_some_and(|hold| hold.with_everything);
     let roots = schemas
         .iter()
         .filter(|schema| schema.father.is_none() && schema.group.is_some());
     let mut roots = roots.peekable();
     // An operator may have played a root since everything was stopped.
-    roots.peek().is_some() && roots.all(is_held)
+    roots.peek().is_some() && roots.all(SchemaView::is_stopped_with_everything)
 }
 
 fn named((id, label): State) -> Value {

@@ -64,9 +64,7 @@ fn status(name: &NodeName, schema: &SchemaView) -> Value {
             .measured
             .map(|measured| ("measured period", seconds(measured))),
     );
-    if let Some(hold) = &schema.operator {
-        values.push(("operator", format!("{} by {}", hold.kind.word(), hold.by)));
-    }
+    values.extend(schema.held_by().map(|held| ("operator", held)));
     let values = values
         .iter()
         .map(|(key, value)| json!({ "key": key, "value": value }));

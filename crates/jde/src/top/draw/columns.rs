@@ -141,7 +141,7 @@ fn health(health: &Health) -> &'static str {
     }
 }
 
-/// The first letter of the operator's hold on a schema: Played, Stopped, Forced.
+/// The first letter of the first hold on a schema: Played, Stopped, Forced.
 fn mark(held: &Hold) -> String {
     let word = held.kind.word().chars();
     word.take(1).flat_map(char::to_uppercase).collect()

@@ -2,7 +2,7 @@
 //! the log.
 
 use jde_core::{Health, State};
-use jde_records::snapshot::{Hold, SchemaView, Switch};
+use jde_records::snapshot::{SchemaView, Switch};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -102,9 +102,7 @@ fn detail_spans(screen: &ViewState, schema: &SchemaView) -> Vec<Span<'static>> {
             },
         ),
     ];
-    if let Some(Hold { kind, by, .. }) = &schema.operator {
-        facts.push(Span::styled(format!("{} by {by}", kind.word()), paint.operator()));
-    }
+    facts.extend(schema.held_by().map(|held| Span::styled(held, paint.operator())));
     let measured = schema.measured.map_or_else(
         || "not measured yet".to_owned(),
         |span| format!("measured {}", text::format_duration(span)),

@@ -34,6 +34,7 @@ fn held(kind: HoldKind) -> Option<Hold> {
     Some(Hold {
         kind,
         with_everything: false,
+        leased: false,
         by,
     })
 }

@@ -79,10 +79,7 @@ impl Panel {
             ));
             return false;
         };
-        let unloaded = view
-            .operator
-            .as_ref()
-            .is_some_and(|hold| hold.kind == HoldKind::Unloaded);
+        let unloaded = view.is_held_to(HoldKind::Unloaded);
         ui.horizontal(|ui| {
             let (spot, _) = ui.allocate_exact_size(egui::Vec2::splat(10.0), egui::Sense::hover());
             ui.painter()

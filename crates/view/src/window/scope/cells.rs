@@ -82,7 +82,6 @@ pub(super) fn load(ui: &Ui, cell: Rect, share: f64, style: &Style) {
 
 /// Draws the buttons of an operator's actions (R14).
 pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, requests: &mut Vec<Request>) {
-    let hold = view.operator.as_ref().map(|hold| hold.kind);
     let schema = || view.name.clone();
     let is_motor = view.kind == Kind::Motor;
     let accepts_requests = seen.accepts_requests;
@@ -92,7 +91,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, 
             "Play",
             "Wake it and keep it awake, until it is released.",
             accepts_requests,
-            hold == Some(HoldKind::Played),
+            view.is_held_to(HoldKind::Played),
             Request::Act(Action::Play { schema: schema() }),
         ),
         (
@@ -100,7 +99,7 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, 
             "Stop",
             "Put it to sleep and keep it asleep, until it is released.",
             accepts_requests,
-            hold == Some(HoldKind::Stopped),
+            view.is_held_to(HoldKind::Stopped),
             Request::Act(Action::Stop { schema: schema() }),
         ),
         (
@@ -108,14 +107,14 @@ pub(super) fn buttons(ui: &Ui, cell: Rect, seen: &Input<'_>, view: &SchemaView, 
             "Force",
             "Make it win its group while it is awake, until it is released.",
             accepts_requests && is_motor,
-            hold == Some(HoldKind::Forced),
+            view.is_held_to(HoldKind::Forced),
             Request::Act(Action::Force { schema: schema() }),
         ),
         (
             Icon::Release,
             "Release",
             "Release it: the hierarchy controls it again.",
-            accepts_requests && hold.is_some(),
+            accepts_requests && view.operator.is_some(),
             false,
             Request::Act(Action::Release { schema: schema() }),
         ),

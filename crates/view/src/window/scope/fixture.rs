@@ -134,6 +134,7 @@ pub(crate) fn navigation() -> Fixed {
     schemas[5].operator = Some(Hold {
         kind: HoldKind::Forced,
         with_everything: false,
+        leased: false,
         by: "ana@laptop".to_owned(),
     });
     schemas[5].period = 200_000_000;

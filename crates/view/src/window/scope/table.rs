@@ -121,8 +121,7 @@ impl Table {
             ui.visuals().text_color()
         };
         let end = paint::write_name(ui.painter(), name, &view.name, paint::font(), color);
-        if let Some(hold) = &view.operator {
-            let held = format!("{} by {}", hold.kind.word(), hold.by);
+        if let Some(held) = view.held_by() {
             let rest = name.with_min_x((end + 6.0).min(name.right()));
             paint::write(
                 ui.painter(),
@@ -207,8 +206,8 @@ fn accessible_text(view: &SchemaView) -> String {
     if let Some(reason) = reason {
         text += &format!(": {reason}");
     }
-    if let Some(hold) = &view.operator {
-        text += &format!(", {} by {}", hold.kind.word(), hold.by);
+    if let Some(held) = view.held_by() {
+        text += &format!(", {held}");
     }
     text
 }
@@ -233,9 +232,7 @@ fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
         if view.authority { " with authority" } else { "" }
     )];
     lines.extend(reason.map(|reason| format!("Reason: {reason}")));
-    if let Some(hold) = &view.operator {
-        lines.push(format!("{} by {}", hold.kind.word(), hold.by));
-    }
+    lines.extend(view.holds().map(ToString::to_string));
     lines.push(format!(
         "{} iterations, the longest {}; {} overruns, {} refused, {} faults",
         view.iterations,

@@ -13,7 +13,7 @@ use egui_extras::{Column, TableBuilder};
 use jde_link::Rate;
 use jde_link::message::Action;
 use jde_panel::Ink;
-use jde_records::snapshot::HoldKind;
+use jde_records::snapshot::{HoldKind, SchemaView};
 
 use super::Window;
 use super::scope::field;
@@ -89,13 +89,15 @@ impl Values {
 
     /// Shows the operator that modulates a schema, and a button that releases it.
     fn held(ui: &mut Ui, session: &Session, style: &Style, name: &str) {
-        let hold = session.view(name).and_then(|view| view.operator.as_ref());
-        let Some(hold) = hold.filter(|hold| hold.kind == HoldKind::Modulated) else {
+        let holds = session.view(name).into_iter().flat_map(SchemaView::holds);
+        let holds = holds.filter(|hold| hold.kind == HoldKind::Modulated);
+        let by: Vec<_> = holds.map(|hold| hold.by.as_str()).collect();
+        if by.is_empty() {
             return;
-        };
+        }
         let color = style::color_of(Ink::Warn, style);
-        ui.label(RichText::new(format!("modulated by {}", hold.by)).color(color));
-        let mine = hold.by == jde_link::operator();
+        ui.label(RichText::new(format!("modulated by {}", by.join(", "))).color(color));
+        let mine = by == [jde_link::operator()];
         let (action, hint) = if mine {
             (
                 "Reset",

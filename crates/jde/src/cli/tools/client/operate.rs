@@ -17,7 +17,7 @@ use crate::interrupt::SignalListener;
 use crate::quantity;
 use crate::remote::name::split_application;
 use crate::remote::request;
-use crate::terminal::{self, FAINT, GOOD};
+use crate::terminal::{self, FAINT, GOOD, WARN};
 use crate::{complete, top};
 
 /// How long a hold stays in force without its client.
@@ -179,8 +179,8 @@ pub(super) fn perform_action(
         ));
     }
     let Some(time) = lasting.time.map(Duration::from_nanos) else {
-        remote.operate(&request)?;
-        writeln!(out, "{GOOD}{}{GOOD:#}", messages.done)?;
+        let losses = remote.operate_and_tell(&request)?;
+        writeln!(out, "{GOOD}{}{GOOD:#}{}", messages.done, lost(&losses))?;
         return Ok(());
     };
     let (interrupt, interrupted) = channel();
@@ -191,9 +191,10 @@ pub(super) fn perform_action(
     let hold = remote.hold(&request, LEASE)?;
     writeln!(
         out,
-        "{GOOD}{}{GOOD:#} {FAINT}for {:.1} s, or until Ctrl-C{FAINT:#}",
+        "{GOOD}{}{GOOD:#} {FAINT}for {:.1} s, or until Ctrl-C{FAINT:#}{}",
         messages.done,
-        time.as_secs_f64()
+        time.as_secs_f64(),
+        lost(hold.losses())
     )?;
     out.flush()?;
     let end = Instant::now() + time;
@@ -214,4 +215,13 @@ pub(super) fn perform_action(
     drop(hold);
     writeln!(out, "{}", messages.ended)?;
     Ok(())
+}
+
+/// What awake schemas lose by an action, to append to its message.
+fn lost(losses: &str) -> String {
+    if losses.is_empty() {
+        String::new()
+    } else {
+        format!("; {WARN}{losses}{WARN:#}")
+    }
 }

@@ -15,7 +15,6 @@ use jde_core::{Health, State};
 use jde_link::Rate;
 use jde_link::message::SchemaInfo;
 use jde_panel::Ink;
-use jde_records::snapshot::HoldKind;
 use serde_json::json;
 
 use super::sensors::Sensors;
@@ -185,13 +184,8 @@ impl Drive {
         if let Health::Faulted(reason) = &view.health {
             return (format!("{} has failed: {reason}", base.name), Ink::Bad);
         }
-        if let Some(hold) = &view.operator
-            && matches!(hold.kind, HoldKind::Stopped | HoldKind::Unloaded)
-        {
-            return (
-                format!("{} was {} by {}", base.name, hold.kind.word(), hold.by),
-                Ink::Warn,
-            );
+        if let Some(stop) = view.stop() {
+            return (format!("{} was {stop}", base.name), Ink::Warn);
         }
         let is_held = self.base.holds() || self.head.holds();
         if view.authority && view.state == State::Winner {
