@@ -35,6 +35,7 @@ pub(crate) use panels::PanelContent;
 use panels::Panels;
 use subscriptions::Subscriptions;
 
+use crate::stop::{StopRequest, StopTarget};
 use crate::window::Kind as Window;
 
 /// The schema that controls the playback of a recording.
@@ -223,16 +224,21 @@ impl Session {
         tops.flat_map(|group| group.members.iter().map(String::as_str))
     }
 
-    /// Whether an operator keeps a schema stopped or unloaded.
-    pub(crate) fn is_stopped(&self, schema: &str) -> bool {
-        let hold = self.view(schema).and_then(|view| view.operator.as_ref());
-        hold.is_some_and(|hold| matches!(hold.kind, HoldKind::Stopped | HoldKind::Unloaded))
+    /// Who stopped everything, as far as that still holds, and the roots that no operator keeps stopped.
+    pub(crate) fn stopped_by(&self) -> Option<(&str, Vec<&str>)> {
+        let hold = |root: &&str| self.view(root)?.operator.as_ref();
+        let mut holds = self.roots().filter_map(|root| hold(&root));
+        let by = holds.find(|hold| hold.with_everything)?.by.as_str();
+        let is_stopped = |root: &&str| {
+            hold(root).is_some_and(|hold| matches!(hold.kind, HoldKind::Stopped | HoldKind::Unloaded))
+        };
+        Some((by, self.roots().filter(|root| !is_stopped(root)).collect()))
     }
 
-    /// Whether everything was stopped at once, and at least one root is still held by that.
-    pub(crate) fn is_everything_stopped(&self) -> bool {
-        let mut holds = self.roots().filter_map(|root| self.view(root)?.operator.as_ref());
-        holds.any(|hold| hold.with_everything)
+    /// What a stop of everything in these windows concerns. A recording has nothing to stop.
+    pub(crate) fn stop_target(&self) -> Option<StopTarget> {
+        let about = self.about();
+        (!self.is_recording()).then(|| StopTarget::One(format!("{}@{}", about.name, about.id)))
     }
 
     /// Why time stands still; `None` while it passes.
@@ -285,6 +291,11 @@ impl Session {
     /// Requests an action as an operator (R14). A failure is added to [`Self::notices`].
     pub(crate) fn act(&self, action: Action) {
         self.orders.act(action);
+    }
+
+    /// Sends an order to stop everything until it is acknowledged or withdrawn, also after this session was dropped.
+    pub(crate) fn stop_everything(&self, request: Arc<StopRequest>) {
+        self.orders.stop_everything(request);
     }
 
     /// As [`Self::act`], and returns the outcome of this order.
