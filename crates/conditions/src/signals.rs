@@ -159,9 +159,9 @@ impl Signals {
                     self.set_candidate(record.time, candidate.id.index(), candidate.ready);
                 }
             }
-            Event::TookOver { latency, allowed, .. } => {
+            Event::TookOver { .. } => {
                 self.count(TAKEOVERS);
-                if latency > allowed {
+                if event.is_late() {
                     self.count(LATE_TAKEOVERS);
                 }
             }

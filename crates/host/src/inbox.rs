@@ -1,6 +1,8 @@
 //! The signals that an instance receives at its next turn. Their number is bounded, however long the instance
 //! hangs in a call.
 
+use std::time::Instant;
+
 use jde_core::{GroupId, Level, Nanos};
 
 use crate::engine::Signal;
@@ -25,10 +27,13 @@ pub(crate) struct Inbox {
     pub(crate) build_pending: bool,
     /// At most one request for each group.
     pub(crate) arbitration_requests: Vec<(GroupId, u64, Level)>,
+    /// When the first of them arrived.
+    pub(crate) since: Option<Instant>,
 }
 
 impl Inbox {
     pub(crate) fn push(&mut self, signal: Signal) {
+        self.since.get_or_insert_with(Instant::now);
         match signal {
             Signal::Awake(time) => self.push_transition(Some(time)),
             Signal::Asleep => {

@@ -57,6 +57,9 @@ pub(crate) enum Failure {
     /// A replay made other decisions than the recording. The report has listed them.
     #[error("not every selection is as it was")]
     Mismatch,
+    /// A takeover took longer than its contract allows. The summary has shown it.
+    #[error("a takeover took longer than its contract allows")]
+    Contract,
     /// A plugin breaks a promise. The list of checks has shown it.
     #[error("not every promise is kept")]
     Promise,
@@ -145,6 +148,7 @@ impl Failure {
         match self {
             Self::Mission
             | Self::Mismatch
+            | Self::Contract
             | Self::Promise
             | Self::Broken(_)
             | Self::NotReloaded(_)
@@ -165,7 +169,7 @@ impl Failure {
 
     fn render(&self) -> String {
         match self {
-            Self::Mission | Self::Mismatch | Self::Promise => String::new(),
+            Self::Mission | Self::Mismatch | Self::Contract | Self::Promise => String::new(),
             Self::Application {
                 faults,
                 missing,

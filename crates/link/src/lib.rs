@@ -17,8 +17,8 @@ pub mod value;
 mod whoami;
 
 pub use client::{
-    BroadcastOutcome, Client, Hold, PanelSample, Reach, ReceivedEvent, Remote, Sample, Subscription,
-    ValueBytes, broadcast,
+    Broadcast, BroadcastOutcome, Client, Hold, PanelSample, Reach, ReceivedEvent, Remote, Sample,
+    Subscription, ValueBytes, broadcast,
 };
 pub use error::Error;
 pub use folder::Folders;

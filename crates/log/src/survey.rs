@@ -124,6 +124,8 @@ pub struct SchemaProblems {
     pub overruns: u64,
     /// The number of series of refused commands and wakes.
     pub refused: u64,
+    /// The number of takeovers that took longer than their contract permits (R17).
+    pub late: u64,
     /// The text of the last fault.
     pub last_fault: Option<String>,
 }
@@ -305,7 +307,10 @@ impl SchemaProblems {
         let Some(schema) = &event.schema else {
             return;
         };
-        if !matches!(event.kind.as_str(), "faulted" | "hung" | "overrun" | "refused") {
+        if !matches!(
+            event.kind.as_str(),
+            "faulted" | "hung" | "overrun" | "refused" | "late"
+        ) {
             return;
         }
         let full = all.len() == MAX_PROBLEM_SCHEMAS;
@@ -322,6 +327,7 @@ impl SchemaProblems {
             // is counted.
             "overrun" => problems.overruns += u64::from(event.text.starts_with("took")),
             "refused" => problems.refused += 1,
+            "late" => problems.late += 1,
             _ => {
                 problems.faults += 1;
                 problems.last_fault = Some(event.text.clone());

@@ -86,15 +86,20 @@ impl RecordBuilder {
                 schema,
                 latency,
                 allowed,
+                machine,
                 ..
             } => {
-                let text = format!(
+                let mut text = format!(
                     "took over in {} after {:.3} ms, and its contract allows {:.3} ms",
                     self.groups[*group],
                     ms(*latency),
                     ms(*allowed)
                 );
-                event_record(*time, "late", name(schema), text)
+                if *machine > 0 {
+                    text += &format!("; the machine began turns {:.3} ms late", ms(*machine));
+                }
+                let kind = if event.is_late() { "late" } else { "delayed" };
+                event_record(*time, kind, name(schema), text)
             }
             Event::ChatteringStarted {
                 time,

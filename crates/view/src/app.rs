@@ -16,10 +16,11 @@ use crate::screen;
 use crate::session::Session;
 use crate::settings::{Settings, SettingsStore};
 use crate::start::{Selection, StartPage};
+use crate::stop::{self, StopTarget, Stops};
 use crate::style::Style;
 use crate::ui_renderer;
 use crate::window::space::{self, Quality};
-use crate::workspace::{Navigation, Workspace};
+use crate::workspace::{Navigation, Workspace, appearance_menu};
 use crate::{Error, Opening};
 
 /// The name of the settings file.
@@ -66,6 +67,7 @@ pub(crate) struct App {
     saved: Settings,
     store: SettingsStore,
     page: Page,
+    stops: Stops,
     lost: DeviceLoss,
 }
 
@@ -75,6 +77,8 @@ enum Page {
     /// Searches for an application and connects to it.
     Connecting {
         name: String,
+        /// The application; `None` for a recording.
+        application: Option<String>,
         opened: Receiver<Opened>,
         _cancel: Cancel,
     },
@@ -105,6 +109,7 @@ impl App {
             saved: settings.clone(),
             settings,
             store,
+            stops: Stops::default(),
             lost: DeviceLoss::default(),
         };
         if let Some(file) = app.opening.recording.clone() {
@@ -125,9 +130,16 @@ impl App {
             return;
         }
         let style = Style::of(&ctx, self.settings.units);
-        let mut next = None;
+        if let Page::Open(workspace) = &mut self.page {
+            workspace.session().begin_frame();
+        }
+        let target = self.page.stop_target();
+        let mut next = self.bar(ui, target.as_ref());
+        let shows_stops = matches!(self.page, Page::Open(_));
+        self.stops.show(ui, !shows_stops);
+        let stopping = target.is_some_and(|target| self.stops.is_pending(&target));
         match &mut self.page {
-            Page::Start(start) => next = start.show(ui, &mut self.settings).map(Next::Chosen),
+            Page::Start(start) => next = start.show(ui).map(Next::Chosen),
             Page::Connecting { name, opened, .. } => match opened.try_recv() {
                 Ok(Ok(opened)) => next = Some(Next::Workspace(Box::new(opened))),
                 Ok(Err(reason)) => next = Some(Next::Start(Some(reason))),
@@ -140,14 +152,7 @@ impl App {
                     }
                 }
             },
-            Page::Open(workspace) => {
-                next = workspace
-                    .show(ui, &style, &mut self.settings)
-                    .map(|navigation| match navigation {
-                        Navigation::Away => Next::Start(None),
-                        Navigation::For(about) => Next::Chosen(Selection::Application(about)),
-                    });
-            }
+            Page::Open(workspace) => workspace.show(ui, &style, stopping),
         }
         if self.settings != self.saved {
             self.saved = self.settings.clone();
@@ -178,11 +183,60 @@ impl App {
         }
     }
 
+    /// Draws the bar of the page, with the button that stops everything at its end. Returns where the user navigates to, if
+    /// so.
+    fn bar(&mut self, ui: &mut egui::Ui, target: Option<&StopTarget>) -> Option<Next> {
+        // Before all widgets, so that the key works in text fields too, and is not pressed on a button that has the focus.
+        let stops = |input: &mut egui::InputState| input.consume_key(egui::Modifiers::CTRL, egui::Key::Space);
+        let mut stop = target.is_some() && ui.input_mut(stops);
+        let mut next = None;
+        egui::Panel::top("bar").show(ui, |ui| {
+            egui::MenuBar::new().ui(ui, |ui| {
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    stop |= target.is_some_and(|target| stop::button(ui, target));
+                    ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                        // In a narrow window the rest of the bar is cut off, and not the button.
+                        ui.set_clip_rect(ui.clip_rect().intersect(ui.max_rect()));
+                        next = self.page.bar(ui, &mut self.settings);
+                    });
+                });
+            });
+        });
+        if let Some(target) = target.filter(|_| stop) {
+            self.stop(ui.ctx(), target.clone());
+        }
+        next
+    }
+
+    /// Stops everything that the page concerns, and goes on asking until that is acknowledged.
+    fn stop(&mut self, ctx: &egui::Context, target: StopTarget) {
+        let names = match &mut self.page {
+            Page::Start(start) => start.running(),
+            Page::Connecting { name, .. } => vec![name.clone()],
+            Page::Open(workspace) => vec![workspace.session().about().name.clone()],
+        };
+        let request = self.stops.begin(target, &self.opening.reach, names);
+        if let Page::Open(workspace) = &mut self.page {
+            return workspace.session().stop_everything(request);
+        }
+        let (asked, repaint) = (Arc::clone(&request), ctx.clone());
+        let worker = move || asked.ask_in_reach(&|| repaint.request_repaint());
+        if let Err(error) = thread::Builder::new()
+            .name("view-stop-all".to_owned())
+            .spawn(worker)
+        {
+            request.fail(format!(
+                "not asked, because there is no thread: {error}; press again"
+            ));
+        }
+    }
+
     fn connect(&mut self, ctx: &egui::Context, name: String) {
         let (reach, repaint, requested) = (self.opening.reach.clone(), ctx.clone(), name.clone());
         self.start_opening(
             ctx,
             name.split('@').next().unwrap_or_default().to_owned(),
+            Some(name),
             move |_| {
                 let session = Client::connect(&reach)
                     .and_then(|client| client.application(Some(&requested)))
@@ -195,7 +249,7 @@ impl App {
 
     fn play(&mut self, ctx: &egui::Context, file: PathBuf) {
         let (program, repaint) = (self.opening.player.clone(), ctx.clone());
-        self.start_opening(ctx, file.display().to_string(), move |cancelled| {
+        self.start_opening(ctx, file.display().to_string(), None, move |cancelled| {
             let (player, remote) = Player::start(&program, &file, cancelled)?;
             let session = Session::open(remote, repaint).map_err(|error| error.to_string())?;
             Ok((session, Some(player)))
@@ -206,6 +260,7 @@ impl App {
         &mut self,
         ctx: &egui::Context,
         name: String,
+        application: Option<String>,
         find: impl FnOnce(&AtomicBool) -> Opened + Send + 'static,
     ) {
         let (done, opened) = channel();
@@ -225,9 +280,36 @@ impl App {
         }
         self.page = Page::Connecting {
             name,
+            application,
             opened,
             _cancel: cancel,
         };
+    }
+}
+
+impl Page {
+    /// What a stop of everything concerns on this page; `None` on a recording's.
+    fn stop_target(&mut self) -> Option<StopTarget> {
+        match self {
+            Self::Start(_) => Some(StopTarget::All),
+            Self::Connecting { application, .. } => application.clone().map(StopTarget::One),
+            Self::Open(workspace) => workspace.session().stop_target(),
+        }
+    }
+
+    /// Draws its part of the bar. Returns where the user navigates to, if so.
+    fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Next> {
+        match self {
+            Self::Start(_) | Self::Connecting { .. } => {
+                ui.strong("jde");
+                ui.menu_button("Appearance", |ui| appearance_menu(ui, settings));
+                None
+            }
+            Self::Open(workspace) => workspace.bar(ui, settings).map(|navigation| match navigation {
+                Navigation::Away => Next::Start(None),
+                Navigation::For(about) => Next::Chosen(Selection::Application(about)),
+            }),
+        }
     }
 }
 

@@ -14,6 +14,7 @@ mod screen;
 mod session;
 mod settings;
 mod start;
+mod stop;
 mod style;
 mod tap;
 #[cfg(test)]

@@ -1,15 +1,21 @@
 //! When a ROS 2 robot receives velocities: repeatedly while a command is in force, so that its watchdog does
-//! not stop it; zero for a while after the last command, so that it stops; then nothing, so that other
+//! not stop it; zero after the last command, for a while and until the robot stands; then nothing, so that other
 //! programs can drive it.
 
 use core::time::Duration;
+use std::thread;
 
 use jde_schema::prelude::Twist;
 
 /// Period of repetitions: 20 per second, like the programs of ROS 2.
 const REPEAT_INTERVAL: Duration = Duration::from_millis(50);
-/// How long zero is sent: up to ten times, because the network may lose some messages.
+/// How long zero is sent at least: ten times, because the network may lose some messages, and a robot that stands may not
+/// have begun to follow the last command.
 const STOPPING: Duration = Duration::from_millis(500);
+/// How long zero is sent at most to a robot that moves: another program may drive it.
+const LONGEST: Duration = Duration::from_secs(5);
+/// A robot that measures less than this stands, in m/s and rad/s.
+const STANDING: f64 = 0.01;
 
 /// The last velocity sent to the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,8 +30,9 @@ pub(crate) enum Drive {
 }
 
 impl Drive {
-    /// Returns the velocity to send now, if any; `command` is the command in force.
-    pub(crate) fn step(&mut self, now: Duration, command: Option<Twist>) -> Option<Twist> {
+    /// Returns the velocity to send now, if any; `command` is the command in force, and `moves` whether the robot is known
+    /// to move.
+    pub(crate) fn step(&mut self, now: Duration, command: Option<Twist>, moves: bool) -> Option<Twist> {
         let first = now + REPEAT_INTERVAL;
         // From when it was due, so that iterations which come later do not lower the rate.
         let again = |due: Duration| {
@@ -50,7 +57,9 @@ impl Drive {
                 },
                 Some(Twist::ZERO),
             ),
-            (None, Self::Stopping { since, .. }) if now >= since + STOPPING => (Self::Silent, None),
+            (None, Self::Stopping { since, .. }) if now >= since + if moves { LONGEST } else { STOPPING } => {
+                (Self::Silent, None)
+            }
             (None, Self::Stopping { due, .. }) if now < due => return None,
             (None, Self::Stopping { since, due }) => {
                 let due = again(due);
@@ -61,10 +70,21 @@ impl Drive {
         output
     }
 
-    /// Returns the last velocity to send, if one is needed.
-    pub(crate) fn end(&mut self) -> Option<Twist> {
-        (core::mem::take(self) != Self::Silent).then_some(Twist::ZERO)
+    /// Sends what is still to be sent to stop the robot, to one that may move no longer than a robot that stands: the call
+    /// blocks meanwhile.
+    pub(crate) fn end(&mut self, mut now: Duration, mut send: impl FnMut(&Twist)) {
+        while let Some(twist) = self.step(now, None, false) {
+            send(&twist);
+            thread::sleep(REPEAT_INTERVAL);
+            now += REPEAT_INTERVAL;
+        }
     }
+}
+
+/// Whether a robot with this measured velocity moves.
+pub(crate) fn moves(velocity: &Twist) -> bool {
+    let Twist { linear, angular } = velocity;
+    linear.x.hypot(linear.y) > STANDING || angular.z.abs() > STANDING
 }
 
 #[cfg(test)]
@@ -81,11 +101,11 @@ mod tests {
     #[test]
     fn a_command_is_sent_at_once_and_repeated_while_it_is_in_force() {
         let mut drive = Drive::default();
-        assert_eq!(drive.step(at(0), None), None);
-        assert_eq!(drive.step(at(20), Some(AHEAD)), Some(AHEAD));
-        assert_eq!(drive.step(at(40), Some(AHEAD)), None);
-        assert_eq!(drive.step(at(70), Some(AHEAD)), Some(AHEAD));
-        assert_eq!(drive.step(at(80), Some(LEFT)), Some(LEFT));
+        assert_eq!(drive.step(at(0), None, false), None);
+        assert_eq!(drive.step(at(20), Some(AHEAD), false), Some(AHEAD));
+        assert_eq!(drive.step(at(40), Some(AHEAD), false), None);
+        assert_eq!(drive.step(at(70), Some(AHEAD), false), Some(AHEAD));
+        assert_eq!(drive.step(at(80), Some(LEFT), false), Some(LEFT));
     }
 
     #[test]
@@ -93,7 +113,7 @@ mod tests {
         for period in [7, 20, 33] {
             let mut drive = Drive::default();
             let iterations = (0..10_000).step_by(period);
-            let sent = iterations.filter(|now| drive.step(at(*now), Some(AHEAD)).is_some());
+            let sent = iterations.filter(|now| drive.step(at(*now), Some(AHEAD), false).is_some());
             assert!((199..=201).contains(&sent.count()), "every {period} ms");
         }
     }
@@ -101,10 +121,10 @@ mod tests {
     #[test]
     fn an_iteration_that_comes_late_leaves_no_burst_behind() {
         let mut drive = Drive::default();
-        drive.step(at(0), Some(AHEAD));
+        drive.step(at(0), Some(AHEAD), false);
         let sent: Vec<u64> = [1000, 1001, 1049, 1050, 1051]
             .into_iter()
-            .filter(|now| drive.step(at(*now), Some(AHEAD)).is_some())
+            .filter(|now| drive.step(at(*now), Some(AHEAD), false).is_some())
             .collect();
         assert_eq!(sent, [1000, 1050]);
     }
@@ -112,25 +132,49 @@ mod tests {
     #[test]
     fn r7_without_a_command_zero_is_sent_for_a_while_and_then_nothing() {
         let mut drive = Drive::default();
-        drive.step(at(0), Some(AHEAD));
+        drive.step(at(0), Some(AHEAD), false);
         let sent: Vec<u64> = (1..100)
             .map(|iteration| iteration * 20)
             .filter(|now| {
-                let output = drive.step(at(*now), None);
+                let output = drive.step(at(*now), None, false);
                 assert!(output.is_none_or(|twist| twist == Twist::ZERO));
                 output.is_some()
             })
             .collect();
         assert_eq!(sent, [20, 80, 120, 180, 220, 280, 320, 380, 420, 480]);
         assert_eq!(drive, Drive::Silent);
-        assert_eq!(drive.end(), None);
+        drive.end(at(2000), |twist| panic!("{twist:?} is sent"));
     }
 
     #[test]
-    fn the_last_velocity_sent_is_zero() {
+    fn r7_zero_is_sent_until_a_robot_that_moves_stands_but_not_for_ever() {
+        for (stands_at, last) in [(0, 450), (400, 450), (1210, 1200), (1_000_000, 4950)] {
+            let mut drive = Drive::default();
+            drive.step(at(0), Some(AHEAD), true);
+            let sent = (0..=700)
+                .map(|iteration| iteration * 10)
+                .filter(|now| drive.step(at(*now), None, *now < stands_at).is_some());
+            assert_eq!(sent.last(), Some(last), "it stands after {stands_at} ms");
+            assert_eq!(drive, Drive::Silent);
+        }
+    }
+
+    #[test]
+    fn a_robot_moves_if_it_measures_more_than_noise() {
+        for still in [Twist::ZERO, Twist::planar(-0.009, 0.009)] {
+            assert!(!moves(&still));
+        }
+        for moving in [Twist::planar(-0.02, 0.0), Twist::planar(0.0, 0.02)] {
+            assert!(moves(&moving));
+        }
+    }
+
+    #[test]
+    fn r7_zero_is_sent_as_often_by_a_driver_that_ends() {
         let mut drive = Drive::default();
-        drive.step(at(0), Some(AHEAD));
-        assert_eq!(drive.end(), Some(Twist::ZERO));
-        assert_eq!(drive.end(), None);
+        drive.step(at(0), Some(AHEAD), false);
+        let mut sent = Vec::new();
+        drive.end(at(10), |twist| sent.push(*twist));
+        assert_eq!((sent, drive), (vec![Twist::ZERO; 10], Drive::Silent));
     }
 }

@@ -77,6 +77,7 @@ fn records_and_events_have_the_same_effect_on_signals() {
         schema: 0,
         latency: 2,
         allowed: 1,
+        machine: 0,
     };
     let events = [
         changed(1, State::Ready),

@@ -133,6 +133,8 @@ struct Drive<'e> {
     situation: Situation,
     /// Why a step was refused.
     refused: Option<String>,
+    /// The first takeover that took longer than its contract permits, in words.
+    late: Option<String>,
 }
 
 impl<'e> Drive<'e> {
@@ -146,6 +148,7 @@ impl<'e> Drive<'e> {
             operator: Operator::new(&handle),
             situation: Situation::new(handle.application()),
             refused: None,
+            late: None,
             experiment,
             lockstep,
             events,
@@ -177,6 +180,7 @@ impl<'e> Drive<'e> {
                 reasons.push(format!("{name}: {why} at {:.3} s", at as f64 / 1e9));
             }
         }
+        reasons.extend(self.late.take());
         let is_done = matches!(ending.outcome, RunOutcome::Done);
         if self.experiment.mission == Mission::Required {
             properties.push(Some(is_done));
@@ -269,6 +273,9 @@ impl<'e> Drive<'e> {
     fn look(&mut self, now: Nanos) -> bool {
         for event in self.events.take() {
             self.values.add_event(&event);
+            if event.is_late() && self.late.is_none() {
+                self.late = late(self.lockstep.handle().application(), &event);
+            }
             self.situation.add_event(event);
         }
         let values = self.values.update(now);
@@ -320,6 +327,29 @@ fn mission_reason(ending: &Ending) -> &'static str {
         _ if ending.by_condition => "the mission was not done before `end`",
         _ => "the mission was not done in time",
     }
+}
+
+/// A takeover beyond its contract, in words. It is a fault whatever the properties are (R17).
+fn late(application: &Application, event: &Event) -> Option<String> {
+    let Event::TookOver {
+        time,
+        group,
+        schema,
+        latency,
+        allowed,
+        ..
+    } = event
+    else {
+        return None;
+    };
+    Some(format!(
+        "{} took over in {} after {:.3} ms at {:.3} s, and its contract allows {:.3} ms",
+        application.instances[*schema].name,
+        application.groups[*group].name,
+        *latency as f64 / 1e6,
+        *time as f64 / 1e9,
+        *allowed as f64 / 1e6
+    ))
 }
 
 fn broken(outcome: &RunOutcome) -> Option<String> {

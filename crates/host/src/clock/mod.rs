@@ -256,6 +256,15 @@ impl Clock {
         }
     }
 
+    /// Returns how much of the application's time has passed on this machine since an instant; 0 where its time does not
+    /// follow the machine's.
+    pub(crate) fn since(&self, instant: Instant) -> Nanos {
+        match self {
+            Self::Real { speed, .. } => scaled(instant.elapsed(), *speed),
+            Self::Counted(_) | Self::Virtual { .. } => 0,
+        }
+    }
+
     /// Returns the seconds of the application in a second of the machine; 0 if calls take no time.
     pub(crate) fn speed(&self) -> f64 {
         match self {

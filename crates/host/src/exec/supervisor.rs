@@ -86,7 +86,8 @@ pub(crate) fn supervise(
         if limit.is_some_and(|limit| now >= limit) {
             engine.outcome.conclude(Outcome::TimeUp);
         }
-        if engine.rules.next_timer().is_some_and(|timer| timer <= now) {
+        if let Some(timer) = engine.rules.next_timer().filter(|timer| *timer <= now) {
+            engine.rules.delays.record(None, now, now - timer);
             engine.clock.mark_busy();
             engine.tick();
         }

@@ -17,6 +17,7 @@ mod trial;
 mod turn_record;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use jde_abi::describe::Kind;
 use jde_core::Nanos;
@@ -52,6 +53,8 @@ pub(crate) struct Runner {
     /// The time from the end of that turn until a requested one may begin: a flood of requests takes at most half of the
     /// time.
     rest: Nanos,
+    /// When its last turn of any kind ended.
+    idle_since: Nanos,
     /// A build took over in this turn; the result is reported at its end.
     takeover_pending: bool,
     /// The times of its drawings.
@@ -86,6 +89,7 @@ impl Runner {
             last_iteration: 0,
             last_turn: 0,
             rest: 0,
+            idle_since: 0,
             takeover_pending: false,
             pace: DrawingPace::default(),
             record: TurnRecord::new(number, journal, engine.clock.is_replayed()),
@@ -110,6 +114,7 @@ impl Runner {
 
     /// Takes a turn if it is due now. Returns when the next turn is due; `None` if only a signal causes one.
     pub(crate) fn take_turn(&mut self, inbox: Inbox) -> Option<Nanos> {
+        self.record_delay(inbox.since);
         let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.gesture_queued);
         if !inbox.is_empty() {
             self.process_signals(inbox);
@@ -155,6 +160,20 @@ impl Runner {
             Phase::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
             Phase::Absent | Phase::Slept(_) => None,
         }
+    }
+
+    /// Records how late a turn begins after the instance was due or signalled, and its last turn had ended.
+    fn record_delay(&mut self, signalled: Option<Instant>) {
+        let clock = &self.engine.clock;
+        if !clock.is_real() {
+            return;
+        }
+        let now = clock.now();
+        let signalled = signalled.map(|at| now.saturating_sub(clock.since(at)));
+        let due = self.phase.awake().map(|awake| awake.deadlines.due());
+        let ready = due.into_iter().chain(signalled).min().unwrap_or(now);
+        let late = now.saturating_sub(ready.max(self.idle_since));
+        self.engine.rules.delays.record(Some(self.number), now, late);
     }
 
     /// Processes the signals, before anything is checked.
@@ -211,6 +230,7 @@ impl Runner {
     /// Ends a turn: a takeover in it has succeeded so far, and a trial may be over.
     fn end_turn(&mut self, has_run: bool, begun: Nanos) {
         let now = self.engine.clock.now();
+        self.idle_since = now;
         if has_run {
             self.last_turn = now;
             self.rest = MIN_REST.max(now.saturating_sub(begun));

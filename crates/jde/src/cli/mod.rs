@@ -157,6 +157,9 @@ fn conclude(
     if !fulfilled(&summary) {
         return Err(Failure::Mission);
     }
+    if summary.late_takeovers() > 0 {
+        return Err(Failure::Contract);
+    }
     summary
         .recording
         .map_or(Ok(()), |recorded| recorded.check_complete())

@@ -2,6 +2,7 @@
 //! waits for the network, except that an action waits for its answer.
 
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use jde_link::message::{Action as OperatorAction, VariableInfo};
 use jde_link::{Rate, Remote, Subscription};
@@ -29,6 +30,8 @@ pub(crate) struct RemoteApplication {
 /// The newest data.
 struct RemoteState {
     snapshot: Snapshot,
+    /// When it arrived.
+    updated: Instant,
     odometry: Option<Pose2D>,
     mission: Option<MissionProgress>,
     outcome: Option<Outcome>,
@@ -46,6 +49,7 @@ impl RemoteApplication {
     pub(crate) fn new(remote: Remote) -> Result<Self, Failure> {
         let state = Arc::new(Mutex::new(RemoteState {
             snapshot: remote.hierarchy()?,
+            updated: Instant::now(),
             odometry: None,
             mission: None,
             outcome: None,
@@ -54,7 +58,11 @@ impl RemoteApplication {
         let mut subscriptions = Vec::new();
         subscriptions.push({
             let state = Arc::clone(&state);
-            remote.watch_hierarchy(move |snapshot| lock(&state).snapshot = snapshot)?
+            remote.watch_hierarchy(move |snapshot| {
+                let mut state = lock(&state);
+                state.snapshot = snapshot;
+                state.updated = Instant::now();
+            })?
         });
         subscriptions.push({
             let state = Arc::clone(&state);
@@ -151,6 +159,10 @@ impl ObservedApplication for RemoteApplication {
 
     fn outcome(&self) -> Option<Outcome> {
         lock(&self.state).outcome.clone()
+    }
+
+    fn silent(&self) -> Duration {
+        lock(&self.state).updated.elapsed()
     }
 
     fn log_lines(&self) -> Vec<String> {

@@ -1,6 +1,7 @@
 //! A running application of this process, as the oscilloscope sees it.
 
 use std::sync::Mutex;
+use std::time::Duration;
 
 use jde_host::{Handle, OperatorHandle};
 use jde_records::event::Outcome;
@@ -68,6 +69,10 @@ impl ObservedApplication for LocalApplication<'_> {
 
     fn outcome(&self) -> Option<Outcome> {
         self.handle.outcome()
+    }
+
+    fn silent(&self) -> Duration {
+        Duration::ZERO
     }
 
     fn log_lines(&self) -> Vec<String> {

@@ -86,7 +86,7 @@ impl ProgressPrinter {
             RunRecord::State(_) => false,
             RunRecord::Event(happening) => match happening.kind.as_str() {
                 "ok" | "overrun" | "refused" | "ended" => false,
-                "late" => every_takeover,
+                "delayed" => every_takeover,
                 _ => true,
             },
         }

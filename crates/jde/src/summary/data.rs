@@ -108,6 +108,8 @@ pub(crate) struct GroupSummary {
     pub(crate) worst_takeover_us: Option<f64>,
     /// The longest takeover that the contract allows (R17).
     pub(crate) allowed_takeover_us: f64,
+    /// The takeovers that took longer, and not because of the machine (R17).
+    pub(crate) late_takeovers: u64,
 }
 
 /// How long a schema was WINNER.
@@ -218,6 +220,11 @@ impl RunSummary {
         }
     }
 
+    /// How many takeovers took longer than their contracts permit (R17).
+    pub(crate) fn late_takeovers(&self) -> u64 {
+        self.groups.iter().map(|group| group.late_takeovers).sum()
+    }
+
     /// Whether the run achieved its purpose: its mission is done, or it has none and neither failed nor
     /// broke.
     pub(crate) fn is_fulfilled(&self) -> bool {
@@ -250,6 +257,7 @@ fn group_summary(handle: &Handle, kept: &RunData, number: usize) -> GroupSummary
         nobody_seconds: seconds(open.saturating_sub(by_members)),
         worst_takeover_us: kept.statistics.worst(number).map(|worst| worst as f64 / 1e3),
         allowed_takeover_us: handle.snapshot().groups[number].allowed as f64 / 1e3,
+        late_takeovers: kept.statistics.late(number),
     }
 }
 

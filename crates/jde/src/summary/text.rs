@@ -24,7 +24,14 @@ pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io:
     print_unread(&summary.unread, output)?;
     let with_problems = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
     let mut with_problems = summary.schemas.iter().filter(with_problems).peekable();
-    if with_problems.peek().is_none() {
+    let late = summary.late_takeovers();
+    if late > 0 {
+        let late = pluralize(late, "takeover");
+        writeln!(
+            output,
+            "{BAD}{late} took longer than the contract allows{BAD:#}: `jde check` shows its sums"
+        )?;
+    } else if with_problems.peek().is_none() {
         return writeln!(output, "no faults, no overruns, nothing refused");
     }
     for SchemaSummary {
@@ -247,14 +254,14 @@ fn print_group(group: &GroupSummary, output: &mut dyn Write) -> io::Result<()> {
         )?;
     }
     if let Some(worst) = group.worst_takeover_us {
-        let style = if worst > group.allowed_takeover_us {
-            WARN
-        } else {
-            FAINT
+        let (style, why) = match group.late_takeovers {
+            0 if worst > group.allowed_takeover_us => (WARN, ": the machine was late"),
+            0 => (FAINT, ""),
+            _ => (BAD, ""),
         };
         writeln!(
             output,
-            "  {style}worst takeover {:.1} ms; its contract allows {:.1} ms{style:#}",
+            "  {style}worst takeover {:.1} ms; its contract allows {:.1} ms{why}{style:#}",
             worst / 1e3,
             group.allowed_takeover_us / 1e3
         )?;

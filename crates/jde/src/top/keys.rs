@@ -2,8 +2,7 @@
 //!
 //! It does not check whether an action makes sense. The application does, and its answer is shown.
 
-use jde_core::{Nanos, State};
-use jde_records::snapshot::HoldKind;
+use jde_core::Nanos;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::view_state::{ActionResult, Mode, TIME_BASES, ViewState};
@@ -58,12 +57,10 @@ impl ViewState {
         let schema = self.selected;
         let Some(view) = self.selection() else { return };
         let period = view.period;
+        // No key undoes what it did: pressed twice, it does the same again.
         match letter {
-            'p' if view.state == State::Slept || view.is_held_to(HoldKind::Stopped) => {
-                self.act(app, Action::Play(schema));
-            }
-            'p' => self.act(app, Action::Stop(schema)),
-            'f' if view.is_held_to(HoldKind::Forced) => self.act(app, Action::Release(schema)),
+            'p' => self.act(app, Action::Play(schema)),
+            's' => self.act(app, Action::Stop(schema)),
             'f' => self.act(app, Action::Force(schema)),
             'r' => self.act(app, Action::Release(schema)),
             '+' | '=' => self.act(app, Action::Period(schema, round_to_micros(period as f64 * 1.1))),

@@ -48,6 +48,9 @@ pub(crate) trait ObservedApplication {
     /// Returns how the application ended; `None` while it runs.
     fn outcome(&self) -> Option<Outcome>;
 
+    /// Returns how long the application has said nothing.
+    fn silent(&self) -> Duration;
+
     /// Returns the latest lines of the log, oldest first.
     fn log_lines(&self) -> Vec<String>;
 }

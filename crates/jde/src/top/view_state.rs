@@ -2,6 +2,8 @@
 //!
 //! It does not draw or read keys: `draw` and `keys` do.
 
+use std::time::Duration;
+
 use jde_core::{Health, Nanos};
 use jde_records::event::Outcome;
 use jde_records::snapshot::{SchemaView, Snapshot};
@@ -33,6 +35,8 @@ pub(super) struct ViewState {
     pub(super) rows: Vec<Row>,
     pub(super) robot: Option<RobotView>,
     pub(super) outcome: Option<Outcome>,
+    /// How long the application has said nothing.
+    pub(super) silent: Duration,
     pub(super) log: Vec<String>,
     pub(super) history: History,
     pub(super) switches: Switches,
@@ -83,6 +87,7 @@ impl ViewState {
             snapshot,
             robot: None,
             outcome: None,
+            silent: Duration::ZERO,
             log: Vec::new(),
             history: History::default(),
             switches: Switches::default(),
@@ -102,6 +107,7 @@ impl ViewState {
         self.rows = tree::rows(&self.snapshot);
         self.robot = app.robot();
         self.outcome = app.outcome();
+        self.silent = app.silent();
         self.log = app.log_lines().iter().map(|line| escape(line)).collect();
         self.history.observe(&self.snapshot);
         self.switches.observe(&self.snapshot);

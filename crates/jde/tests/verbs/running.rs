@@ -301,3 +301,47 @@ fn a_refused_run_overwrites_no_file() {
     }
     assert!(!other.exists(), "the refused run created a file");
 }
+
+#[test]
+fn r17_a_takeover_beyond_its_contract_is_a_fault_of_the_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("late.toml");
+    let text = r#"
+roots = ["sluggish", "other"]
+[schemas.axis]
+type = "fault/device"
+[schemas.other]
+type = "fault/motor"
+actuators = { base = "axis.velocity" }
+[schemas.sluggish]
+type = "fault/motor"
+actuators = { base = "axis.velocity" }
+place = "check"
+hang = "10s"
+"#;
+    std::fs::write(&file, text).expect("it is written");
+    let recording = folder.path().join("late.mcap");
+    let run = |trouble: &str, options: &[&str]| {
+        let mut command = jde_with_plugins(&["run", "--plain", "--for", "3s"]);
+        let set = format!("sluggish.trouble={trouble}");
+        output_of(command.arg(&file).args(["--set", &set]).args(options))
+    };
+    let said = "longer than the contract allows";
+    // In lockstep calls take no time.
+    let punctual = run("dawdle", &["--lockstep"]);
+    assert_eq!(punctual.status, Some(0), "{}", punctual.out);
+    assert!(!punctual.out.contains(said), "{}", punctual.out);
+    // Its checks take 0.9 s, and the others wait for none of them.
+    let late = run("dawdle", &["--record", &recording.display().to_string()]);
+    assert_eq!(late.status, Some(1), "{}\n{}", late.out, late.err);
+    assert!(
+        late.out.contains(said) && !late.out.contains("no faults"),
+        "{}",
+        late.out
+    );
+    let info = output_of(jde_with_plugins(&["info"]).arg(&recording)).out;
+    assert!(
+        info.contains("1 takeover longer than its contract allows"),
+        "{info}"
+    );
+}

@@ -2,6 +2,7 @@
 //! is the first message to each application, and only its own reply counts: no query precedes it, and no
 //! application delays another.
 
+use std::collections::HashSet;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -43,28 +44,53 @@ pub fn broadcast(
     request: &Request,
     report: &mut dyn FnMut(BroadcastOutcome),
 ) -> Result<(), Error> {
-    let message = serde_json::to_vec(request).map_err(|error| Error::Open(error.to_string()))?;
-    match reach {
-        Reach::Local(folders) => send_local(folders, name, &message, report),
-        Reach::Network {
-            endpoints,
-            login,
-            tls,
-        } => {
-            let send = |endpoint: &String, outcomes: &Sender<BroadcastOutcome>| {
-                send_network(endpoint, (login.as_ref(), tls.as_ref()), name, &message, outcomes)
-            };
-            let mut count = 0;
-            run_each(endpoints, send, &mut |outcome| {
-                count += 1;
-                report(outcome);
-            });
-            match name {
-                Some(name) if count == 0 => Err(Error::NotFound {
-                    name: name.to_owned(),
-                    whereabouts: format!("at {}", endpoints.join(", ")),
-                }),
-                _ => Ok(()),
+    Broadcast::default().send(reach, name, request, report)
+}
+
+/// A request that is sent repeatedly until every application has carried it out. An application of this machine
+/// that has is not asked again, so that what another operator does to it meanwhile lasts; behind an endpoint of
+/// the network, all are asked until all reply.
+#[derive(Default)]
+pub struct Broadcast {
+    /// The ids of the applications of this machine that carried it out.
+    done: Mutex<HashSet<String>>,
+}
+
+impl Broadcast {
+    /// As [`broadcast`], to those that have not carried it out yet.
+    ///
+    /// # Errors
+    /// As [`broadcast`].
+    pub fn send(
+        &self,
+        reach: &Reach,
+        name: Option<&str>,
+        request: &Request,
+        report: &mut dyn FnMut(BroadcastOutcome),
+    ) -> Result<(), Error> {
+        let message = serde_json::to_vec(request).map_err(|error| Error::Open(error.to_string()))?;
+        match reach {
+            Reach::Local(folders) => send_local(folders, name, (&message, &self.done), report),
+            Reach::Network {
+                endpoints,
+                login,
+                tls,
+            } => {
+                let send = |endpoint: &String, outcomes: &Sender<BroadcastOutcome>| {
+                    send_network(endpoint, (login.as_ref(), tls.as_ref()), name, &message, outcomes)
+                };
+                let mut count = 0;
+                run_each(endpoints, send, &mut |outcome| {
+                    count += 1;
+                    report(outcome);
+                });
+                match name {
+                    Some(name) if count == 0 => Err(Error::NotFound {
+                        name: name.to_owned(),
+                        whereabouts: format!("at {}", endpoints.join(", ")),
+                    }),
+                    _ => Ok(()),
+                }
             }
         }
     }
@@ -92,9 +118,10 @@ fn run_each<T: Send>(
 fn send_local(
     folders: &Folders,
     name: Option<&str>,
-    message: &[u8],
+    (message, done): (&[u8], &Mutex<HashSet<String>>),
     report: &mut dyn FnMut(BroadcastOutcome),
 ) -> Result<(), Error> {
+    let ids = || done.lock().unwrap_or_else(PoisonError::into_inner);
     let (requested, id) = choice::parts(name.unwrap_or_default());
     let is_selected =
         |entry: &Entry| entry.about.executor != REPLAY && choice::is_match(&entry.about, requested, id);
@@ -110,10 +137,12 @@ fn send_local(
         !known
     };
     let send = |entry: Entry, outcomes: &Sender<BroadcastOutcome>| {
-        let outcome = BroadcastOutcome {
-            outcome: send_to(&entry, message),
-            target: entry.about.name,
-        };
+        let outcome = send_to(&entry, message);
+        if outcome.is_ok() {
+            ids().insert(entry.about.id);
+        }
+        let target = entry.about.name;
+        let outcome = BroadcastOutcome { target, outcome };
         // The receiver lives until all senders are dropped.
         let _ = outcomes.send(outcome);
     };
@@ -123,7 +152,7 @@ fn send_local(
             Ok(entries) => {
                 let entries = entries
                     .into_iter()
-                    .filter(|entry| is_new(entry) && is_selected(entry));
+                    .filter(|entry| is_new(entry) && is_selected(entry) && !ids().contains(&entry.about.id));
                 run_each(entries, send, &mut |outcome| drop(outcomes.send(outcome)));
             }
             Err(error) => {
@@ -137,7 +166,7 @@ fn send_local(
         reported = true;
         report(outcome);
     });
-    if reported {
+    if reported || !ids().is_empty() {
         return Ok(());
     }
     // Names the running applications if another was requested.

@@ -22,7 +22,7 @@ use crate::session::{Login, Tls};
 use crate::{Error, keys::Keys};
 pub(crate) use connection::Connection;
 
-pub use broadcast::{BroadcastOutcome, broadcast};
+pub use broadcast::{Broadcast, BroadcastOutcome, broadcast};
 pub use events::ReceivedEvent;
 pub use hold::Hold;
 pub use panel::PanelSample;

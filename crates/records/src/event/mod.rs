@@ -35,7 +35,7 @@ pub enum Event {
     },
     /// A selection (R15). [`Event::TookOver`] later reports the time to the winner's first iteration.
     Decided(Record),
-    /// A new winner began its first iteration; late if that took longer than the contract permits (R17).
+    /// A new winner began its first iteration. Whether that was late: [`Event::is_late`].
     TookOver {
         /// When.
         time: Nanos,
@@ -49,6 +49,8 @@ pub enum Event {
         latency: Nanos,
         /// The longest time that the contract of the group permits (R17).
         allowed: Nanos,
+        /// Of a takeover that took longer: how much of that was due to the machine.
+        machine: Nanos,
     },
     /// A group began to chatter: see [`crate::chattering`].
     ChatteringStarted {
@@ -213,6 +215,12 @@ pub struct Loss {
 }
 
 impl Event {
+    /// Whether it is a takeover that took longer than its contract permits, and not because of the machine (R17).
+    #[must_use]
+    pub fn is_late(&self) -> bool {
+        matches!(self, Self::TookOver { latency, allowed, machine, .. } if *latency > allowed.saturating_add(*machine))
+    }
+
     /// When it happened, ns since the application's start.
     #[must_use]
     pub fn time(&self) -> Nanos {

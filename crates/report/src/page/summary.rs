@@ -86,6 +86,7 @@ pub(super) fn facts(page: &Page<'_>) -> Markup {
                 div { dt { "Overruns" } dd { (trouble(sum(|schema| schema.overruns))) } }
                 div { dt { "Refused" } dd { (trouble(sum(|schema| schema.refused))) small { "rows of commands and wakes" } } }
                 div { dt { "Faults" } dd { (trouble(sum(|schema| schema.faults))) } }
+                div { dt { "Late takeovers" } dd { (trouble(sum(|schema| schema.late))) small { "longer than their contracts" } } }
             }
             @if analysis.events.count("operator") > 0 {
                 div { dt { "Operators" } dd { (counted(analysis.events.count("operator"), "action")) } }

@@ -9,6 +9,7 @@ use jde_link::Remote;
 use jde_link::message::{Action, Request};
 
 use super::lock;
+use crate::stop::StopRequest;
 
 /// Maximum number of notices kept.
 const KEPT: usize = 50;
@@ -71,6 +72,11 @@ impl OrderClient {
     pub(super) fn act(&self, action: Action, outcome: &Outcome) {
         outcome.set(self.request(jde_link::operator(), action, None));
         self.repaint.request_repaint();
+    }
+
+    /// Stops everything, and returns once that is acknowledged or withdrawn.
+    pub(super) fn stop_everything(&self, request: &StopRequest) {
+        request.ask_application(&self.remote, &|| self.repaint.request_repaint());
     }
 
     /// Sends a request. Adds a notice if it fails.

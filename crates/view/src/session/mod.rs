@@ -35,6 +35,7 @@ pub(crate) use panels::PanelContent;
 use panels::Panels;
 use subscriptions::Subscriptions;
 
+use crate::stop::{StopRequest, StopTarget};
 use crate::window::Kind as Window;
 
 /// The schema that controls the playback of a recording.
@@ -228,10 +229,17 @@ impl Session {
         self.view(schema).is_some_and(|view| view.stop().is_some())
     }
 
-    /// Whether everything was stopped at once, and at least one root is still held by that.
-    pub(crate) fn is_everything_stopped(&self) -> bool {
-        let mut roots = self.roots().filter_map(|root| self.view(root));
-        roots.any(SchemaView::is_stopped_with_everything)
+    /// Who stopped everything, as far as that still holds, and the roots that no operator keeps stopped.
+    pub(crate) fn stopped_by(&self) -> Option<(&str, Vec<&str>)> {
+        let mut holds = self.roots().filter_map(|root| self.view(root)).flat_map(SchemaView::holds);
+        let by = holds.find(|hold| hold.with_everything)?.by.as_str();
+        Some((by, self.roots().filter(|root| !self.is_stopped(root)).collect()))
+    }
+
+    /// What a stop of everything in these windows concerns. A recording has nothing to stop.
+    pub(crate) fn stop_target(&self) -> Option<StopTarget> {
+        let about = self.about();
+        (!self.is_recording()).then(|| StopTarget::One(format!("{}@{}", about.name, about.id)))
     }
 
     /// Why time stands still; `None` while it passes.
@@ -284,6 +292,11 @@ impl Session {
     /// Requests an action as an operator (R14). A failure is added to [`Self::notices`].
     pub(crate) fn act(&self, action: Action) {
         self.orders.act(action);
+    }
+
+    /// Sends an order to stop everything until it is acknowledged or withdrawn, also after this session was dropped.
+    pub(crate) fn stop_everything(&self, request: Arc<StopRequest>) {
+        self.orders.stop_everything(request);
     }
 
     /// As [`Self::act`], and returns the outcome of this order.

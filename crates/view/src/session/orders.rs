@@ -12,7 +12,8 @@ use jde_link::message::Action;
 
 use super::client::{Notice, OrderClient, Outcome};
 use super::lock;
-use super::queue::{Next, Order, Queue};
+use super::queue::{Next, Order, Queue, Stop};
+use crate::stop::StopRequest;
 
 /// A hold that is not renewed for this time is released.
 pub(super) const PATIENCE: Duration = Duration::from_millis(500);
@@ -68,6 +69,10 @@ impl Orders {
         let outcome = Outcome::default();
         self.orders.push(Order::Act(action, outcome.clone()));
         outcome
+    }
+
+    pub(super) fn stop_everything(&self, request: Arc<StopRequest>) {
+        self.orders.push(Order::StopEverything(request));
     }
 
     pub(super) fn hold(&self, action: Action) {
@@ -145,7 +150,7 @@ impl OrderInbox {
     }
 
     /// Waits for the next stop. Returns `None` once closed and no stop is left.
-    fn next_stop(&self) -> Option<(Action, Outcome)> {
+    fn next_stop(&self) -> Option<Stop> {
         let mut state = lock(&self.state);
         loop {
             if let Some(stop) = state.queue.next_stop() {
@@ -174,8 +179,11 @@ enum Received {
 
 /// Sends stops. Body of the thread `view-stop`.
 fn stop(orders: &OrderInbox, client: &OrderClient) {
-    while let Some((stop, outcome)) = orders.next_stop() {
-        client.act(stop, &outcome);
+    while let Some(stop) = orders.next_stop() {
+        match stop {
+            Stop::Schema(action, outcome) => client.act(action, &outcome),
+            Stop::Everything(request) => client.stop_everything(&request),
+        }
         orders.stopped();
     }
 }
@@ -207,6 +215,8 @@ impl Worker {
                 Received::Send(Order::Act(action, outcome), _) => self.client.act(action, &outcome),
                 Received::Send(Order::Hold(action), given) => self.hold(action, given),
                 Received::Send(Order::LetGo(schema), _) => self.let_go(&schema),
+                // The queue gives these to the other thread.
+                Received::Send(Order::StopEverything(request), _) => self.client.stop_everything(&request),
                 Received::Stale(action, outcome) => self.give_up(&action, &outcome),
                 Received::Time => {}
                 Received::Closed => break,

@@ -2,6 +2,7 @@
 //! that waited too long is given up, and a stop never waits. It sends nothing itself.
 
 use std::collections::{HashMap, HashSet, VecDeque};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jde_link::message::Action;
@@ -10,6 +11,7 @@ use serde_json::Value;
 
 use super::client::Outcome;
 use super::orders::PATIENCE;
+use crate::stop::StopRequest;
 
 /// An order that waited this long is given up: it may no longer be what the user wants.
 const STALE: Duration = Duration::from_secs(3);
@@ -26,6 +28,26 @@ pub(super) enum Order {
     Hold(Action),
     /// Ends the hold on this schema.
     LetGo(String),
+    /// Stops everything.
+    StopEverything(Arc<StopRequest>),
+}
+
+/// A stop to send.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// Of a schema.
+    Schema(Action, Outcome),
+    /// Of everything, to be sent until it is acknowledged.
+    Everything(Arc<StopRequest>),
+}
+
+impl Stop {
+    fn action(&self) -> &Action {
+        match self {
+            Self::Schema(action, _) => action,
+            Self::Everything(_) => &Action::StopAll,
+        }
+    }
 }
 
 /// What to do next.
@@ -44,7 +66,7 @@ pub(super) enum Next {
 pub(super) struct Queue {
     orders: VecDeque<(Order, Instant)>,
     /// Stops of a schema or of everything. Separate, because another thread sends them.
-    stops: VecDeque<(Action, Outcome)>,
+    stops: VecDeque<Stop>,
     /// The stop that is being sent.
     stopping: Option<Action>,
     /// When a modulation was last written, by schema and name.
@@ -55,16 +77,8 @@ impl Queue {
     /// Adds an order, and removes those that it makes obsolete.
     pub(super) fn push(&mut self, order: Order, now: Instant) {
         match order {
-            Order::Act(stop @ (Action::Stop { .. } | Action::StopAll), outcome) => {
-                // The stop overrides waiting orders that would wake its schema.
-                self.orders
-                    .retain(|(order, _)| !(wakes(order) && blocks(&stop, order)));
-                if matches!(stop, Action::StopAll) {
-                    self.stops.push_front((stop, outcome));
-                } else {
-                    self.stops.push_back((stop, outcome));
-                }
-            }
+            Order::StopEverything(request) => self.push_stop(Stop::Everything(request)),
+            Order::Act(stop @ Action::Stop { .. }, outcome) => self.push_stop(Stop::Schema(stop, outcome)),
             Order::Act(action, outcome) => {
                 self.remove_replaced(&action);
                 self.orders.push_back((Order::Act(action, outcome), now));
@@ -77,6 +91,16 @@ impl Queue {
                 self.remove_waiting_hold(&schema);
                 self.orders.push_back((Order::LetGo(schema), now));
             }
+        }
+    }
+
+    /// Adds a stop. It overrides waiting orders that would wake its schema.
+    fn push_stop(&mut self, stop: Stop) {
+        self.orders
+            .retain(|(order, _)| !(wakes(order) && blocks(stop.action(), order)));
+        match stop {
+            Stop::Everything(_) => self.stops.push_front(stop),
+            Stop::Schema(..) => self.stops.push_back(stop),
         }
     }
 
@@ -106,10 +130,10 @@ impl Queue {
 
     /// The next stop. Until [`Self::stopped`] is called, [`Self::next`] holds back the orders that concern
     /// what is stopped.
-    pub(super) fn next_stop(&mut self) -> Option<(Action, Outcome)> {
-        let (stop, outcome) = self.stops.pop_front()?;
-        self.stopping = Some(stop.clone());
-        Some((stop, outcome))
+    pub(super) fn next_stop(&mut self) -> Option<Stop> {
+        let stop = self.stops.pop_front()?;
+        self.stopping = Some(stop.action().clone());
+        Some(stop)
     }
 
     /// Ends the stop that [`Self::next_stop`] returned.
@@ -125,7 +149,7 @@ impl Queue {
     /// The position of the first order that can be sent now. If none can, the earliest time at which one can.
     fn first_free(&self) -> (Option<usize>, Option<Instant>) {
         let mut earliest: Option<Instant> = None;
-        let stops = || self.stops.iter().map(|(stop, _)| stop).chain(&self.stopping);
+        let stops = || self.stops.iter().map(Stop::action).chain(&self.stopping);
         // A later order for a schema must not overtake an earlier one that waits.
         let mut later = HashSet::new();
         for (place, (order, _)) in self.orders.iter().enumerate() {
@@ -154,7 +178,7 @@ impl Queue {
     fn remove_replaced(&mut self, newer: &Action) {
         let about = |order: &Order| match order {
             Order::Act(older, _) => is_same(older, newer).then(|| replaces(newer, older)),
-            Order::Hold(_) | Order::LetGo(_) => None,
+            Order::Hold(_) | Order::LetGo(_) | Order::StopEverything(_) => None,
         };
         let mut latest = self.orders.iter().enumerate().rev();
         let last = latest.find_map(|(place, (order, _))| Some((place, about(order)?)));
@@ -169,6 +193,7 @@ impl Order {
         match self {
             Self::Act(action, _) | Self::Hold(action) => action.schema(),
             Self::LetGo(schema) => schema,
+            Self::StopEverything(_) => "",
         }
     }
 
@@ -178,7 +203,7 @@ impl Order {
             Self::Act(Action::Modulate { schema, variable, .. }, _) => {
                 Some((schema.clone(), variable.clone()))
             }
-            Self::Act(..) | Self::Hold(_) | Self::LetGo(_) => None,
+            Self::Act(..) | Self::Hold(_) | Self::LetGo(_) | Self::StopEverything(_) => None,
         }
     }
 }
@@ -196,7 +221,7 @@ fn wakes(order: &Order) -> bool {
                 | Action::Load { .. }
         ),
         Order::Hold(_) => true,
-        Order::LetGo(_) => false,
+        Order::LetGo(_) | Order::StopEverything(_) => false,
     }
 }
 
@@ -265,10 +290,12 @@ fn covers(newer: &Value, older: &Value) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use jde_link::{Folders, Reach};
     use jde_panel::Gesture;
     use serde_json::json;
 
     use super::*;
+    use crate::stop::StopTarget;
 
     fn name(schema: &str) -> String {
         schema.to_owned()
@@ -306,6 +333,7 @@ mod tests {
             Order::Hold(Action::Modulate { schema, value, .. }) => format!("hold {schema} {value}"),
             Order::Hold(action) => format!("hold {}", action.schema()),
             Order::LetGo(schema) => format!("let go {schema}"),
+            Order::StopEverything(_) => "stop everything".to_owned(),
         }
     }
 
@@ -387,8 +415,8 @@ mod tests {
     fn a_stop_does_not_wait_and_removes_orders_that_would_wake_its_schema() {
         let now = Instant::now();
         let mut queue = queue([play("goon"), play("vff"), hold("goon", 1.0), stop("goon")], now);
-        let (stop, _) = queue.next_stop().expect("a stop is waiting");
-        assert_eq!(stop.schema(), "goon");
+        let stop = queue.next_stop().expect("a stop is waiting");
+        assert_eq!(stop.action().schema(), "goon");
         queue.push(play("goon"), now);
         assert_eq!(sent(&mut queue, now), ["act vff"], "other orders for goon wait");
         queue.stopped();
@@ -404,10 +432,15 @@ mod tests {
             hold("base", 1.0),
             set,
             stop("goon"),
-            act(Action::StopAll),
+            Order::StopEverything(StopRequest::new(
+                StopTarget::All,
+                Reach::Local(Folders::at("/nowhere")),
+                now,
+                Vec::new(),
+            )),
         ];
         let mut queue = queue(orders, now);
-        assert!(matches!(queue.next_stop(), Some((Action::StopAll, _))));
+        assert!(matches!(queue.next_stop(), Some(Stop::Everything(_))));
         queue.push(act(Action::ReleaseAll), now);
         assert_eq!(sent(&mut queue, now), Vec::<String>::new());
         queue.stopped();
@@ -416,7 +449,7 @@ mod tests {
             ["set vff 1"],
             "the stop of goon is still waiting"
         );
-        assert!(matches!(queue.next_stop(), Some((Action::Stop { .. }, _))));
+        assert!(matches!(queue.next_stop(), Some(Stop::Schema(..))));
         queue.stopped();
         assert_eq!(sent(&mut queue, now), ["act "], "then everything is released");
     }

@@ -10,8 +10,6 @@ use egui_extras::{Column, TableBuilder};
 use jde_link::message::{About, Network};
 
 use crate::Opening;
-use crate::settings::Settings;
-use crate::workspace::appearance_menu;
 use discovery::Discovered;
 pub(crate) use discovery::Discovery;
 
@@ -44,15 +42,16 @@ impl StartPage {
         }
     }
 
-    /// Draws the page. Returns the user's choice.
-    pub(crate) fn show(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Selection> {
+    /// The names of the applications that run, recordings aside.
+    pub(crate) fn running(&self) -> Vec<String> {
+        let seen = self.discovery.seen();
+        let running = seen.running.iter().filter(|about| about.executor != "replay");
+        running.map(|about| about.name.clone()).collect()
+    }
+
+    /// Draws the page below its bar. Returns the user's choice.
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui) -> Option<Selection> {
         let mut chosen = None;
-        egui::Panel::top("start-bar").show(ui, |ui| {
-            egui::MenuBar::new().ui(ui, |ui| {
-                ui.strong("jde");
-                ui.menu_button("Appearance", |ui| appearance_menu(ui, settings));
-            });
-        });
         egui::CentralPanel::default().show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
                 if let Some(trouble) = &self.trouble {

@@ -6,14 +6,13 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use eframe::egui::{self, Role, vec2};
+use eframe::egui::{self, Role, Vec2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use jde_core::State;
 use jde_host::Handle;
 use jde_link::{Folders, Reach};
 use jde_loader::{Plugins, SearchPath};
-use jde_records::snapshot::HoldKind;
 use jde_schema::prelude::*;
 
 use super::common::{Robot, until};
@@ -21,9 +20,9 @@ use crate::Opening;
 use crate::app::App;
 use crate::settings::SettingsStore;
 
-type Window = Harness<'static, Option<App>>;
+pub(super) type Window = Harness<'static, Option<App>>;
 
-fn opening(reach: Reach, application: Option<&str>) -> Opening {
+pub(super) fn opening(reach: Reach, application: Option<&str>) -> Opening {
     Opening {
         reach,
         application: application.map(str::to_owned),
@@ -33,9 +32,13 @@ fn opening(reach: Reach, application: Option<&str>) -> Opening {
     }
 }
 
-fn open(opening: Opening, store: Option<&Path>) -> Window {
+pub(super) fn open(opening: Opening, store: Option<&Path>) -> Window {
+    open_sized(opening, store, vec2(1200.0, 800.0))
+}
+
+pub(super) fn open_sized(opening: Opening, store: Option<&Path>, size: Vec2) -> Window {
     let store = SettingsStore::at(store.map(Path::to_owned));
-    Harness::builder().with_size([1200.0, 800.0]).build_ui_state(
+    Harness::builder().with_size(size).build_ui_state(
         move |ui, app: &mut Option<App>| {
             app.get_or_insert_with(|| App::new(ui.ctx(), opening.clone(), store.clone()))
                 .frame(ui);
@@ -45,26 +48,26 @@ fn open(opening: Opening, store: Option<&Path>) -> Window {
 }
 
 /// Opens the main window on a robot.
-fn open_robot(robot: &Robot, store: Option<&Path>) -> Window {
+pub(super) fn open_robot(robot: &Robot, store: Option<&Path>) -> Window {
     let mut window = open(opening(robot.reach(), Some("safe-navigation")), store);
     until(&mut window, |window| has(window, "Oscilloscope"));
     window
 }
 
-fn has(window: &Harness<'_, Option<App>>, label: &str) -> bool {
+pub(super) fn has(window: &Harness<'_, Option<App>>, label: &str) -> bool {
     window.query_all_by_label(label).next().is_some()
 }
 
-fn has_text(window: &Harness<'_, Option<App>>, text: &str) -> bool {
+pub(super) fn has_text(window: &Harness<'_, Option<App>>, text: &str) -> bool {
     window.query_all_by_label_contains(text).next().is_some()
 }
 
-fn click(window: &mut Window, label: &str) {
+pub(super) fn click(window: &mut Window, label: &str) {
     window.get_by_label(label).click();
     window.run_steps(2);
 }
 
-fn state(handle: &Handle, schema: &str) -> State {
+pub(super) fn state(handle: &Handle, schema: &str) -> State {
     let snapshot = handle.snapshot();
     let view = snapshot.schemas.iter().find(|view| view.name == schema);
     view.expect("the application has the schema").state
@@ -126,29 +129,6 @@ fn the_start_page_reports_that_an_application_does_not_exist() {
     until(&mut window, |window| {
         has_text(window, "no application is called `missing`") && has(window, "Recordings")
     });
-}
-
-#[test]
-fn r14_one_button_stops_all_schemas_and_the_next_one_resumes_them() {
-    let robot = Robot::of("safe-navigation");
-    let handle = robot.handle();
-    let mut window = open_robot(&robot, None);
-    until(&mut window, |_| state(&handle, "example") == State::Winner);
-    click(&mut window, "Stop everything");
-    until(&mut window, |_| {
-        let snapshot = handle.snapshot();
-        ["example", "teleop"].iter().all(|root| {
-            let view = snapshot.schemas.iter().find(|view| view.name == *root);
-            let hold = view.and_then(|view| view.operator.as_ref());
-            hold.is_some_and(|hold| hold.kind == HoldKind::Stopped && hold.by == jde_link::operator())
-        })
-    });
-    for below in ["goon", "vff", "stop"] {
-        assert_eq!(state(&handle, below), State::Slept, "{below} no longer acts");
-    }
-    until(&mut window, |window| has(window, "Resume"));
-    click(&mut window, "Resume");
-    until(&mut window, |_| state(&handle, "example") == State::Winner);
 }
 
 #[test]
@@ -255,6 +235,7 @@ fn space_pauses_a_recording_and_its_slider_seeks_and_stays_at_the_sought_positio
     until(&mut window, |window| {
         has(window, "Play") && has(window, "10.00 s")
     });
+    assert!(!has(&window, "Stop everything"), "a recording moves nothing");
     window.key_press(eframe::egui::Key::Space);
     window.run_steps(2);
     let paused = || {
@@ -323,7 +304,7 @@ fn space_pauses_a_recording_and_its_slider_seeks_and_stays_at_the_sought_positio
 }
 
 /// A separate process that serves a robot. It is killed when dropped.
-struct ServerProcess(Child);
+pub(super) struct ServerProcess(Child);
 
 /// Environment variable that makes [`an_application_prints_the_folder_of_its_announcement`] serve until its
 /// input ends.
@@ -331,7 +312,7 @@ const SERVES: &str = "JDE_TEST_SERVES";
 
 impl ServerProcess {
     /// Starts the process. Returns it and where tools find its application.
-    fn start() -> (Self, Reach) {
+    pub(super) fn start() -> (Self, Reach) {
         let mut child = Command::new(std::env::current_exe().expect("the path of this program is known"))
             .args([
                 "--nocapture",
@@ -355,11 +336,12 @@ impl ServerProcess {
         )
     }
 
-    fn suspend(&self) {
-        let stopped = Command::new("kill")
-            .args(["-STOP", &self.0.id().to_string()])
+    /// Sends a signal, such as `-STOP`.
+    pub(super) fn signal(&self, signal: &str) {
+        let sent = Command::new("kill")
+            .args([signal, &self.0.id().to_string()])
             .status();
-        assert!(stopped.expect("kill starts").success());
+        assert!(sent.expect("kill starts").success());
     }
 }
 
@@ -389,7 +371,7 @@ fn a_suspended_application_is_shown_as_silent_and_not_as_live() {
     let mut window = open(opening(reach, Some("safe-navigation")), None);
     until(&mut window, |window| has_text(window, "live"));
     assert!(!has_text(&window, "no news for"));
-    server.suspend();
+    server.signal("-STOP");
     until(&mut window, |window| has_text(window, "no news for"));
     assert!(!has_text(&window, "live"));
 }

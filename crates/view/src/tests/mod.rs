@@ -13,4 +13,5 @@ mod robot;
 mod scope;
 mod scope_live;
 mod space;
+mod stop;
 mod values;

@@ -116,10 +116,12 @@ fn arrow_keys_move_between_takeovers_and_rows_and_letter_keys_operate() {
     }
     press(&mut harness, Key::F);
     press(&mut harness, Key::P);
+    press(&mut harness, Key::S);
     press(&mut harness, Key::R);
     let schema = || "goon".to_owned();
     let expected = [
         Request::Act(Action::Force { schema: schema() }),
+        Request::Act(Action::Play { schema: schema() }),
         Request::Act(Action::Stop { schema: schema() }),
         Request::Act(Action::Release { schema: schema() }),
     ];

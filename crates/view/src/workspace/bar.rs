@@ -1,4 +1,4 @@
-//! The bar above the windows: the application, its status, and the button that stops everything.
+//! The bar above the windows: the application, its status, and who stopped everything.
 
 use std::time::Duration;
 
@@ -10,6 +10,7 @@ use super::menu::appearance_menu;
 use super::{Navigation, Workspace};
 use crate::settings::Settings;
 use crate::start::Discovery;
+use crate::stop::confirmed;
 
 /// How long a notice is shown.
 const SHOWN: Duration = Duration::from_secs(8);
@@ -18,25 +19,22 @@ const SILENT: Duration = Duration::from_secs(1);
 
 impl Workspace {
     /// Draws the bar. Returns where the user navigates to, if so.
-    pub(super) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Navigation> {
-        let mut navigation = None;
-        egui::MenuBar::new().ui(ui, |ui| {
-            let away = ui
-                .button("Applications")
-                .on_hover_text("Back to the list of applications and recordings. The robot continues.");
-            navigation = away.clicked().then_some(Navigation::Away);
-            ui.separator();
-            self.title(ui);
-            navigation = self.reopen_button(ui).or(navigation.take());
-            ui.separator();
-            ui.menu_button("Windows", |ui| self.windows_menu(ui));
-            ui.menu_button("Panels", |ui| self.panels_menu(ui));
-            ui.menu_button("Appearance", |ui| appearance_menu(ui, settings));
-            ui.separator();
-            self.notice(ui);
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                self.stop_all(ui)
-            });
+    pub(crate) fn bar(&mut self, ui: &mut egui::Ui, settings: &mut Settings) -> Option<Navigation> {
+        let away = ui
+            .button("Applications")
+            .on_hover_text("Back to the list of applications and recordings. The robot continues.");
+        let navigation = away.clicked().then_some(Navigation::Away);
+        ui.separator();
+        self.title(ui);
+        let navigation = self.reopen_button(ui).or(navigation);
+        ui.separator();
+        ui.menu_button("Windows", |ui| self.windows_menu(ui));
+        ui.menu_button("Panels", |ui| self.panels_menu(ui));
+        ui.menu_button("Appearance", |ui| appearance_menu(ui, settings));
+        ui.separator();
+        self.notice(ui);
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            self.pass_time(ui)
         });
         navigation
     }
@@ -135,56 +133,55 @@ impl Workspace {
             .on_hover_text(&notice.text);
     }
 
-    /// The button that stops everything, or that releases everything once all is stopped. It must be easy to
-    /// find.
-    fn stop_all(&self, ui: &mut egui::Ui) {
+    /// The buttons that let time pass again where it stands still.
+    fn pass_time(&self, ui: &mut egui::Ui) {
         if self.session.is_recording() || self.session.is_gone() {
             return;
         }
-        if let Some(reason) = self.session.standstill() {
-            if ui
-                .button("Continue")
-                .on_hover_text("Time passes again.")
-                .clicked()
-            {
-                self.session.act(Action::Continue);
-            }
-            if ui
-                .button("Step")
-                .on_hover_text("Lets a little time pass.")
-                .clicked()
-            {
-                self.session.act(Action::Step);
-            }
-            ui.colored_label(ui.visuals().warn_fg_color, format!("stands still: {reason}"));
-        }
-        // Works in text fields too, and in every window.
-        if ui.input_mut(|input| input.consume_key(egui::Modifiers::CTRL, egui::Key::Space)) {
-            self.session.act(Action::StopAll);
-        }
-        let held = self.session.roots().all(|root| self.session.is_stopped(root))
-            && self.session.is_everything_stopped();
-        let stop = egui::RichText::new("Stop everything").strong();
-        if held {
-            let go = ui.button("Resume");
-            if go
-                .on_hover_text("The hierarchy resumes. Schemas that were stopped separately stay stopped.")
-                .clicked()
-            {
-                self.session.act(Action::ReleaseAll);
-            }
-            ui.colored_label(ui.visuals().warn_fg_color, "stopped");
-        } else if ui
-            .add(
-                egui::Button::new(stop.color(egui::Color32::WHITE))
-                    .fill(egui::Color32::from_rgb(176, 32, 32)),
-            )
-            .on_hover_text(
-                "Ctrl+Space. Puts every root and all schemas below it to sleep; the actuators brake. All schemas keep their memory.",
-            )
+        let Some(reason) = self.session.standstill() else {
+            return;
+        };
+        if ui
+            .button("Continue")
+            .on_hover_text("Time passes again.")
             .clicked()
         {
-            self.session.act(Action::StopAll);
+            self.session.act(Action::Continue);
         }
+        if ui
+            .button("Step")
+            .on_hover_text("Lets a little time pass.")
+            .clicked()
+        {
+            self.session.act(Action::Step);
+        }
+        ui.colored_label(ui.visuals().warn_fg_color, format!("stands still: {reason}"));
+    }
+
+    /// Who stopped everything, and the button that lets it go on. Neither while a stop is under way.
+    pub(super) fn stopped(&mut self, ui: &mut egui::Ui, stopping: bool) {
+        let stopped = self.session.stopped_by().filter(|_| !stopping);
+        self.asks &= stopped.is_some();
+        let Some((by, others)) = stopped else { return };
+        let mut text = format!("Stopped by {by}");
+        if !others.is_empty() {
+            text += &format!(", except {}", others.join(", "));
+        }
+        let silent = self.session.silent();
+        if silent > SILENT || self.session.is_gone() {
+            text += &format!(", as of {} s ago", silent.as_secs());
+        }
+        egui::Panel::top("stopped").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                if confirmed(ui, &mut self.asks, "Go on ...", "Let everything go on") {
+                    self.session.act(Action::ReleaseAll);
+                }
+                let color = ui.visuals().warn_fg_color;
+                ui.label(egui::RichText::new(text).color(color).strong())
+                    .on_hover_text(
+                        "Schemas that were stopped separately stay stopped when the rest goes on.",
+                    );
+            });
+        });
     }
 }

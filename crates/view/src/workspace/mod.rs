@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::player::Player;
 use crate::session::Session;
-use crate::settings::{Settings, SettingsStore};
+use crate::settings::SettingsStore;
 use crate::start::Discovery;
 use crate::style::Style;
 use crate::window::{Kind, Window};
@@ -39,6 +39,8 @@ pub(crate) struct Workspace {
     reach: Reach,
     /// Searches for a new run of an application that is gone.
     discovery: Option<Discovery>,
+    /// Whether the button that lets everything go on asks.
+    asks: bool,
 }
 
 /// What the user wants instead of these windows.
@@ -79,19 +81,18 @@ impl Workspace {
             slider: seek_bar::SeekBar::default(),
             reach,
             discovery: None,
+            asks: false,
         }
     }
 
-    /// Draws all windows. Returns where the user navigates to, if so.
-    pub(crate) fn show(
-        &mut self,
-        ui: &mut egui::Ui,
-        style: &Style,
-        settings: &mut Settings,
-    ) -> Option<Navigation> {
-        self.session.begin_frame();
-        let mut navigation = None;
-        egui::Panel::top("bar").show(ui, |ui| navigation = self.bar(ui, settings));
+    /// The application that the windows show.
+    pub(crate) fn session(&mut self) -> &mut Session {
+        &mut self.session
+    }
+
+    /// Draws all windows below the bar; `stopping` while a stop of everything is under way.
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, style: &Style, stopping: bool) {
+        self.stopped(ui, stopping);
         if self.session.is_recording() {
             egui::Panel::bottom("replay").show(ui, |ui| self.slider.show(ui, &self.session));
         }
@@ -112,7 +113,6 @@ impl Workspace {
             self.saved_at = now;
             self.save();
         }
-        navigation
     }
 
     /// Whether the workspace has this window.

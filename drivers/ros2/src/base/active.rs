@@ -6,7 +6,7 @@ use jde_schema::prelude::*;
 use super::hazards::HazardDetectionVector;
 use super::sonars::Sonars;
 use crate::connection::{RosConnection, TopicSubscription};
-use crate::drive::Drive;
+use crate::drive::{self, Drive};
 use crate::messages::{PoseWithCovarianceStamped, Stamped};
 use crate::scan::Sweep;
 use crate::velocity::{VelocityPublisher, is_finite};
@@ -28,6 +28,8 @@ pub(super) struct ActiveBase {
     pub(super) sonars: Sonars,
     pub(super) velocity: Option<VelocityPublisher>,
     pub(super) drive: Drive,
+    /// Whether the robot moves, by its newest odometry.
+    pub(super) moves: bool,
     /// Since when messages of the robot come.
     pub(super) since: Option<Duration>,
     /// Buffer for scans, which are too large for a stack.
@@ -58,7 +60,9 @@ impl ActiveBase {
     }
 
     pub(super) fn publish_odometry(&mut self, cx: &Context, export: &mut Export<Odometry>) {
+        let moves = &mut self.moves;
         publish(cx, &mut self.connection, &mut self.odometry, export, |odometry| {
+            *moves = drive::moves(&odometry.twist.twist);
             let pose = odometry.pose2d();
             let numbers = [pose.x, pose.y, pose.theta];
             let is_usable = all_finite(&numbers) && is_finite(&odometry.twist.twist);
@@ -103,7 +107,25 @@ impl ActiveBase {
         }
     }
 
-    pub(super) fn publish_velocity(&self, cx: &Context, twist: &Twist) {
+    /// Publishes the command in force, or what stops the robot.
+    pub(super) fn drive(&mut self, cx: &Context, command: Option<Twist>) {
+        let moves = self.moves
+            && self
+                .odometry
+                .as_ref()
+                .is_some_and(TopicSubscription::has_received);
+        if let Some(twist) = self.drive.step(cx.now(), command, moves) {
+            self.publish_velocity(cx, &twist);
+        }
+    }
+
+    /// Publishes what stops the robot, as often as a driver that stays awake.
+    pub(super) fn stop(&mut self, cx: &Context) {
+        let mut drive = core::mem::take(&mut self.drive);
+        drive.end(cx.now(), |twist| self.publish_velocity(cx, twist));
+    }
+
+    fn publish_velocity(&self, cx: &Context, twist: &Twist) {
         if let Some(publisher) = &self.velocity {
             publisher.publish(cx, &self.connection, twist);
         }

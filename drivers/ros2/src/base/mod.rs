@@ -147,9 +147,7 @@ impl Schema for Base {
         let sonars = &mut active.sonars;
         sonars.publish(cx, &mut active.connection, &mut self.sonars, stale);
         let command = self.velocity.get(cx);
-        if let Some(twist) = active.drive.step(now, command.in_force().then_some(*command)) {
-            active.publish_velocity(cx, &twist);
-        }
+        active.drive(cx, command.in_force().then_some(*command));
         active.report_missing(cx);
         let missing = (!active.has_received()).then_some("robot");
         active
@@ -160,9 +158,7 @@ impl Schema for Base {
 
     fn sleep(&mut self, cx: &Context) {
         if let Some(mut active) = self.active.take() {
-            if let Some(stop) = active.drive.end() {
-                active.publish_velocity(cx, &stop);
-            }
+            active.stop(cx);
             active.connection.close(cx, &mut self.connection);
             self.laser.retract(cx);
             self.odometry.retract(cx);
@@ -247,6 +243,7 @@ impl Base {
             sonars: Sonars::new(sonars, mounts),
             velocity: velocity.map(|_| VelocityPublisher::new(0)),
             drive: Drive::default(),
+            moves: false,
             since: None,
             sweep: Box::new(Sweep::zeroed()),
         })

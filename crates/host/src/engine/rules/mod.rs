@@ -4,6 +4,7 @@
 //! order before it releases the lock. Readers use [`Rules::read`].
 
 mod commands;
+mod delays;
 mod reports;
 mod signals;
 mod statistics;
@@ -21,6 +22,7 @@ use crate::clock::Clock;
 use crate::journal::Journal;
 use crate::transaction_observer::{TransactionInput, TransactionObserver};
 pub(crate) use commands::{Command, Commands};
+use delays::MachineDelays;
 pub(crate) use signals::{Notifier, Signal};
 use signals::{PendingNotifications, Signals};
 use statistics::{DeferredEvents, GroupStatistics};
@@ -35,6 +37,7 @@ pub(crate) struct Rules {
     state: Mutex<RulesState>,
     pub(super) signals: Signals,
     deferred_events: DeferredEvents,
+    pub(crate) delays: MachineDelays,
 }
 
 /// The state that only transactions change.
@@ -87,6 +90,7 @@ impl Rules {
             }),
             signals: Signals::default(),
             deferred_events: DeferredEvents::default(),
+            delays: MachineDelays::default(),
         }
     }
 

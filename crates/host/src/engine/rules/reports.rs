@@ -112,18 +112,15 @@ impl Rules {
         latency: Nanos,
     ) {
         let allowed = rules.groups.groups[group.index()].allowed;
-        // In a replay, lateness was reported when it first happened.
-        let late = latency > allowed && !self.clock.is_replayed();
-        rules.groups.record_takeover(group, record, latency, late);
-        if late {
-            tracing::warn!(
-                group = self.application.groups[group.index()].name,
-                winner = self.application.instances[id.index()].name,
-                "took over in {:.1} ms, and its contract allows {:.1} ms",
-                latency as f64 / 1e6,
-                allowed as f64 / 1e6
-            );
-        }
+        let about = &self.application.groups[group.index()];
+        let takes_part =
+            |instance: usize| about.father == Some(instance) || about.members.contains(&instance);
+        let machine = match latency > allowed {
+            true => self
+                .delays
+                .since(now.saturating_sub(latency), id.index(), takes_part),
+            false => 0,
+        };
         let event = Event::TookOver {
             time: now,
             group: group.index(),
@@ -131,7 +128,20 @@ impl Rules {
             schema: id.index(),
             latency,
             allowed,
+            machine,
         };
+        // In a replay, lateness was reported when it first happened.
+        let late = event.is_late() && !self.clock.is_replayed();
+        rules.groups.record_takeover(group, record, latency, late);
+        if late {
+            tracing::warn!(
+                group = about.name,
+                winner = self.application.instances[id.index()].name,
+                "took over in {:.1} ms, and its contract allows {:.1} ms",
+                latency as f64 / 1e6,
+                allowed as f64 / 1e6
+            );
+        }
         self.notify_observers(rules, &event);
     }
 

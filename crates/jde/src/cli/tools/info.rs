@@ -193,14 +193,22 @@ fn write_problems(schema: &SchemaProblems, out: &mut dyn Write) -> io::Result<()
         faults,
         overruns,
         refused,
+        late,
         last_fault,
     } = schema;
-    let style = if *faults > 0 { BAD } else { WARN };
+    let style = if *faults + *late > 0 { BAD } else { WARN };
     let (faults, overruns) = (pluralize(*faults, "fault"), pluralize(*overruns, "overrun"));
     write!(
         out,
         "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused"
     )?;
+    if *late > 0 {
+        write!(
+            out,
+            ", {} longer than its contract allows",
+            pluralize(*late, "takeover")
+        )?;
+    }
     match last_fault {
         Some(fault) => writeln!(out, "; {fault}"),
         None => writeln!(out),

@@ -35,6 +35,7 @@ struct SchemaStatistics {
 struct GroupStatistics {
     winner: Option<usize>,
     worst: Option<Nanos>,
+    late: u64,
 }
 
 impl Statistics {
@@ -82,8 +83,9 @@ impl Statistics {
                 latency,
                 ..
             } => {
-                let worst = &mut self.groups[*group].worst;
-                *worst = (*worst).max(Some(*latency));
+                let sums = &mut self.groups[*group];
+                sums.worst = sums.worst.max(Some(*latency));
+                sums.late += u64::from(event.is_late());
                 self.schemas[*schema].takeovers += 1;
             }
             Event::Refused {
@@ -126,6 +128,11 @@ impl Statistics {
     /// Returns the longest takeover of a group so far, ns.
     pub(crate) fn worst(&self, group: usize) -> Option<Nanos> {
         self.groups[group].worst
+    }
+
+    /// Returns how many takeovers of a group took longer than its contract permits (R17).
+    pub(crate) fn late(&self, group: usize) -> u64 {
+        self.groups[group].late
     }
 
     /// Returns the schemas that act now: the winners without groups of their own, among the winners of the

@@ -26,6 +26,7 @@ fn took(record: u64, time: Nanos, schema: usize, latency: Nanos) -> Event {
         schema,
         latency,
         allowed: 100,
+        machine: 0,
     }
 }
 

@@ -1,5 +1,7 @@
 //! The lines at the edges: the title, the robot, the status with the input, and the keys.
 
+use std::time::Duration;
+
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Rect};
 use ratatui::text::{Line, Span};
@@ -12,12 +14,16 @@ use crate::top::view_state::{ActionResult, Mode, ViewState, outcome_text};
 /// The key that stops everything, and the one that releases it.
 const PANIC_KEYS: [(&str, &str); 2] = [("space", "STOP ALL"), ("g", "GO ON")];
 
+/// After this time without a snapshot, the application is not shown as running.
+const SILENT: Duration = Duration::from_secs(1);
+
 /// The keys and their effects; those that a new user needs first are at the left, after the panic key.
-const KEYS: [(&str, &str); 8] = [
+const KEYS: [(&str, &str); 9] = [
     ("q", "quit"),
     ("?", "help"),
     ("↑↓", "select"),
-    ("p", "play/stop"),
+    ("p", "play"),
+    ("s", "stop"),
     ("f", "force"),
     ("r", "release"),
     ("+ - t", "period"),
@@ -27,8 +33,10 @@ const KEYS: [(&str, &str); 8] = [
 /// Draws the title of the application, its time and how it runs or ended.
 pub(super) fn title(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let seconds = screen.snapshot.time as f64 / 1e9;
+    let silent = screen.silent > SILENT;
     let state = match (&screen.outcome, screen.stopped_by()) {
         (Some(outcome), _) => outcome_text(outcome),
+        (None, _) if silent => format!("NO NEWS for {} s", screen.silent.as_secs()),
         (None, Some(operator)) => format!("STOPPED by {operator}"),
         (None, None) if screen.snapshot.standstill.is_some() => "STANDS STILL".to_owned(),
         (None, None) => "running".to_owned(),
@@ -37,7 +45,7 @@ pub(super) fn title(frame: &mut Frame, area: Rect, screen: &ViewState) {
     let room = usize::from(area.width).saturating_sub(text::columns(&clock));
     let bar = format!("{}{clock}", text::pad_or_cut(&format!(" {}", screen.title), room));
     let mut style = screen.theme.selected();
-    if screen.stopped_by().is_some() {
+    if silent || screen.stopped_by().is_some() {
         style = style.patch(screen.theme.bad());
     }
     frame.render_widget(Paragraph::new(Line::styled(bar, style)), area);

@@ -7,12 +7,13 @@ use ratatui::widgets::{Block, Clear, Paragraph};
 
 use crate::top::theme::Theme;
 
-const TEXT: [&str; 22] = [
+const TEXT: [&str; 23] = [
     "↑ ↓  j k     select a schema",
     "space        STOP EVERYTHING: all roots sleep, all actuators brake",
     "g            release everything that space stopped",
-    "p            play a sleeping schema, stop an awake one",
-    "f            force it to win, or release it",
+    "p            play it",
+    "s            stop it",
+    "f            force it to win",
     "r            release it: the hierarchy decides again",
     "+  -         a longer or shorter period, by a tenth",
     "t            type a period: 75ms, 0.5s, 20Hz",

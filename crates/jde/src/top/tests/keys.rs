@@ -6,8 +6,9 @@ use super::*;
 fn keys_become_actions_on_the_selected_schema() {
     let app = Fixed::new();
     let mut screen = app.screen();
-    press(&mut screen, &app, &typed("jjpfr+-"));
+    press(&mut screen, &app, &typed("jjpsfr+-"));
     let expected = [
+        Action::Play(2),
         Action::Stop(2),
         Action::Force(2),
         Action::Release(2),
@@ -55,18 +56,23 @@ fn r14_schemas_stopped_by_stop_all_are_shown_with_the_key_that_releases_them() {
 }
 
 #[test]
-fn play_wakes_a_sleeping_or_stopped_schema_and_force_toggles() {
+fn r14_a_key_that_is_pressed_again_does_the_same_again() {
     let app = Fixed::new();
-    let mut screen = app.screen();
-    press(&mut screen, &app, &typed("jjjfjjp"));
-    app.snapshot.borrow_mut().schemas[5].operator = held(HoldKind::Stopped);
-    app.snapshot.borrow_mut().schemas[5].state = State::Checking;
-    screen.observe(&app);
-    press(&mut screen, &app, &typed("p"));
-    assert_eq!(
-        *app.acts.borrow(),
-        [Action::Release(3), Action::Play(5), Action::Play(5)]
-    );
+    for (state, hold) in [
+        (State::Winner, None),
+        (State::Slept, held(HoldKind::Stopped)),
+        (State::Winner, held(HoldKind::Forced)),
+    ] {
+        let mut screen = app.screen();
+        app.snapshot.borrow_mut().schemas[2].operator = hold;
+        app.snapshot.borrow_mut().schemas[2].state = state;
+        screen.observe(&app);
+        app.acts.borrow_mut().clear();
+        press(&mut screen, &app, &typed("jjssppff"));
+        let acts = [Action::Stop(2), Action::Play(2), Action::Force(2)];
+        let twice: Vec<_> = acts.iter().flat_map(|act| [*act; 2]).collect();
+        assert_eq!(*app.acts.borrow(), twice);
+    }
 }
 
 #[test]
@@ -147,4 +153,18 @@ fn an_ended_application_is_shown_until_the_user_leaves() {
     assert!(lines(&mut screen, 80, 24).join("\n").contains("has ended: done"));
     let exit_reason = press(&mut screen, &app, &[KeyCode::Enter]);
     assert_eq!(exit_reason, Some(ExitReason::Ended));
+}
+
+#[test]
+fn an_application_that_says_nothing_is_not_shown_as_running() {
+    let app = Fixed::new();
+    let mut screen = app.screen();
+    assert!(lines(&mut screen, 80, 24)[0].contains("running"));
+    app.silent.set(Duration::from_millis(3500));
+    screen.observe(&app);
+    let title = lines(&mut screen, 80, 24)[0].clone();
+    assert!(
+        title.contains("NO NEWS for 3 s") && !title.contains("running"),
+        "{title}"
+    );
 }

@@ -2,7 +2,8 @@
 
 mod keys;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
+use std::time::Duration;
 
 use jde_abi::describe::Kind;
 use jde_core::{Health, Nanos, State};
@@ -118,6 +119,7 @@ pub(crate) fn navigation() -> Snapshot {
 struct Fixed {
     snapshot: RefCell<Snapshot>,
     outcome: RefCell<Option<Outcome>>,
+    silent: Cell<Duration>,
     refuses: Option<&'static str>,
     acts: RefCell<Vec<Action>>,
 }
@@ -127,6 +129,7 @@ impl Fixed {
         Self {
             snapshot: RefCell::new(navigation()),
             outcome: RefCell::new(None),
+            silent: Cell::default(),
             refuses: None,
             acts: RefCell::default(),
         }
@@ -158,6 +161,10 @@ impl ObservedApplication for Fixed {
 
     fn outcome(&self) -> Option<Outcome> {
         self.outcome.borrow().clone()
+    }
+
+    fn silent(&self) -> Duration {
+        self.silent.get()
     }
 
     fn log_lines(&self) -> Vec<String> {

@@ -3,7 +3,6 @@
 //! acts while nothing has the focus.
 
 use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
-use jde_core::State;
 use jde_link::message::Action;
 
 use super::Scope;
@@ -66,11 +65,9 @@ impl Scope {
             self.editing.begin(&schema, view.period as f64 / 1e9);
         }
         if take(ui, Key::P) && seen.accepts_requests {
-            requests.push(Request::Act(if view.state == State::Slept {
-                Action::Play { schema }
-            } else {
-                Action::Stop { schema }
-            }));
+            requests.push(Request::Act(Action::Play { schema }));
+        } else if take(ui, Key::S) && seen.accepts_requests {
+            requests.push(Request::Act(Action::Stop { schema }));
         } else if take(ui, Key::F) && seen.accepts_requests {
             requests.push(Request::Act(Action::Force { schema }));
         } else if take(ui, Key::R) && seen.accepts_requests {
