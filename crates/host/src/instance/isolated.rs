@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use jde_abi::raw;
-use jde_isolation::launch::{Launch, PortInfo, send_files};
+use jde_isolation::launch::{Acceptance, Launch, PortInfo, send_files};
 use jde_isolation::process::Process;
 use jde_isolation::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, UNANSWERED, Wire};
 use jde_isolation::{HeldTerminal, ProcessConfig, TypeLocation, machine_time};
@@ -464,7 +464,11 @@ fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec
             });
             continue;
         };
-        let memory = match variable.shared() {
+        let acceptance = call.acceptance(port);
+        // The memory of a command or of a modulation has the values of other writers too, and a value must not change
+        // after it was checked and judged. So the child sends what it writes there, and the host publishes a copy.
+        let may_map = !writes || acceptance == Acceptance::Always;
+        let memory = match variable.shared().filter(|_| may_map) {
             None => None,
             Some(shared) => {
                 files.push(if writes {
@@ -479,12 +483,13 @@ fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec
             writes,
             bytes: variable.describe().value_type.bytes,
             memory,
-            acceptance: call.acceptance(port),
+            acceptance,
         });
     }
     if let Some(authority) = &call.engine.authority {
         files.push(authority.file()?);
     }
+    files.extend(call.build.plugin.held_copy()?);
     Ok((ports, files))
 }
 
