@@ -13,6 +13,7 @@ use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 on_every_executor!(
     r12_a_trigger_checks_without_waiting_for_the_period,
     r12_values_published_together_are_checked_together,
+    r12_schemas_that_trigger_each_other_through_checks_rest_and_their_triggers_are_counted,
     r12_a_trigger_does_not_make_a_winner_iterate_early,
     r17_a_takeover_is_measured_against_the_contract,
     r17_the_contract_follows_the_period,
@@ -234,6 +235,59 @@ fn r12_values_published_together_are_checked_together(executor: Executor) {
     let mut app = TestApp::start(executor, &scenario, body);
     app.until_line("low iterate");
     assert!(app.handle.now() < HOUR);
+    app.stop();
+}
+
+fn r12_schemas_that_trigger_each_other_through_checks_rest_and_their_triggers_are_counted(
+    executor: Executor,
+) {
+    let scenario = Scenario::quiet();
+    let times: Arc<Mutex<Vec<u64>>> = Arc::default();
+    let (mut count, checks) = (0.0, Arc::clone(&times));
+    scenario.on_call("top", move |call, io| {
+        if call == Call::Check {
+            count += 1.0;
+            checks.lock().unwrap().push(io.now());
+            io.modulate_a(count);
+            io.ready(false);
+        }
+        Ok(())
+    });
+    scenario.on_call("eye", |call, io| {
+        if let (Call::Iterate, Some((value, _))) = (call, io.input()) {
+            io.publish(value);
+        }
+        Ok(())
+    });
+    let body = r#"
+        roots = ["top"]
+        [schemas.top]
+        type = "test/motor"
+        period = "3600s"
+        children = { a = "a" }
+        imports = { input = "eye.out" }
+        triggers = ["input"]
+        [schemas.a]
+        type = "test/motor"
+        [schemas.eye]
+        type = "test/eye"
+        period = "3600s"
+        imports = { input = "a.gain" }
+        triggers = ["input"]
+    "#;
+    const CHECKS: usize = 200;
+    let mut app = TestApp::start(executor, &scenario, body);
+    let dropped = |app: &TestApp| app.schema("top").triggers_dropped + app.schema("eye").triggers_dropped;
+    app.until(|app| dropped(app) > 0);
+    if executor != Executor::Lockstep {
+        app.until(|_| times.lock().unwrap().len() >= CHECKS);
+        let times = times.lock().unwrap();
+        // Of two rounds at least one has a rest, but the first ones.
+        let rests = (CHECKS / 2 - 10) as u64;
+        let took = times[CHECKS - 1] - times[0];
+        assert!(took >= rests * MS / 5, "{took} ns");
+        assert_eq!(app.schema("a").iterations, 0);
+    }
     app.stop();
 }
 

@@ -116,9 +116,10 @@ impl Operators {
         for value in held.values.extract_if(.., theirs) {
             if newest_writer(&value.variable) == OPERATOR {
                 let PreviousValue { writer, bytes } = &value.previous;
-                let put = self.write_recorded(instance, &value.variable, *writer, bytes);
-                put.expect("it was in force before");
-                any = true;
+                // It was in force before. If another build refuses it, the operator's value stays.
+                any |= self
+                    .write_recorded(instance, &value.variable, *writer, bytes)
+                    .is_ok();
             }
         }
         any

@@ -1,9 +1,11 @@
 //! The rules under one lock: the only place that locks them.
 //!
 //! Every change of the hierarchy is one [`Rules::transact`], which carries out the effects of the change in
-//! order before it releases the lock. Readers use [`Rules::read`].
+//! order before it releases the lock. Readers use [`Rules::read`]. Nothing under the lock logs, waits, or fails because
+//! the machine has nothing left.
 
 mod commands;
+mod messages;
 mod reports;
 mod signals;
 mod statistics;
@@ -19,8 +21,10 @@ use jde_records::turn::Turn;
 use super::schema;
 use crate::clock::Clock;
 use crate::journal::Journal;
+use crate::stalls::Stalls;
 use crate::transaction_observer::TransactionObserver;
 pub(crate) use commands::{Command, Commands};
+use messages::Message;
 pub(crate) use signals::{Notifier, Signal};
 use signals::{PendingNotifications, Signals};
 use statistics::{DeferredEvents, GroupStatistics};
@@ -30,6 +34,7 @@ pub(crate) use transact::IterationPermission;
 pub(crate) struct Rules {
     application: Arc<Application>,
     clock: Arc<Clock>,
+    stalls: Arc<Stalls>,
     journal: Option<Arc<Journal>>,
     state: Mutex<RulesState>,
     pub(super) signals: Signals,
@@ -50,6 +55,8 @@ pub(crate) struct RulesState {
     alarm: Option<Nanos>,
     /// What to notify once the lock is free.
     notifications: PendingNotifications,
+    /// What to log then.
+    messages: Vec<Message>,
     /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
     /// signalled.
     shutdown_order: Option<Vec<usize>>,
@@ -58,7 +65,7 @@ pub(crate) struct RulesState {
 impl Rules {
     pub(super) fn new(
         application: &Arc<Application>,
-        clock: &Arc<Clock>,
+        (clock, stalls): (&Arc<Clock>, &Arc<Stalls>),
         journal: Option<Arc<Journal>>,
         hierarchy: Hierarchy,
         commands: Commands,
@@ -69,6 +76,7 @@ impl Rules {
         Self {
             application: Arc::clone(application),
             clock: Arc::clone(clock),
+            stalls: Arc::clone(stalls),
             journal,
             state: Mutex::new(RulesState {
                 hierarchy,
@@ -80,6 +88,7 @@ impl Rules {
                 groups,
                 alarm: None,
                 notifications: PendingNotifications::default(),
+                messages: Vec::new(),
                 shutdown_order: None,
             }),
             signals: Signals::default(),
@@ -172,13 +181,15 @@ impl Rules {
             .collect()
     }
 
-    /// Ends a transaction: releases the lock, then notifies the threads that its effects concern.
+    /// Ends a transaction: releases the lock, notifies the threads that its effects concern, and then logs.
     fn unlock(&self, mut rules: MutexGuard<'_, RulesState>) {
         let pending = rules.notifications.take();
+        let messages = std::mem::take(&mut rules.messages);
         drop(rules);
         if let Some(pending) = pending {
             self.signals.notify_all(&pending);
         }
+        self.log(messages);
     }
 
     /// Locks the rules. A panic inside a transaction is a fault of the host and ends the application, so a

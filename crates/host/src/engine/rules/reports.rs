@@ -4,6 +4,7 @@ use jde_core::{ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Nano
 use jde_records::event::{Event, OperatorAction};
 use jde_records::turn::{Moment, Turn};
 
+use super::messages::Message;
 use super::{IterationPermission, Rules, RulesState};
 use crate::engine::schema;
 
@@ -112,17 +113,21 @@ impl Rules {
         latency: Nanos,
     ) {
         let allowed = rules.groups.groups[group.index()].allowed;
+        // Delays of the machine are not part of the contract.
+        let latency = match latency > allowed {
+            true => latency.saturating_sub(self.stalls.within(now.saturating_sub(latency), now)),
+            false => latency,
+        };
         // In a replay, lateness was reported when it first happened.
         let late = latency > allowed && !self.clock.is_replayed();
         rules.groups.record_takeover(group, record, latency, late);
         if late {
-            tracing::warn!(
-                group = self.application.groups[group.index()].name,
-                winner = self.application.instances[id.index()].name,
-                "took over in {:.1} ms, and its contract allows {:.1} ms",
-                latency as f64 / 1e6,
-                allowed as f64 / 1e6
-            );
+            rules.messages.push(Message::Late {
+                group,
+                winner: id,
+                latency,
+                allowed,
+            });
         }
         let event = Event::TookOver {
             time: now,
