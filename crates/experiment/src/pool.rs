@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, BufReader, Write};
-use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -13,6 +13,7 @@ use std::thread;
 use std::time::Duration;
 
 use jde_isolation::Program;
+use jde_isolation::descendants::{Descendants, end_after};
 
 use crate::drive::unjudged;
 use crate::experiment::Experiment;
@@ -170,20 +171,24 @@ struct Worker {
     /// The last lines of its standard error, and the thread that reads them.
     errors: Arc<Mutex<VecDeque<String>>>,
     error_reader: Option<thread::JoinHandle<()>>,
+    /// Ends what the process leaves behind, which may hold its streams open.
+    ending: Option<thread::JoinHandle<()>>,
 }
 
 impl Worker {
     fn start(program: &Program) -> io::Result<Self> {
-        let mut child = Command::new(&program.path)
+        let mut command = Command::new(&program.path);
+        command
             .args(&program.arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             // The last line of its errors is then the message, and no line of a backtrace.
-            .env("RUST_BACKTRACE", "0")
-            // Ctrl-C asks the parent alone, which lets the drives under way end.
-            .process_group(0)
-            .spawn()?;
+            .env("RUST_BACKTRACE", "0");
+        // Ctrl-C asks the parent alone, which lets the drives under way end.
+        let descendants = Descendants::mark(&mut command, true);
+        let mut child = command.spawn()?;
+        let ending = end_after(&child, descendants).inspect_err(|_| drop(child.kill()))?;
         let (sender, answers) = mpsc::channel();
         let output = child.stdout.take();
         thread::spawn(move || {
@@ -212,6 +217,7 @@ impl Worker {
             answers,
             errors,
             error_reader: Some(error_reader),
+            ending: Some(ending),
         })
     }
 
@@ -230,9 +236,17 @@ impl Worker {
         let _ = self.child.kill();
     }
 
+    /// Waits for the process, which is dead or dying, and for the end of what it has left behind.
+    fn reap(&mut self) -> io::Result<ExitStatus> {
+        if let Some(ending) = self.ending.take() {
+            let _ = ending.join();
+        }
+        self.child.wait()
+    }
+
     /// Waits for the process, which is dead or dying, and returns the last line of its standard error.
     fn end(&mut self) -> io::Result<(ExitStatus, Option<String>)> {
-        let status = self.child.wait()?;
+        let status = self.reap()?;
         if let Some(reader) = self.error_reader.take() {
             let _ = reader.join();
         }
@@ -249,6 +263,6 @@ impl Drop for Worker {
     fn drop(&mut self) {
         self.input = None;
         self.kill();
-        let _ = self.child.wait();
+        let _ = self.reap();
     }
 }

@@ -20,6 +20,7 @@ pub mod replay;
 mod runner;
 mod running;
 mod sensor_fault;
+mod stalls;
 mod standstill;
 pub mod transaction_observer;
 mod turn_order;

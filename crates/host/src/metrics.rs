@@ -17,6 +17,8 @@ pub(crate) struct InstanceMetrics {
     pub(crate) overruns: AtomicU64,
     pub(crate) refused: AtomicU64,
     pub(crate) faults: AtomicU64,
+    /// Triggers that were dropped or had to rest (R12).
+    pub(crate) triggers_dropped: AtomicU64,
     /// Calls that were given up and have not returned.
     pub(crate) abandoned_calls: AtomicU64,
     pub(crate) longest_iteration: AtomicU64,
@@ -33,6 +35,8 @@ pub(crate) struct InstanceMetrics {
     last_cycle: AtomicU64,
     mean_cycle: AtomicU64,
     mean_busy: AtomicU64,
+    /// The time of the turns since the last cycle that were not periodic.
+    busy_between: AtomicU64,
 }
 
 impl InstanceMetrics {
@@ -88,6 +92,12 @@ impl InstanceMetrics {
         }
     }
 
+    /// Records a turn between two cycles, which took `busy`.
+    pub(crate) fn record_between(&self, busy: Nanos) {
+        self.busy_between
+            .store(self.busy_between.load(Relaxed) + busy, Relaxed);
+    }
+
     /// Records a periodic cycle that began at `start` and took `busy`.
     pub(crate) fn record_cycle(&self, start: Nanos, busy: Nanos) {
         let last = self.last_cycle.load(Relaxed);
@@ -95,7 +105,7 @@ impl InstanceMetrics {
         if last != 0 {
             update_mean(&self.mean_cycle, (start + 1).saturating_sub(last));
         }
-        update_mean(&self.mean_busy, busy);
+        update_mean(&self.mean_busy, busy + self.busy_between.swap(0, Relaxed));
     }
 
     /// The instance falls asleep: the following pause is no cycle.
@@ -108,7 +118,7 @@ impl InstanceMetrics {
         Some(self.mean_cycle.load(Relaxed)).filter(|mean| *mean > 0)
     }
 
-    /// Returns the share of time spent in calls.
+    /// Returns the share of time spent in turns, periodic or not.
     pub(crate) fn load(&self) -> f64 {
         match self.mean_period() {
             Some(cycle) => (self.mean_busy.load(Relaxed) as f64 / cycle as f64).min(1.0),

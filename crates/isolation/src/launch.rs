@@ -35,8 +35,8 @@ pub struct Launch {
     pub listed: Vec<ListedPort>,
     /// The limits on its resources.
     pub limits: Isolation,
-    /// The instance's number in the [`AuthorityTable`](crate::authority::AuthorityTable), which is the last of
-    /// the files, if there is one.
+    /// The instance's number in the [`AuthorityTable`](crate::authority::AuthorityTable), which follows the files of the
+    /// ports, if there is one. The last of the files is the plugin's, unless it is linked in.
     pub authority: Option<usize>,
 }
 

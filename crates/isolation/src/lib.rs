@@ -6,7 +6,8 @@
 //! schema, and a process that dies at any instruction holds no resource of the host. The inputs that a call
 //! usually reads arrive with it, and what the plugin publishes is a message without a reply if the child knows
 //! the outcome; each other request is a message and a reply. Large values are not sent: their memory is mapped
-//! in both processes, read-only in a process that does not write it (`jde_board::Shared`).
+//! in both processes, writable only in the process that exports them (`jde_board::Shared`). What a process writes of
+//! others, a command or a modulation, it sends: the host checks and publishes a copy.
 //!
 //! ```text
 //! host, schema's thread            child
@@ -20,6 +21,7 @@
 //! restart policy applies.
 
 pub mod authority;
+pub mod descendants;
 mod inspect;
 pub mod launch;
 mod limits;

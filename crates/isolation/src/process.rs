@@ -2,12 +2,14 @@
 //!
 //! Each process has a thread in the host that starts it and waits for its end. The kernel kills the child
 //! when that thread ends, because it tracks parents by thread. So a child lives at most as long as that
-//! thread, and as the host, however the host ends.
+//! thread, and as the host, however the host ends. The end of a child is its exit, not the end of its stream: a process
+//! that it has forked may hold the stream open. The thread ends those, and the stream.
 
 use std::io;
+use std::net::Shutdown;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -17,6 +19,7 @@ use std::time::Duration;
 use jde_app::Isolation;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
+use super::descendants::Descendants;
 use super::{ProcessConfig, Program};
 
 /// How long a child may take to exit by itself after its instance has ended.
@@ -145,9 +148,8 @@ impl Process {
             .stdin(Stdio::from(OwnedFd::from(child_end)));
         // Signals of the terminal are for the host to handle: the child ends when its host ends it. Only the host's
         // own group may read from the terminal.
-        if !config.debugged {
-            command.process_group(0);
-        }
+        let descendants = Descendants::mark(&mut command, !config.debugged);
+        let stream = host_end.try_clone()?;
         let (sender, started) = sync_channel(1);
         let thread = Builder::new().name(format!("of {name}"));
         let waiter = thread.spawn(move || {
@@ -159,9 +161,13 @@ impl Process {
                 Err(error) => drop(sender.send(Err(error))),
                 Ok((process, mut child)) => {
                     drop(sender.send(Ok(Arc::clone(&process))));
+                    descendants.end_group_at_exit(Pid::from_child(&child));
                     let end = child.wait();
                     let cause = end.map_or_else(|error| error.to_string(), |end| describe_exit(end, limits));
                     process.handle_exit(cause, on_death);
+                    // Whoever still reads what the child sent finds the end after it. It fails if the host has closed it.
+                    drop(stream.shutdown(Shutdown::Both));
+                    descendants.end_marked();
                 }
             }
         })?;
@@ -341,7 +347,32 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+
+    use jde_watchdog::Watchdog;
+
     use super::*;
+
+    #[test]
+    fn a_child_is_dead_when_it_has_exited_though_a_process_that_it_started_holds_its_stream() {
+        let _watchdog = Watchdog::for_test();
+        // The shell gives background processes another standard input.
+        let script = "exec 3<&0; sleep 3600 & exit 3";
+        let config = ProcessConfig {
+            program: Program {
+                path: "sh".into(),
+                arguments: ["-c", script].map(Into::into).to_vec(),
+            },
+            limits: Isolation::default(),
+            debugged: false,
+        };
+        let (process, mut stream) = Process::start(&config, "forker", |_, _| {}).expect("a process");
+        let mut sent = Vec::new();
+        stream.read_to_end(&mut sent).expect("the end of the stream");
+        let cause = process.fail_call("its process closed the stream to its host");
+        assert_eq!(cause, "its process exited by itself, with status 3");
+        process.reap();
+    }
 
     fn check(wait_status: i32, memory: Option<u64>, expected: &str) {
         let limits = Isolation {

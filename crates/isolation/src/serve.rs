@@ -60,11 +60,12 @@ pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>)
         authority: None,
         call: CallState::default(),
     };
+    let mut files = files.into_iter();
     let loaded = session
-        .map_memory(&launch, files)
+        .map_memory(&launch, &mut files)
         .map_err(|error| format!("its memory cannot be mapped: {error}"))
         .and_then(|()| {
-            let plugin = load(&launch.code.plugin)?;
+            let plugin = load(&launch.code.plugin.clone().or_open(files.next()))?;
             find(&plugin, &launch, &mut session.ports)
         });
     let table = match loaded {
@@ -100,9 +101,8 @@ fn connect_to_host() -> io::Result<(UnixStream, Vec<OwnedFd>)> {
 
 impl Session {
     /// Maps the shared memory.
-    fn map_memory(&mut self, launch: &Launch, files: Vec<OwnedFd>) -> io::Result<()> {
-        let mut files = files.into_iter();
-        self.ports = IsolatedPort::open_all(&launch.ports, &mut files)?;
+    fn map_memory(&mut self, launch: &Launch, files: &mut impl Iterator<Item = OwnedFd>) -> io::Result<()> {
+        self.ports = IsolatedPort::open_all(&launch.ports, files)?;
         if let Some(instance) = launch.authority {
             let file = files.next().ok_or(io::ErrorKind::UnexpectedEof)?;
             self.authority = Some(AuthorityFlag::open(&file, instance)?);

@@ -95,10 +95,7 @@ fn report<E: std::fmt::Display>(result: Result<(), E>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // An error of standard error cannot be reported anywhere.
-            drop(writeln!(terminal::err(), "jde: {error}"));
-            terminal::finish_soon();
-            let _ = terminal::drain();
+            terminal::write_raw(format_args!("jde: {error}\n"));
             ExitCode::from(2)
         }
     }

@@ -15,6 +15,7 @@ mod cli;
 mod complete;
 #[cfg(feature = "tools")]
 mod decide;
+mod descriptors;
 mod escape;
 mod failure;
 #[cfg(feature = "tools")]
@@ -53,5 +54,16 @@ pub fn is_child(argument: &std::ffi::OsStr) -> bool {
 #[must_use]
 pub fn main() -> std::process::ExitCode {
     terminal::install_panic_hook();
-    child::main().unwrap_or_else(cli::main)
+    child::main().unwrap_or_else(|| match terminal::open() {
+        Ok(()) => {
+            descriptors::raise_limit();
+            cli::main()
+        }
+        Err(error) => {
+            terminal::write_raw(format_args!(
+                "jde: there is no descriptor or thread for the output: {error}\n"
+            ));
+            std::process::ExitCode::FAILURE
+        }
+    })
 }

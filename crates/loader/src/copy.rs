@@ -1,9 +1,11 @@
 //! Private copies of plugin files. A copy stays on disk while it is in use, so that backtraces and debuggers
 //! find its symbols, and is removed with its last user. The first copy of a process also removes the copies
-//! of killed processes.
+//! of killed processes. A copy is held open: whoever cleans up the folder takes its name, and not its content.
 
 use std::fs::{self, File};
-use std::io::{self, BufRead as _, BufReader};
+use std::io;
+use std::os::fd::{AsFd as _, OwnedFd};
+use std::os::unix::fs::FileExt as _;
 use std::path::Path;
 use std::sync::Once;
 
@@ -14,11 +16,15 @@ use super::python::is_python;
 
 /// Copies are called `jde-<process>-<plugin>-<random>` with the extension of the original.
 const PREFIX: &str = "jde-";
+/// Bytes that are compared at once.
+const PIECE: usize = 1 << 16;
 
 /// A copy that no other process writes. Dropping this value removes it.
 #[derive(Debug)]
 pub(super) struct PrivateCopy {
     path: TempPath,
+    /// Open for reading alone.
+    file: File,
     /// Size in bytes.
     pub(super) length: u64,
 }
@@ -41,14 +47,15 @@ pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
         .prefix(&prefix)
         .suffix(suffix)
         .tempfile()
-        .and_then(|mut copy| Ok((io::copy(&mut file, copy.as_file_mut())?, copy)));
-    let (length, copy) = copied.map_err(|error| LoadError::Copy {
+        .and_then(|mut copy| {
+            let length = io::copy(&mut file, copy.as_file_mut())?;
+            let path = copy.into_temp_path();
+            let file = File::open(&path)?;
+            Ok(PrivateCopy { path, file, length })
+        });
+    copied.map_err(|error| LoadError::Copy {
         folder: std::env::temp_dir(),
         error,
-    })?;
-    Ok(PrivateCopy {
-        path: copy.into_temp_path(),
-        length,
     })
 }
 
@@ -71,27 +78,30 @@ impl PrivateCopy {
 
     /// Whether both have the same content; false if one cannot be read.
     pub(super) fn has_same_content(&self, other: &Self) -> bool {
-        self.length == other.length && compare_files(&self.path, &other.path).unwrap_or(false)
+        self.length == other.length && compare_files(&self.file, &other.file).unwrap_or(false)
+    }
+
+    /// Returns the open file, for another process.
+    pub(super) fn held(&self) -> io::Result<OwnedFd> {
+        self.file.as_fd().try_clone_to_owned()
     }
 }
 
 /// Whether two files of the same length have the same content.
-fn compare_files(one: &Path, other: &Path) -> io::Result<bool> {
-    let (mut one, mut other) = (
-        BufReader::with_capacity(1 << 16, File::open(one)?),
-        BufReader::with_capacity(1 << 16, File::open(other)?),
-    );
+fn compare_files(one: &File, other: &File) -> io::Result<bool> {
+    let mut pieces = [vec![0; PIECE], vec![0; PIECE]];
+    let [first, second] = &mut pieces;
+    let mut offset = 0;
     loop {
-        let (first, second) = (one.fill_buf()?, other.fill_buf()?);
-        let common = first.len().min(second.len());
-        if first[..common] != second[..common] {
+        let length = one.read_at(first, offset)?;
+        if length == 0 {
+            return Ok(true);
+        }
+        other.read_exact_at(&mut second[..length], offset)?;
+        if first[..length] != second[..length] {
             return Ok(false);
         }
-        if common == 0 {
-            return Ok(first.len() == second.len());
-        }
-        one.consume(common);
-        other.consume(common);
+        offset += length as u64;
     }
 }
 

@@ -9,6 +9,7 @@ use std::fmt;
 use std::fs::File;
 use std::mem::offset_of;
 use std::ops::Deref;
+use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -230,6 +231,14 @@ impl LoadedPlugin {
             (Some(copy), _) => PluginLocation::File(copy.path().to_path_buf()),
             (None, _) => PluginLocation::LinkedIn(self.description.name.clone()),
         }
+    }
+
+    /// Returns its copy as a file of its own, for another process; `None` if it is linked in.
+    ///
+    /// # Errors
+    /// The process has no descriptor left.
+    pub fn held_copy(&self) -> std::io::Result<Option<OwnedFd>> {
+        self.copy.as_deref().map(PrivateCopy::held).transpose()
     }
 
     /// Returns the size of its file in bytes; 0 if it is linked in.

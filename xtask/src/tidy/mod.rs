@@ -9,6 +9,7 @@ mod layering;
 mod length;
 pub(crate) mod licences;
 pub(crate) mod links;
+mod locked;
 mod machine_paths;
 mod module_files;
 mod rules;
@@ -43,6 +44,7 @@ fn violations(root: &Path) -> Result<Vec<Violation>> {
         length::check(&tree),
         licences::check(&metadata),
         links::check(&tree),
+        locked::check(&tree),
         machine_paths::check(&tree),
         module_files::check(&tree),
         rules::check(&tree),

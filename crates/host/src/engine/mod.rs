@@ -41,6 +41,7 @@ use crate::metrics::InstanceMetrics;
 use crate::mock::ResolvedMock;
 use crate::panels::Panels;
 use crate::reload::BuildRegistry;
+use crate::stalls::Stalls;
 use crate::transaction_observer::TransactionObserver;
 use crate::turn_order::staggers;
 use operators::Operators;
@@ -78,6 +79,8 @@ pub(crate) struct Engine {
     /// is reported.
     refused_requests: Mutex<BTreeSet<(usize, usize)>>,
     pub(crate) rules: Arc<Rules>,
+    /// When the host did not run.
+    pub(crate) stalls: Arc<Stalls>,
     pub(crate) outcome: RunOutcome,
     pub(crate) operators: Operators,
     /// The engine's own watches on variables, kept as long as the engine.
@@ -128,9 +131,10 @@ impl Engine {
         let clock = Arc::new(clock);
         let journal = on_turn.map(|on_turn| Arc::new(Journal::new(on_turn)));
         let variables = Arc::new(variables);
+        let stalls = Arc::new(Stalls::default());
         let rules = Arc::new(Rules::new(
             &application,
-            &clock,
+            (&clock, &stalls),
             &variables,
             journal.clone(),
             hierarchy,
@@ -161,6 +165,7 @@ impl Engine {
             refused_requests: Mutex::default(),
             journal,
             rules,
+            stalls,
             outcome: RunOutcome::default(),
             operators,
             watches: Mutex::default(),
@@ -197,7 +202,8 @@ impl Engine {
 
     /// Excuses fathers that had no chance to arbitrate. A father is excused if its time is over, no other
     /// call of it runs, and it was not called to answer in the first half of its time. In that case its
-    /// thread was notified and did not run, or no worker was free: the machine was late, not the father.
+    /// thread was notified and did not run, or no worker was free: the machine was late, not the father. It is excused
+    /// as well if the host did not run meanwhile.
     fn excuse_unscheduled(&self, hierarchy: &mut Hierarchy, now: Nanos) {
         let over = hierarchy.timers().filter_map(|(due, timer)| match timer {
             Timer::Arbitration(group) if due <= now => Some((due, group)),
@@ -207,9 +213,10 @@ impl Engine {
             let about = &self.application.groups[group.index()];
             let latest = due.saturating_sub(about.budget_ns / 2);
             let asked = hierarchy.pending_arbitration(group);
+            let stalled = self.stalls.within(due.saturating_sub(about.budget_ns), now) > 0;
             if about
                 .father
-                .is_some_and(|father| !self.metrics[father].is_busy_with(asked, latest))
+                .is_some_and(|father| stalled || !self.metrics[father].is_busy_with(asked, latest))
             {
                 hierarchy.excuse(group);
             }

@@ -51,6 +51,7 @@ impl Engine {
             overruns: meter.overruns.load(Relaxed),
             refused: meter.refused.load(Relaxed),
             faults: meter.faults.load(Relaxed),
+            triggers_dropped: meter.triggers_dropped.load(Relaxed),
             restarts_left: rules.hierarchy.restarts_left(self.clock.now(), schema(number)),
             left: meter.abandoned_calls.load(Relaxed),
             operator: holds.next(),

@@ -210,7 +210,13 @@ impl LockstepExecutor {
             (*instant, *times) = (now, 0);
         }
         *times += 1;
-        *times > self.runners.len()
+        let is_loop = *times > self.runners.len();
+        if is_loop {
+            self.engine.metrics[number]
+                .triggers_dropped
+                .fetch_add(1, Ordering::Relaxed);
+        }
+        is_loop
     }
 
     fn take_turn(&mut self, number: usize, inbox: Inbox) {

@@ -10,6 +10,7 @@ use jde_records::event::{Event, Outcome};
 
 use crate::engine::Engine;
 use crate::instance::AbandonedInstance;
+use crate::stalls::MIN_STALL;
 
 /// By default, a call hangs if it takes more than this many times its budget and more than [`MIN_HANG_TIME`].
 const HUNG_BUDGETS: u64 = 10;
@@ -83,6 +84,7 @@ pub(crate) fn supervise(
     let mut next_expiry = 0;
     loop {
         let now = engine.clock.now();
+        engine.stalls.wake(now);
         if limit.is_some_and(|limit| now >= limit) {
             engine.outcome.conclude(Outcome::TimeUp);
         }
@@ -100,16 +102,16 @@ pub(crate) fn supervise(
             return;
         }
         let end = limit.filter(|limit| *limit > now);
-        let next = [
-            state.0,
-            end,
-            Some(now + check_interval),
-            Some(next_expiry.saturating_add(1)),
-        ]
-        .into_iter()
-        .flatten()
-        .min()
-        .expect("the time of the next check is always set");
+        let next = state
+            .0
+            .into_iter()
+            .chain(end)
+            .chain([next_expiry.saturating_add(1)])
+            .fold(now + check_interval, Nanos::min);
+        let latest = next
+            .max(now)
+            .saturating_add(engine.clock.scale_machine_time(MIN_STALL));
+        engine.stalls.pause(now, latest);
         drop(engine.clock.wait(&alarm.changed, state, Some(next)));
     }
 }
@@ -183,6 +185,7 @@ fn detect_hung_calls(
             continue;
         };
         let took = now.saturating_sub(since);
+        let took = took.saturating_sub(engine.stalls.within(since, now));
         if took <= hang_timeout(engine, number) {
             continue;
         }

@@ -1,21 +1,20 @@
 //! The host's side of an instance in its own process: calls its functions, and replies to the plugin's
 //! requests through the [`CallContext`].
 
-use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::time::Duration;
 
 use jde_abi::raw;
-use jde_isolation::launch::{Launch, PortInfo, send_files};
+use jde_isolation::launch::{Launch, send_files};
 use jde_isolation::process::Process;
 use jde_isolation::wire::{ANSWERED, CHANGES_NOTHING, Frame, FrameKind, IN_PLACE, READY, UNANSWERED, Wire};
 use jde_isolation::{HeldTerminal, ProcessConfig, TypeLocation, machine_time};
-use jde_loader::build::PortMapping;
 use jde_loader::instance::{ArbitrationQuery, SavedMemory, Verdict};
 use jde_panel::{Gesture, List};
 
 use super::CallContext;
 use super::early::{self, EarlyPorts};
+use super::shared_ports::describe_ports;
 use crate::engine::Engine;
 
 /// Values up to this size are sent with the message that requests them; larger ones are mapped. One page:
@@ -442,50 +441,6 @@ fn reply_to(call: &mut CallContext<'_>, request: &Frame) -> Option<Frame> {
         | FrameKind::Done => return None,
     }
     Some(reply)
-}
-
-/// Describes the ports to a child. Also returns the files of their memory.
-fn describe_ports(call: &CallContext<'_>) -> std::io::Result<(Vec<PortInfo>, Vec<OwnedFd>)> {
-    let mut files = Vec::new();
-    let mut ports = Vec::new();
-    for port in 0..call.build.ports() {
-        let port = port as u32;
-        let Some((variable, writes)) = call.variable(port) else {
-            ports.push(match call.build.mapping(port) {
-                Some(PortMapping::Discarded(bytes)) => PortInfo {
-                    writes: true,
-                    bytes: *bytes,
-                    memory: None,
-                    acceptance: call.acceptance(port),
-                },
-                Some(PortMapping::Bound(_) | PortMapping::Unbound | PortMapping::Fixed { .. }) | None => {
-                    PortInfo::default()
-                }
-            });
-            continue;
-        };
-        let memory = match variable.shared() {
-            None => None,
-            Some(shared) => {
-                files.push(if writes {
-                    shared.writable_file()
-                } else {
-                    shared.readable_file()
-                }?);
-                Some(shared.extent())
-            }
-        };
-        ports.push(PortInfo {
-            writes,
-            bytes: variable.describe().value_type.bytes,
-            memory,
-            acceptance: call.acceptance(port),
-        });
-    }
-    if let Some(authority) = &call.engine.authority {
-        files.push(authority.file()?);
-    }
-    Ok((ports, files))
 }
 
 /// Returns why a child is killed after its stream broke, unless its own death was the cause.

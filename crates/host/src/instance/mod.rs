@@ -19,6 +19,7 @@ mod port_access;
 mod ports;
 mod retained;
 mod scratch;
+mod shared_ports;
 mod turns;
 mod view;
 

@@ -25,6 +25,7 @@ enum IterationRequest {
 impl Runner {
     /// One period: check, then iterate if it is WINNER.
     pub(super) fn run_cycle(&mut self, start: Nanos, mut deadlines: Deadlines) {
+        let due = deadlines.due().min(start);
         self.check_and_iterate(start, IterationRequest::Any);
         let end = self.engine.clock.now();
         let metrics = &self.engine.metrics[self.number];
@@ -39,7 +40,7 @@ impl Runner {
         }
         if self.engine.clock.is_real() {
             let took = end - start;
-            self.record_lateness(Work::Cycle, took, missed || took > self.budget());
+            self.record_lateness(Work::Cycle, due, took, missed || took > self.budget());
         }
     }
 
@@ -193,9 +194,11 @@ impl Runner {
         self.engine.application.instances[self.number].budget_ns
     }
 
-    /// Counts late work, and reports the first of consecutive late ones. Work that a debugger held is not judged.
-    pub(super) fn record_lateness(&mut self, work: Work, took: Nanos, late: bool) {
-        if self.engine.metrics[self.number].take_held() {
+    /// Counts late work that was due at `due`, and reports the first of consecutive late ones. Work that a debugger held
+    /// is not judged, nor work that is late because the host did not run.
+    pub(super) fn record_lateness(&mut self, work: Work, due: Nanos, took: Nanos, late: bool) {
+        let has_stalled = || self.engine.stalls.within(due, self.engine.clock.now()) > 0;
+        if self.engine.metrics[self.number].take_held() || late && has_stalled() {
             return;
         }
         let change = self.lateness.record(work, late);

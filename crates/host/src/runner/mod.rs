@@ -17,6 +17,7 @@ mod trial;
 mod turn_record;
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
 use std::time::Instant;
 
 use jde_abi::describe::Kind;
@@ -34,7 +35,7 @@ use deadlines::Lateness;
 use phase::Phase;
 use turn_record::TurnRecord;
 
-/// The least time from the end of a turn until one that an instance requests, ns (R12).
+/// The least time from the end of a turn until one that an instance requests, or that rests after triggers, ns (R12).
 const MIN_REST: Nanos = 200_000;
 
 /// Takes one instance through the phases of its life.
@@ -55,6 +56,8 @@ pub(crate) struct Runner {
     rest: Nanos,
     /// When its last turn of any kind ended.
     idle_since: Nanos,
+    /// Triggered turns that followed the one before without that rest.
+    unrested: usize,
     /// A build took over in this turn; the result is reported at its end.
     takeover_pending: bool,
     /// The times of its drawings.
@@ -90,6 +93,7 @@ impl Runner {
             last_turn: 0,
             rest: 0,
             idle_since: 0,
+            unrested: 0,
             takeover_pending: false,
             pace: DrawingPace::default(),
             record: TurnRecord::new(number, journal, engine.clock.is_replayed()),
@@ -116,6 +120,7 @@ impl Runner {
     pub(crate) fn take_turn(&mut self, inbox: Inbox) -> Option<Nanos> {
         self.record_delay(inbox.since);
         let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.gesture_queued);
+        let is_resting = triggered && self.is_resting();
         if !inbox.is_empty() {
             self.process_signals(inbox);
         }
@@ -124,6 +129,15 @@ impl Runner {
         if let Some(awake) = self.phase.awake() {
             let deadlines = awake.deadlines;
             self.record.begin(Turn::CYCLED);
+            if is_resting {
+                awake
+                    .rested
+                    .get_or_insert(self.last_turn.saturating_add(self.rest));
+            }
+            let is_triggered = match awake.rested {
+                Some(begin) => begin <= now,
+                None => triggered,
+            };
             let is_due = now >= deadlines.due();
             let is_requested = awake.requested.is_some_and(|begin| begin <= now);
             if (is_due || is_requested) && awake.requested.take().is_some() {
@@ -137,10 +151,18 @@ impl Runner {
             } else if is_requested {
                 self.run_requested(now);
                 has_run = true;
-            } else if triggered || promoted && self.engine.rules.is_taking(self.number) {
+            } else if is_triggered || promoted && self.engine.rules.is_taking(self.number) {
                 // The values behind the choice may be a period old, so it checks again before it acts (R8).
                 self.react(now);
                 has_run = true;
+            }
+            if has_run && let Some(awake) = self.phase.awake() {
+                // Whatever the turn was, it saw what triggered it.
+                awake.rested = None;
+            }
+            if has_run && !is_due {
+                let took = self.engine.clock.now().saturating_sub(now);
+                self.engine.metrics[self.number].record_between(took);
             }
             self.record.finish();
             if has_run {
@@ -155,7 +177,8 @@ impl Runner {
         match &self.phase {
             Phase::Awake(_, awake) => {
                 let due = awake.deadlines.due();
-                Some(awake.requested.map_or(due, |begin| begin.min(due)))
+                let added = awake.requested.into_iter().chain(awake.rested);
+                Some(added.fold(due, Nanos::min))
             }
             Phase::Slept(_) if self.engine.clock.is_real() => self.draw_asleep(),
             Phase::Absent | Phase::Slept(_) => None,
@@ -174,6 +197,24 @@ impl Runner {
         let ready = due.into_iter().chain(signalled).min().unwrap_or(now);
         let late = now.saturating_sub(ready.max(self.idle_since));
         self.engine.rules.delays.record(Some(self.number), now, late);
+    }
+
+    /// Whether a triggered turn must rest (R12): it would follow the one before without a rest, as more than the longest
+    /// chain of schemas have. In lockstep, where turns take no time, the executor ends such a loop.
+    fn is_resting(&mut self) -> bool {
+        let has_rested = self.engine.clock.now() >= self.last_turn.saturating_add(self.rest);
+        if has_rested || !self.engine.clock.is_real() {
+            self.unrested = 0;
+            return false;
+        }
+        self.unrested = self.unrested.saturating_add(1);
+        let rests = self.unrested > self.engine.metrics.len();
+        if rests {
+            self.engine.metrics[self.number]
+                .triggers_dropped
+                .fetch_add(1, Relaxed);
+        }
+        rests
     }
 
     /// Processes the signals, before anything is checked.

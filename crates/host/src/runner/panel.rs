@@ -89,14 +89,15 @@ impl Runner {
     /// (R17).
     fn record_drawing_time(&mut self, took: Nanos) -> bool {
         let late = took > self.budget();
-        self.record_lateness(Work::Drawing, took, late);
+        let begun = self.engine.clock.now().saturating_sub(took);
+        self.record_lateness(Work::Drawing, begun, took, late);
         !late
     }
 
     /// Records that nothing is drawn, which is never late.
     fn record_no_drawing(&mut self) {
         if self.lateness.is_late(Work::Drawing) {
-            self.record_lateness(Work::Drawing, 0, false);
+            self.record_lateness(Work::Drawing, 0, 0, false);
         }
     }
 }

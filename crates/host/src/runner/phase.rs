@@ -28,6 +28,8 @@ pub(super) struct Awake {
     pub(super) deadlines: Deadlines,
     /// When a requested turn begins, in addition to its deadlines (R12).
     pub(super) requested: Option<Nanos>,
+    /// When a triggered turn has rested, and begins (R12).
+    pub(super) rested: Option<Nanos>,
     /// When its last check was. A change of readiness occurred after that.
     pub(super) last_check: Nanos,
     /// A build took over in this turn; its next turn follows at once, in addition to its deadlines.
@@ -99,6 +101,7 @@ impl Installed {
         let awake = Awake {
             deadlines,
             requested: None,
+            rested: None,
             last_check: now,
             is_due_at_once: false,
             unloading: false,

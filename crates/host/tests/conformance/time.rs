@@ -13,6 +13,7 @@ use crate::common::{Call, Executor, MS, Scenario, TestApp, on_every_executor};
 on_every_executor!(
     r12_a_trigger_checks_without_waiting_for_the_period,
     r12_values_published_together_are_checked_together,
+    r12_schemas_that_trigger_each_other_through_checks_rest_and_their_triggers_are_counted,
     r12_a_trigger_does_not_make_a_winner_iterate_early,
     r17_a_takeover_is_measured_against_the_contract,
     r17_the_contract_follows_the_period,
@@ -234,6 +235,62 @@ fn r12_values_published_together_are_checked_together(executor: Executor) {
     let mut app = TestApp::start(executor, &scenario, body);
     app.until_line("low iterate");
     assert!(app.handle.now() < HOUR);
+    app.stop();
+}
+
+fn r12_schemas_that_trigger_each_other_through_checks_rest_and_their_triggers_are_counted(
+    executor: Executor,
+) {
+    let scenario = Scenario::new();
+    let times: Arc<Mutex<Vec<u64>>> = Arc::default();
+    for (name, other) in [("high", 1), ("low", 0)] {
+        let times = Arc::clone(&times);
+        scenario.on_call(name, move |call, io| {
+            if let (Call::Check, Some(handle)) = (call, io.scenario.handle()) {
+                times.lock().unwrap().push(handle.now());
+                io.record("check");
+                // The write triggers the other schema at once, and that schema does the same.
+                handle
+                    .operator("ana@laptop")
+                    .modulate(other, "gain", &Value::Float(1.0))
+                    .expect("a modulation");
+            }
+            Ok(())
+        });
+    }
+    let body = r#"
+        roots = ["high", "low"]
+        [schemas.high]
+        type = "test/motor"
+        period = "3600s"
+        imports = { input = "high.gain" }
+        triggers = ["input"]
+        [schemas.low]
+        type = "test/motor"
+        period = "3600s"
+        imports = { input = "low.gain" }
+        triggers = ["input"]
+    "#;
+    const CHECKS: usize = 400;
+    // Turns take no time, so that a machine under load does not rest in their place.
+    let options = Options {
+        counted: true,
+        ..Options::default()
+    };
+    let mut app = TestApp::start_with(executor, &scenario, body, options);
+    // The first checks may precede the handle.
+    app.operator()
+        .modulate(0, "gain", &Value::Float(1.0))
+        .expect("a modulation");
+    app.until(|app| app.schema("high").triggers_dropped + app.schema("low").triggers_dropped > 0);
+    if executor != Executor::Lockstep {
+        app.until(|_| times.lock().unwrap().len() >= CHECKS);
+        let times = times.lock().unwrap();
+        // Of two rounds of both schemas at least one has a rest, but the first ones.
+        let rests = (CHECKS / 4 - 10) as u64;
+        let took = times[CHECKS - 1] - times[0];
+        assert!(took >= rests * MS / 5, "{took} ns");
+    }
     app.stop();
 }
 

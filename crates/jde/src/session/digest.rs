@@ -28,7 +28,7 @@ impl DigestWriter {
 
     fn file(&mut self) -> io::Result<Option<&mut Printer>> {
         if let Some(pending) = self.pending.take() {
-            self.file = Some(terminal::lines_to(pending.into_truncated()?));
+            self.file = Some(terminal::lines_to(pending.into_truncated()?)?);
         }
         Ok(self.file.as_mut())
     }

@@ -139,6 +139,8 @@ pub(crate) struct SchemaSummary {
     /// What was refused, and why: the first different ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) refusals: Vec<String>,
+    /// Triggers that were dropped or had to rest.
+    pub(crate) triggers_dropped: u64,
     /// Faults.
     pub(crate) faults: u64,
 }
@@ -214,6 +216,7 @@ impl RunSummary {
                     iterations: schema.iterations,
                     overruns: schema.overruns,
                     refused: schema.refused,
+                    triggers_dropped: schema.triggers_dropped,
                     faults: schema.faults,
                 })
                 .collect(),

@@ -22,7 +22,9 @@ pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io:
         print_recording(recorded, output)?;
     }
     print_unread(&summary.unread, output)?;
-    let with_problems = |schema: &&SchemaSummary| schema.faults + schema.overruns + schema.refused > 0;
+    let with_problems = |schema: &&SchemaSummary| {
+        schema.faults + schema.overruns + schema.refused + schema.triggers_dropped > 0
+    };
     let mut with_problems = summary.schemas.iter().filter(with_problems).peekable();
     let late = summary.late_takeovers();
     if late > 0 {
@@ -40,6 +42,7 @@ pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io:
         overruns,
         refused,
         refusals,
+        triggers_dropped,
         faults,
     } in with_problems
     {
@@ -50,6 +53,13 @@ pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io:
             "{style}{schema}{style:#}: {faults}, {overruns}, {refused} refused in {}",
             pluralize(*iterations, "iteration")
         )?;
+        if *triggers_dropped > 0 {
+            let dropped = pluralize(*triggers_dropped, "trigger");
+            writeln!(
+                output,
+                "  {FAINT}{dropped} dropped or delayed: they follow each other without a rest{FAINT:#}"
+            )?;
+        }
         for refusal in refusals {
             writeln!(output, "  {FAINT}{refusal}{FAINT:#}")?;
         }

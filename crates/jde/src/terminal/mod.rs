@@ -3,22 +3,21 @@
 //!
 //! Lines are queued for one thread per stream, so that a blocked terminal, pipe or disk delays no other
 //! thread. A terminal is one stream, also if it shows both standard output and standard error. This module
-//! determines for the whole process how long threads wait for a reader.
+//! determines for the whole process how long threads wait for a reader. It opens the streams before a verb
+//! begins, so that no later line can fail because the process has no descriptor or thread left.
 
 mod hang_up;
 mod printer;
 #[cfg(feature = "tools")]
 mod progress_line;
+mod raw;
 mod screen;
 
-use std::backtrace::{Backtrace, BacktraceStatus};
 use std::fs::File;
 use std::io::{self, IsTerminal, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::fs::MetadataExt;
-use std::panic;
 use std::sync::{Arc, OnceLock};
-use std::thread;
 
 use anstream::{AutoStream, ColorChoice};
 use anstyle::{AnsiColor, Style};
@@ -28,6 +27,7 @@ pub(crate) use printer::Printer;
 use printer::{BlockingPolicy, Stream};
 #[cfg(feature = "tools")]
 pub(crate) use progress_line::ProgressLine;
+pub(crate) use raw::{install_panic_hook, write_raw};
 pub(crate) use screen::with_screen;
 
 use crate::escape::EscapingWriter;
@@ -63,6 +63,23 @@ pub(crate) enum Color {
     Never,
 }
 
+/// Opens standard output and standard error for printing, past the standard library's locks: a thread that waits for a
+/// reader must not hold one.
+///
+/// # Errors
+/// The process has no descriptor or no thread left.
+pub(crate) fn open() -> io::Result<()> {
+    let out = start_stream("stdout", io::stdout().as_fd())?;
+    // Two threads that write to one terminal would mix and reorder their lines.
+    let err = match is_one_terminal() {
+        true => Arc::clone(&out),
+        false => start_stream("stderr", io::stderr().as_fd())?,
+    };
+    // A second call changes nothing.
+    let _ = (OUT.set(out), ERR.set(err));
+    Ok(())
+}
+
 /// Sets the use of colours for the whole process.
 pub(crate) fn set_color(color: Color) {
     match color {
@@ -76,7 +93,7 @@ pub(crate) fn set_color(color: Color) {
 /// Returns standard output.
 pub(crate) fn out() -> TextWriter {
     let plain = AutoStream::choice(&io::stdout()) == ColorChoice::Never;
-    Box::new(EscapingWriter::new(Printer::new(Arc::clone(stdout()), plain)))
+    Box::new(EscapingWriter::new(Printer::new(OUT.get().cloned(), plain)))
 }
 
 /// Returns the output for text: standard error if standard output is for JSON.
@@ -87,19 +104,25 @@ pub(crate) fn text_out(json: bool) -> TextWriter {
 /// Returns standard output without escaping or dropping colours: for pictures, and for a view that uses the
 /// terminal.
 pub(crate) fn raw_out() -> Printer {
-    Printer::new(Arc::clone(stdout()), false)
+    Printer::new(OUT.get().cloned(), false)
 }
 
 /// Returns standard error.
 pub(crate) fn err() -> TextWriter {
     let plain = AutoStream::choice(&io::stderr()) == ColorChoice::Never;
-    Box::new(EscapingWriter::new(Printer::new(Arc::clone(stderr()), plain)))
+    Box::new(EscapingWriter::new(Printer::new(ERR.get().cloned(), plain)))
 }
 
 /// Returns a writer of lines to a file or pipe that a program reads. Dropped lines are counted, and not
 /// reported among the lines.
-pub(crate) fn lines_to(file: File) -> Printer {
-    Printer::new(Stream::start("lines", file, &POLICY, false), false)
+///
+/// # Errors
+/// The system refuses a thread.
+pub(crate) fn lines_to(file: File) -> io::Result<Printer> {
+    Ok(Printer::new(
+        Some(Stream::start("lines", file, &POLICY, false)?),
+        false,
+    ))
 }
 
 /// Whether standard input and standard output are terminals.
@@ -169,43 +192,6 @@ pub(crate) fn lost() -> [u64; 2] {
     [out, err].map(|stream| stream.map_or(0, |stream| stream.lost()))
 }
 
-/// Prints panics through this module: a thread that panics must not wait for a reader, because a robot may
-/// wait for the thread.
-pub(crate) fn install_panic_hook() {
-    panic::set_hook(Box::new(|info| {
-        let thread = thread::current();
-        let name = thread.name().unwrap_or("?");
-        let mut output = err();
-        let backtrace = Backtrace::capture();
-        let _ = match backtrace.status() {
-            BacktraceStatus::Captured => writeln!(output, "thread '{name}' {info}\n{backtrace}"),
-            _ => writeln!(output, "thread '{name}' {info}"),
-        };
-        drop(output);
-        if name == "main" {
-            // A panic of the main thread ends the process.
-            POLICY.finish_soon();
-            let _ = drain();
-        }
-    }));
-}
-
-fn stdout() -> &'static Arc<Stream> {
-    OUT.get_or_init(|| open_stream("stdout", io::stdout().as_fd()))
-}
-
-/// Returns the stream of standard output if both streams are one terminal: two threads that write to it would
-/// mix and reorder their lines.
-fn stderr() -> &'static Arc<Stream> {
-    ERR.get_or_init(|| {
-        if is_one_terminal() {
-            Arc::clone(stdout())
-        } else {
-            open_stream("stderr", io::stderr().as_fd())
-        }
-    })
-}
-
 /// Whether standard output and standard error are the same terminal.
 fn is_one_terminal() -> bool {
     let device = |stream: BorrowedFd<'_>| {
@@ -215,10 +201,6 @@ fn is_one_terminal() -> bool {
     out_is_terminal() && err_is_terminal() && device(io::stdout().as_fd()) == device(io::stderr().as_fd())
 }
 
-/// Opens a stream past the standard library's locks: a thread that waits for a reader must not hold one.
-fn open_stream(name: &str, stream: BorrowedFd<'_>) -> Arc<Stream> {
-    let file = stream.try_clone_to_owned().map(File::from);
-    let file = file.or_else(|_| File::options().write(true).open("/dev/null"));
-    let file = file.expect("a process that can open no file can print nothing");
-    Stream::start(name, file, &POLICY, true)
+fn start_stream(name: &str, stream: BorrowedFd<'_>) -> io::Result<Arc<Stream>> {
+    Stream::start(name, stream.try_clone_to_owned()?.into(), &POLICY, true)
 }

@@ -97,12 +97,12 @@ pub(crate) fn with_screen<T>(view: impl FnOnce(&mut TerminalScreen) -> io::Resul
             hook(info);
             return;
         }
-        let mut messages = hook_messages.lock().unwrap_or_else(PoisonError::into_inner);
-        if messages.len() < MAX_PANICS {
-            messages.push(format!(
-                "thread '{}' {info}",
-                thread::current().name().unwrap_or("?")
-            ));
+        let message = format!("thread '{}' {info}", thread::current().name().unwrap_or("?"));
+        // A panic waits for nobody.
+        if let Ok(mut messages) = hook_messages.try_lock()
+            && messages.len() < MAX_PANICS
+        {
+            messages.push(message);
         }
     }));
 

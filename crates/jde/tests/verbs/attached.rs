@@ -115,6 +115,15 @@ impl Sandbox {
 }
 
 impl Running {
+    pub(crate) fn id(&self) -> u32 {
+        self.process.id()
+    }
+
+    /// Waits for its end. Returns its exit status; `None` if a signal ended it.
+    pub(crate) fn wait(&mut self) -> Option<i32> {
+        self.process.wait().expect("the process can be waited for").code()
+    }
+
     pub(crate) fn signal(&self, name: &str) {
         let mut kill = Command::new("kill");
         kill.args([&format!("-{name}"), &self.process.id().to_string()]);

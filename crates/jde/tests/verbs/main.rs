@@ -8,6 +8,7 @@ mod cplusplus;
 mod damaged;
 mod demo;
 mod disk;
+mod exhausted;
 mod experimenting;
 mod inspecting;
 mod inspections;

@@ -9,11 +9,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::connection::{Connection, QueryOutcome};
+use super::datagram;
 use super::{REPLY_TIMEOUT, Reach, check_version, choice, keys};
 use crate::Error;
 use crate::folder::{Entry, Folders, Listing};
 use crate::keys::{OPERATE, PROTOCOL, chunk};
-use crate::message::{About, OperateReply, Request};
+use crate::message::{About, Action, OperateReply, Refusal, Request};
 use crate::session::{Login, Tls};
 
 /// How long a request without a reply is repeated: the application may still be declaring its keys, or its
@@ -70,7 +71,10 @@ impl Broadcast {
     ) -> Result<(), Error> {
         let message = serde_json::to_vec(request).map_err(|error| Error::Open(error.to_string()))?;
         match reach {
-            Reach::Local(folders) => send_local(folders, name, (&message, &self.done), report),
+            Reach::Local(folders) => {
+                let is_stop = request.action == Action::StopAll;
+                send_local(folders, name, (&message, is_stop, &self.done), report)
+            }
             Reach::Network {
                 endpoints,
                 login,
@@ -118,7 +122,7 @@ fn run_each<T: Send>(
 fn send_local(
     folders: &Folders,
     name: Option<&str>,
-    (message, done): (&[u8], &Mutex<HashSet<String>>),
+    (message, is_stop, done): (&[u8], bool, &Mutex<HashSet<String>>),
     report: &mut dyn FnMut(BroadcastOutcome),
 ) -> Result<(), Error> {
     let ids = || done.lock().unwrap_or_else(PoisonError::into_inner);
@@ -137,7 +141,7 @@ fn send_local(
         !known
     };
     let send = |entry: Entry, outcomes: &Sender<BroadcastOutcome>| {
-        let outcome = send_to(&entry, message);
+        let outcome = send_to(&entry, message, is_stop);
         if outcome.is_ok() {
             ids().insert(entry.about.id);
         }
@@ -176,8 +180,16 @@ fn send_local(
     Err(Error::OnlyRecordings)
 }
 
-fn send_to(entry: &Entry, message: &[u8]) -> Result<Vec<String>, Error> {
+/// Sends the request to an application. One that stops everything needs no connection, unless the application is older
+/// than its socket for these.
+fn send_to(entry: &Entry, message: &[u8], is_stop: bool) -> Result<Vec<String>, Error> {
     check_version(&entry.about)?;
+    if is_stop && let Ok(reply) = datagram::request(&entry.stop_socket, message) {
+        return match serde_json::from_slice::<Refusal>(&reply) {
+            Ok(Refusal { error, nearest }) => Err(Error::Refused { text: error, nearest }),
+            Err(_) => roots(&entry.about.name, &reply),
+        };
+    }
     let connection = Connection::local(entry)?;
     let key = keys(&entry.about).of(OPERATE);
     let start = Instant::now();
@@ -318,7 +330,6 @@ mod tests {
     use super::*;
     use crate::folder::Announcement;
     use crate::keys::Keys;
-    use crate::message::Action;
     use crate::session::{SessionOptions, open};
 
     /// Two folders of the user. The second has an application called `robot` that confirms every request.

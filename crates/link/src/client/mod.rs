@@ -4,6 +4,7 @@
 mod broadcast;
 mod choice;
 mod connection;
+mod datagram;
 mod events;
 mod hold;
 mod liveliness;

@@ -65,6 +65,8 @@ pub(crate) struct Announcement {
 pub(crate) struct Entry {
     pub(crate) about: About,
     pub(crate) socket: PathBuf,
+    /// The socket for requests to stop everything.
+    pub(crate) stop_socket: PathBuf,
 }
 
 impl RuntimeFolder {
@@ -144,6 +146,7 @@ impl RuntimeFolder {
                 AnnouncementState::Running(about) if about.id == id => entries.push(Entry {
                     about: *about,
                     socket: self.socket(id),
+                    stop_socket: self.stop_socket(id),
                 }),
                 AnnouncementState::Running(_) | AnnouncementState::Unreadable => {
                     tracing::warn!(file = %file.path().display(), "an announcement cannot be read");
@@ -204,6 +207,10 @@ impl RuntimeFolder {
 
     fn socket(&self, id: &str) -> PathBuf {
         self.path.join(format!("{id}.sock"))
+    }
+
+    fn stop_socket(&self, id: &str) -> PathBuf {
+        self.path.join(format!("{id}.stop"))
     }
 
     fn create(&self) -> Result<(), Error> {
@@ -281,7 +288,7 @@ impl RuntimeFolder {
             let of_running = running
                 .iter()
                 .any(|entry| name.starts_with(entry.about.id.as_str()));
-            let suffixes = [".sock", ".sock.lock", ".tmp"];
+            let suffixes = [".sock", ".sock.lock", ".stop", ".tmp"];
             if !of_running && suffixes.iter().any(|suffix| name.ends_with(suffix)) {
                 let _ = std::fs::remove_file(file.path());
             }
@@ -290,7 +297,7 @@ impl RuntimeFolder {
     }
 
     fn remove_files(&self, id: &str) {
-        for suffix in ["json", "sock", "sock.lock"] {
+        for suffix in ["json", "sock", "sock.lock", "stop"] {
             // Another process may remove it at the same time.
             let _ = std::fs::remove_file(self.path.join(format!("{id}.{suffix}")));
         }
@@ -338,6 +345,11 @@ impl Claim {
     /// The socket on which the application listens.
     pub(crate) fn socket(&self) -> PathBuf {
         self.folder.socket(&self.id)
+    }
+
+    /// The socket at which it receives requests to stop everything.
+    pub(crate) fn stop_socket(&self) -> PathBuf {
+        self.folder.stop_socket(&self.id)
     }
 
     /// Writes a file that only this user can read, and that is removed when the result is dropped.

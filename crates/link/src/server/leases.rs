@@ -80,6 +80,11 @@ impl Leases {
             .collect()
     }
 
+    /// Extends all leases by a time in which their holders could not renew them, because this process did not run.
+    pub(super) fn extend(&mut self, by: Duration) {
+        self.leases.values_mut().for_each(|until| *until += by);
+    }
+
     /// Removes all leases and returns requests to let go.
     pub(super) fn take_all(&mut self) -> Vec<Request> {
         std::mem::take(&mut self.leases)
@@ -161,6 +166,19 @@ mod tests {
         );
         assert!(leases.check(&renewal).is_err(), "an expired lease is not renewed");
         assert_eq!(leases.next(), None);
+    }
+
+    #[test]
+    fn r14_a_lease_does_not_end_while_its_application_does_not_run() {
+        let (mut leases, start) = (Leases::default(), Instant::now());
+        leases.record(&request("ana", play(), Some(1000)), start);
+        leases.extend(Duration::from_secs(5));
+        assert!(
+            leases
+                .take_expired(start + Duration::from_millis(5999))
+                .is_empty()
+        );
+        assert_eq!(leases.take_expired(start + Duration::from_millis(6000)).len(), 1);
     }
 
     #[test]

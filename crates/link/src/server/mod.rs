@@ -18,6 +18,7 @@ mod repeats;
 #[cfg(feature = "host")]
 mod running;
 mod server_session;
+mod stop_socket;
 mod stopper;
 mod subject;
 mod value_publisher;
@@ -50,6 +51,7 @@ use inbox::{Inbox, Origin};
 use operator_workers::OperatorWorkers;
 use peer::Search;
 use server_session::ServerSession;
+use stop_socket::StopSocket;
 use stopper::Stopper;
 use worker::Worker;
 
@@ -91,6 +93,7 @@ pub struct Link {
     /// Dropped before the sessions close, so that no client connects to a closing session.
     announced: Option<Announcement>,
     imports: Option<Imports>,
+    stop_socket: Option<StopSocket>,
     stopped: mpsc::Receiver<()>,
 }
 
@@ -170,6 +173,7 @@ impl Link {
             [] => None,
             _ => Some(Imports::start(&subject, &search)?),
         };
+        let stop_socket = StopSocket::open(&claim.stop_socket(), Arc::clone(&subject), Arc::clone(&inbox))?;
         let announced = claim.announce(&about)?;
         let publish_sessions: Vec<_> = sessions
             .iter()
@@ -236,6 +240,7 @@ impl Link {
             worker: Some(worker),
             announced: Some(announced),
             imports,
+            stop_socket: Some(stop_socket),
             stopped,
         })
     }
@@ -249,7 +254,11 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        drop((self.announced.take(), self.imports.take()));
+        drop((
+            self.announced.take(),
+            self.imports.take(),
+            self.stop_socket.take(),
+        ));
         self.inbox.stop();
         // A client that takes no data must not prevent the application from ending.
         if self.stopped.recv_timeout(CLOSE_TIMEOUT).is_ok()

@@ -31,6 +31,8 @@ use crate::message::{About, Action, Network, OperateReply, Refusal, Request, Var
 /// Polling interval for events, with and without subscribers.
 const ACTIVE_POLL: Duration = Duration::from_millis(20);
 const IDLE_POLL: Duration = Duration::from_millis(250);
+/// A pause that ends later than this: the process was stopped, or had no time for this thread.
+const MIN_STALL: Duration = Duration::from_millis(250);
 /// Most queries handled in one round.
 const QUERIES_PER_ROUND: usize = 16;
 /// Longest request to `operate`, bytes: the largest modulations are parameters and paths.
@@ -125,6 +127,10 @@ impl Worker {
             let next = self.round();
             if self.inbox.is_idle() {
                 std::thread::park_timeout(next.saturating_duration_since(Instant::now()));
+                let late = Instant::now().saturating_duration_since(next);
+                if late > MIN_STALL {
+                    self.leases.extend(late);
+                }
             }
         }
         self.publish_events();

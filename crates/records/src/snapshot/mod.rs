@@ -73,6 +73,9 @@ pub struct SchemaView {
     pub refused: u64,
     /// Faults so far.
     pub faults: u64,
+    /// Triggers that were dropped or had to rest, because they followed each other too fast (R12).
+    #[serde(default)]
+    pub triggers_dropped: u64,
     /// Restarts that its restart policy still permits; `None` if it is never restarted.
     #[serde(default)]
     pub restarts_left: Option<u32>,

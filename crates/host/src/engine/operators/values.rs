@@ -132,9 +132,10 @@ impl Operators {
                 Some((_, bytes)) => (OPERATOR, bytes),
                 None => (value.previous.writer, &value.previous.bytes),
             };
-            let put = self.write_recorded(instance, &value.variable, writer, bytes);
-            put.expect("it was in force before");
-            any = true;
+            // It was in force before. If another build refuses it, the value stays.
+            any |= self
+                .write_recorded(instance, &value.variable, writer, bytes)
+                .is_ok();
         }
         held.values.retain(|value| !value.writes.is_empty());
         any

@@ -262,16 +262,19 @@ impl Command {
         }
         let bytes = self.newest.latch(0).map(|last| last.bytes.to_vec());
         self.newest.release();
-        if let Some(bytes) = bytes {
-            let put = self.variable.put(last.writer, &bytes, time, until);
-            self.held_sequence = put.expect("it was published before");
+        let held = bytes.and_then(|bytes| self.variable.put(last.writer, &bytes, time, until).ok());
+        match held {
+            Some(sequence) => self.held_sequence = sequence,
+            // What cannot be repeated is not held.
+            None => self.put_neutral(time),
         }
     }
 
     fn validity(&self) -> Nanos {
         match self.variable.describe().access {
             Access::Command { validity } => validity,
-            Access::Export { .. } | Access::Modulation => unreachable!("a command is declared as one"),
+            // Not a command.
+            Access::Export { .. } | Access::Modulation => 0,
         }
     }
 
@@ -279,6 +282,6 @@ impl Command {
         let put = self
             .variable
             .put(self.driver as u32, &self.neutral, now, Nanos::MAX);
-        put.expect("a neutral value is finite: the board saw to it when it was declared");
+        debug_assert!(put.is_ok(), "the board checked it when it was declared: {put:?}");
     }
 }

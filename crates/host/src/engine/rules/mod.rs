@@ -1,10 +1,12 @@
 //! The rules under one lock: the only place that locks them.
 //!
 //! Every change of the hierarchy is one [`Rules::transact`], which carries out the effects of the change in
-//! order before it releases the lock. Readers use [`Rules::read`].
+//! order before it releases the lock. Readers use [`Rules::read`]. Nothing under the lock logs, waits, or fails because
+//! the machine has nothing left.
 
 mod commands;
 mod delays;
+mod messages;
 mod reports;
 mod signals;
 mod statistics;
@@ -20,9 +22,11 @@ use jde_records::turn::Turn;
 use super::{Variables, schema};
 use crate::clock::Clock;
 use crate::journal::Journal;
+use crate::stalls::Stalls;
 use crate::transaction_observer::{TransactionInput, TransactionObserver};
 pub(crate) use commands::{Command, Commands};
 use delays::MachineDelays;
+use messages::Message;
 pub(crate) use signals::{Notifier, Signal};
 use signals::{PendingNotifications, Signals};
 use statistics::{DeferredEvents, GroupStatistics};
@@ -33,6 +37,7 @@ pub(crate) struct Rules {
     application: Arc<Application>,
     clock: Arc<Clock>,
     variables: Arc<Variables>,
+    stalls: Arc<Stalls>,
     journal: Option<Arc<Journal>>,
     state: Mutex<RulesState>,
     pub(super) signals: Signals,
@@ -54,6 +59,8 @@ pub(crate) struct RulesState {
     alarm: Option<Nanos>,
     /// What to notify once the lock is free.
     notifications: PendingNotifications,
+    /// What to log then.
+    messages: Vec<Message>,
     /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
     /// signalled.
     shutdown_order: Option<Vec<usize>>,
@@ -62,7 +69,7 @@ pub(crate) struct RulesState {
 impl Rules {
     pub(super) fn new(
         application: &Arc<Application>,
-        clock: &Arc<Clock>,
+        (clock, stalls): (&Arc<Clock>, &Arc<Stalls>),
         variables: &Arc<Variables>,
         journal: Option<Arc<Journal>>,
         hierarchy: Hierarchy,
@@ -75,6 +82,7 @@ impl Rules {
             application: Arc::clone(application),
             clock: Arc::clone(clock),
             variables: Arc::clone(variables),
+            stalls: Arc::clone(stalls),
             journal,
             state: Mutex::new(RulesState {
                 hierarchy,
@@ -86,6 +94,7 @@ impl Rules {
                 groups,
                 alarm: None,
                 notifications: PendingNotifications::default(),
+                messages: Vec::new(),
                 shutdown_order: None,
             }),
             signals: Signals::default(),
@@ -199,13 +208,15 @@ impl Rules {
             .collect()
     }
 
-    /// Ends a transaction: releases the lock, then notifies the threads that its effects concern.
+    /// Ends a transaction: releases the lock, notifies the threads that its effects concern, and then logs.
     fn unlock(&self, mut rules: MutexGuard<'_, RulesState>) {
         let pending = rules.notifications.take();
+        let messages = std::mem::take(&mut rules.messages);
         drop(rules);
         if let Some(pending) = pending {
             self.signals.notify_all(&pending);
         }
+        self.log(messages);
     }
 
     /// Locks the rules. A panic inside a transaction is a fault of the host and ends the application, so a

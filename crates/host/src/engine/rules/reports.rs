@@ -4,6 +4,7 @@ use jde_core::{ArbitrationReply, Check, Effect, GroupId, Health, Hierarchy, Nano
 use jde_records::event::{Event, Loss, OperatorAction};
 use jde_records::turn::{Moment, Turn};
 
+use super::messages::Message;
 use super::{IterationPermission, Rules, RulesState};
 use crate::engine::schema;
 
@@ -115,10 +116,12 @@ impl Rules {
         let about = &self.application.groups[group.index()];
         let takes_part =
             |instance: usize| about.father == Some(instance) || about.members.contains(&instance);
+        let cause = now.saturating_sub(latency);
         let machine = match latency > allowed {
-            true => self
-                .delays
-                .since(now.saturating_sub(latency), id.index(), takes_part),
+            true => {
+                let delays = self.delays.since(cause, id.index(), takes_part);
+                delays.max(self.stalls.within(cause, now))
+            }
             false => 0,
         };
         let event = Event::TookOver {
@@ -134,13 +137,12 @@ impl Rules {
         let late = event.is_late() && !self.clock.is_replayed();
         rules.groups.record_takeover(group, record, latency, late);
         if late {
-            tracing::warn!(
-                group = about.name,
-                winner = self.application.instances[id.index()].name,
-                "took over in {:.1} ms, and its contract allows {:.1} ms",
-                latency as f64 / 1e6,
-                allowed as f64 / 1e6
-            );
+            rules.messages.push(Message::Late {
+                group,
+                winner: id,
+                latency,
+                allowed,
+            });
         }
         self.notify_observers(rules, &event);
     }

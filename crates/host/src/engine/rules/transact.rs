@@ -5,6 +5,7 @@ use jde_core::{Check, Effect, Hierarchy, Nanos};
 use jde_records::event::Event;
 use jde_records::turn::{Moment, Turn};
 
+use super::messages::Message;
 use super::{Rules, RulesState, Signal, subtree_with};
 use crate::engine::schema;
 use crate::journal::Journal;
@@ -302,7 +303,9 @@ impl Rules {
                 self.signal_drivers(rules, &drivers);
             }
             Effect::Changed { id, from, to } => {
-                tracing::trace!(target: "jde::state", schema = self.application.instances[id.index()].name, ?from, ?to);
+                if tracing::enabled!(target: "jde::state", tracing::Level::TRACE) {
+                    rules.messages.push(Message::Changed { id, from, to });
+                }
                 self.notify_observers(
                     rules,
                     &Event::StateChanged {

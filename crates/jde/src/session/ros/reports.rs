@@ -57,6 +57,7 @@ fn status(name: &NodeName, schema: &SchemaView) -> Value {
         ("iterations", schema.iterations.to_string()),
         ("overruns", schema.overruns.to_string()),
         ("refused", schema.refused.to_string()),
+        ("triggers dropped", schema.triggers_dropped.to_string()),
         ("faults", schema.faults.to_string()),
     ];
     values.extend(

@@ -2,22 +2,24 @@
 //! print queue their lines, and wait no longer than the patience of the process. Lines that find no room in
 //! time are dropped, counted and reported.
 //!
-//! It does not depend on the printed text, and never holds a lock while it writes.
+//! It does not depend on the printed text, and never holds a lock while it writes. It obtains its thread and the
+//! room of its queue at its start, and nothing later.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, poll};
-use tracing_appender::non_blocking::{NonBlocking, NonBlockingBuilder};
 
 /// Most pieces in the queue: some seconds of the most verbose log.
 const MAX_PIECES: usize = 4096;
 /// Most bytes in the queue. A single piece may be of any length.
 const MAX_BYTES: usize = 4 << 20;
-/// Additional room for the messages about dropped lines.
-const NOTICE_ROOM: usize = 8;
+/// Additional room for the messages about dropped lines: one before a gap, one after it.
+const NOTICE_ROOM: usize = 2;
 /// How long a reader may take nothing before a process that is ending stops waiting for it.
 const GRACE_PERIOD: Duration = Duration::from_millis(500);
 /// How often a waiting thread checks the patience again.
@@ -77,11 +79,13 @@ pub(super) struct Stream {
     reports_gaps: bool,
     state: Mutex<StreamState>,
     changed: Condvar,
+    /// Notifies the writer.
+    filled: Condvar,
 }
 
 struct StreamState {
-    /// The writer's queue; `None` until its thread has started.
-    writer: Option<NonBlocking>,
+    /// Pieces that the writer has not taken yet.
+    pieces: VecDeque<Vec<u8>>,
     /// Pieces that are not written yet, and their bytes.
     queued: usize,
     queued_bytes: usize,
@@ -97,18 +101,22 @@ struct StreamState {
 }
 
 impl Stream {
-    /// Creates a stream that writes to a file, pipe or terminal.
+    /// Creates a stream that writes to a file, pipe or terminal. Its thread ends with the process: `drain` ends in
+    /// time, and a join might not.
+    ///
+    /// # Errors
+    /// The system refuses the thread.
     pub(super) fn start(
         name: &str,
         file: File,
         policy: &'static BlockingPolicy,
         reports_gaps: bool,
-    ) -> Arc<Self> {
+    ) -> io::Result<Arc<Self>> {
         let stream = Arc::new(Self {
             policy,
             reports_gaps,
             state: Mutex::new(StreamState {
-                writer: None,
+                pieces: VecDeque::with_capacity(MAX_PIECES + NOTICE_ROOM),
                 queued: 0,
                 queued_bytes: 0,
                 last_read: Instant::now(),
@@ -117,21 +125,12 @@ impl Stream {
                 error: None,
             }),
             changed: Condvar::new(),
+            filled: Condvar::new(),
         });
-        let writer = Writer {
-            file,
-            stream: Arc::clone(&stream),
-        };
-        let (writer, guard) = NonBlockingBuilder::default()
-            .lossy(true)
-            .buffered_lines_limit(MAX_PIECES + NOTICE_ROOM)
-            .thread_name(name)
-            .finish(writer);
-        // Dropping the guard would wait for a second and print, even without a reader. `drain` ends in time
-        // instead, and the thread ends with the process.
-        std::mem::forget(guard);
-        stream.lock().writer = Some(writer);
-        stream
+        let written = Arc::clone(&stream);
+        let thread = Builder::new().name(name.to_owned());
+        thread.spawn(move || written.write_pieces(&file))?;
+        Ok(stream)
     }
 
     /// Queues a piece. It is dropped if there is no room for it within the patience of the process.
@@ -145,13 +144,16 @@ impl Stream {
         }
         if !room {
             if state.gap == 0 && self.reports_gaps {
-                state.enqueue(b"[further lines are dropped: the output is not read]\n");
+                self.enqueue(
+                    &mut state,
+                    b"[further lines are dropped: the output is not read]\n",
+                );
             }
             state.count_lost(piece);
             return Ok(());
         }
         self.report_gap(&mut state);
-        state.enqueue(piece);
+        self.enqueue(&mut state, piece);
         Ok(())
     }
 
@@ -180,8 +182,60 @@ impl Stream {
         let gap = std::mem::take(&mut state.gap);
         if gap > 0 && self.reports_gaps {
             let lines = if gap == 1 { "line was" } else { "lines were" };
-            state.enqueue(format!("[{gap} {lines} dropped here: they were not read in time]\n").as_bytes());
+            let notice = format!("[{gap} {lines} dropped here: they were not read in time]\n");
+            self.enqueue(state, notice.as_bytes());
         }
+    }
+
+    fn enqueue(&self, state: &mut StreamState, piece: &[u8]) {
+        if state.queued == 0 {
+            state.last_read = Instant::now();
+        }
+        state.pieces.push_back(piece.to_owned());
+        state.queued += 1;
+        state.queued_bytes += piece.len();
+        self.filled.notify_one();
+    }
+
+    /// Writes each piece, on the thread of the stream.
+    fn write_pieces(&self, file: &File) {
+        let mut state = self.lock();
+        loop {
+            let Some(piece) = state.pieces.pop_front() else {
+                state = self.filled.wait(state).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            };
+            drop(state);
+            let written = self.write(file, &piece);
+            state = self.lock();
+            state.queued -= 1;
+            state.queued_bytes -= piece.len();
+            if let Err(error) = written {
+                state.error = Some(error);
+            }
+            self.changed.notify_all();
+        }
+    }
+
+    fn write(&self, mut file: &File, mut rest: &[u8]) -> io::Result<()> {
+        while !rest.is_empty() {
+            match file.write(rest) {
+                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+                Ok(written) => {
+                    rest = &rest[written..];
+                    self.lock().last_read = Instant::now();
+                    self.changed.notify_all();
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                // Another process that shares the stream has made it non-blocking.
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    // An interrupted wait starts again with the next attempt to write.
+                    let _ = poll(&mut [PollFd::new(file, PollFlags::OUT)], None);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
     }
 
     /// Waits until `condition` is true or the writer has failed. Returns false if the patience ended before.
@@ -221,22 +275,6 @@ impl StreamState {
         self.queued == 0 || (self.queued < limit && self.queued_bytes + bytes <= MAX_BYTES)
     }
 
-    fn enqueue(&mut self, piece: &[u8]) {
-        let Some(writer) = &mut self.writer else { return };
-        if self.queued == 0 {
-            self.last_read = Instant::now();
-        }
-        let dropped = writer.error_counter().dropped_lines();
-        // It never fails: without room it drops and counts the piece.
-        let _ = writer.write_all(piece);
-        if writer.error_counter().dropped_lines() > dropped {
-            self.count_lost(piece);
-        } else {
-            self.queued += 1;
-            self.queued_bytes += piece.len();
-        }
-    }
-
     fn count_lost(&mut self, piece: &[u8]) {
         let lines = piece.iter().filter(|byte| **byte == b'\n').count().max(1) as u64;
         self.gap += lines;
@@ -244,64 +282,17 @@ impl StreamState {
     }
 }
 
-/// Writes on the thread of a stream.
-struct Writer {
-    file: File,
-    stream: Arc<Stream>,
-}
-
-impl Writer {
-    fn put(&mut self, mut rest: &[u8]) -> io::Result<()> {
-        while !rest.is_empty() {
-            match self.file.write(rest) {
-                Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
-                Ok(written) => {
-                    rest = &rest[written..];
-                    self.stream.lock().last_read = Instant::now();
-                    self.stream.changed.notify_all();
-                }
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                // Another process that shares the stream has made it non-blocking.
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    // An interrupted wait starts again with the next attempt to write.
-                    let _ = poll(&mut [PollFd::new(&self.file, PollFlags::OUT)], None);
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Write for Writer {
-    fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
-        let written = self.put(piece);
-        let mut state = self.stream.lock();
-        state.queued -= 1;
-        state.queued_bytes -= piece.len();
-        if let Err(error) = written {
-            state.error = Some(error);
-        }
-        drop(state);
-        self.stream.changed.notify_all();
-        Ok(piece.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
 /// Prints lines on a stream. [`Write::flush`] also prints an unfinished line.
 pub(crate) struct Printer {
-    stream: Arc<Stream>,
+    /// `None` before the process has opened its streams: nothing is printed then.
+    stream: Option<Arc<Stream>>,
     /// Whether colours are dropped.
     plain: bool,
     line: Vec<u8>,
 }
 
 impl Printer {
-    pub(super) fn new(stream: Arc<Stream>, plain: bool) -> Self {
+    pub(super) fn new(stream: Option<Arc<Stream>>, plain: bool) -> Self {
         Self {
             stream,
             plain,
@@ -311,7 +302,7 @@ impl Printer {
 
     /// Whether everything printed on the stream is written.
     pub(crate) fn is_idle(&self) -> bool {
-        self.stream.is_idle()
+        self.stream.as_ref().is_none_or(|stream| stream.is_idle())
     }
 
     /// Prints an unfinished line, and waits until everything is written for as long as the process has
@@ -321,21 +312,20 @@ impl Printer {
     /// Something could not be written.
     pub(crate) fn drain(&mut self) -> io::Result<()> {
         self.flush()?;
-        self.stream.drain()
+        self.stream.as_ref().map_or(Ok(()), |stream| stream.drain())
     }
 
     /// Returns the number of lines dropped on the stream.
     pub(crate) fn lost(&self) -> u64 {
-        self.stream.lost()
+        self.stream.as_ref().map_or(0, |stream| stream.lost())
     }
 
     fn put(&mut self, length: usize) -> io::Result<()> {
         let piece: Vec<u8> = self.line.drain(..length).collect();
-        if self.plain {
-            self.stream
-                .put(&anstream::adapter::strip_bytes(&piece).into_vec())
-        } else {
-            self.stream.put(&piece)
+        match &self.stream {
+            Some(stream) if self.plain => stream.put(&anstream::adapter::strip_bytes(&piece).into_vec()),
+            Some(stream) => stream.put(&piece),
+            None => Ok(()),
         }
     }
 }
@@ -351,10 +341,10 @@ impl Write for Printer {
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        if self.line.is_empty() {
-            return self.stream.lock().error.take().map_or(Ok(()), Err);
+        match &self.stream {
+            Some(stream) if self.line.is_empty() => stream.lock().error.take().map_or(Ok(()), Err),
+            _ => self.put(self.line.len()),
         }
-        self.put(self.line.len())
     }
 }
 

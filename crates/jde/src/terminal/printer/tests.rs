@@ -13,7 +13,7 @@ fn stream() -> (Arc<Stream>, &'static BlockingPolicy, PipeReader) {
     let (reader, writer) = pipe().unwrap();
     let policy: &'static BlockingPolicy = Box::leak(Box::new(BlockingPolicy::new()));
     let file = File::from(OwnedFd::from(writer));
-    (Stream::start("test", file, policy, true), policy, reader)
+    (Stream::start("test", file, policy, true).unwrap(), policy, reader)
 }
 
 fn line(number: u64) -> String {
@@ -21,7 +21,7 @@ fn line(number: u64) -> String {
 }
 
 fn print(stream: &Arc<Stream>, lines: impl Iterator<Item = u64>) {
-    let mut printer = Printer::new(Arc::clone(stream), true);
+    let mut printer = Printer::new(Some(Arc::clone(stream)), true);
     lines.for_each(|number| printer.write_all(line(number).as_bytes()).unwrap());
 }
 
@@ -92,7 +92,7 @@ fn a_process_that_ends_does_not_wait_for_a_reader_that_reads_nothing() {
 fn a_closed_reader_is_reported_to_the_caller() {
     let (stream, _, reader) = stream();
     drop(reader);
-    let mut printer = Printer::new(Arc::clone(&stream), false);
+    let mut printer = Printer::new(Some(Arc::clone(&stream)), false);
     printer.write_all(b"a line\n").unwrap();
     let error = printer.drain().unwrap_err();
     assert_eq!(error.kind(), io::ErrorKind::BrokenPipe);
@@ -101,7 +101,7 @@ fn a_closed_reader_is_reported_to_the_caller() {
 #[test]
 fn colours_are_left_out_of_a_line_that_is_printed_in_parts() {
     let (stream, _, reader) = stream();
-    let mut printer = Printer::new(Arc::clone(&stream), true);
+    let mut printer = Printer::new(Some(Arc::clone(&stream)), true);
     write!(printer, "\u{1b}[1mone\u{1b}[0m").unwrap();
     writeln!(printer, " and \u{1b}[31mtwo").unwrap();
     printer.write_all(b"and a rest").unwrap();

@@ -117,6 +117,9 @@ fn detail_spans(screen: &ViewState, schema: &SchemaView) -> Vec<Span<'static>> {
         pluralize(schema.faults, "fault"),
     ];
     facts.extend(numbers.map(Span::raw));
+    if schema.triggers_dropped > 0 {
+        facts.push(Span::raw(pluralize(schema.triggers_dropped, "dropped trigger")));
+    }
     if let Some(process) = schema.process {
         facts.push(Span::raw(format!("process {process}")));
     }

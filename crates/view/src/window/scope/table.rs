@@ -241,6 +241,9 @@ fn details(ui: &mut Ui, seen: &Input<'_>, place: usize) {
         view.refused,
         view.faults
     ));
+    if view.triggers_dropped > 0 {
+        lines.push(format!("{} triggers dropped", view.triggers_dropped));
+    }
     lines.into_iter().for_each(|line| drop(ui.label(line)));
 }
 
