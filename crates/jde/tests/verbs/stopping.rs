@@ -55,6 +55,50 @@ fn r14_stop_all_stops_every_application_and_release_all_lets_them_continue() {
 }
 
 #[test]
+fn r14_the_end_of_a_lease_leaves_a_stop_and_a_lease_disarms_none() {
+    let sandbox = Sandbox::new();
+    let _navigation = navigation(&sandbox);
+    let schema = |name: &str| -> Value {
+        let schemas = sandbox.json(&["ps"])["schemas"].clone();
+        let mut schemas = schemas.as_array().expect("schemas").iter();
+        let found = schemas.find(|schema| schema["name"] == name);
+        found.expect("it is in the application").clone()
+    };
+    while schema("goon")["state"] == "slept" {}
+    // The laser that the navigation reads: allowed, and said.
+    let stopped = sandbox.run_ok(&["stop", "pioneer"]);
+    assert!(stopped.contains("pioneer is stopped; "), "{stopped}");
+    assert!(stopped.contains(" loses its laser"), "{stopped}");
+    sandbox.run_ok(&["release", "pioneer"]);
+
+    sandbox.run_ok(&["stop", "example"]);
+    sandbox.run_ok(&["stop", "example", "--for", "200ms"]);
+    assert_eq!(schema("example")["state"], "slept", "{}", schema("example"));
+    for verb in ["force", "play"] {
+        let refused = sandbox.run(&[verb, "example", "--for", "200ms"]);
+        assert_eq!(refused.status, Some(1), "{refused:?}");
+        assert!(refused.err.contains("`example` is stopped by "), "{refused:?}");
+        assert!(
+            refused.err.contains("`jde release example` ends that"),
+            "{refused:?}"
+        );
+    }
+    assert_eq!(schema("example")["state"], "slept", "{}", schema("example"));
+    // Every hold is shown, and the operator still sees.
+    sandbox.run_ok(&["stop", "--all"]);
+    let table = sandbox.run_ok(&["ps"]);
+    assert!(table.contains("stopped with everything by "), "{table}");
+    assert!(table.contains(", stopped by "), "{table}");
+    assert_eq!(schema("pioneer")["state"], "winner", "{table}");
+    let refused = sandbox.run(&["play", "example", "--for", "200ms"]);
+    assert!(refused.err.contains("`jde release --all`"), "{refused:?}");
+    sandbox.run_ok(&["release", "--all"]);
+    assert_eq!(schema("example")["state"], "slept", "a stop of its own stays");
+    sandbox.run_ok(&["release", "example"]);
+    while schema("example")["state"] != "winner" {}
+}
+
+#[test]
 fn r14_stop_all_reports_an_unreachable_robot_and_stops_the_others() {
     let sandbox = Sandbox::new();
     let free_address = || {

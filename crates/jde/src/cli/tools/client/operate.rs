@@ -157,7 +157,7 @@ impl SchemaArg {
         let remote = context.remote(&self.target, named)?;
         let messages = ActionMessages {
             done: format!("{schema} {done}"),
-            ended: format!("{schema} is released"),
+            ended: format!("{schema} is released from this hold"),
         };
         perform_action(&remote, action(schema.to_owned()), lasting, &messages)
     }
