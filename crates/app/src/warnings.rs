@@ -29,6 +29,7 @@ impl Application {
         disjoint_roots
             .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
+            .chain(self.warn_of_sensors())
             .chain(self.link.warnings())
             .collect()
     }

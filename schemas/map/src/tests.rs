@@ -15,6 +15,7 @@ fn scan(ranges: [f32; 4]) -> LaserScan {
         ..LaserScan::default()
     };
     scan.ranges.extend_from_slice(&ranges).expect("it fits");
+    scan.state_last_angle();
     scan
 }
 
