@@ -302,6 +302,7 @@ impl Schema for Corridor {
         let step = TAU / BEAMS as f32;
         let range = |beam: u32| (1.0 / (step * beam as f32).sin().abs()).min(11.0);
         let scan = LaserScan {
+            angle_max: step * (BEAMS - 1) as f32,
             angle_increment: step,
             range_max: 12.0,
             ranges: (0..BEAMS).map(range).collect(),

@@ -33,10 +33,11 @@ inline double bearing(const Pose2D &from, const Pose2D &to) noexcept
     return normalize_angle(std::atan2(to.y - from.y, to.x - from.x) - from.theta);
 }
 
-/** The heading of an orientation, rad. */
+/** The heading of an orientation, rad, whatever its length; NaN if it has none. */
 inline double yaw(const Quaternion &q) noexcept
 {
-    return std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z));
+    const double square = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    return square > 0.0 ? std::atan2(2.0 * (q.w * q.z + q.x * q.y), square - 2.0 * (q.y * q.y + q.z * q.z)) : std::nan("");
 }
 
 /** The orientation of a heading. */
@@ -67,16 +68,18 @@ struct LaserPoint {
 };
 
 /**
- * Calls `use` with each hit of a scan, first beam first. Beams without a hit or a measurement are left out (REP-117). An object too close to
- * measure counts as at `range_min`.
+ * Calls `use` with each hit of a scan, first beam first. Beams without a hit or a measurement are left out: REP-117, and a range of
+ * `range_max`, which is free. An object too close to measure counts as at `range_min`.
  */
 template <typename Use>
 void for_each_point(const LaserScan &scan, Use use)
 {
     const auto ranges = elements(scan.ranges);
     for (std::size_t beam = 0; beam < ranges.size(); beam++) {
-        const float range = std::isinf(ranges[beam]) && ranges[beam] < 0.0f ? scan.range_min : ranges[beam];
-        if (range >= scan.range_min && range <= scan.range_max) {
+        const bool close = std::isinf(ranges[beam]) && ranges[beam] < 0.0f;
+        // At distance 0 an object would be in no direction.
+        const float range = close ? std::fmax(scan.range_min, 1e-6f) : ranges[beam];
+        if (range > 0.0f && range >= scan.range_min && range < scan.range_max) {
             const double angle = static_cast<double>(scan.angle_min) + static_cast<double>(beam) * static_cast<double>(scan.angle_increment);
             const double length = static_cast<double>(range);
             use(LaserPoint{beam, angle, length, length * std::cos(angle), length * std::sin(angle)});

@@ -64,6 +64,7 @@ mod load;
 mod modulations;
 mod needs;
 mod numbers;
+mod odometry;
 mod option;
 mod outline;
 mod recorded;

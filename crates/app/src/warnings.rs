@@ -31,6 +31,7 @@ impl Application {
             .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
             .chain(self.warn_of_validity())
+            .chain(self.warn_of_sensors())
             .chain(self.link.warnings())
             .collect()
     }

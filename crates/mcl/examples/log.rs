@@ -319,6 +319,7 @@ fn scan(ranges: &[f32]) -> Result<LaserScan, Failure> {
     for range in ranges.iter().map(finite) {
         scan.ranges.push(range).map_err(|_| "too many beams")?;
     }
+    scan.state_last_angle();
     Ok(scan)
 }
 

@@ -1,18 +1,21 @@
 //! The beams of a scan that count: evenly chosen among those that hit something.
 
-use jde_types::{LaserScan, Pose2D};
+use jde_types::{Echo, LaserScan, Pose2D, Unmeasured};
 
 /// The fewest hits that say where a robot is.
 const LEAST: usize = 8;
 
 /// Why a scan cannot be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Blind {
     /// So few beams hit something: there are no more, or most are NaN or infinite.
     #[error("only {0} beams of the laser hit something: a pose needs {LEAST}")]
     Few(usize),
-    /// An angle of the scan, or the place of the scanner, is not finite.
-    #[error("the angles of the laser or its mount are not finite")]
+    /// The scan is none.
+    #[error("the scan of the laser is none: {0}")]
+    NoScan(Unmeasured),
+    /// The place of the scanner is not finite.
+    #[error("the mount of the laser is not finite")]
     NotFinite,
 }
 
@@ -49,31 +52,30 @@ impl Beams {
     }
 
     /// Replaces the beams by those of `scan`, of a scanner mounted at `mount` on the base: as many as there is room
-    /// for, evenly chosen among those with a measured distance. By REP-117, +∞, −∞ and NaN are none.
+    /// for, evenly chosen among those that hit something.
     ///
     /// # Errors
-    /// If fewer than eight beams have one, or an angle or `mount` is not finite. Then there are none.
+    /// If fewer than eight beams do, the scan is none, or `mount` is not finite. Then there are none.
     pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
         self.beams.clear();
         self.mount = (mount.x as f32, mount.y as f32);
-        let is_hit = |range: &f32| range.is_finite() && (scan.range_min..=scan.range_max).contains(range);
-        let hits = scan.ranges.iter().filter(|range| is_hit(range)).count();
-        let numbers = [
-            scan.angle_min.into(),
-            scan.angle_increment.into(),
-            mount.x,
-            mount.y,
-            mount.theta,
-        ];
-        if !numbers.iter().all(|number: &f64| number.is_finite()) {
+        let all = || {
+            scan.echoes()
+                .filter_map(|(beam, echo)| hit(echo).map(|range| (beam, range)))
+        };
+        let hits = all().count();
+        if !mount.is_finite() {
             return Err(Blind::NotFinite);
+        }
+        match scan.measured() {
+            Ok(()) | Err(Unmeasured::Nothing) => {}
+            Err(why) => return Err(Blind::NoScan(why)),
         }
         if hits < LEAST {
             return Err(Blind::Few(hits));
         }
         let most = self.most.min(hits);
-        let all = scan.ranges.iter().enumerate().filter(|(_, range)| is_hit(range));
-        for (number, (beam, &range)) in all.enumerate() {
+        for (number, (beam, range)) in all().enumerate() {
             // Of every `hits / most` the first.
             if number * most / hits == self.beams.len() {
                 let (sin, cos) = libm::sincos(mount.theta + scan.angle(beam));
@@ -107,6 +109,13 @@ impl Beams {
     }
 }
 
+fn hit(echo: Echo) -> Option<f32> {
+    match echo {
+        Echo::Hit(range) => Some(range),
+        Echo::TooClose | Echo::Free | Echo::Nothing => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use core::f64::consts::FRAC_PI_2;
@@ -115,12 +124,13 @@ mod tests {
 
     fn scan(ranges: &[f32]) -> LaserScan {
         let mut scan = LaserScan {
-            angle_increment: 0.1,
+            angle_increment: 0.02,
             range_min: 0.1,
             range_max: 8.0,
             ..LaserScan::default()
         };
         scan.ranges.extend_from_slice(ranges).expect("few beams");
+        scan.state_last_angle();
         scan
     }
 
@@ -134,6 +144,7 @@ mod tests {
             (&[f32::INFINITY; 300], 0),
             (&[f32::NEG_INFINITY; 300], 0),
             (&[0.05; 300], 0),
+            (&[8.0; 300], 0),
             (&[9.0; 300], 0),
             (&[1.0; 7], 7),
         ] {
@@ -147,7 +158,10 @@ mod tests {
             angle_increment: f32::NAN,
             ..scan(&[1.0; 9])
         };
-        assert_eq!(beams.update(&turned, &mount), Err(Blind::NotFinite));
+        assert_eq!(
+            beams.update(&turned, &mount),
+            Err(Blind::NoScan(Unmeasured::Angles))
+        );
     }
 
     #[test]
@@ -163,7 +177,7 @@ mod tests {
             .collect();
         assert_eq!(angles.len(), 10);
         assert!(
-            (angles[1] - angles[0] - 1.0).abs() < 1e-3,
+            (angles[1] - angles[0] - 0.2).abs() < 1e-3,
             "of every five hits one"
         );
         let mut few = Beams::new(4);

@@ -231,6 +231,7 @@ mod tests {
             let way = field.cast((truth[0], truth[1]), (cos, sin), 60.0);
             scan.ranges.push(way).expect("few beams");
         }
+        scan.state_last_angle();
         let mut beams = Beams::new(60);
         beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
         let find = |region, step| {

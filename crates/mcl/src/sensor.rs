@@ -183,6 +183,7 @@ mod tests {
             let way = field.cast((x, y), (cos, sin), 60.0);
             scan.ranges.push(way * CELL as f32).expect("few beams");
         }
+        scan.state_last_angle();
         let mut beams = Beams::new(36);
         beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
         beams
@@ -225,11 +226,14 @@ mod tests {
         ];
         let field = Field::new(&map(&rows));
         let mut scan = LaserScan {
+            // Too little to matter.
+            angle_increment: 1e-9,
             range_max: 8.0,
             ..LaserScan::default()
         };
         // All beams go ahead, through the wall to the far end.
         (0..12).for_each(|_| scan.ranges.push(1.62).expect("few beams"));
+        scan.state_last_angle();
         let mut beams = Beams::new(12);
         beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
         let pose = [5.0, 1.5, 0.0];
@@ -270,10 +274,13 @@ mod tests {
         let rows: Vec<&str> = rows.iter().map(String::as_str).collect();
         let field = Field::new(&map(&rows));
         let mut scan = LaserScan {
+            // Too little to matter.
+            angle_increment: 1e-9,
             range_max: 8.0,
             ..LaserScan::default()
         };
         (0..12).for_each(|_| scan.ranges.push(0.1).expect("few beams"));
+        scan.state_last_angle();
         let mut beams = Beams::new(12);
         beams.update(&scan, &Pose2D::ORIGIN).expect("all hit");
         let pose = [5.0, 5.0, 0.0];

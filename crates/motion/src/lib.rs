@@ -14,7 +14,7 @@ mod travel;
 
 pub use frozen::Frozen;
 pub use outline::{FootprintError, Outline};
-pub use scan_points::{Blind, ScanPoints};
+pub use scan_points::ScanPoints;
 pub use stopping::{Maneuver, Stopping};
 pub use surroundings::{MAX_POINTS, Surroundings};
 pub use travel::{Limits, Travel, arc, check_time, is_finite, is_jump, jumped};

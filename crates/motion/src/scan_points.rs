@@ -1,7 +1,7 @@
-//! The points that a laser sees, in the frame of the base. A scan that measures nothing is refused, because
-//! nothing tells it from a free space.
+//! The points that a laser sees, in the frame of the base. A scan that is none is refused, because nothing tells it
+//! from a free space.
 
-use jde_types::{LaserScan, Point2D, Pose2D};
+use jde_types::{LaserScan, Point2D, Pose2D, Unmeasured};
 
 /// The points of one scan; it keeps its memory from one scan to the next.
 #[derive(Clone, Debug, Default)]
@@ -9,31 +9,16 @@ pub struct ScanPoints {
     points: Vec<Point2D>,
 }
 
-/// A scan without a single measurement: no beams, or NaN in each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the laser measures nothing")]
-pub struct Blind;
-
 impl ScanPoints {
     /// Replaces the points by those of `scan`, for a scanner mounted at `mount` on the base.
     ///
-    /// By REP-117, +∞ is free space, −∞ an object too close to measure, which counts as at the least range,
-    /// and NaN no measurement. A range outside the scanner's limits is no point.
-    ///
     /// # Errors
-    /// If no beam measures, or the angles or the mount are not finite.
-    pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Blind> {
+    /// As [`LaserScan::measured`], or if the mount is not finite. Then there are none.
+    pub fn update(&mut self, scan: &LaserScan, mount: &Pose2D) -> Result<(), Unmeasured> {
         self.points.clear();
-        let numbers = [
-            f64::from(scan.angle_min),
-            f64::from(scan.angle_increment),
-            mount.x,
-            mount.y,
-            mount.theta,
-        ];
-        if scan.ranges.iter().all(|range| range.is_nan()) || !numbers.iter().all(|number| number.is_finite())
-        {
-            return Err(Blind);
+        scan.measured()?;
+        if !mount.is_finite() {
+            return Err(Unmeasured::NotFinite);
         }
         let (sin, cos) = mount.theta.sin_cos();
         self.points.extend(scan.points().map(|point| Point2D {
@@ -64,6 +49,7 @@ mod tests {
             ..LaserScan::default()
         };
         scan.ranges.extend_from_slice(ranges).expect("few beams");
+        scan.state_last_angle();
         scan
     }
 
@@ -83,7 +69,7 @@ mod tests {
     #[test]
     fn by_rep_117_infinity_is_free_and_minus_infinity_is_as_close_as_the_least_range() {
         let mut scan_points = ScanPoints::default();
-        let ranges = [f32::NEG_INFINITY, f32::INFINITY, f32::NAN, 9.0];
+        let ranges = [f32::NEG_INFINITY, f32::INFINITY, f32::NAN];
         scan_points
             .update(&scan(&ranges), &Pose2D::ORIGIN)
             .expect("it measures");
@@ -97,15 +83,18 @@ mod tests {
         scan_points
             .update(&scan(&[1.0]), &Pose2D::ORIGIN)
             .expect("it measures");
-        assert_eq!(scan_points.update(&scan(&[]), &Pose2D::ORIGIN), Err(Blind));
+        assert_eq!(
+            scan_points.update(&scan(&[]), &Pose2D::ORIGIN),
+            Err(Unmeasured::Nothing)
+        );
         assert!(scan_points.as_slice().is_empty());
         assert_eq!(
             scan_points.update(&scan(&[f32::NAN; 3]), &Pose2D::ORIGIN),
-            Err(Blind)
+            Err(Unmeasured::Nothing)
         );
         assert_eq!(
             scan_points.update(&scan(&[1.0]), &Pose2D::new(f64::NAN, 0.0, 0.0)),
-            Err(Blind)
+            Err(Unmeasured::NotFinite)
         );
         assert_eq!(
             scan_points.update(&scan(&[f32::INFINITY]), &Pose2D::ORIGIN),

@@ -77,6 +77,7 @@ fn scan(world: &World, robot: RobotId, laser: &LaserConfig) -> Result<LaserScan,
         ..LaserScan::default()
     };
     scan.ranges.resize(laser.beams);
+    scan.state_last_angle();
     world.laser(robot, laser, scan.ranges.as_mut_slice())?;
     Ok(scan)
 }

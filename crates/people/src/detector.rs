@@ -1,7 +1,6 @@
 //! The segments of a scan that may be legs.
 
-use jde_motion::Blind;
-use jde_types::LaserScan;
+use jde_types::{LaserScan, Unmeasured};
 
 use crate::features::{Features, distance, mean};
 use crate::model;
@@ -79,8 +78,8 @@ impl Detector {
     /// Finds the legs in a scan.
     ///
     /// # Errors
-    /// If no beam measures, or an angle is not finite. Then there are none.
-    pub fn detect(&mut self, settings: &DetectorSettings, scan: &LaserScan) -> Result<(), Blind> {
+    /// As [`LaserScan::measured`]. Then there are none.
+    pub fn detect(&mut self, settings: &DetectorSettings, scan: &LaserScan) -> Result<(), Unmeasured> {
         self.legs.clear();
         self.obstacles.clear();
         self.segments.update(scan, settings.jump)?;

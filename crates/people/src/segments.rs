@@ -3,8 +3,7 @@
 use core::f64::consts::TAU;
 use core::ops::Range;
 
-use jde_motion::Blind;
-use jde_types::LaserScan;
+use jde_types::{Echo, LaserScan, Unmeasured};
 
 /// What a jump beside a segment counts at most, m: what is farther behind tells no more.
 const MOST_JUMP: f64 = 1.0;
@@ -48,20 +47,16 @@ impl Segments {
     /// Replaces the segments by those of `scan`. A segment ends where the next hit is farther away than `jump` m,
     /// and than on a wall at an angle of 12 degrees to neighbouring beams (after Borges and Aldon, 2004).
     ///
-    /// By REP-117, +∞, −∞ and NaN are no hits; neither are ranges outside the scanner's limits. In a scan all around,
-    /// the last beam is the neighbour of the first.
+    /// What is too close to measure is no hit. In a scan all around, the last beam is the neighbour of the first.
     ///
     /// # Errors
-    /// If no beam measures, or an angle is not finite. Then there are none.
-    pub fn update(&mut self, scan: &LaserScan, jump: f64) -> Result<(), Blind> {
+    /// As [`LaserScan::measured`]. Then there are none.
+    pub fn update(&mut self, scan: &LaserScan, jump: f64) -> Result<(), Unmeasured> {
         self.hits.clear();
         self.segments.clear();
-        let is_finite = scan.angle_min.is_finite() && scan.angle_increment.is_finite();
-        if !is_finite || scan.ranges.iter().all(|range| range.is_nan()) {
-            return Err(Blind);
-        }
-        for (beam, &range) in scan.ranges.iter().enumerate() {
-            if range.is_finite() && range > 0.0 && (scan.range_min..=scan.range_max).contains(&range) {
+        scan.measured()?;
+        for (beam, echo) in scan.echoes() {
+            if let Echo::Hit(range) = echo {
                 let (sin, cos) = libm::sincos(scan.angle(beam));
                 let range = f64::from(range);
                 self.hits.push(Hit {
@@ -98,7 +93,7 @@ impl Segments {
             if is_end {
                 let jumps = [(first, beams - 1), (end - 1, 1)].map(|(hit, step)| {
                     let Hit { beam, range, .. } = self.hits[hit];
-                    let beside = neighbour(&scan.ranges, beam, step, is_around);
+                    let beside = neighbour(scan, beam, step, is_around);
                     beside.map_or(0.0, |beside| {
                         (f64::from(beside) - range).clamp(-MOST_JUMP, MOST_JUMP)
                     })
@@ -128,7 +123,8 @@ impl Segments {
 
 /// Returns the next range that is measured, `step` beams on from each to the next, unless the edge of the scan comes
 /// first.
-fn neighbour(ranges: &[f32], beam: usize, step: usize, is_around: bool) -> Option<f32> {
+fn neighbour(scan: &LaserScan, beam: usize, step: usize, is_around: bool) -> Option<f32> {
+    let ranges = scan.ranges.as_slice();
     let edge = if step == 1 { ranges.len() - 1 } else { 0 };
     let mut beam = beam;
     for _ in 0..ranges.len() {
@@ -136,7 +132,7 @@ fn neighbour(ranges: &[f32], beam: usize, step: usize, is_around: bool) -> Optio
             return None;
         }
         beam = (beam + step) % ranges.len();
-        if !ranges[beam].is_nan() {
+        if Echo::of(ranges[beam], scan.range_min, scan.range_max) != Echo::Nothing {
             return Some(ranges[beam]);
         }
     }

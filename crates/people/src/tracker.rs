@@ -1,7 +1,6 @@
 //! Persons from scan to scan: which legs belong to whom, who appears and who is gone.
 
-use jde_motion::Blind;
-use jde_types::{LaserScan, Pose2D};
+use jde_types::{Echo, LaserScan, Pose2D, Unmeasured};
 
 use crate::assignment::Assignment;
 use crate::detector::{Detector, DetectorSettings, Leg};
@@ -131,16 +130,16 @@ impl Tracker {
     /// Takes a scan of a laser that was at `sensor` at the time `now`, s. A time before the last one forgets everybody.
     ///
     /// # Errors
-    /// If no beam measures, or an angle, the time or the pose is not finite. Then nothing changes.
+    /// As [`LaserScan::measured`], or if the time or the pose is not finite. Then nothing changes.
     pub fn step(
         &mut self,
         settings: &TrackerSettings,
         now: f64,
         sensor: &Pose2D,
         scan: &LaserScan,
-    ) -> Result<(), Blind> {
+    ) -> Result<(), Unmeasured> {
         if !now.is_finite() || !sensor.is_finite() {
-            return Err(Blind);
+            return Err(Unmeasured::NotFinite);
         }
         self.detector.detect(&settings.detector, scan)?;
         let time = now - self.last.replace(now).unwrap_or(now);
@@ -465,11 +464,12 @@ fn is_empty(scan: &LaserScan, sensor: &Pose2D, place: [f64; 2]) -> bool {
     let half = libm::atan2(EMPTY[1], range);
     let bearing = libm::atan2(local.y, local.x);
     let mut beams = 0;
-    for (beam, &measured) in scan.ranges.iter().enumerate() {
+    for (beam, echo) in scan.echoes() {
         let angle = jde_types::normalize_angle(scan.angle(beam) - bearing);
-        if angle.abs() <= half && !measured.is_nan() {
+        if angle.abs() <= half && echo != Echo::Nothing {
             beams += 1;
-            if f64::from(measured.min(scan.range_max)) < range + EMPTY[0] {
+            let free = echo.distance(0.0).unwrap_or(f64::from(scan.range_max));
+            if free < range + EMPTY[0] {
                 return false;
             }
         }

@@ -56,35 +56,21 @@ pub struct Scan {
 
 impl Scan {
     /// Reads a scan of a laser mounted at `mount` on the base: at most `most` beams, evenly chosen, and as far as `reach` m.
-    /// By REP-117, a beam of +∞ met nothing as far as `range_max`; NaN, −∞ and what is outside the limits say nothing.
+    /// Nothing of a scan that is none.
     #[must_use]
     pub fn new(scan: &LaserScan, mount: &Pose2D, most: usize, reach: f64) -> Self {
-        let numbers = [
-            scan.angle_min.into(),
-            scan.angle_increment.into(),
-            mount.x,
-            mount.y,
-            mount.theta,
-            reach,
-        ];
-        if !numbers.iter().all(|number: &f64| number.is_finite()) {
+        if !mount.is_finite() || !reach.is_finite() || scan.measured().is_err() {
             return Self::default();
         }
         let start = (mount.x as f32, mount.y as f32);
-        let ends: Vec<End> = (scan.ranges.iter().enumerate())
-            .filter_map(|(beam, &range)| {
-                let is_free = range == f32::INFINITY && scan.range_max.is_finite();
-                let length = if is_free { scan.range_max } else { range };
-                let is_measured = length.is_finite() && (scan.range_min..=scan.range_max).contains(&length);
-                let is_cut = length > reach as f32;
-                let (length, range) = if is_cut {
-                    (reach as f32, f32::INFINITY)
-                } else {
-                    (length, range)
-                };
+        let ends: Vec<End> = (scan.lengths())
+            .map(|(beam, length, hit)| {
+                let is_hit = hit && length <= reach as f32;
+                let length = length.min(reach as f32);
+                let range = if is_hit { length } else { f32::INFINITY };
                 let (sin, cos) = libm::sincos(mount.theta + scan.angle(beam));
                 let end = (start.0 + length * cos as f32, start.1 + length * sin as f32);
-                is_measured.then_some((beam, range, end))
+                (beam, range, end)
             })
             .collect();
         let increment = scan.angle_increment.abs();
@@ -204,6 +190,7 @@ mod tests {
             ..LaserScan::default()
         };
         scan.ranges.extend_from_slice(ranges).expect("few beams");
+        scan.state_last_angle();
         scan
     }
 
@@ -255,7 +242,7 @@ mod tests {
             assert_eq!((scan.points().len(), scan.free().len()), (0, 0), "{range}");
             assert!(!scan.is_enough());
         }
-        for range in [f32::INFINITY, 25.0] {
+        for range in [f32::INFINITY, 25.0, 30.0] {
             let scan = read(&[range; 50]);
             assert_eq!((scan.points().len(), scan.free().len()), (0, 50), "{range}");
             assert!(

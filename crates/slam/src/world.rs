@@ -80,6 +80,7 @@ impl World {
             let noise = (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
             scan.ranges.push((way + 0.01 * noise) as f32).expect("few beams");
         }
+        scan.state_last_angle();
         scan
     }
 

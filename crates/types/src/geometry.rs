@@ -35,7 +35,8 @@ pub struct Vector3 {
     pub z: f64,
 }
 
-/// An orientation in space, as a quaternion of length 1.
+/// An orientation in space, as a quaternion. Only its direction counts: [`Quaternion::normalized`] has length 1, and one
+/// of zeros is no orientation.
 #[derive(Clone, Copy, Debug, PartialEq, Value)]
 #[repr(C)]
 #[value(name = "geometry_msgs/msg/Quaternion")]
@@ -140,6 +141,9 @@ pub fn normalize_angle(angle: f64) -> f64 {
     if turned > PI { turned - TAU } else { turned }
 }
 
+/// How much the square of a length of 1 is off by rounding at most: that of single precision is not.
+const ROUNDED: f64 = 1e-12;
+
 impl Quaternion {
     /// No rotation.
     pub const IDENTITY: Self = Self {
@@ -186,10 +190,37 @@ impl Quaternion {
         Self { x, y, z, w }
     }
 
-    /// Returns a vector rotated: what it is in the frame in which the rotation is stated.
+    /// Returns the same orientation as a quaternion of length 1; `None` if it has no length or is not finite.
+    #[must_use]
+    pub fn normalized(&self) -> Option<Self> {
+        let Self { x, y, z, w } = *self;
+        // One that has that length but for rounding keeps its bits.
+        if ((x * x + y * y + z * z + w * w) - 1.0).abs() < ROUNDED {
+            return Some(*self);
+        }
+        let length = x.hypot(y).hypot(z.hypot(w));
+        (length.is_finite() && length > 0.0).then(|| Self {
+            x: x / length,
+            y: y / length,
+            z: z / length,
+            w: w / length,
+        })
+    }
+
+    /// The same for the calculations here; NaN if it is no orientation, so that nobody takes the result for one.
+    fn unit(&self) -> Self {
+        self.normalized().unwrap_or(Self {
+            x: f64::NAN,
+            y: f64::NAN,
+            z: f64::NAN,
+            w: f64::NAN,
+        })
+    }
+
+    /// Returns a vector rotated: what it is in the frame in which the rotation is stated. NaN if this is no orientation.
     #[must_use]
     pub fn rotate(&self, [a, b, c]: [f64; 3]) -> [f64; 3] {
-        let Self { x, y, z, w } = *self;
+        let Self { x, y, z, w } = self.unit();
         // Twice the cross product with the vector part.
         let [u, v, t] = [
             2.0 * (y * c - z * b),
@@ -227,10 +258,11 @@ impl Quaternion {
         }
     }
 
-    /// Returns the rotation about the axis up, rad, without the rotations about the other axes.
+    /// Returns the rotation about the axis up, rad, without the rotations about the other axes; NaN if this is no
+    /// orientation.
     #[must_use]
     pub fn yaw(&self) -> f64 {
-        let Self { x, y, z, w } = *self;
+        let Self { x, y, z, w } = self.unit();
         (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
     }
 }

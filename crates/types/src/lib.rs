@@ -12,6 +12,7 @@ mod body;
 mod cloud;
 mod geometry;
 mod joints;
+mod measured;
 mod mission;
 mod modulated;
 mod nav;
@@ -41,13 +42,14 @@ pub use geometry::{
 };
 pub use jde_macros::{Choice, Value};
 pub use joints::{JointState, Name};
+pub use measured::{Check, Checks, Echo, Repeats, Unmeasured, check_beams};
 pub use mission::{Mission, Truth};
 pub use modulated::{Modulated, wire};
 pub use nav::{MapMetaData, OccupancyGrid, Odometry, Path, Route, Start, Target};
 pub use padding::{Flag, Padding};
 pub use part::{Part, Shape};
 pub use people::{Person, Persons};
-pub use range::{LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
+pub use range::{Ahead, LaserPoint, LaserScan, Range, RangeRing, SonarEcho};
 pub use satellite::{NavSatFix, NavSatStatus};
 pub use scenery::{Movers, Scenery, Thing};
 pub use sensor::{

@@ -1,11 +1,11 @@
 //! Sensors that measure distance: laser scans, sonars and rings of sonars.
 //!
 //! By REP-117 a range is a distance, +∞ (nothing within range), −∞ (something too close to measure) or NaN
-//! (no measurement).
+//! (no measurement). [`Echo`] is what a reader takes it for.
 
 use core::f64::consts::FRAC_PI_2;
 
-use crate::{Header, Padding, Point2D, Pose2D, Seq, Value};
+use crate::{Echo, Header, Padding, Point2D, Pose2D, Seq, Value, normalize_angle};
 
 /// One scan of a laser scanner with up to 1088 beams.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Value)]
@@ -139,34 +139,38 @@ impl LaserScan {
             .map(|(beam, angle, range)| LaserPoint::new(beam, angle, range))
     }
 
-    /// Returns where each measured beam ends, for a scanner at `sensor`, and whether it ends at an object. By
-    /// REP-117, a beam without a return is free up to `range_max`, and one without a measurement says nothing.
+    /// Returns where each measured beam ends, for a scanner at `sensor`, and whether it ends at an object. A beam
+    /// without an object is free up to `range_max`; one without a measurement, or with an object too close to measure,
+    /// says nothing, and so does a scan that is none.
     pub fn rays(&self, sensor: &Pose2D) -> impl Iterator<Item = (Point2D, bool)> + '_ {
         let sensor = *sensor;
-        self.ranges.iter().enumerate().filter_map(move |(beam, &range)| {
-            let hit = range.is_finite();
-            let length = if range == f32::INFINITY {
-                self.range_max
-            } else {
-                range
-            };
-            let is_measured = length.is_finite() && length >= self.range_min && length <= self.range_max;
+        self.lengths().map(move |(beam, length, hit)| {
             let (sin, cos) = (sensor.theta + self.angle(beam)).sin_cos();
-            let length = f64::from(length);
             let end = Point2D {
-                x: sensor.x + length * cos,
-                y: sensor.y + length * sin,
+                x: sensor.x + f64::from(length) * cos,
+                y: sensor.y + f64::from(length) * sin,
             };
-            is_measured.then_some((end, hit))
+            (end, hit)
+        })
+    }
+
+    /// Returns how far each measured beam goes, m, and whether it ends at an object, by the number of the beam; as
+    /// [`Self::rays`]. A beam without an object is left out if the greatest distance is +∞.
+    pub fn lengths(&self) -> impl Iterator<Item = (usize, f32, bool)> + '_ {
+        self.echoes().filter_map(|(beam, echo)| match echo {
+            Echo::Hit(range) => Some((beam, range, true)),
+            Echo::Free => self
+                .range_max
+                .is_finite()
+                .then_some((beam, self.range_max, false)),
+            Echo::TooClose | Echo::Nothing => None,
         })
     }
 
     /// Returns the beam, angle and distance of each hit.
     fn hits(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
-        self.ranges.iter().enumerate().filter_map(|(beam, &range)| {
-            let range = distance(range, self.range_min, self.range_max)?;
-            Some((beam, self.angle(beam), range))
-        })
+        self.echoes()
+            .filter_map(|(beam, echo)| Some((beam, self.angle(beam), echo.distance(self.range_min)?)))
     }
 
     /// Returns how far ahead the nearest hit within `half_width` m to either side is, m; `None` if there is
@@ -186,6 +190,37 @@ impl LaserScan {
         }
         nearest
     }
+
+    /// Returns what is in the area that reaches `reach` m ahead of the scanner, and `half_width` m to either side.
+    #[must_use]
+    pub fn ahead(&self, half_width: f64, reach: f64) -> Ahead {
+        match self.nearest_ahead(half_width) {
+            Some(nearest) if nearest <= reach => Ahead::Hit(nearest),
+            _ if self.sees_ahead(half_width, reach) => Ahead::Free,
+            _ => Ahead::Unseen,
+        }
+    }
+
+    /// Whether a beam measures that goes through the far side of an area ahead, or is the one nearest to straight ahead.
+    fn sees_ahead(&self, half_width: f64, reach: f64) -> bool {
+        let most = half_width
+            .atan2(reach)
+            .max(f64::from(self.angle_increment).abs() / 2.0)
+            * MARGIN;
+        self.echoes()
+            .any(|(beam, echo)| echo != Echo::Nothing && normalize_angle(self.angle(beam)).abs() <= most)
+    }
+}
+
+/// What a scan tells of the area straight ahead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ahead {
+    /// The nearest hit in the area is so far ahead, m.
+    Hit(f64),
+    /// No hit is in the area.
+    Free,
+    /// No beam into the area measures anything, so nobody knows.
+    Unseen,
 }
 
 impl LaserPoint {
@@ -207,7 +242,7 @@ impl RangeRing {
     pub fn echoes(&self) -> impl Iterator<Item = SonarEcho> + '_ {
         let sonars = self.poses.iter().zip(&self.ranges).enumerate();
         sonars.filter_map(|(sonar, (pose, &range))| {
-            let range = distance(range, self.min_range, self.max_range)?;
+            let range = Echo::of(range, self.min_range, self.max_range).distance(self.min_range)?;
             let (sin, cos) = pose.theta.sin_cos();
             Some(SonarEcho {
                 sonar,
@@ -233,12 +268,4 @@ fn is_beside(angle: f64, range: f64, half_width: f64) -> bool {
 /// Whether a hit is certainly more than `x` m ahead: the cosine of an angle `a` is at least `1 - a² / 2`.
 fn is_beyond(angle: f64, range: f64, x: f64) -> bool {
     range > 0.0 && range * (1.0 - angle * angle / 2.0) > x * MARGIN
-}
-
-/// Returns a measured distance, or `None`. REP-117's −∞ becomes the least distance.
-fn distance(range: f32, least: f32, greatest: f32) -> Option<f64> {
-    if range == f32::NEG_INFINITY {
-        return Some(f64::from(least));
-    }
-    (range.is_finite() && least <= range && range <= greatest).then_some(f64::from(range))
 }

@@ -217,6 +217,31 @@ impl RosConnection {
         }
     }
 
+    /// Returns whether a message of a topic was measured at most `stale` before its arrival, and says once if it was not.
+    /// One without such a limit always was.
+    pub(crate) fn is_fresh(
+        &mut self,
+        cx: &Context,
+        topic: &str,
+        (measured, arrived): (Duration, Duration),
+        stale: Option<Duration>,
+    ) -> bool {
+        let age = arrived.saturating_sub(measured);
+        let Some(stale) = stale.filter(|stale| age > *stale) else {
+            return true;
+        };
+        let prefix = format!("{topic}: its messages are older than `stale`, ");
+        if !self.warnings.iter().any(|warning| warning.starts_with(&prefix)) {
+            let (stale, age) = (stale.as_secs_f64(), age.as_secs_f64());
+            let message = format!(
+                "{prefix}{stale} s, when they arrive, one by {age:.1} s, and are not taken: synchronise the clocks of both machines, \
+                 or find what delays them"
+            );
+            self.warn_once(cx, message);
+        }
+        false
+    }
+
     /// Exports a message of that name, with this time or that of its stamp or arrival.
     ///
     /// # Errors

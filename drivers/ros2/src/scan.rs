@@ -2,6 +2,7 @@
 //! are replaced by their nearest, so that no obstacle is lost.
 
 use jde_schema::prelude::*;
+use jde_schema::types::{Echo, Unmeasured, check_beams};
 
 /// A scan of up to 16384 beams.
 #[derive(Clone, Copy, Debug, Value)]
@@ -24,12 +25,10 @@ impl Sweep {
     /// Writes this scan into `scan`. The scanner is turned by `yaw` rad to the left in its frame.
     ///
     /// # Errors
-    /// If its angles or limits are not finite numbers, because no obstacles can be found in such a scan.
-    pub(crate) fn fill(&self, yaw: f32, scan: &mut LaserScan) -> Result<(), &'static str> {
-        let numbers = [self.angle_min, self.angle_increment, self.range_min];
-        if numbers.iter().any(|number| !number.is_finite()) || self.range_max.is_nan() {
-            return Err("its angles and limits are not finite numbers");
-        }
+    /// Why it is no scan.
+    pub(crate) fn fill(&self, yaw: f32, scan: &mut LaserScan) -> Result<(), Unmeasured> {
+        let angles = [self.angle_min, self.angle_max, self.angle_increment];
+        check_beams(angles, [self.range_min, self.range_max], &self.ranges)?;
         let group_size = self.ranges.len().div_ceil(Seq::<f32, 1088>::CAPACITY).max(1);
         let size = group_size as f32;
         scan.header = self.header;
@@ -49,19 +48,16 @@ impl Sweep {
                 let _ = scan.intensities.push(*intensity);
             }
         }
-        let last = scan.ranges.len().saturating_sub(1) as f32;
-        scan.angle_max = scan.angle_min + last * scan.angle_increment;
+        scan.state_last_angle();
         Ok(())
     }
 
-    /// Returns the nearest of these ranges and its index. Measured ranges precede others.
+    /// Returns the nearest of these ranges and its index. Those of objects precede others.
     fn nearest(&self, ranges: &[f32]) -> (usize, f32) {
-        let measured =
-            |range: f32| range == f32::NEG_INFINITY || (self.range_min..=self.range_max).contains(&range);
-        let rank = |range: f32| match range {
-            range if measured(range) => 0,
-            f32::INFINITY => 1,
-            _ => 2,
+        let rank = |range: f32| match Echo::of(range, self.range_min, self.range_max) {
+            Echo::Hit(_) | Echo::TooClose => 0,
+            Echo::Free => 1,
+            Echo::Nothing => 2,
         };
         let order = |a: &(usize, &f32), b: &(usize, &f32)| {
             rank(*a.1).cmp(&rank(*b.1)).then_with(|| a.1.total_cmp(b.1))
@@ -82,6 +78,7 @@ mod tests {
         sweep.range_min = 0.1;
         sweep.range_max = 10.0;
         sweep.ranges.extend_from_slice(ranges).unwrap();
+        sweep.angle_max = -1.0 + 0.001 * (ranges.len() - 1) as f32;
         sweep
     }
 
@@ -129,9 +126,16 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_without_angles_is_rejected() {
-        let mut invalid = sweep(&[1.0]);
-        invalid.angle_min = f32::NAN;
-        assert!(invalid.fill(0.0, &mut LaserScan::default()).is_err());
+    fn a_scan_that_is_none_is_refused() {
+        let mut invalid = sweep(&[1.0; 2000]);
+        assert_eq!(invalid.fill(0.0, &mut LaserScan::default()), Ok(()));
+        invalid.angle_max = 3.0;
+        let refused = invalid.fill(0.0, &mut LaserScan::default());
+        assert!(
+            matches!(refused, Err(Unmeasured::Beams { found: 2000, .. })),
+            "{refused:?}"
+        );
+        let zeros = sweep(&[0.0; 2000]).fill(0.0, &mut LaserScan::default());
+        assert_eq!(zeros, Err(Unmeasured::Nothing));
     }
 }

@@ -2,6 +2,7 @@
 //! has no map, and may return to places where it has been.
 
 use jde_schema::prelude::*;
+use jde_schema::types::Ahead;
 
 use crate::ball::{self, Ball};
 
@@ -54,11 +55,18 @@ impl Schema for Roam {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         let Some(laser) = self.laser.get(cx) else {
+            self.base.command(cx, Twist::ZERO);
             return Ok(());
         };
-        let ahead = laser.nearest_ahead(self.half_width.get(cx)).unwrap_or(f64::MAX);
         let (had_room, room) = (!self.near.holds(), self.room.get(cx));
-        let twist = if self.near.below(ahead, room, room + self.margin.get(cx)) {
+        let most = room + self.margin.get(cx);
+        let ahead = match laser.ahead(self.half_width.get(cx), most) {
+            Ahead::Hit(nearest) => nearest,
+            Ahead::Free => f64::MAX,
+            // It turns on the spot, as before an obstacle.
+            Ahead::Unseen => 0.0,
+        };
+        let twist = if self.near.below(ahead, room, most) {
             if had_room {
                 self.side = wider_side(&laser);
             }

@@ -121,5 +121,6 @@ pub(crate) fn scan(walls: &[Wall], pose: &Pose2D) -> LaserScan {
         let range = walls.iter().filter_map(hit).fold(f64::INFINITY, f64::min);
         scan.ranges.as_mut_slice()[beam] = if range <= 8.0 { range as f32 } else { f32::INFINITY };
     }
+    scan.state_last_angle();
     scan
 }

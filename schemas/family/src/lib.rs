@@ -2,6 +2,7 @@
 //! of 1 s.
 
 use jde_schema::prelude::*;
+use jde_schema::types::Echo;
 
 /// Keeps two children awake. The arbitration prefers the child that it declares first.
 #[derive(Describe)]
@@ -92,11 +93,11 @@ impl Schema for Hijo2 {
 fn has_room(laser: Option<Sample<'_, LaserScan>>, from: f64, to: f64) -> Precondition {
     let Some(laser) = laser else { return false.into() };
     let ahead =
-        (0..laser.ranges.len()).min_by(|a, b| laser.angle(*a).abs().total_cmp(&laser.angle(*b).abs()));
-    let room = match ahead.map(|beam| laser.ranges[beam]) {
-        Some(range) if range >= laser.range_max => laser.range_max,
-        Some(range) => range,
-        None => f32::NAN,
+        (laser.echoes()).min_by(|(a, _), (b, _)| laser.angle(*a).abs().total_cmp(&laser.angle(*b).abs()));
+    let room = match ahead.map(|(_, echo)| echo) {
+        Some(Echo::Hit(range)) => range,
+        Some(Echo::Free) => laser.range_max,
+        Some(Echo::TooClose | Echo::Nothing) | None => return false.into(),
     };
     (from..=to).contains(&f64::from(room)).into()
 }

@@ -14,6 +14,7 @@ fn scan(room: f32) -> LaserScan {
     };
     scan.ranges.resize(180).fill(0.7);
     scan.ranges.as_mut_slice()[90] = room;
+    scan.state_last_angle();
     scan
 }
 

@@ -3,6 +3,7 @@
 mod panel;
 
 use jde_schema::prelude::*;
+use jde_schema::types::Ahead;
 
 /// Drives the base toward the target at high speed while the area ahead is free.
 ///
@@ -59,8 +60,7 @@ enum Band {
 
 impl Schema for Goon {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let is_complete = self.laser.get(cx).is_some() && self.local_target(cx).is_some();
-        Ok((is_complete && self.is_free(cx)).into())
+        Ok((self.local_target(cx).is_some() && self.is_free(cx)).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -81,11 +81,11 @@ impl Schema for Goon {
 }
 
 impl Goon {
-    /// Whether the laser sees no obstacle in the area ahead.
+    /// Whether the laser sees the area ahead, and no obstacle in it.
     fn is_free(&self, cx: &Context) -> bool {
+        let (side, ahead) = (self.half_width.get(cx), self.ahead.get(cx));
         let laser = self.laser.get(cx);
-        let nearest = laser.and_then(|laser| laser.nearest_ahead(self.half_width.get(cx)));
-        nearest.is_none_or(|nearest| nearest > self.ahead.get(cx))
+        laser.is_some_and(|laser| laser.ahead(side, ahead) == Ahead::Free)
     }
 
     /// The target in the robot's frame.

@@ -20,6 +20,7 @@ fn scan(point: Option<(f64, f64)>) -> LaserScan {
         let beam = (y.atan2(x) - f64::from(scan.angle_min)) / f64::from(scan.angle_increment);
         scan.ranges.as_mut_slice()[beam.round() as usize] = x.hypot(y) as f32;
     }
+    scan.state_last_angle();
     scan
 }
 
@@ -124,6 +125,24 @@ fn without_a_target_a_scan_or_a_pose_it_is_not_ready() {
     bench.set("target", Target::at(Pose2D::ORIGIN));
     set_pose(&mut bench, Pose2D::ORIGIN);
     assert!(!ready(&mut bench), "no scan");
+}
+
+#[test]
+fn without_a_measurement_in_the_area_ahead_it_is_not_ready() {
+    let mut blind_ahead = scan(None);
+    blind_ahead.ranges.as_mut_slice()[200..520].fill(0.0);
+    let mut beyond = scan(None);
+    beyond.ranges.as_mut_slice().fill(65.0);
+    for none in [blind_ahead, beyond, LaserScan::default()] {
+        let mut bench = free_path();
+        bench.import("laser", &none);
+        assert!(!ready(&mut bench), "{:?}", none.measured());
+    }
+    let mut nowhere = Odometry::default();
+    nowhere.pose.pose.orientation.w = 0.0;
+    let mut bench = free_path();
+    bench.import("pose", &nowhere);
+    assert!(!ready(&mut bench), "no orientation");
 }
 
 #[test]

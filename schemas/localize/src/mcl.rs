@@ -3,12 +3,10 @@
 
 use jde_grid::{Geometry, GeometryError, OccupancyGrid as Grid};
 use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
-use jde_motion::{Frozen, arc, is_finite, is_jump, jumped};
+use jde_motion::{arc, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::Start;
 
-/// A motion after which a scan that is the same to the bit is not a new one, m and rad.
-const UNCHANGED: f64 = 0.1;
 /// The most time between a scan and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
 
@@ -148,9 +146,6 @@ pub struct Mcl {
     initial_number: Option<u64>,
     scan_number: u64,
     pub(crate) scan_beams: Beams,
-    /// The beams before.
-    last_beams: Beams,
-    frozen: Frozen,
     /// The last pose of the odometry.
     pub(crate) last: Option<Pose2D>,
     /// When the last usable scan was; none after it was missing for too long.
@@ -167,7 +162,7 @@ pub struct Mcl {
 impl Schema for Mcl {
     fn awake(&mut self, cx: &Context) -> Result {
         let most = self.beams.get(cx) as usize;
-        (self.scan_beams, self.last_beams) = (Beams::new(most), Beams::new(most));
+        self.scan_beams = Beams::new(most);
         // What happened while it slept is not known; how far the odometry went meanwhile is no jump.
         (self.seen, self.known, self.last) = (None, None, None);
         if let Some(localizer) = &mut self.localizer {
@@ -205,15 +200,11 @@ impl Mcl {
     /// Why there is none.
     fn localize(&mut self, cx: &Context) -> Result<String, String> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        if !is_finite(&odometry) {
-            return Err("the odometry is not finite".into());
-        }
         let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured)
             && is_jump(&last, &measured, self.jump.get(cx))
         {
             warn!(cx, "{}", jumped(&last, &measured));
-            self.frozen.jump(&last, &measured);
             if let Some(localizer) = &mut self.localizer {
                 localizer.jump(&last, &measured);
             }
@@ -321,15 +312,7 @@ impl Mcl {
             .filter(|laser| core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence());
         let laser = laser.filter(|laser| {
             self.blind = match self.scan_beams.update(laser, &self.mount.get(cx)) {
-                Ok(()) => {
-                    let differs = self.scan_beams != self.last_beams;
-                    if differs {
-                        self.last_beams.clone_from(&self.scan_beams);
-                    }
-                    let is_frozen = self.frozen.is_frozen(differs, &measured, UNCHANGED);
-                    let frozen = ": the laser repeats its last one";
-                    if is_frozen { frozen.into() } else { String::new() }
-                }
+                Ok(()) => String::new(),
                 Err(blind) => format!(": {blind}"),
             };
             self.blind.is_empty()

@@ -15,6 +15,7 @@ fn scan(ranges: [f32; 4]) -> LaserScan {
         ..LaserScan::default()
     };
     scan.ranges.extend_from_slice(&ranges).expect("it fits");
+    scan.state_last_angle();
     scan
 }
 
@@ -78,7 +79,7 @@ fn the_pose_and_the_mount_place_the_rays() {
 fn the_map_moves_with_the_robot_and_keeps_what_it_saw() {
     let mut bench = bench([1.0, NAN, NAN, NAN], Pose2D::new(0.05, 0.05, 0.0));
     bench.iterate().expect("the iteration succeeds");
-    see(&mut bench, [NAN; 4], Pose2D::new(1.55, 0.05, 0.0));
+    see(&mut bench, [NAN, 0.5, NAN, NAN], Pose2D::new(1.55, 0.05, 0.0));
     bench.iterate().expect("the iteration succeeds");
     assert_eq!(at(&bench, 1.05, 0.05), Some(100));
     assert_eq!(at(&bench, 3.05, 0.05), Some(-1));

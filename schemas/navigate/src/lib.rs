@@ -90,6 +90,8 @@ pub struct Navigate {
     stated: f64,
     /// The current target, and since when.
     planned: (Option<Pose2D>, Duration),
+    /// Whether nobody drives: there is no target, or not yet a path to the one after it.
+    rests: bool,
 }
 
 impl Schema for Navigate {
@@ -100,7 +102,6 @@ impl Schema for Navigate {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         self.plan.wake(cx);
-        self.drive.wake(cx);
         let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
         let Some(pose) = pose.filter(Pose2D::is_finite) else {
             return Ok(());
@@ -117,6 +118,16 @@ impl Schema for Navigate {
         let (target, mission) = self.targets.advance(cx, &terms, pose, words);
         self.target.set(cx, target);
         self.mission.write(cx, mission);
+        self.rests = match target.get() {
+            None => true,
+            // The path that there still is leads to a target that is gone.
+            Some(_) => self.rests && self.path.is_bound(cx) && self.new_path(cx).is_none(),
+        };
+        if self.rests {
+            self.drive.sleep(cx);
+        } else {
+            self.drive.wake(cx);
+        }
         Ok(())
     }
 }
@@ -137,18 +148,20 @@ impl Navigate {
         }
     }
 
-    /// Whether the robot is at the end of a path that ends near the current target. A path that is older than the
-    /// target leads to another one.
+    /// The path to the current target. One that is older than the target leads to another.
+    fn new_path<'cx>(&self, cx: &'cx Context) -> Option<Sample<'cx, Path>> {
+        let path = self.path.get(cx);
+        path.filter(|path| Duration::from(path.header.stamp) > self.planned.1)
+    }
+
+    /// Whether the robot is at the end of a path that ends near the current target.
     fn is_at_end(&mut self, cx: &Context, terms: &Terms, pose: Pose2D) -> bool {
         let target = self.targets.current(terms);
         if self.planned.0 != target {
             self.planned = (target, cx.now());
         }
-        let path = self.path.get(cx);
-        let path = path
-            .as_ref()
-            .filter(|path| Duration::from(path.header.stamp) > self.planned.1);
-        let end = path.and_then(|path| path.poses.last());
+        let path = self.new_path(cx);
+        let end = path.as_ref().and_then(|path| path.poses.last());
         target.zip(end).is_some_and(|(target, end)| {
             let end = Pose2D::from(end.pose);
             end.distance_to(&target) <= self.nearby.get(cx) && pose.distance_to(&end) < terms.tolerance

@@ -40,6 +40,35 @@ fn the_planner_receives_one_target_after_another() {
 }
 
 #[test]
+fn when_the_target_ends_nobody_drives_and_the_next_one_waits_for_its_path() {
+    let mut bench = Bench::<Navigate>::new();
+    let drives = |bench: &Bench<Navigate>| bench.awake_children().contains(&"drive");
+    let plan = |bench: &mut Bench<Navigate>, at: u64| {
+        let mut path = Path::default();
+        path.header.stamp = Duration::from_secs(at).into();
+        bench.import("path", &path);
+    };
+    bench.set_now(Duration::from_secs(1));
+    bench.import("chosen", &Target::at(Pose2D::new(5.0, 0.0, 0.0)));
+    iterate_at(&mut bench, 0.0, 0.0);
+    plan(&mut bench, 2);
+    bench.set_now(Duration::from_secs(3));
+    iterate_at(&mut bench, 0.1, 0.0);
+    assert!(drives(&bench));
+    bench.retract("chosen");
+    iterate_at(&mut bench, 0.2, 0.0);
+    assert!(!drives(&bench), "although there still is a path");
+    assert_eq!(planned(&bench), None);
+    bench.set_now(Duration::from_secs(4));
+    bench.import("chosen", &Target::at(Pose2D::new(-5.0, 0.0, 0.0)));
+    iterate_at(&mut bench, 0.2, 0.0);
+    assert!(!drives(&bench), "the path leads to the target before");
+    plan(&mut bench, 5);
+    iterate_at(&mut bench, 0.2, 0.0);
+    assert!(drives(&bench));
+}
+
+#[test]
 fn at_the_end_of_a_path_near_a_target_in_an_obstacle_the_target_counts_as_reached() {
     let (first, second) = (Pose2D::new(5.0, 0.0, 0.0), Pose2D::new(5.0, 0.3, 0.0));
     let mut bench = father(&[first, second]);

@@ -3,13 +3,11 @@
 
 mod panel;
 
-use jde_motion::{Frozen, arc, is_finite, is_jump};
+use jde_motion::{arc, is_jump};
 use jde_people::{DetectorSettings, Tracker, TrackerSettings};
 use jde_schema::prelude::*;
 use jde_schema::types::{Person, Persons, Point2D};
 
-/// A motion after which a scan that is the same to the bit is not a new one, m and rad.
-const UNCHANGED: f64 = 0.1;
 /// The most time between a scan and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
 /// After this time without a usable scan the persons are not exported.
@@ -69,9 +67,6 @@ pub struct People {
     tracker: Tracker,
     /// Sequence number of the last scan.
     scan_number: u64,
-    /// The ranges of the last scan.
-    ranges: Vec<f32>,
-    frozen: Frozen,
     /// When the last usable scan was.
     seen: Option<Duration>,
     /// The last pose of the odometry.
@@ -108,9 +103,6 @@ impl People {
     /// Why there are none.
     fn track(&mut self, cx: &Context) -> Result<(), &'static str> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        if !is_finite(&odometry) {
-            return Err("the odometry is not finite");
-        }
         let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured)
             && is_jump(&last, &measured, self.jump.get(cx))
@@ -118,10 +110,10 @@ impl People {
             let way = last.distance_to(&measured);
             warn!(cx, "the odometry jumped by {way:.2} m: all persons are new");
             self.tracker.forget();
-            self.frozen.jump(&last, &measured);
             self.persons.retract(cx);
         }
-        if let Some(laser) = self.laser.get(cx)
+        let laser = self.laser.get(cx);
+        if let Some(laser) = &laser
             && core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence()
         {
             // Where the base was at the time of the scan.
@@ -129,8 +121,7 @@ impl People {
             let base = measured.transform(&arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED)));
             let sensor = base.transform(&self.mount.get(cx));
             let (settings, time) = (self.settings(cx), laser.time().as_secs_f64());
-            let is_new = !self.is_frozen(&laser, &base);
-            if is_new && self.tracker.step(&settings, time, &sensor, &laser).is_ok() {
+            if self.tracker.step(&settings, time, &sensor, laser).is_ok() {
                 self.seen = Some(cx.now());
                 let persons = Persons {
                     header: Header {
@@ -149,22 +140,10 @@ impl People {
         if silent > patience {
             self.tracker.forget();
         }
-        if silent > SILENT.min(patience) {
+        if laser.is_none() || silent > SILENT.min(patience) {
             return Err("no scan that can be used");
         }
         Ok(())
-    }
-
-    /// Whether the laser repeats its last scan although the robot moves. Where nothing is in range, all scans are equal.
-    fn is_frozen(&mut self, laser: &LaserScan, base: &Pose2D) -> bool {
-        let is_same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits();
-        let differs =
-            self.ranges.len() != laser.ranges.len() || !self.ranges.iter().zip(&laser.ranges).all(is_same);
-        if differs {
-            self.ranges.clear();
-            self.ranges.extend_from_slice(&laser.ranges);
-        }
-        self.frozen.is_frozen(differs, base, UNCHANGED) && laser.points().next().is_some()
     }
 
     fn settings(&self, cx: &Context) -> TrackerSettings {

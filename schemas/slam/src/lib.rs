@@ -8,15 +8,13 @@ mod panel;
 use std::fs::File;
 use std::sync::mpsc::TryRecvError;
 
-use jde_motion::{Frozen, arc, is_finite, is_jump, jumped};
+use jde_motion::{arc, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_slam::{Anchor, Continuation, Scan, Settings, State};
 
 use file::{Loading, Saving, begun, hold, load};
 use map::Map;
 
-/// A motion after which a scan that is the same to the bit is not a new one, m and rad.
-const UNCHANGED: f64 = 0.1;
 /// The most time between a scan and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
 /// How far from the base a laser may be mounted, m.
@@ -127,9 +125,6 @@ pub struct Slam {
     pub(crate) drawn: Map,
     saving: Saving,
     scan_number: u64,
-    /// The last scan.
-    scan: Scan,
-    frozen: Frozen,
     /// The last pose of the odometry.
     pub(crate) last: Option<Pose2D>,
     /// When the last scan that fits was.
@@ -261,16 +256,12 @@ impl Slam {
     /// That it cannot be used.
     fn measure<'cx>(&mut self, cx: &'cx Context) -> Result<Sample<'cx, Odometry>, String> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        if !is_finite(&odometry) {
-            return Err("the odometry is not finite".into());
-        }
         let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured)
             && is_jump(&last, &measured, self.jump.get(cx))
         {
             warn!(cx, "{}", jumped(&last, &measured));
             self.slam.jump(&last, &measured);
-            self.frozen.jump(&last, &measured);
         }
         if self.is_loading() {
             self.slam.start_at(&measured);
@@ -342,11 +333,7 @@ impl Slam {
         let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();
         let motion = arc(&odometry.twist.twist, since.clamp(-BRIDGED, BRIDGED));
         let then = measured.transform(&motion);
-        let differs = core::mem::replace(&mut self.scan, scan) != self.scan;
-        if self.frozen.is_frozen(differs, &then, UNCHANGED) {
-            return;
-        }
-        let state = self.slam.step(&self.settings(cx), &then, &self.scan);
+        let state = self.slam.step(&self.settings(cx), &then, &scan);
         if matches!(state, State::Fits(_)) {
             self.seen = Some(cx.now());
         }

@@ -1,9 +1,11 @@
-//! Brakes while an obstacle is in a very close area ahead (the paper, section 5). It does not arbitrate: the
-//! father chooses among several schemas that are READY.
+//! Brakes while an obstacle is in a very close area ahead (the paper, section 5), or nobody knows whether one is. It does
+//! not arbitrate: the father chooses among several schemas that are READY.
 
 use jde_schema::prelude::*;
+use jde_schema::types::Ahead;
 
-/// Brakes the base while an obstacle is in a very close area ahead.
+/// Brakes the base while an obstacle is in a very close area ahead, and while it does not see that area: without a scan, and
+/// while no beam into the area measures anything. So it does not let go when the laser dies.
 #[derive(Describe)]
 #[schema(motor, period = "200ms", budget = "20ms")]
 pub struct Stop {
@@ -23,8 +25,7 @@ pub struct Stop {
 
 impl Schema for Stop {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
-        let ahead = self.ahead.get(cx);
-        Ok(self.nearest(cx).is_some_and(|nearest| nearest <= ahead).into())
+        Ok((self.look(cx) != Ahead::Free).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
@@ -34,30 +35,32 @@ impl Schema for Stop {
 }
 
 impl Stop {
-    /// Distance ahead to the nearest obstacle in the robot's path, m.
-    fn nearest(&self, cx: &Context) -> Option<f64> {
-        self.laser.get(cx)?.nearest_ahead(self.half_width.get(cx))
+    /// What is in the watched area.
+    fn look(&self, cx: &Context) -> Ahead {
+        let (side, ahead) = (self.half_width.get(cx), self.ahead.get(cx));
+        let laser = self.laser.get(cx);
+        laser.map_or(Ahead::Unseen, |laser| laser.ahead(side, ahead))
     }
 }
 
 impl Panel for Stop {
     fn draw(&self, cx: &Context, pen: &mut Pen) {
         let (side, ahead) = (self.half_width.get(cx), self.ahead.get(cx));
-        let nearest = self.nearest(cx);
-        let near = nearest.is_some_and(|nearest| nearest <= ahead);
-        match nearest {
-            Some(nearest) => pen.value("nearest ahead", nearest, "m"),
-            None => pen.text("nothing ahead"),
+        let seen = self.look(cx);
+        match seen {
+            Ahead::Hit(nearest) => pen.value("nearest ahead", nearest, "m"),
+            Ahead::Free => pen.text("nothing in the area"),
+            Ahead::Unseen => pen.text("the laser does not see the area"),
         }
         let canvas = pen.canvas("area").forward_up();
         canvas.area((-0.5, -1.5), (2.5, 1.5)).show(|area| {
             area.rectangle((0.0, -side), (ahead, side))
-                .ink(if near { Ink::Bad } else { Ink::Good })
+                .ink(if seen == Ahead::Free { Ink::Good } else { Ink::Bad })
                 .width(2.0);
             if let Some(laser) = self.laser.get(cx) {
                 area.points(laser.points()).ink(Ink::Seen).width(2.5);
             }
-            if let Some(nearest) = nearest {
+            if let Ahead::Hit(nearest) = seen {
                 area.line([(nearest, -side), (nearest, side)]).ink(Ink::Warn);
             }
             area.robot(&Pose2D::ORIGIN);

@@ -19,6 +19,7 @@ fn scan(points: &[(f64, f64)]) -> LaserScan {
         let beam = (y.atan2(*x) - f64::from(scan.angle_min)) / f64::from(scan.angle_increment);
         scan.ranges.as_mut_slice()[beam.round() as usize] = x.hypot(*y) as f32;
     }
+    scan.state_last_angle();
     scan
 }
 
@@ -59,24 +60,43 @@ fn the_area_is_a_rectangle_and_not_a_disc() {
 }
 
 #[test]
-fn without_a_scan_it_is_not_ready() {
+fn it_does_not_let_go_when_the_scan_ends_or_is_none() {
     let mut bench = Bench::<Stop>::new();
-    assert!(!bench.check().expect("the check succeeds").ready);
+    let mut ready = |bench: &mut Bench<Stop>| bench.check().expect("the check succeeds").ready;
+    assert!(ready(&mut bench), "before the first scan");
+    let mut wrong = scan(&[]);
+    wrong.angle_increment = 0.0;
+    let mut zeros = scan(&[]);
+    zeros.ranges.as_mut_slice().fill(0.0);
+    for none in [LaserScan::default(), wrong, zeros] {
+        bench.import("laser", &scan(&[]));
+        assert!(!ready(&mut bench));
+        bench.import("laser", &none);
+        assert!(ready(&mut bench), "{:?}", none.measured());
+    }
+    bench.import("laser", &scan(&[]));
+    assert!(!ready(&mut bench));
+    bench.retract("laser");
+    assert!(ready(&mut bench));
 }
 
 #[test]
-fn a_scan_without_beams_or_returns_contains_no_obstacle() {
+fn an_area_into_which_no_beam_measures_anything_is_not_free() {
     let mut bench = Bench::<Stop>::new();
-    bench.import("laser", &LaserScan::default());
+    let mut blind_ahead = scan(&[]);
+    blind_ahead.ranges.as_mut_slice()[200..520].fill(f32::NAN);
+    bench.import("laser", &blind_ahead);
+    assert!(bench.check().expect("the check succeeds").ready);
+    blind_ahead.ranges.as_mut_slice()[360] = 3.0;
+    bench.import("laser", &blind_ahead);
     assert!(!bench.check().expect("the check succeeds").ready);
-    assert!(!ready(&[]));
 }
 
 #[test]
 fn special_readings_are_interpreted_as_in_rep_117() {
     assert!(ready_at(f32::NEG_INFINITY), "too near to measure counts as near");
     assert!(!ready_at(f32::INFINITY), "no return");
-    assert!(!ready_at(f32::NAN), "no reading");
+    assert!(!ready_at(f32::NAN), "no reading, and its neighbours see the area");
     assert!(!ready_at(-0.3));
     assert!(!ready_at(0.01), "below the minimum range");
 }
@@ -126,8 +146,12 @@ fn the_panel_shows_the_area_and_the_nearest_obstacle_in_it() {
         (areas.expect("an area"), panel)
     };
     let ((corner, color), panel) = area(&mut bench);
-    assert_eq!((corner, color), ([0.6, 0.3], Color::Ink(Ink::Good)));
-    assert_eq!(panel.texts(), ["nothing ahead"]);
+    assert_eq!((corner, color), ([0.6, 0.3], Color::Ink(Ink::Bad)));
+    assert_eq!(panel.texts(), ["the laser does not see the area"]);
+    bench.import("laser", &scan(&[]));
+    let ((_, color), panel) = area(&mut bench);
+    assert_eq!(color, Color::Ink(Ink::Good));
+    assert_eq!(panel.texts(), ["nothing in the area"]);
     bench.import("laser", &scan(&[(0.5, 0.0), (2.0, 1.0)]));
     assert!(bench.check().expect("the check succeeds").ready);
     let ((_, color), panel) = area(&mut bench);

@@ -32,6 +32,7 @@ fn scan(density: usize, returns: &[(i32, f32)]) -> LaserScan {
         let first = usize::try_from(degrees + 90).expect("ahead") * density;
         scan.ranges.as_mut_slice()[first..first + density].fill(*range);
     }
+    scan.state_last_angle();
     scan
 }
 
@@ -115,6 +116,7 @@ fn a_scanner_mounted_upside_down_gives_the_same_repulsion() {
     turned.ranges.as_mut_slice().reverse();
     turned.angle_min = -upright.angle_min;
     turned.angle_increment = -upright.angle_increment;
+    turned.state_last_angle();
     let target = Pose2D::new(3.0, 1.0, 0.0);
     assert_near(
         FIELD.forces(&target, &turned).sum(),

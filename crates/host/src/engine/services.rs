@@ -13,6 +13,7 @@ use jde_records::event::Event;
 use jde_records::turn::{Moment, Turn};
 
 use super::{Engine, schema};
+use crate::instance::NoValue;
 
 /// A father's request for a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,6 +220,14 @@ impl Engine {
                 port.name,
                 field.unwrap_or_default()
             )
+        });
+    }
+
+    /// Reports an export whose published value is none.
+    pub(crate) fn report_no_value(&self, instance: usize, port: usize, why: &NoValue, first: bool) {
+        self.count_refusal(instance, first, || {
+            let port = &self.application.instances[instance].schema.ports[port];
+            format!("export `{}` retracted: {why}", port.name)
         });
     }
 

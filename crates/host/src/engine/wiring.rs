@@ -353,7 +353,14 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
             } => foreign(variables.period(*child), Vec::new())?,
         });
     }
-    Ok(Ports::new(ports, Arc::clone(variables.faults(number))))
+    let mut ports = Ports::new(ports, Arc::clone(variables.faults(number)));
+    let odometry = application.odometry_of(number).map(variable);
+    for (place, port) in instance.schema.ports.iter().enumerate() {
+        if matches!(port.role, Role::Export) {
+            ports.measurements.add(place, variable((number, place)), odometry);
+        }
+    }
+    Ok(ports)
 }
 
 /// The guards of the schemas that command this command, each with these schemas.

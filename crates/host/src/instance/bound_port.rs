@@ -7,6 +7,7 @@ use jde_board::{Reader, Refused, Writer};
 use jde_loader::AlignedBytes;
 
 use super::guard::{PortGuard, Refusal};
+use super::measurement::NoValue;
 use crate::history::{HistoricValue, History};
 
 /// The binding of a port.
@@ -84,4 +85,10 @@ pub(crate) enum PortError {
     },
     /// A guard refused the command.
     Judged(Refusal),
+    /// What an export publishes is no value, and the value before it was retracted. Only the first of consecutive ones
+    /// is reported.
+    NotAValue {
+        why: NoValue,
+        first: bool,
+    },
 }

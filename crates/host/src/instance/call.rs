@@ -158,6 +158,9 @@ impl CallContext<'_> {
                         self.engine.report_refused_write(self.number, port, why, *first);
                     }
                     PortError::Judged(refusal) => self.engine.report_refusal(refusal),
+                    PortError::NotAValue { why, first } => {
+                        self.engine.report_no_value(self.number, port, why, *first);
+                    }
                     PortError::Unbound
                     | PortError::NoValue
                     | PortError::WrongPort
@@ -374,5 +377,7 @@ fn status(error: &PortError) -> i32 {
             ..
         } => raw::OUT_OF_RANGE,
         PortError::Refused { .. } | PortError::Judged(_) => raw::REFUSED,
+        // As when an operator lets it fail: its schema has published what it has.
+        PortError::NotAValue { .. } => raw::OK,
     }
 }

@@ -10,6 +10,7 @@ use jde_records::turn::{RecordedTurn, Turn};
 use super::bound_port::{BoundPort, PortError, PortWrite, RecordedInput, ShownValue};
 use super::export_faults::{ExportFaults, Publication};
 use super::guard::{self, Guards, PortGuard, Refusal};
+use super::measurement::Measurements;
 use super::view::View;
 use crate::history::{HistoricValue, History};
 use crate::journal::Journal;
@@ -27,11 +28,13 @@ pub(crate) struct Ports {
     /// Whether a value was read since the last release.
     pub(super) has_reads: bool,
     /// The number of unpublished loans. Separated loans count until loans are discarded.
-    loan_count: usize,
+    pub(super) loan_count: usize,
     /// Loans separated from their writers. A call that is about to be given up may still write to them.
     pub(super) separated_loans: Vec<DetachedLoan>,
     /// The exports that fail.
     pub(super) faults: Arc<ExportFaults>,
+    /// The exports that measure something.
+    pub(crate) measurements: Measurements,
     /// The command that a guard refused when it was last read, until it is reported.
     refusal: Option<Refusal>,
 }
@@ -56,6 +59,7 @@ impl Ports {
             loan_count: 0,
             separated_loans: Vec::new(),
             faults,
+            measurements: Measurements::default(),
             refusal: None,
         }
     }
@@ -267,6 +271,7 @@ impl Ports {
         {
             return published;
         }
+        self.judge_measurement(port)?;
         let number = port;
         let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;
         let mut bytes = None;

@@ -42,7 +42,8 @@ impl Ports {
             read_ports.extend(remains);
             successor
         });
-        let successor = Self::new(ports.collect(), Arc::clone(&self.faults));
+        let mut successor = Self::new(ports.collect(), Arc::clone(&self.faults));
+        successor.measurements = std::mem::take(&mut self.measurements);
         let loaned = std::mem::take(&mut self.separated_loans);
         Ok((successor, RetainedValues { read_ports, loaned }))
     }

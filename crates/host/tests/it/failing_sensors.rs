@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use jde_host::{Handle, Lockstep, Options, SensorFault};
-use jde_types::{LaserScan, RangeRing, Value};
+use jde_types::{LaserScan, Odometry, Pose2D, RangeRing, Value};
 
 use crate::delivered::{self, ROOT, SECOND};
 
@@ -43,6 +43,12 @@ impl Drive {
 
     fn handle(&self) -> Handle {
         self.running.handle()
+    }
+
+    /// Where the robot is, by its odometry.
+    fn place(&self) -> Pose2D {
+        let odometry: Option<Odometry> = self.handle().value("pioneer.odometry").expect("it is an export");
+        odometry.expect("it was published").pose2d()
     }
 
     fn scan(&self) -> Option<Box<LaserScan>> {
@@ -89,29 +95,48 @@ fn beams_that_are_blocked_read_the_given_range() {
 }
 
 #[test]
-fn a_frozen_laser_repeats_its_content_and_a_silent_one_has_none() {
+fn a_laser_that_repeats_itself_while_the_base_moves_and_a_silent_one_have_no_value() {
     let mut drive = Drive::failing(7, "laser", SensorFault::Frozen);
-    let before = scan_of(&drive);
+    assert_eq!(drive.scan(), None, "the base has moved by 0.1 m");
+    let stands = drive.place();
     drive.run(3);
-    assert_eq!(scan_of(&drive).as_bytes(), before.as_bytes());
-    let variable = drive
-        .handle()
-        .board()
-        .get("pioneer.laser")
-        .expect("it is an export");
-    let age = variable.status(drive.handle().now()).age;
-    assert!(
-        age.is_some_and(|age| age < SECOND / 5),
-        "it was published lately: {age:?}"
-    );
+    assert_eq!(drive.scan(), None, "although it is published again and again");
+    assert_eq!(drive.place(), stands, "nobody drives by it");
     let operator = drive.handle().operator("ana");
+    operator.repair_export(drive.pioneer, "laser").expect("it fails");
+    drive.run(1);
+    assert!(
+        drive.scan().is_some() && drive.place() != stands,
+        "it measures again"
+    );
     operator
         .fail_export(drive.pioneer, "laser", SensorFault::Silent)
         .expect("it is an export");
     assert_eq!(drive.scan(), None, "at once");
     drive.run(3);
     assert_eq!(drive.scan(), None);
-    operator.repair_export(drive.pioneer, "laser").expect("it fails");
-    drive.run(1);
-    assert_ne!(scan_of(&drive).as_bytes(), before.as_bytes());
+}
+
+#[test]
+fn a_laser_that_measures_nothing_has_no_value_and_one_that_repeats_itself_has_one_while_the_base_stands() {
+    let all = |range| SensorFault::Blocked {
+        first: 0,
+        last: 1087,
+        range,
+    };
+    for nothing in [0.0, -1.0, 8.1, 0.001] {
+        let mut drive = Drive::failing(7, "laser", all(nothing));
+        assert_eq!(drive.scan(), None, "{nothing}");
+        let stands = drive.place();
+        drive.run(2);
+        assert_eq!(drive.place(), stands, "{nothing}");
+    }
+    let mut drive = Drive::failing(7, "laser", all(0.5));
+    assert_eq!(scan_of(&drive).points().count(), 180);
+    let stands = drive.place();
+    drive.run(3);
+    assert_eq!(drive.place(), stands, "it stands before what it sees");
+    assert_eq!(scan_of(&drive).points().count(), 180);
+    let free = scan_of(&Drive::failing(7, "laser", all(8.0)));
+    assert_eq!(free.points().count(), 0, "the greatest distance is no wall");
 }

@@ -59,9 +59,9 @@ static double nearest_ahead(const jde_laser_scan *scan)
         double range = scan->ranges.items[beam];
         /* REP-117: minus infinity is something too close to measure. */
         if (range == -INFINITY) {
-            range = scan->range_min;
+            range = fmax(scan->range_min, 1e-6);
         }
-        if (range >= scan->range_min && range <= scan->range_max && range * cos(angle) > 0.0 &&
+        if (range > 0.0 && range >= scan->range_min && range < scan->range_max && range * cos(angle) > 0.0 &&
             fabs(range * sin(angle)) <= half_width) {
             nearest = fmin(nearest, range * cos(angle));
         }

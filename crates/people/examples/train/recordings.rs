@@ -103,6 +103,7 @@ fn parse(line: &str) -> Option<(LaserScan, Vec<(f64, f64)>)> {
             .push(if is_return { range } else { f32::INFINITY })
             .ok()?;
     }
+    scan.state_last_angle();
     let legs = next()? as usize;
     let legs = (0..legs)
         .map(|_| Some((next()?, next()?)))

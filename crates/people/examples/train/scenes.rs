@@ -237,6 +237,7 @@ impl Scene {
             let measured = if is_return { measured } else { f64::INFINITY };
             scan.ranges.push(measured as f32).expect("few beams");
         }
+        scan.state_last_angle();
         (scan, labels)
     }
 }

@@ -42,11 +42,16 @@ def normalize_angle(angle: float) -> float:
     return turned - math.tau if turned > math.pi else turned
 
 
+# At distance 0, m, an object would be in no direction.
+_CLOSE = 1e-6
+
+
 def _distance(range: float, least: float, greatest: float) -> float | None:
     """Return a measured distance, m, or None. By REP-117 minus infinity is something too close to measure."""
     if range == -math.inf:
-        return least
-    return range if least <= range <= greatest and range < math.inf else None
+        return max(least, _CLOSE)
+    # The greatest distance itself is free.
+    return range if 0.0 < range < greatest and least <= range else None
 
 
 class LaserScanFunctions:
@@ -77,8 +82,8 @@ class LaserScanFunctions:
         start, increment = self.angle_min, self.angle_increment
         for beam, range in enumerate(self.ranges):
             if range == -math.inf:
-                range = least
-            if least <= range <= greatest and range < math.inf:
+                range = max(least, _CLOSE)
+            if 0.0 < range < greatest and least <= range:
                 angle = start + beam * increment
                 ahead = range * cos(angle)
                 if 0.0 < ahead < nearest and abs(range * sin(angle)) <= half_width:
@@ -188,8 +193,12 @@ class QuaternionFunctions:
         return rotation
 
     def yaw(self) -> float:
-        """Return the rotation about the axis up, rad."""
-        return math.atan2(2.0 * (self.w * self.z + self.x * self.y), 1.0 - 2.0 * (self.y * self.y + self.z * self.z))
+        """Return the rotation about the axis up, rad, whatever its length; NaN if it has none."""
+        y, z = self.y * self.y, self.z * self.z
+        square = self.x * self.x + y + z + self.w * self.w
+        if not square > 0.0:
+            return math.nan
+        return math.atan2(2.0 * (self.w * self.z + self.x * self.y), square - 2.0 * (y + z))
 
 
 class Pose2DFunctions:

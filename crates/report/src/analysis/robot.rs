@@ -5,7 +5,7 @@ use jde_core::Nanos;
 use jde_log::Message;
 use jde_ros::cdr;
 use jde_sim::Footprint;
-use jde_types::{Body, LaserScan, Odometry, Pose2D, Truth};
+use jde_types::{Body, LaserPoint, LaserScan, Odometry, Pose2D, Truth};
 
 use super::columns::Columns;
 use super::decimated::Decimated;
@@ -157,19 +157,13 @@ impl Robot {
             return Ok(());
         };
         self.scanned = Some(time);
-        let hits = scan.ranges.iter().enumerate().filter(|(_, range)| {
-            (scan.range_min..=scan.range_max).contains(*range) && **range < scan.range_max
-        });
         let frame = scan.header.frame_id.as_str();
         let laser = robot.transform(&self.body.map_or(Pose2D::ORIGIN, |body| body.laser(frame)));
-        let place = |(beam, range): (usize, &f32)| {
-            let angle = f64::from(scan.angle_min) + beam as f64 * f64::from(scan.angle_increment);
-            let (sin, cos) = angle.sin_cos();
-            let range = f64::from(*range);
-            let place = laser.transform(&Pose2D::new(range * cos, range * sin, 0.0));
+        let place = |point: LaserPoint| {
+            let place = laser.transform(&Pose2D::new(point.x, point.y, 0.0));
             (place.x, place.y)
         };
-        self.scans.add(hits.map(place).collect());
+        self.scans.add(scan.points().map(place).collect());
         Ok(())
     }
 }

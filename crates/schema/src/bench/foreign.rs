@@ -6,7 +6,6 @@ use core::time::Duration;
 
 use jde_abi::raw;
 
-use super::bytes::Bytes;
 use super::{Bench, Failure, Foreign};
 
 impl Bench<Foreign> {
@@ -31,11 +30,7 @@ impl Bench<Foreign> {
     /// Why a modulation refuses it.
     pub fn put_bytes(&mut self, port: usize, value: &[u8]) -> Result<(), String> {
         self.state.check_value(port, value)?;
-        let now = self.state.now;
-        let port = &mut self.state.ports[port];
-        port.newest = Some((Bytes::copy(&port.port.value_type, value), now));
-        port.sequence += 1;
-        port.bound = true;
+        self.state.put(port, value);
         Ok(())
     }
 

@@ -234,10 +234,10 @@ impl<S> Bench<S> {
 
 /// The inputs of the schema.
 impl<S> Bench<S> {
-    /// Publishes a value of an import, measured now.
+    /// Publishes a value of an import, measured now. What is no measurement is no value, as in an application.
     pub fn import<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Import, name);
-        self.state.put(port, value);
+        self.state.put(port, value.as_bytes());
     }
 
     /// Retracts the newest value of an import, as its writer would.
@@ -257,13 +257,13 @@ impl<S> Bench<S> {
         if let Err(wrong) = self.state.check_value(port, value.as_bytes()) {
             panic!("`{name}` {wrong}");
         }
-        self.state.put(port, &value);
+        self.state.put(port, value.as_bytes());
     }
 
     /// Commands a driver. The command is in force until its validity ends.
     pub fn command<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Command, name);
-        self.state.put(port, value);
+        self.state.put(port, value.as_bytes());
     }
 
     /// Leaves an optional import, actuator or child unbound, as an application may.

@@ -5,7 +5,7 @@ use core::time::Duration;
 use jde_abi::describe::{Role, Schema};
 use jde_abi::raw;
 use jde_core::Policy;
-use jde_types::Value;
+use jde_types::{Checks, Value};
 
 use super::bytes::{Bytes, finite};
 use super::names::unknown;
@@ -111,11 +111,19 @@ impl BenchState {
         checked.map_err(|not_allowed| not_allowed.words(&port.unit))
     }
 
-    pub(super) fn put<T: Value>(&mut self, port: usize, value: &T) {
+    pub(super) fn put(&mut self, port: usize, value: &[u8]) {
+        let now = self.now;
         let port = &mut self.ports[port];
-        port.newest = Some((Bytes::copy(&port.port.value_type, value.as_bytes()), self.now));
-        port.sequence += 1;
         port.bound = true;
+        let value = Bytes::copy(&port.port.value_type, value);
+        // As in an application, what is no measurement ends the value before it.
+        let checks = Checks::of(&port.port.value_type);
+        if checks.is_some_and(|checks| (checks.measured)(value.as_slice()).is_err()) {
+            port.newest = None;
+            return;
+        }
+        port.newest = Some((value, now));
+        port.sequence += 1;
     }
 
     /// Returns whether the present call must change nothing, and records the attempt.

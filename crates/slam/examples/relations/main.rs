@@ -288,6 +288,7 @@ fn scan(first: f64, increment: f64, ranges: &[f32], no_return: f32) -> Result<La
     for range in ranges.iter().map(finite) {
         scan.ranges.push(range).map_err(|_| "too many beams")?;
     }
+    scan.state_last_angle();
     Ok(scan)
 }
 

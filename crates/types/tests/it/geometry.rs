@@ -106,6 +106,7 @@ fn times_are_converted_and_saturate() {
 fn scan(ranges: &[f32]) -> LaserScan {
     LaserScan {
         angle_min: -FRAC_PI_2 as f32,
+        angle_max: (ranges.len() as f32 - 2.0) * FRAC_PI_2 as f32,
         angle_increment: FRAC_PI_2 as f32,
         range_min: 0.1,
         range_max: 8.0,
@@ -127,9 +128,17 @@ fn a_scan_returns_the_hits_of_its_beams() {
 
 #[test]
 fn rep_117_ranges_without_a_hit_are_omitted_and_too_close_counts_as_the_least_range() {
-    let scan = scan(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.05, 9.0, 8.0]);
+    let mut scan = scan(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.05, 9.0, 8.0, 7.0]);
+    scan.angle_increment /= 2.0;
+    scan.angle_max = scan.angle_min + 6.0 * scan.angle_increment;
     let hits: Vec<(usize, f64)> = scan.points().map(|point| (point.beam, point.range)).collect();
-    assert_eq!(hits, [(1, f64::from(0.1_f32)), (5, 8.0)]);
+    assert_eq!(hits, [(1, f64::from(0.1_f32)), (6, 7.0)]);
+    let rays: Vec<(usize, f32, bool)> = scan.lengths().collect();
+    assert_eq!(
+        rays,
+        [(0, 8.0, false), (5, 8.0, false), (6, 7.0, true)],
+        "the greatest range is free, and what is too close is no ray"
+    );
 }
 
 #[test]
@@ -148,6 +157,7 @@ fn the_nearest_point_ahead_is_the_nearest_of_all_points_to_the_bit() {
         let view = 0.1 + case as f32 % 6.1;
         let scan = LaserScan {
             angle_min: -view / 2.0,
+            angle_max: view / 2.0,
             angle_increment: view / beams as f32,
             ..scan(&ranges)
         };

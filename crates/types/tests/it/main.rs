@@ -2,4 +2,5 @@
 
 mod geometry;
 mod layout;
+mod measured;
 mod ros;

@@ -9,10 +9,13 @@ use crate::connection::{RosConnection, TopicSubscription};
 use crate::drive::{self, Drive};
 use crate::messages::{PoseWithCovarianceStamped, Stamped};
 use crate::scan::Sweep;
-use crate::velocity::{VelocityPublisher, is_finite};
+use crate::velocity::VelocityPublisher;
 
 /// How long a topic may take to have its first message.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The battery's topic is infrequent: its time limit is this many times `stale`.
+pub(super) const BATTERY: u32 = 10;
 
 /// The node with its topics.
 pub(super) struct ActiveBase {
@@ -32,6 +35,8 @@ pub(super) struct ActiveBase {
     pub(super) moves: bool,
     /// Since when messages of the robot come.
     pub(super) since: Option<Duration>,
+    /// The age from which messages do not count.
+    pub(super) stale: Duration,
     /// Buffer for scans, which are too large for a stack.
     pub(super) sweep: Box<Sweep>,
 }
@@ -47,62 +52,103 @@ impl ActiveBase {
         let time = self
             .connection
             .stamp(cx, subscription, &mut self.sweep.header, arrived);
+        let times = (time, arrived);
+        if !(self.connection).is_fresh(cx, subscription.topic(), times, Some(self.stale)) {
+            return;
+        }
         let mut laser = export.loan(cx);
         match self.sweep.fill(yaw, &mut laser) {
             Ok(()) => {
                 subscription.mark_received(arrived);
                 laser.publish_at(time);
             }
-            Err(reason) => self
-                .connection
-                .warn_once(cx, format!("{}: {reason}", subscription.topic())),
+            Err(why) => {
+                // Nobody drives by the scan before it.
+                drop(laser);
+                export.retract(cx);
+                let message = format!("{}: a scan that is none: {why}", subscription.topic());
+                self.connection.warn_once(cx, message);
+            }
         }
     }
 
     pub(super) fn publish_odometry(&mut self, cx: &Context, export: &mut Export<Odometry>) {
         let moves = &mut self.moves;
-        publish(cx, &mut self.connection, &mut self.odometry, export, |odometry| {
-            *moves = drive::moves(&odometry.twist.twist);
-            let pose = odometry.pose2d();
-            let numbers = [pose.x, pose.y, pose.theta];
-            let is_usable = all_finite(&numbers) && is_finite(&odometry.twist.twist);
-            is_usable.then_some(*odometry).ok_or("its pose and velocity")
-        });
+        publish(
+            cx,
+            &mut self.connection,
+            &mut self.odometry,
+            export,
+            self.stale,
+            |odometry| {
+                *moves = drive::moves(&odometry.twist.twist);
+                odometry.measured().map_err(|why| why.to_string())?;
+                Ok(*odometry)
+            },
+        );
     }
 
     pub(super) fn publish_imu(&mut self, cx: &Context, export: &mut Export<Imu>) {
-        publish(cx, &mut self.connection, &mut self.imu, export, |imu| {
-            let parts = [imu.angular_velocity, imu.linear_acceleration];
-            let is_usable = parts.iter().all(|part| all_finite(&[part.x, part.y, part.z]));
-            is_usable.then_some(*imu).ok_or("its rates and accelerations")
-        });
+        publish(
+            cx,
+            &mut self.connection,
+            &mut self.imu,
+            export,
+            self.stale,
+            |imu| {
+                let parts = [imu.angular_velocity, imu.linear_acceleration];
+                let is_usable = parts.iter().all(|part| all_finite(&[part.x, part.y, part.z]));
+                is_usable
+                    .then_some(*imu)
+                    .ok_or_else(|| not_finite("its rates and accelerations"))
+            },
+        );
     }
 
     pub(super) fn publish_position(&mut self, cx: &Context, export: &mut Export<PositionFix>) {
-        publish(cx, &mut self.connection, &mut self.position, export, |pose| {
-            let fix = PositionFix::from(pose);
-            let is_usable = all_finite(&[fix.x, fix.y]) && all_finite(&fix.covariance);
-            is_usable.then_some(fix).ok_or("its position and covariance")
-        });
+        publish(
+            cx,
+            &mut self.connection,
+            &mut self.position,
+            export,
+            self.stale,
+            |pose| {
+                let fix = PositionFix::from(pose);
+                let is_usable = all_finite(&[fix.x, fix.y]) && all_finite(&fix.covariance);
+                is_usable
+                    .then_some(fix)
+                    .ok_or_else(|| not_finite("its position and covariance"))
+            },
+        );
     }
 
     pub(super) fn publish_battery(&mut self, cx: &Context, export: &mut Export<BatteryState>) {
-        publish(cx, &mut self.connection, &mut self.battery, export, |battery| {
-            Ok(*battery)
-        });
+        publish(
+            cx,
+            &mut self.connection,
+            &mut self.battery,
+            export,
+            self.stale * BATTERY,
+            |battery| Ok(*battery),
+        );
     }
 
     pub(super) fn publish_bumpers(&mut self, cx: &Context, export: &mut Export<Bumpers>) {
-        publish(cx, &mut self.connection, &mut self.hazards, export, |hazards| {
-            Ok(Bumpers::from(hazards))
-        });
+        publish(
+            cx,
+            &mut self.connection,
+            &mut self.hazards,
+            export,
+            self.stale,
+            |hazards| Ok(Bumpers::from(hazards)),
+        );
     }
 
     /// Publishes the picture and the depths of the camera.
     pub(super) fn publish_images(&mut self, cx: &Context, exports: [&mut Export<Image>; 2]) {
         for (subscription, export) in [&mut self.image, &mut self.depth].into_iter().zip(exports) {
             if let Some(subscription) = subscription {
-                publish_image(cx, &mut self.connection, subscription, export);
+                publish_image(cx, &mut self.connection, subscription, export, self.stale);
             }
         }
     }
@@ -166,14 +212,19 @@ impl ActiveBase {
     }
 }
 
-/// Exports the newest message of a topic as `convert` returns it. If that returns an error, which names what is not
-/// finite, the message is reported and dropped.
+fn not_finite(what: &str) -> String {
+    format!("{what} are not finite numbers")
+}
+
+/// Exports the newest message of a topic as `convert` returns it. If that returns an error, the message is reported and the
+/// value before it retracted. One that is older than `stale` is dropped.
 fn publish<T: Stamped + Default, U: Value>(
     cx: &Context,
     connection: &mut RosConnection,
     subscription: &mut Option<TopicSubscription<T>>,
     export: &mut Export<U>,
-    convert: impl FnOnce(&T) -> Result<U, &'static str>,
+    stale: Duration,
+    convert: impl FnOnce(&T) -> Result<U, String>,
 ) {
     let Some(subscription) = subscription else { return };
     let mut message = T::default();
@@ -181,14 +232,17 @@ fn publish<T: Stamped + Default, U: Value>(
         return;
     };
     let time = connection.stamp(cx, subscription, message.header_mut(), arrived);
+    if !connection.is_fresh(cx, subscription.topic(), (time, arrived), Some(stale)) {
+        return;
+    }
     match convert(&message) {
         Ok(value) => {
             subscription.mark_received(arrived);
             export.write_at(cx, value, time);
         }
-        Err(what) => {
-            let message = format!("{}: {what} are not finite numbers", subscription.topic());
-            connection.warn_once(cx, message);
+        Err(why) => {
+            export.retract(cx);
+            connection.warn_once(cx, format!("{}: {why}", subscription.topic()));
         }
     }
 }
@@ -198,6 +252,7 @@ fn publish_image(
     connection: &mut RosConnection,
     subscription: &mut TopicSubscription<Image>,
     export: &mut Export<Image>,
+    stale: Duration,
 ) {
     let mut image = export.loan(cx);
     let Some(arrived) = connection.receive(cx, subscription, &mut image) else {
@@ -209,9 +264,11 @@ fn publish_image(
         connection.warn_once(cx, message);
         return;
     }
-    subscription.mark_received(arrived);
     let time = connection.stamp(cx, subscription, &mut image.header, arrived);
-    image.publish_at(time);
+    if connection.is_fresh(cx, subscription.topic(), (time, arrived), Some(stale)) {
+        subscription.mark_received(arrived);
+        image.publish_at(time);
+    }
 }
 
 fn all_finite(numbers: &[f64]) -> bool {

@@ -16,14 +16,11 @@ use crate::messages::Codec;
 use crate::scan::Sweep;
 use crate::settings::node_schema;
 use crate::velocity::{self, VelocityPublisher};
-use active::ActiveBase;
+use active::{ActiveBase, BATTERY};
 pub(crate) use hazards::HazardDetectionVector;
 #[cfg(test)]
 pub(crate) use hazards::{BUMP, HazardDetection};
 use sonars::Sonars;
-
-/// The battery's topic is infrequent: its time limit is this many times `stale`.
-const BATTERY: u32 = 10;
 
 node_schema! {
     /// A ROS 2 robot as a base: it exports the robot's topics, and publishes the commanded velocity.
@@ -71,7 +68,8 @@ node_schema! {
         /// Angle by which the laser is turned to the left on the base.
         #[modulation(default = 0.0, unit = "rad", fixed)]
         laser_yaw: Modulation<f64>,
-        /// Time after which an export without a new message is retracted; ten times as long for the battery.
+        /// Time after which an export without a new message is retracted, and the age from which a message is not taken, if its
+        /// stamp can be compared; ten times as long for the battery.
         #[modulation(default = 1.0, unit = "s", min = 0.01, max = 5.0)]
         stale: Modulation<f64>,
         /// Speeds of the base.
@@ -126,6 +124,7 @@ impl Schema for Base {
             return Err("it is not awake".into());
         };
         active.connection.begin(cx);
+        active.stale = Duration::from_secs_f64(self.stale.get(cx));
         active.publish_scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
         active.publish_odometry(cx, &mut self.odometry);
         active.publish_images(cx, [&mut self.image, &mut self.depth]);
@@ -133,7 +132,7 @@ impl Schema for Base {
         active.publish_position(cx, &mut self.position);
         active.publish_battery(cx, &mut self.battery);
         active.publish_bumpers(cx, &mut self.bumpers);
-        let (now, stale) = (cx.now(), Duration::from_secs_f64(self.stale.get(cx)));
+        let (now, stale) = (cx.now(), active.stale);
         retract_if_silent(&mut active.laser, now, stale, || self.laser.retract(cx));
         retract_if_silent(&mut active.odometry, now, stale, || self.odometry.retract(cx));
         retract_if_silent(&mut active.image, now, stale, || self.image.retract(cx));
@@ -245,6 +244,7 @@ impl Base {
             drive: Drive::default(),
             moves: false,
             since: None,
+            stale: Duration::ZERO,
             sweep: Box::new(Sweep::zeroed()),
         })
     }

@@ -57,6 +57,9 @@ impl Sonars {
             let mut message = Range::default();
             if let Some(arrived) = connection.receive(cx, topic, &mut message) {
                 let time = connection.stamp(cx, topic, &mut message.header, arrived);
+                if !connection.is_fresh(cx, topic.topic(), (time, arrived), Some(stale)) {
+                    continue;
+                }
                 topic.mark_received(arrived);
                 newest = newest.max(Some(time));
                 *range = message.range;

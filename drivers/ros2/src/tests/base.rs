@@ -36,6 +36,7 @@ fn messages_of_a_robot_are_exported_and_retracted_when_they_stop() {
     fixture.until_note(Connection::CONNECTING, "looking for the robot");
     let mut odometry = Odometry::planar(stamp(), Pose2D::new(1.0, 2.0, 0.5), Twist::planar(0.2, 0.1));
     fixture.until(|bench| {
+        odometry.header.stamp = stamp();
         put(&session, "/odom", &odometry);
         put(&session, "/scan", &*scan(2000));
         bench.exported::<Odometry>("odometry").is_some() && bench.exported::<LaserScan>("laser").is_some()
@@ -72,6 +73,69 @@ fn messages_of_a_robot_are_exported_and_retracted_when_they_stop() {
 }
 
 #[test]
+fn messages_that_are_older_than_stale_when_they_arrive_are_not_taken() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address);
+    fixture.bench.set("stale", 0.5);
+    // Times before the start of the application count as its start.
+    fixture.start -= Duration::from_secs(100);
+    let mut fixture = fixture.awake();
+    let old = || {
+        let now = Duration::from(stamp());
+        Time::from(now - Duration::from_secs(2))
+    };
+    let (mut odometry, mut scan) = (Odometry::default(), scan(40));
+    let said = "are older than `stale`, 0.5 s, when they arrive, one by 2.";
+    fixture.until(|bench| {
+        (odometry.header.stamp, scan.header.stamp) = (old(), old());
+        put(&session, "/odom", &odometry);
+        put(&session, "/scan", &*scan);
+        count_log(bench, said) == 2
+    });
+    (0..4).for_each(|_| fixture.step());
+    assert_eq!(fixture.bench.exported_at("odometry"), None);
+    assert_eq!(fixture.bench.exported_at("laser"), None);
+    assert_eq!(count_log(&fixture.bench, said), 2, "once for each topic");
+    fixture.until(|bench| {
+        scan.header.stamp = stamp();
+        put(&session, "/scan", &*scan);
+        bench.exported_at("laser").is_some()
+    });
+}
+
+#[test]
+fn a_scan_or_an_odometry_that_is_none_ends_the_one_before_it() {
+    let address = unused_address();
+    let session = open_router(&address);
+    let mut fixture = Fixture::<Base>::connecting_to(&address).awake();
+    let has = |bench: &Bench<Base>| ["laser", "odometry"].map(|export| bench.exported_at(export).is_some());
+    fixture.until(|bench| {
+        put(&session, "/odom", &Odometry::default());
+        put(&session, "/scan", &*scan(40));
+        has(bench) == [true, true]
+    });
+    let mut nowhere = Odometry::default();
+    nowhere.pose.pose.orientation.w = 0.0;
+    let mut zeros = scan(40);
+    zeros.ranges.as_mut_slice().fill(0.0);
+    put(&session, "/odom", &nowhere);
+    put(&session, "/scan", &*zeros);
+    fixture.until(|bench| has(bench) == [false, false]);
+    assert_eq!(
+        count_log(&fixture.bench, "/scan: a scan that is none: it measures nothing"),
+        1
+    );
+    assert_eq!(
+        count_log(
+            &fixture.bench,
+            "/odom: its orientation is a quaternion without a length"
+        ),
+        1
+    );
+}
+
+#[test]
 fn depths_inertial_units_and_positions_are_exported_and_retracted_when_they_stop() {
     let address = unused_address();
     let session = open_router(&address);
@@ -81,18 +145,18 @@ fn depths_inertial_units_and_positions_are_exported_and_retracted_when_they_stop
     let mut fixture = fixture.awake();
     fixture.until_note(Connection::CONNECTING, "looking for the robot");
     let mut imu = Imu {
-        header: Header::new(stamp(), "imu"),
+        header: Header::new(Time::default(), "imu"),
         ..Imu::default()
     };
     imu.angular_velocity.z = 0.5;
     let fix = PositionFix {
-        header: Header::new(stamp(), "map"),
+        header: Header::new(Time::default(), "map"),
         x: 3.0,
         y: -4.0,
         covariance: [0.25, 0.0, 0.0, 0.5],
     };
     let mut depth = Picture {
-        header: Header::new(stamp(), "camera"),
+        header: Header::new(Time::default(), "camera"),
         ..Picture::default()
     };
     (depth.height, depth.width, depth.step) = (1, 2, 8);
@@ -144,7 +208,7 @@ fn hazards_are_exported_as_bumpers_and_retracted_when_they_stop() {
     fixture.bench.set("stale", 0.1);
     let mut fixture = fixture.awake();
     let mut hazards = HazardDetectionVector {
-        header: Header::new(stamp(), "base_link"),
+        header: Header::new(Time::default(), "base_link"),
         ..HazardDetectionVector::default()
     };
     let bumpers = |bench: &Bench<Base>| bench.exported::<Bumpers>("bumpers");
@@ -153,7 +217,7 @@ fn hazards_are_exported_as_bumpers_and_retracted_when_they_stop() {
         bumpers(bench).is_some_and(|bumpers| !bumpers.any())
     });
     let bump = HazardDetection {
-        header: Header::new(stamp(), "bump_left"),
+        header: Header::new(Time::default(), "bump_left"),
         r#type: BUMP,
         ..HazardDetection::default()
     };
@@ -251,7 +315,7 @@ fn images_that_do_not_fit_or_lack_rows_are_reported() {
     let mut fixture = fixture.awake();
     fixture.until_note(Connection::CONNECTING, "looking for the robot");
     let mut image = Picture {
-        header: Header::new(stamp(), "camera"),
+        header: Header::new(Time::default(), "camera"),
         ..Picture::default()
     };
     (image.height, image.width, image.step) = (2, 2, 6);
@@ -291,7 +355,7 @@ fn damaged_messages_do_no_harm() {
     fixture.bench.set("image_topic", Text::<128>::new("image"));
     let mut fixture = fixture.awake();
     fixture.until_note(Connection::CONNECTING, "looking for the robot");
-    let odometry = Odometry::planar(stamp(), Pose2D::ORIGIN, Twist::ZERO);
+    let odometry = Odometry::planar(Time::default(), Pose2D::ORIGIN, Twist::ZERO);
     let messages = [
         (topic::<LaserScan>("/scan"), Codec::new().encode(&*scan(40))),
         (topic::<Odometry>("/odom"), Codec::new().encode(&odometry)),

@@ -183,5 +183,6 @@ fn scan(beams: usize) -> Box<Sweep> {
     sweep.angle_increment = 0.001;
     sweep.range_max = 10.0;
     sweep.ranges.resize(beams).fill(2.5);
+    sweep.angle_max = 0.001 * (beams - 1) as f32;
     sweep
 }

@@ -171,6 +171,9 @@ impl TopicExport {
                 let pieces = received.pieces();
                 let stamp = codec.stamp(&pieces);
                 let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
+                if !connection.is_fresh(cx, name, (time, arrived), self.stale) {
+                    return None;
+                }
                 let clock = &connection.clock;
                 let written = export.write_with(cx, Some(time), |value| {
                     let decoded = codec.decode_into(&pieces, (time, clock), value);
@@ -184,13 +187,14 @@ impl TopicExport {
                 Some(arrived)
             }
             MessageForm::Compressed(number, codec, decompressor) => {
-                let picture = decompressor.picture();
+                let (picture, stale) = (decompressor.picture(), self.stale);
                 decompressor.decompress(|| {
                     let (received, arrived) = connection.take(cx, *number)?;
                     let message = received.message.to_bytes().into_owned();
                     let stamp = codec.stamp(&[&message]);
                     let time = stamp.map_or(arrived, |stamp| connection.measured(cx, name, stamp, arrived));
-                    Some(Arrival {
+                    let is_fresh = connection.is_fresh(cx, name, (time, arrived), stale);
+                    is_fresh.then_some(Arrival {
                         message,
                         time,
                         arrived,
@@ -210,8 +214,12 @@ impl TopicExport {
             MessageForm::Scan(subscription, sweep, yaw) => {
                 let arrived = connection.receive(cx, subscription, &mut **sweep)?;
                 let time = connection.stamp(cx, subscription, &mut sweep.header, arrived);
+                if !connection.is_fresh(cx, name, (time, arrived), self.stale) {
+                    return None;
+                }
                 let mut scan = LaserScan::boxed();
                 if let Err(error) = sweep.fill(*yaw, &mut scan) {
+                    export.retract(cx);
                     connection.warn_once(cx, format!("{name}: {error}"));
                     return None;
                 }
@@ -222,6 +230,9 @@ impl TopicExport {
                 let mut pose = PoseWithCovarianceStamped::default();
                 let arrived = connection.receive(cx, subscription, &mut pose)?;
                 let time = connection.stamp(cx, subscription, &mut pose.header, arrived);
+                if !connection.is_fresh(cx, name, (time, arrived), self.stale) {
+                    return None;
+                }
                 write(cx, export, time, &PositionFix::from(&pose));
                 Some(arrived)
             }

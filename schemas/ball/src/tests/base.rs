@@ -125,6 +125,7 @@ fn scan(points: &[(f64, f64)]) -> LaserScan {
         let beam = y.atan2(*x).to_degrees().round() + 90.0;
         scan.ranges.as_mut_slice()[beam as usize] = x.hypot(*y) as f32;
     }
+    scan.state_last_angle();
     scan
 }
 

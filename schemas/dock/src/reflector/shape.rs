@@ -3,6 +3,7 @@
 use core::f64::consts::FRAC_PI_2;
 
 use jde_schema::prelude::*;
+use jde_schema::types::Echo;
 
 /// Neighbouring beams that end farther apart, m, do not end at the same thing.
 const GAP: f64 = 0.1;
@@ -39,8 +40,11 @@ pub(crate) struct Shape<'a> {
 pub(crate) fn bright(scan: &LaserScan, least: f64, range: f64) -> Vec<Bright> {
     let count = scan.ranges.len();
     let end = |beam: usize| {
-        let length = f64::from(scan.ranges[beam]);
-        let is_bright = f64::from(scan.intensities[beam]) >= least && length > 0.0 && length <= range;
+        let Echo::Hit(length) = Echo::of(scan.ranges[beam], scan.range_min, scan.range_max) else {
+            return None;
+        };
+        let length = f64::from(length);
+        let is_bright = f64::from(scan.intensities[beam]) >= least && length <= range;
         let (sin, cos) = scan.angle(beam).sin_cos();
         is_bright.then_some((length * cos, length * sin))
     };

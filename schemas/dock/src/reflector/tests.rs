@@ -60,6 +60,7 @@ fn scan(walls: &[Wall], first: f64) -> LaserScan {
     LaserScan {
         header: Header::new(Duration::from_millis(50), "laser"),
         angle_min: first as f32,
+        angle_max: (first + 719.0 * step) as f32,
         angle_increment: step as f32,
         range_max: 12.0,
         ranges: Seq::from_slice(&ranges).expect("720 beams fit"),

@@ -3,7 +3,7 @@
 mod filter;
 mod panel;
 
-use jde_motion::{Frozen, arc, check_time, is_finite, is_jump, jumped};
+use jde_motion::{Frozen, arc, check_time, is_jump, jumped};
 use jde_schema::prelude::*;
 use jde_schema::types::{TagDetection, TagDetections};
 use jde_vision::CameraMount;
@@ -183,9 +183,6 @@ impl Tags {
     /// Why there is none.
     fn localize(&mut self, cx: &Context) -> Result<String, String> {
         let odometry = self.odometry.get(cx).ok_or("there is no odometry")?;
-        if !is_finite(&odometry) {
-            return Err("the odometry is not finite".into());
-        }
         let measured = odometry.pose2d();
         if let Some(last) = self.last.replace(measured) {
             self.advance(cx, &last, &measured);

@@ -268,7 +268,7 @@ fn numbers_that_are_not_finite_give_no_pose_and_change_none() {
     room.turn_rate = f64::NAN;
     room.step(true);
     assert_eq!(room.pose(), None);
-    assert_eq!(room.state(), "the odometry is not finite");
+    assert_eq!(room.state(), "there is no odometry");
     room.turn_rate = 0.0;
     for error in [f64::NAN, 1e200, 0.0] {
         room.error = error;

@@ -89,7 +89,7 @@ mod tests {
     fn scan(ranges: [f32; 3]) -> LaserScan {
         let right = -core::f32::consts::FRAC_PI_2;
         let ranges = Seq::from_slice(&ranges).unwrap();
-        LaserScan { angle_min: right, angle_increment: -right, range_max: 8.0, ranges, ..LaserScan::default() }
+        LaserScan { angle_min: right, angle_max: -right, angle_increment: -right, range_max: 8.0, ranges, ..LaserScan::default() }
     }
 
     #[test]
