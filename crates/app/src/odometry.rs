@@ -16,7 +16,7 @@ impl Application {
         let of = |number: usize| {
             let schema = &self.instances[number].schema;
             let mut ports = schema.ports.iter();
-            ports.position(|port| matches!(port.role, Role::Export) && port.value_type.name == odometry.name)
+            ports.position(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == odometry.name)
         };
         let is_driver = |number: &usize| self.instances[*number].schema.kind == Kind::Driver;
         if !is_driver(&instance) {
@@ -59,7 +59,7 @@ fn sensor(instance: &InstanceConfig) -> Option<&str> {
     let mut ports = instance.schema.ports.iter();
     let sensor = ports.find(|port| {
         let checks = Checks::of(&port.value_type);
-        matches!(port.role, Role::Export) && checks.is_some_and(|checks| checks.repeats.is_some())
+        matches!(port.role, Role::Export { .. }) && checks.is_some_and(|checks| checks.repeats.is_some())
     });
     sensor.map(|port| port.name.as_str())
 }

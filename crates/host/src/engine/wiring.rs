@@ -356,7 +356,7 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
     let mut ports = Ports::new(ports, Arc::clone(variables.faults(number)));
     let odometry = application.odometry_of(number).map(variable);
     for (place, port) in instance.schema.ports.iter().enumerate() {
-        if matches!(port.role, Role::Export) {
+        if matches!(port.role, Role::Export { .. }) {
             ports.measurements.add(place, variable((number, place)), odometry);
         }
     }

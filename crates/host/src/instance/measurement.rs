@@ -132,7 +132,7 @@ impl Repetition {
         let repeats = match &self.repeated {
             Some(repeated) => (self.repeats)(bytes, repeated),
             None => {
-                let before = self.before.latch_newest();
+                let before = self.before.latch_newest(0);
                 before.is_some_and(|before| (self.repeats)(bytes, before.bytes))
             }
         };
@@ -160,7 +160,7 @@ impl Repetition {
     }
 
     fn pose(&mut self) -> Option<Pose2D> {
-        let odometry = self.odometry.latch_newest();
+        let odometry = self.odometry.latch_newest(0);
         let pose = odometry.and_then(|odometry| Some(Odometry::view(odometry.bytes)?.pose2d()));
         self.odometry.release();
         pose
