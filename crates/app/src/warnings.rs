@@ -1,6 +1,6 @@
 //! Warnings about settings that may be intended, so they are no faults: roots that compete in one group
-//! although they share no actuator, a period far from the type's, a C++ plugin that may throw, and what is valid for too long or too
-//! short a time.
+//! although they share no actuator, a period far from the type's, a C++ plugin that may throw, what is valid for too long or too
+//! short a time, and commands that no guard judges.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -31,6 +31,7 @@ impl Application {
             .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
             .chain(self.warn_of_validity())
+            .chain(self.warn_of_unjudged())
             .chain(self.link.warnings())
             .collect()
     }

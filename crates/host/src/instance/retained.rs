@@ -7,7 +7,6 @@ use jde_board::{DetachedLoan, Error};
 use jde_loader::AlignedBytes;
 
 use super::bound_port::{BoundPort, RecordedInput};
-use super::guard::PortGuard;
 use super::ports::Ports;
 
 /// The values and loans that a call which was given up may still use. It must outlive that call.
@@ -42,7 +41,8 @@ impl Ports {
             read_ports.extend(remains);
             successor
         });
-        let successor = Self::new(ports.collect(), Arc::clone(&self.faults));
+        let mut successor = Self::new(ports.collect(), Arc::clone(&self.faults));
+        successor.guarding = self.guarding.take();
         let loaned = std::mem::take(&mut self.separated_loans);
         Ok((successor, RetainedValues { read_ports, loaned }))
     }
@@ -66,7 +66,7 @@ impl BoundPort {
                     reader: reader.duplicate(),
                     neutral: AlignedBytes::new(neutral.bytes()),
                     in_force: None,
-                    guards: guards.iter().map(PortGuard::duplicate).collect(),
+                    guards: Arc::clone(&guards),
                     driver,
                 };
                 let remains = Self::Command {
@@ -80,16 +80,19 @@ impl BoundPort {
             }
             Self::Recorded(RecordedInput {
                 history,
+                is_import,
                 number,
                 resolved,
             }) => {
                 let successor = RecordedInput {
                     history: Arc::clone(&history),
+                    is_import,
                     number,
                     resolved: None,
                 };
                 let remains = RecordedInput {
                     history,
+                    is_import,
                     number,
                     resolved,
                 };

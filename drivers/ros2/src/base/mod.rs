@@ -25,6 +25,16 @@ use sonars::Sonars;
 /// The battery's topic is infrequent: its time limit is this many times `stale`.
 const BATTERY: u32 = 10;
 
+/// Those of most robots for rooms: an application for a faster robot states its own.
+const LIMITS: Twist = Twist {
+    linear: Vector3 {
+        x: 1.0,
+        y: 1.0,
+        z: 0.0,
+    },
+    ..Twist::planar(0.0, 2.0)
+};
+
 node_schema! {
     /// A ROS 2 robot as a base: it exports the robot's topics, and publishes the commanded velocity.
     ///
@@ -74,6 +84,9 @@ node_schema! {
         /// Time after which an export without a new message is retracted; ten times as long for the battery.
         #[modulation(default = 1.0, unit = "s", min = 0.01, max = 5.0)]
         stale: Modulation<f64>,
+        /// Greatest speeds that any command asks of the base, in either direction; 0 limits none.
+        #[modulation(default = LIMITS, fixed)]
+        velocity_limits: Modulation<Twist>,
         /// Speeds of the base.
         #[command(neutral = Twist::ZERO, validity = "500ms", trigger)]
         velocity: Command<Twist>,
