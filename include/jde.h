@@ -380,6 +380,12 @@ extern "C" {
  */
 #define JDE_ABILITY_GUARD "jde.guard"
 
+/**
+ * The judgement: not the judged command takes effect, but jde_judgement.command. Since minor version 8; a host of
+ * before refuses the command.
+ */
+#define JDE_LIMITED 2u
+
 /** The id of the ability, whose table is a jde_lists. It and all that belongs to it exist since minor version 7. */
 #define JDE_ABILITY_LISTS "jde.lists"
 
@@ -1017,9 +1023,10 @@ struct jde_guard {
      * Judges a command. `state` is the newest value of the export, `age_ns` old; `command` is the command.
      * Both are readable for the length of the call.
      *
-     * Called in the thread that commands, or that reads the command, any number of times at once and without
-     * an instance. The result depends on the arguments alone. It changes nothing that lasts beyond the call, waits
-     * for nothing, and returns within microseconds. Any result but JDE_OK refuses the command.
+     * Called in the thread that commands, and in the guard's after its iteration for a command that is in force,
+     * any number of times at once and without an instance. The result depends on the arguments alone. It changes
+     * nothing that lasts beyond the call, waits for nothing, and returns within microseconds. One that does not
+     * return is a hang of the guard. Any result but JDE_OK refuses the command.
      */
     int32_t (*judge)(const void *state, uint64_t age_ns, const void *command, jde_judgement *out);
 };
@@ -1028,10 +1035,15 @@ struct jde_guard {
 struct jde_judgement {
     /** Bytes of this table. */
     uint32_t size;
-    /** Whether the command may take effect: 0 or 1. 0 when the call begins. */
+    /** Whether the command may take effect: 0 or 1; or JDE_LIMITED. 0 when the call begins. */
     uint32_t accepted;
-    /** Why it is refused, as UTF-8 that ends with a NUL; ignored if it is accepted. */
+    /** Why it is refused or limited, as UTF-8 that ends with a NUL; ignored if it is accepted. */
     char reason[128];
+    /**
+     * Room for a command of the guard's type: what takes effect if the command is limited. Since minor version 8;
+     * the size states whether the host has it.
+     */
+    void *command;
 };
 
 /**
@@ -1309,6 +1321,20 @@ static inline int32_t jde_refuse(jde_judgement *out, const char *reason)
     memcpy(out->reason, reason, length);
     out->reason[length] = '\0';
     out->accepted = 0u;
+    return JDE_OK;
+}
+
+/**
+ * Lets this command of so many bytes take effect instead of the judged one, for this reason. A host before minor version 8
+ * refuses the command.
+ */
+static inline int32_t jde_limit(jde_judgement *out, const void *command, size_t bytes, const char *reason)
+{
+    jde_refuse(out, reason);
+    if (out->size >= (uint32_t)sizeof(jde_judgement)) {
+        memcpy(out->command, command, bytes);
+        out->accepted = JDE_LIMITED;
+    }
     return JDE_OK;
 }
 

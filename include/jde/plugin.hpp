@@ -88,6 +88,12 @@ struct Judged<Judgement (*)(const St &, Nanoseconds, const Cm &)> {
     using Command = Cm;
 };
 
+/** Whether a guard limits commands. */
+template <typename S, typename = void>
+struct Limits : std::false_type {};
+template <typename S>
+struct Limits<S, std::void_t<decltype(&S::limit)>> : std::true_type {};
+
 /* Tables have internal linkage: see value.hpp. */
 namespace {
 
@@ -242,8 +248,18 @@ struct Tables {
         Judgement judgement = {false, {}};
         std::int32_t code = JDE_PANICKED;
         try {
-            judgement = S::judge(*static_cast<const typename Types::State *>(state), Nanoseconds(static_cast<std::int64_t>(age)),
-                                 *static_cast<const typename Types::Command *>(command));
+            const auto &by = *static_cast<const typename Types::State *>(state);
+            const auto &judged = *static_cast<const typename Types::Command *>(command);
+            const Nanoseconds time(static_cast<std::int64_t>(age));
+            judgement = S::judge(by, time, judged);
+            if constexpr (Limits<S>::value) {
+                if (!judgement.accepted) {
+                    const std::optional<typename Types::Command> lesser = S::limit(by, time, judged);
+                    if (lesser.has_value() && S::judge(by, time, *lesser).accepted) {
+                        return jde_limit(out, &*lesser, sizeof *lesser, judgement.reason.c_str());
+                    }
+                }
+            }
             code = JDE_OK;
         } catch (const std::exception &failure) {
             judgement.reason = failure.what();

@@ -11,6 +11,7 @@
 #include "children.hpp"
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 namespace jde {
@@ -256,8 +257,13 @@ JDE_FORMAT(1, 2) inline Judgement refuse(const char *format, ...)
  *     static constexpr auto state() { return &SlowPorts::nearest; }     // the export by whose newest value it judges
  *     static jde::Judgement judge(const double &state, jde::Nanoseconds age, const jde::Twist &command);
  *
- * The host calls `judge` in the thread that commands or reads the command, any number of times at once: its result depends
- * on its arguments alone, and it waits for nothing.
+ * and may define
+ *
+ *     // a lesser command that may take effect instead of a refused one, if `judge` accepts it
+ *     static std::optional<jde::Twist> limit(const double &state, jde::Nanoseconds age, const jde::Twist &command);
+ *
+ * The host calls them in the thread that commands, and in the guard's for a command that is in force, any number of times at
+ * once: their result depends on their arguments alone, and they wait for nothing.
  */
 class Guard {};
 

@@ -4,6 +4,7 @@
 #![allow(unsafe_code)]
 
 use core::ffi::{CStr, c_char};
+use core::ptr::null_mut;
 
 use crate::{raw, table};
 
@@ -29,9 +30,10 @@ impl raw::Judgement {
         size: size_of::<Self>() as u32,
         accepted: 0,
         reason: [0; 128],
+        command: null_mut(),
     };
 
-    /// Returns the reason of a refusal, in words.
+    /// Returns the reason of a refusal or a limit, in words.
     #[must_use]
     pub fn reason(&self) -> String {
         let bytes = self.reason.map(c_char::cast_unsigned);

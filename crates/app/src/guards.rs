@@ -1,12 +1,12 @@
 //! Guards of groups (R18): which schema judges which commands. Refuses schemas that cannot judge, and a guard
 //! of no actuator or of several.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::drafts::Drafts;
 use super::{Application, Binding, GroupConfig, InstanceConfig};
 use jde_document::section::Section;
-use jde_document::{FaultReport, quote};
+use jde_document::{FaultReport, quote, quote_all};
 
 /// Returns the schema that a group names as its `guard`.
 pub(super) fn named(report: &mut FaultReport, drafts: &Drafts, section: &Section) -> Option<usize> {
@@ -126,6 +126,52 @@ impl Application {
             next = *father;
         }
         guards
+    }
+}
+
+impl Application {
+    /// Warns of commands that no guard judges, although a group above their schemas has one: it judges another type.
+    pub(super) fn warn_of_unjudged(&self) -> impl Iterator<Item = String> {
+        let mut unjudged: BTreeMap<((usize, usize), usize), Vec<usize>> = BTreeMap::new();
+        for (schema, instance) in self.instances.iter().enumerate() {
+            for binding in &instance.bindings {
+                if let Binding::Actuator {
+                    target: Some(command),
+                } = binding
+                    && self.guards(schema, *command).is_empty()
+                    && let Some(guard) = self.nearest_guard(schema)
+                {
+                    unjudged.entry((*command, guard)).or_default().push(schema);
+                }
+            }
+        }
+        unjudged.into_iter().map(|(((driver, port), guard), schemas)| {
+            let (driver, guard) = (&self.instances[driver], &self.instances[guard]);
+            let names = schemas.iter().map(|schema| self.instances[*schema].name.as_str());
+            let judged = guard.schema.guard.as_ref();
+            format!(
+                "line {}: no guard judges `{}.{}`, which {} may command: the guard `{}` judges {}",
+                driver.line,
+                driver.name,
+                driver.schema.ports[port].name,
+                quote_all(names),
+                guard.name,
+                judged.map_or("nothing", |judged| &judged.command.name)
+            )
+        })
+    }
+
+    /// The guard of the nearest group above a schema that has one.
+    fn nearest_guard(&self, schema: usize) -> Option<usize> {
+        let mut next = self.instances[schema].group;
+        while let Some(group) = next {
+            let GroupConfig { guard, father, .. } = &self.groups[group];
+            if guard.is_some() {
+                return *guard;
+            }
+            next = father.and_then(|father| self.instances[father].group);
+        }
+        None
     }
 }
 

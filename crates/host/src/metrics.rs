@@ -4,11 +4,19 @@ use std::sync::atomic::{
     AtomicBool, AtomicU64,
     Ordering::{Acquire, Relaxed, Release},
 };
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use jde_core::Nanos;
 
 /// The divisor of the weight of a new interval: a mean follows a change of period within a second or two.
 const MEAN_WEIGHT: i64 = 8;
+
+/// A judgement of a guard within a call of another schema (R18).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct RunningJudgement {
+    pub(crate) guard: usize,
+    pub(crate) since: Nanos,
+}
 
 /// The measurements of an instance.
 #[derive(Debug, Default)]
@@ -27,6 +35,10 @@ pub(crate) struct InstanceMetrics {
     pub(crate) started: AtomicBool,
     /// Since when a call runs, plus one; 0 while none runs.
     running_since: AtomicU64,
+    /// How long judgements of guards took within that call, ns: they count for the guards.
+    judged: AtomicU64,
+    /// The judgement that runs within that call.
+    judgement: Mutex<Option<RunningJudgement>>,
     /// Whether a debugger held a call since the last turn that was judged.
     was_held: AtomicBool,
     /// The ticket of the last arbitration that it was called for, and the time of the call.
@@ -51,7 +63,42 @@ impl InstanceMetrics {
 
     /// Records the start of a call.
     pub(crate) fn begin_call(&self, now: Nanos) {
+        self.judged.store(0, Relaxed);
         self.running_since.store(now + 1, Relaxed);
+    }
+
+    /// Records that a guard judges a command of this call.
+    pub(crate) fn begin_judgement(&self, guard: usize, since: Nanos) -> RunningJudgement {
+        *self.judgement() = Some(RunningJudgement { guard, since });
+        RunningJudgement { guard, since }
+    }
+
+    /// Records the end of that judgement, unless it was given up.
+    pub(crate) fn end_judgement(&self, ended: RunningJudgement, now: Nanos) {
+        let mut judgement = self.judgement();
+        if *judgement == Some(ended) {
+            *judgement = None;
+            self.judged.fetch_add(now.saturating_sub(ended.since), Relaxed);
+        }
+    }
+
+    /// Returns the judgement that runs within the call, if one does.
+    pub(crate) fn running_judgement(&self) -> Option<RunningJudgement> {
+        *self.judgement()
+    }
+
+    /// Gives up the judgement that runs.
+    pub(crate) fn give_up_judgement(&self) {
+        *self.judgement() = None;
+    }
+
+    /// Returns how long judgements took within the call that runs, ns.
+    pub(crate) fn judged(&self) -> Nanos {
+        self.judged.load(Relaxed)
+    }
+
+    fn judgement(&self) -> MutexGuard<'_, Option<RunningJudgement>> {
+        self.judgement.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Records that a debugger holds the call that runs. Until the next [`Self::begin_call`] it has taken no time.

@@ -1,6 +1,7 @@
 //! Memory for values of any type.
 
 /// Bytes aligned for any value type.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlignedBytes {
     words: Vec<u128>,
     bytes: usize,

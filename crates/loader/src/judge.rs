@@ -6,11 +6,22 @@
 use jde_abi::{guard, raw};
 use jde_core::Nanos;
 
-use super::SchemaFunctions;
+use super::{AlignedBytes, SchemaFunctions};
 
 /// The function of a guard that judges commands. Any number of threads may call it at once.
 #[derive(Clone, Copy)]
 pub struct Judge(raw::Guard);
+
+/// What a guard says of a command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Judgement {
+    /// It may take effect.
+    Accepted,
+    /// This one takes effect instead, for the reason.
+    Limited(AlignedBytes, String),
+    /// It must not take effect, for the reason.
+    Refused(String),
+}
 
 // SAFETY: a plugin's tables are immutable and live until the process ends, and the ABI lets any thread call
 // this function.
@@ -28,15 +39,16 @@ impl Judge {
 
     /// Judges a command by a state of that age.
     ///
-    /// # Errors
-    /// The reason of a refusal, in words.
-    ///
     /// # Safety
     /// `state` and `command` are values of the types that the guard states, aligned for them.
-    pub unsafe fn judge(&self, state: &[u8], age: Nanos, command: &[u8]) -> Result<(), String> {
+    pub unsafe fn judge(&self, state: &[u8], age: Nanos, command: &[u8]) -> Judgement {
         let judge = self.0.judge.expect("a guard without this function is refused");
-        let mut judgement = raw::Judgement::REFUSED;
-        // SAFETY: the caller's values, and room for the judgement, which states its size.
+        let mut limited = AlignedBytes::new(command);
+        let mut judgement = raw::Judgement {
+            command: limited.bytes_mut().as_mut_ptr().cast(),
+            ..raw::Judgement::REFUSED
+        };
+        // SAFETY: the caller's values, and room for the judgement, which states its size, and for a command.
         let status = unsafe {
             judge(
                 state.as_ptr().cast(),
@@ -46,9 +58,10 @@ impl Judge {
             )
         };
         match (status, judgement.accepted) {
-            (raw::OK, 1) => Ok(()),
-            (raw::OK, _) => Err(judgement.reason()),
-            (_, _) => Err(format!("the judgement failed: {}", judgement.reason())),
+            (raw::OK, 1) => Judgement::Accepted,
+            (raw::OK, raw::LIMITED) => Judgement::Limited(limited, judgement.reason()),
+            (raw::OK, _) => Judgement::Refused(judgement.reason()),
+            (_, _) => Judgement::Refused(format!("the judgement failed: {}", judgement.reason())),
         }
     }
 }

@@ -19,7 +19,7 @@ mod store;
 
 pub use aligned::AlignedBytes;
 pub use inspector::{Inspect, Inspected};
-pub use judge::Judge;
+pub use judge::{Judge, Judgement};
 pub use load::{LoadError, LoadedPlugin, SchemaFunctions};
 pub use location::PluginLocation;
 pub use search::{PluginFile, SearchPath};

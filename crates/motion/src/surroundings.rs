@@ -3,8 +3,9 @@
 
 use core::time::Duration;
 
-use jde_types::{Footprint, Point2D, Seq, Twist, Value};
+use jde_types::{Footprint, Point2D, Seq, Twist, Value, Vector3};
 
+use crate::stopping::is_still;
 use crate::{Limits, Maneuver, Outline, Stopping};
 
 /// The most points of [`Surroundings`]: those of a scan, and the boundary of what is known.
@@ -22,6 +23,8 @@ pub struct Surroundings {
     /// How long a command is in force before the next judgement of it takes effect.
     #[value(unit = "s")]
     pub reaction: f64,
+    /// The greatest part of its speed that a command loses before it is refused.
+    pub slowdown: f64,
     /// The distance to keep.
     #[value(unit = "m")]
     pub margin: f64,
@@ -44,11 +47,14 @@ pub struct Surroundings {
 impl Surroundings {
     /// Judges a command: the robot must be able to follow it for the time of reaction and then stop, without
     /// coming nearer to a point than the margin. A robot that is nearer already may move as long as it comes no
-    /// nearer.
+    /// nearer. To stand is accepted always: nothing stops the robot sooner.
     ///
     /// # Errors
     /// What is in the way.
     pub fn judge(&self, age: Duration, command: &Twist) -> Result<(), String> {
+        if is_still(command) {
+            return Ok(());
+        }
         let outline = Outline::try_from(&self.footprint).map_err(|error| error.to_string())?;
         let maneuver = Maneuver {
             velocity: self.velocity,
@@ -73,5 +79,40 @@ impl Surroundings {
                 "a velocity or a limit is not a finite number, or the stop takes too long",
             )),
         }
+    }
+
+    /// Returns the greatest part of a command that it accepts, on the same curve; `None` if the command would lose
+    /// more of its speed than [`Self::slowdown`].
+    #[must_use]
+    pub fn limit(&self, age: Duration, command: &Twist) -> Option<Twist> {
+        /// Halvings of the part: to 3 % of the command, about the error of a base.
+        const HALVINGS: u32 = 5;
+        let accepts = |part: f64| self.judge(age, &part_of(command, part)).is_ok();
+        let (mut accepted, mut refused) = (1.0 - self.slowdown, 1.0);
+        if accepted >= refused || !accepts(accepted) {
+            return None;
+        }
+        for _ in 0..HALVINGS {
+            let middle = f64::midpoint(accepted, refused);
+            if accepts(middle) {
+                accepted = middle;
+            } else {
+                refused = middle;
+            }
+        }
+        Some(part_of(command, accepted))
+    }
+}
+
+/// This part of a command: the same curve, more slowly.
+fn part_of(command: &Twist, part: f64) -> Twist {
+    let scaled = |Vector3 { x, y, z }| Vector3 {
+        x: x * part,
+        y: y * part,
+        z: z * part,
+    };
+    Twist {
+        linear: scaled(command.linear),
+        angular: scaled(command.angular),
     }
 }

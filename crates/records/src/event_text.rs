@@ -167,6 +167,11 @@ impl RecordBuilder {
                 schema,
                 description,
             } => event_record(*time, "refused", name(schema), description.clone()),
+            Event::Limited {
+                time,
+                schema,
+                description,
+            } => event_record(*time, "limited", name(schema), description.clone()),
             Event::Operator {
                 time,
                 by,

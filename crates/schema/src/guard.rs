@@ -85,17 +85,25 @@ pub trait Guard: Schema {
     type State: Value;
     /// The type of the commands that it judges.
     type Command: Value;
-    /// The name of the export by whose newest value it judges. While it has no value, and while the value is
-    /// older than three periods, the host refuses every command but the neutral one.
+    /// The name of the export by whose newest value it judges. That value is as old as the oldest value that the
+    /// iteration read. While there is none, while the newest is older than three periods, and when what it was made
+    /// of is no longer valid, the host refuses every command.
     const STATE_EXPORT: &'static str;
 
     /// Judges a command by the newest state and its age.
     ///
-    /// The host calls it in the thread of the schema that commands, or of the driver that reads the command,
-    /// any number of times at once. The result depends on the arguments alone. It must return within
-    /// microseconds and wait for nothing.
+    /// The host calls it in the thread of the schema that commands, and in the guard's own thread for a command that is
+    /// in force, any number of times at once and under no lock. The result depends on the arguments alone. It must
+    /// return within microseconds and wait for nothing; one that does not return is a hang of the guard.
     ///
     /// # Errors
     /// Why the command must not take effect, in at most 127 bytes. A panic refuses the command too.
     fn judge(state: &Self::State, age: Duration, command: &Self::Command) -> Result<(), String>;
+
+    /// Returns a lesser command that may take effect instead of one that [`judge`](Self::judge) refuses, if there is
+    /// one: the command is then *limited*, and its schema stays READY. It takes effect only if `judge` accepts it.
+    /// Like `judge`, it depends on its arguments alone.
+    fn limit(_state: &Self::State, _age: Duration, _command: &Self::Command) -> Option<Self::Command> {
+        None
+    }
 }

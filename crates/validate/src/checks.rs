@@ -7,8 +7,8 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use jde_abi::raw;
-use jde_loader::Judge;
 use jde_loader::instance::{SavedMemory, memory_of};
+use jde_loader::{Judge, Judgement};
 
 use crate::Verdict;
 use crate::bench::Circumstances;
@@ -425,8 +425,15 @@ fn judges(subject: Subject<'_>) -> Verdict {
             if judged != judge() {
                 return Verdict::Failed(String::from("it judges the same command in two ways"));
             }
-            if judged.is_err_and(|reason| reason.is_empty()) {
-                return Verdict::Failed(String::from("it refuses a command without a reason"));
+            match judged {
+                Judgement::Accepted => {}
+                Judgement::Limited(_, reason) | Judgement::Refused(reason) => {
+                    if reason.is_empty() {
+                        return Verdict::Failed(String::from(
+                            "it refuses or limits a command without a reason",
+                        ));
+                    }
+                }
             }
         }
     }

@@ -28,6 +28,16 @@ const HOLD: PanTilt = PanTilt {
     tilt_velocity: 0.0,
 };
 
+/// Those of the data sheet of the P3-DX; the firmware of a slower robot has lower ones of its own.
+const LIMITS: Twist = Twist {
+    linear: Vector3 {
+        x: 1.2,
+        y: 0.0,
+        z: 0.0,
+    },
+    ..Twist::planar(0.0, 5.24)
+};
+
 /// A Pioneer robot at a serial line or behind TCP, or a simulator in its place.
 ///
 /// While the robot does not reply, its exports are retracted, `connection` gives the reason, and the driver
@@ -61,6 +71,9 @@ pub struct Pioneer {
     /// not wired.
     #[modulation(default = "none", fixed)]
     head_kind: Modulation<Text<28>>,
+    /// Greatest speeds that any command asks of the base, in either direction; 0 limits none.
+    #[modulation(default = LIMITS, fixed)]
+    velocity_limits: Modulation<Twist>,
     /// Speeds of the base.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,

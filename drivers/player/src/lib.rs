@@ -32,6 +32,16 @@ const HOLD: PanTilt = PanTilt {
     tilt_velocity: 0.0,
 };
 
+/// Those of most robots for rooms: an application for a faster robot states its own.
+const LIMITS: Twist = Twist {
+    linear: Vector3 {
+        x: 1.0,
+        y: 1.0,
+        z: 0.0,
+    },
+    ..Twist::planar(0.0, 2.0)
+};
+
 /// A robot behind a Player server of version 3, or one of Stage.
 ///
 /// While the server does not reply, the exports are retracted, `connection` gives the reason, and the driver
@@ -77,6 +87,9 @@ pub struct Robot {
     /// Time after which an export without new data is retracted; ten times as long for the battery.
     #[modulation(default = 1.0, unit = "s", min = 0.01, max = 5.0)]
     stale: Modulation<f64>,
+    /// Greatest speeds that any command asks of the base, in either direction; 0 limits none.
+    #[modulation(default = LIMITS, fixed)]
+    velocity_limits: Modulation<Twist>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side.
     #[command(neutral = Twist::ZERO, validity = "500ms")]
     velocity: Command<Twist>,

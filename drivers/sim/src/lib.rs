@@ -82,6 +82,10 @@ pub struct Robot {
     /// Charge of a full battery; negative for the 21.6 Ah of a Pioneer. A robot without a battery gets one.
     #[modulation(default = -1.0, unit = "Ah", fixed)]
     battery_capacity: Modulation<f64>,
+    /// Greatest speeds that any command asks of the base, in either direction; 0 limits none. The robot follows a command
+    /// at most with the speeds of its file.
+    #[modulation(default = Twist::ZERO, fixed)]
+    velocity_limits: Modulation<Twist>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car
     /// drives the curvature of the command.
     #[command(neutral = Twist::ZERO, validity = "500ms")]

@@ -11,12 +11,13 @@ use crate::memory::Memory;
 ///
 /// What the laser has not seen counts as occupied, so a robot does not back into the unknown. It is free where
 /// the robot stands, and in a circle around the place where it starts. A scan that measures nothing, a missing
-/// or old scan and a pose that is not finite leave the guard without a state, and every command is refused.
+/// or old scan or pose, and a pose that is not finite leave the guard without a state, and every command is refused.
+/// With `slowdown` it limits a command to a part of its speed with which the robot can stop, if there is one.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "20ms")]
 pub struct Footprint {
-    /// The scan of the laser.
-    #[import]
+    /// The scan of the laser. It judges by each at once.
+    #[import(trigger)]
     laser: Import<LaserScan>,
     /// The estimated pose and velocity of the robot.
     #[import]
@@ -49,9 +50,13 @@ pub struct Footprint {
     /// How far points count: more than the base needs to stop.
     #[modulation(default = 3.0, unit = "m", min = 0.5, max = 10.0, fixed)]
     reach: Modulation<f64>,
-    /// How old a scan may be.
+    /// How old a scan and a pose may be.
     #[modulation(default = 0.5, unit = "s", min = 0.0, max = 3600.0)]
     stale: Modulation<f64>,
+    /// The greatest part of its speed that a command loses before it is refused. With 0, it is refused as soon as the
+    /// robot could not stop.
+    #[modulation(default = 0.0, min = 0.0, max = 0.95)]
+    slowdown: Modulation<f64>,
     /// What it judges by.
     #[export]
     surroundings: Export<Surroundings>,
@@ -86,6 +91,10 @@ impl Guard for Footprint {
     fn judge(state: &Surroundings, age: Duration, command: &Twist) -> Result<(), String> {
         state.judge(age, command)
     }
+
+    fn limit(state: &Surroundings, age: Duration, command: &Twist) -> Option<Twist> {
+        state.limit(age, command)
+    }
 }
 
 impl Inspect for Footprint {
@@ -106,8 +115,12 @@ impl Footprint {
         let laser = self.laser.get(cx).ok_or("no scan")?;
         let odometry = self.pose.get(cx).ok_or("no pose")?;
         let stale = Duration::from_secs_f64(self.stale.get(cx));
-        if cx.now().saturating_sub(laser.time()) > stale {
+        let is_stale = |time: Duration| cx.now().saturating_sub(time) > stale;
+        if is_stale(laser.time()) {
             return Err("the scan is too old");
+        }
+        if is_stale(odometry.time()) {
+            return Err("the pose is too old");
         }
         let (robot, mount) = (odometry.pose2d(), self.mount.get(cx));
         if !robot.theta.is_finite() {
@@ -126,6 +139,7 @@ impl Footprint {
         around.footprint = self.footprint.get(cx);
         around.margin = margin;
         around.reaction = self.reaction.get(cx);
+        around.slowdown = self.slowdown.get(cx);
         around.acceleration = self.acceleration.get(cx);
         around.deceleration = self.deceleration.get(cx);
         around.turn_acceleration = self.turn_acceleration.get(cx);

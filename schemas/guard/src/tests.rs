@@ -134,6 +134,48 @@ fn without_a_usable_scan_or_pose_it_has_no_state() {
 }
 
 #[test]
+fn a_pose_that_is_old_leaves_it_without_a_state() {
+    let mut bench = guard(&wall_ahead(2.0), Pose2D::ORIGIN, 0.0);
+    bench.set_now(Duration::from_secs(60));
+    bench.import("laser", &wall_ahead(2.0));
+    bench.iterate().expect("it iterates");
+    assert!(bench.exported::<Surroundings>("surroundings").is_none());
+}
+
+#[test]
+fn a_stop_is_accepted_whatever_is_near() {
+    let bench = guard(&wall_ahead(0.3), Pose2D::ORIGIN, 0.5);
+    assert!(judge(&bench, 0.1, 0.0).is_err(), "it cannot stop in time");
+    assert_eq!(judge(&bench, 0.0, 0.0), Ok(()));
+}
+
+#[test]
+fn a_command_is_slowed_down_to_what_lets_the_robot_stop() {
+    let mut bench = Bench::<Footprint>::new();
+    bench.set("slowdown", 0.8);
+    bench.awake().expect("it wakes");
+    observe(&mut bench, &wall_ahead(0.65), Pose2D::ORIGIN, 0.4);
+    let state = bench.exported::<Surroundings>("surroundings").expect("a state");
+    let limit = |speed, turn| Footprint::limit(&state, Duration::ZERO, &Twist::planar(speed, turn));
+    let command = Twist::planar(1.0, 0.5);
+    assert!(Footprint::judge(&state, Duration::ZERO, &command).is_err());
+    let limited = limit(1.0, 0.5).expect("a part of it");
+    assert!(limited.linear.x > 0.2 && limited.linear.x < 1.0, "{limited:?}");
+    assert!(
+        (limited.angular.z / limited.linear.x - 0.5).abs() < 1e-9,
+        "the same curve"
+    );
+    assert_eq!(Footprint::judge(&state, Duration::ZERO, &limited), Ok(()));
+    let blocked = guard(&wall_ahead(0.26), Pose2D::ORIGIN, 0.0);
+    let state = blocked.exported::<Surroundings>("surroundings").expect("a state");
+    assert_eq!(
+        Footprint::limit(&state, Duration::ZERO, &command),
+        None,
+        "by default it refuses"
+    );
+}
+
+#[test]
 fn a_pose_that_jumps_forgets_what_was_known() {
     let mut bench = guard(&wall_ahead(0.6), Pose2D::ORIGIN, 0.0);
     observe(&mut bench, &wall_ahead(6.0), Pose2D::new(1.6, 0.0, 0.0), 0.0);

@@ -198,6 +198,20 @@ static inline int32_t jde_refuse(jde_judgement *out, const char *reason)
     return JDE_OK;
 }
 
+/**
+ * Lets this command of so many bytes take effect instead of the judged one, for this reason. A host before minor version 8
+ * refuses the command.
+ */
+static inline int32_t jde_limit(jde_judgement *out, const void *command, size_t bytes, const char *reason)
+{
+    jde_refuse(out, reason);
+    if (out->size >= (uint32_t)sizeof(jde_judgement)) {
+        memcpy(out->command, command, bytes);
+        out->accepted = JDE_LIMITED;
+    }
+    return JDE_OK;
+}
+
 /*
  * Panels. A schema with a panel returns its jde_panel from jde_schema.ability:
  *

@@ -22,9 +22,10 @@ pub struct Guard {
     /// Judges a command. `state` is the newest value of the export, `age_ns` old; `command` is the command.
     /// Both are readable for the length of the call.
     ///
-    /// Called in the thread that commands, or that reads the command, any number of times at once and without
-    /// an instance. The result depends on the arguments alone. It changes nothing that lasts beyond the call, waits
-    /// for nothing, and returns within microseconds. Any result but [`super::OK`] refuses the command.
+    /// Called in the thread that commands, and in the guard's after its iteration for a command that is in force,
+    /// any number of times at once and without an instance. The result depends on the arguments alone. It changes
+    /// nothing that lasts beyond the call, waits for nothing, and returns within microseconds. One that does not
+    /// return is a hang of the guard. Any result but [`super::OK`] refuses the command.
     pub judge: Option<
         unsafe extern "C" fn(
             state: *const c_void,
@@ -41,8 +42,15 @@ pub struct Guard {
 pub struct Judgement {
     /// Bytes of this table.
     pub size: u32,
-    /// Whether the command may take effect: 0 or 1. 0 when the call begins.
+    /// Whether the command may take effect: 0 or 1; or [`LIMITED`]. 0 when the call begins.
     pub accepted: u32,
-    /// Why it is refused, as UTF-8 that ends with a NUL; ignored if it is accepted.
+    /// Why it is refused or limited, as UTF-8 that ends with a NUL; ignored if it is accepted.
     pub reason: [c_char; 128],
+    /// Room for a command of the guard's type: what takes effect if the command is limited. Since minor version 8;
+    /// the size states whether the host has it.
+    pub command: *mut c_void,
 }
+
+/// The judgement: not the judged command takes effect, but [`Judgement::command`]. Since minor version 8; a host of
+/// before refuses the command.
+pub const LIMITED: u32 = 2;

@@ -260,6 +260,7 @@ impl ObserverState {
             Event::CallAbandoned { time, schema, .. } => (*time, *schema, CALL_ABANDONED),
             Event::AbandonedCallReturned { time, schema, .. } => (*time, *schema, CALL_RETURNED),
             Event::Refused { time, schema, .. } => (*time, *schema, "refused"),
+            Event::Limited { time, schema, .. } => (*time, *schema, "limited"),
             Event::Overrun { time, schema, .. } => (*time, *schema, "overran"),
             Event::Reloaded { time, schema, .. } => (*time, *schema, "reloaded"),
             Event::ReloadRolledBack { time, schema, .. } => (*time, *schema, "went back"),

@@ -9,6 +9,7 @@ use jde_records::event::Event;
 
 use super::{Engine, Signal};
 use crate::instance::AbandonedInstance;
+use crate::metrics::RunningJudgement;
 
 /// The limit of calls of one schema that were given up and have not returned. Each keeps a thread, its stack,
 /// and the memory and files of the schema. A few are tolerated; a schema that always hangs must not exhaust
@@ -49,6 +50,31 @@ impl Engine {
         // First, so that the next instance is created from the right build.
         self.interrupt_reload(instance, &reason);
         self.report_hung_call(instance, reason);
+        self.end_abandoned_iteration(instance);
+        self.report_left_behind(instance, since, left, kept);
+    }
+
+    /// Reports that the call of a schema was given up because a guard does not return from the judgement of its
+    /// command. The guard hangs (R18). The schema stays what it is for the rules, and gets another instance at once.
+    pub(crate) fn report_abandoned_judgement(
+        &self,
+        instance: usize,
+        hung: RunningJudgement,
+        reason: String,
+        kept: u64,
+    ) {
+        let RunningJudgement { guard, since } = hung;
+        self.metrics[instance].end_call();
+        self.metrics[instance].give_up_judgement();
+        let left = self.metrics[guard].abandoned_calls.fetch_add(1, Relaxed) + 1;
+        self.interrupt_reload(instance, &reason);
+        self.report_hung_call(guard, reason);
+        self.end_abandoned_iteration(instance);
+        self.rules.awake_again(instance);
+        self.report_left_behind(guard, since, left, kept);
+    }
+
+    fn end_abandoned_iteration(&self, instance: usize) {
         // The instance may have faulted long before and published values since.
         self.variables.retract_exports(instance);
         self.rules.transact_end(None, instance);
@@ -56,14 +82,18 @@ impl Engine {
             // The call may have taken the signal from the inbox and hung before the exchange.
             self.rules.signals.send(instance, Signal::BuildPending);
         }
+    }
+
+    /// Reports that a call for which a schema answers is left behind, as the last of `left`.
+    fn report_left_behind(&self, schema: usize, since: Nanos, left: u64, kept: u64) {
         let process = ResourceUsage::now();
         tracing::warn!(
-            schema = self.name(instance),
+            schema = self.name(schema),
             "a call that hangs is left behind; {left} of its calls are, and the process has {process}"
         );
         self.rules.report(&Event::CallAbandoned {
             time: self.clock.now(),
-            schema: instance,
+            schema,
             since,
             abandoned: left,
             retained_bytes: kept,
@@ -73,12 +103,12 @@ impl Engine {
 
     /// Ends the instance of a call that was given up and has now returned, on the calling thread.
     pub(crate) fn end_abandoned(&self, left: AbandonedInstance) {
-        let (instance, since) = (left.number, left.since);
+        let (schema, since) = (left.number, left.since);
         left.end();
-        let left = self.metrics[instance].abandoned_calls.fetch_sub(1, Relaxed) - 1;
+        let left = self.metrics[schema].abandoned_calls.fetch_sub(1, Relaxed) - 1;
         self.rules.report(&Event::AbandonedCallReturned {
             time: self.clock.now(),
-            schema: instance,
+            schema,
             since,
             abandoned: left,
             process: ResourceUsage::now(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use jde_abi::describe::{Limits, Role};
-use jde_app::{Application, Binding, ChildTarget, ImportSource, period};
+use jde_app::{Application, Binding, ChildTarget, ImportSource, InstanceConfig, period};
 use jde_board::{Access, Board, Declaration, Error, LASTING, Variable, Watch};
 use jde_core::Nanos;
 use jde_loader::AlignedBytes;
@@ -13,7 +13,9 @@ use jde_types::Value;
 
 use super::rules::{Command, Commands};
 use super::{Engine, Notifier, Signal};
-use crate::instance::{BoundPort, ExportFaults, MAX_INLINE_BYTES, PortGuard, Ports};
+use crate::instance::{
+    BoundPort, CommandLimits, ExportFaults, GuardState, Guarding, MAX_INLINE_BYTES, PortGuard, Ports,
+};
 
 /// Simultaneous latches that a variable allows beyond its importers: for tools and the host itself.
 const SPARE_READERS: usize = 8;
@@ -233,8 +235,9 @@ pub(super) fn wire(
         variables.remotes.push(declared?);
     }
     variables.find_expiring();
+    let states = guard_states(application, &variables);
     let ports = (0..application.instances.len())
-        .map(|number| ports(application, &variables, number))
+        .map(|number| ports(application, &variables, &states, number))
         .collect::<Result<Vec<_>, _>>()?;
     let commands = commands(application, &variables);
     Ok((variables, ports, commands))
@@ -284,23 +287,64 @@ pub(super) fn watch_triggers(engine: &Engine, bells: &Arc<dyn Notifier>) -> Vec<
     watches
 }
 
-fn ports(application: &Application, variables: &Variables, number: usize) -> Result<Ports, Error> {
+/// The state of each guard that a group names.
+fn guard_states(application: &Application, variables: &Variables) -> BTreeMap<usize, Arc<GuardState>> {
+    let named = application.groups.iter().filter_map(|group| group.guard);
+    let states = named.map(|guard| {
+        let port = guard_port(application, guard);
+        let state = variables.of(guard, port).expect("a guard's state is an export");
+        let period = application.instances[guard].period_ns;
+        (guard, GuardState::new(state.reader("host"), period))
+    });
+    states.collect()
+}
+
+/// What a guard judges beside what is commanded: the commands of drivers.
+fn guarding(
+    application: &Application,
+    variables: &Variables,
+    guard: usize,
+    state: &Arc<GuardState>,
+) -> Guarding {
+    let mut commands = Vec::new();
+    for (driver, instance) in application.instances.iter().enumerate() {
+        for place in 0..instance.schema.ports.len() {
+            let mut guards = guards_of_command(application, (driver, place));
+            if let Some((_, commanders)) = guards.find(|(other, _)| *other == guard)
+                && let Some(variable) = variables.of(driver, place)
+            {
+                commands.push((variable.reader("host"), commanders.into()));
+            }
+        }
+    }
+    Guarding {
+        port: guard_port(application, guard),
+        state: Arc::clone(state),
+        commands,
+        judged_by: 0,
+    }
+}
+
+fn ports(
+    application: &Application,
+    variables: &Variables,
+    states: &BTreeMap<usize, Arc<GuardState>>,
+    number: usize,
+) -> Result<Ports, Error> {
     let instance = &application.instances[number];
     let id = number as u32;
     let variable =
         |(owner, port): (usize, usize)| variables.of(owner, port).expect("bindings name variables");
-    let foreign = |variable: &Arc<Variable>, guards: Vec<PortGuard>| -> Result<BoundPort, Error> {
+    let foreign = |variable: &Arc<Variable>, guards: Arc<[PortGuard]>| -> Result<BoundPort, Error> {
         Ok(BoundPort::ForeignOutput {
             writer: variable.writer(id, &instance.name)?,
             refused: None,
             guards,
+            limits: None,
+            limited_at: None,
         })
     };
-    let guard = |guard: usize, commanders: Vec<u32>| {
-        let state = guard_state(application, guard);
-        let state = variables.of(guard, state).expect("a guard's state is an export");
-        PortGuard::new(guard, state.reader(&instance.name), commanders)
-    };
+    let guard = |guard: usize, commanders: Vec<u32>| PortGuard::new(guard, &states[&guard], commanders);
     let mut ports = Vec::new();
     for (place, binding) in instance.bindings.iter().enumerate() {
         ports.push(match binding {
@@ -340,17 +384,21 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
             Binding::Export => BoundPort::Output(variable((number, place)).writer(id, &instance.name)?),
             Binding::Actuator { target: Some(target) } => {
                 let guards = application.guards(number, *target).into_iter();
-                foreign(
+                let mut port = foreign(
                     variable(*target),
                     guards.map(|number| guard(number, vec![id])).collect(),
-                )?
+                )?;
+                if let BoundPort::ForeignOutput { limits, .. } = &mut port {
+                    *limits = command_limits(application, *target).map(Arc::new);
+                }
+                port
             }
             Binding::ChildModulation {
                 target: Some(ChildTarget::Port(child, port)),
-            } => foreign(variable((*child, *port)), Vec::new())?,
+            } => foreign(variable((*child, *port)), Arc::default())?,
             Binding::ChildModulation {
                 target: Some(ChildTarget::Period(child)),
-            } => foreign(variables.period(*child), Vec::new())?,
+            } => foreign(variables.period(*child), Arc::default())?,
         });
     }
     let mut ports = Ports::new(ports, Arc::clone(variables.faults(number)));
@@ -360,7 +408,32 @@ fn ports(application: &Application, variables: &Variables, number: usize) -> Res
             ports.measurements.add(place, variable((number, place)), odometry);
         }
     }
+    if let Some(state) = states.get(&number) {
+        ports.guard(guarding(application, variables, number, state));
+    }
     Ok(ports)
+}
+
+/// The limits of a driver's command: those that its modulation of this name and the command's type states at the start.
+fn command_limits(application: &Application, (driver, place): (usize, usize)) -> Option<CommandLimits> {
+    let InstanceConfig {
+        name,
+        schema,
+        bindings,
+        ..
+    } = &application.instances[driver];
+    let command = &schema.ports[place];
+    let limits = format!("{}_limits", command.name);
+    let mut stated = schema.ports.iter().zip(bindings);
+    stated.find_map(|(port, binding)| match binding {
+        Binding::Modulation { initial, .. }
+            if port.name == limits && port.value_type.same_as(&command.value_type) =>
+        {
+            let stated_by = format!("{name}.{limits}");
+            Some(CommandLimits::new(stated_by, &command.value_type, initial))
+        }
+        _ => None,
+    })
 }
 
 /// The guards of the schemas that command this command, each with these schemas.
@@ -383,7 +456,7 @@ fn guards_of_command(
 }
 
 /// The port that exports the state of a guard.
-fn guard_state(application: &Application, guard: usize) -> usize {
+fn guard_port(application: &Application, guard: usize) -> usize {
     let schema = &application.instances[guard].schema;
     schema.guard.as_ref().expect("a guard judges").state
 }
@@ -467,12 +540,7 @@ impl UsageCounts {
                         users.remote_isolated[*remote] |= apart;
                     }
                     Binding::Modulation { .. } => users.readers[number][place] += 1,
-                    Binding::Command => {
-                        users.readers[number][place] += 1;
-                        for (guard, _) in guards_of_command(application, (number, place)) {
-                            users.readers[guard][guard_state(application, guard)] += 1;
-                        }
-                    }
+                    Binding::Command => users.readers[number][place] += 1,
                     Binding::Actuator {
                         target: Some((owner, port)),
                     }
@@ -481,11 +549,6 @@ impl UsageCounts {
                     } => {
                         users.writers[*owner][*port] += 1;
                         users.isolated[*owner][*port] |= apart;
-                        if let Binding::Actuator { .. } = binding {
-                            for guard in application.guards(number, (*owner, *port)) {
-                                users.readers[guard][guard_state(application, guard)] += 1;
-                            }
-                        }
                     }
                     Binding::ChildModulation {
                         target: Some(ChildTarget::Period(owner)),

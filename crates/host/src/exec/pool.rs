@@ -367,11 +367,11 @@ impl ThreadExecutor for Pool {
         &self,
         engine: &Arc<Engine>,
         instance: usize,
-        since: Nanos,
+        (since, guard): (Nanos, Option<usize>),
         report: &mut dyn FnMut(u64),
     ) -> bool {
         let call_handle = lock(&self.runners[instance]).call_handle.clone();
-        let Some(runner) = call_handle.give_up(since, report) else {
+        let Some(runner) = call_handle.give_up(since, guard, report) else {
             return false;
         };
         *lock(&self.runners[instance]) = PooledRunner::new(runner);

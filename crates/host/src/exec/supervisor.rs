@@ -10,6 +10,7 @@ use jde_records::event::{Event, Outcome};
 
 use crate::engine::Engine;
 use crate::instance::AbandonedInstance;
+use crate::metrics::RunningJudgement;
 use crate::stalls::MIN_STALL;
 
 /// By default, a call hangs if it takes more than this many times its budget and more than [`MIN_HANG_TIME`].
@@ -33,14 +34,15 @@ pub(crate) struct Alarm {
 pub(crate) trait ThreadExecutor: Send + Sync {
     /// Waits until an instance is idle. Returns false if it is still busy after `within`.
     fn wait_until_idle(&self, instance: usize, within: Duration) -> bool;
-    /// Gives up the call of an instance that runs since `since`, and puts another runner in its place.
+    /// Gives up the call of an instance that runs since the time in `call`, and puts another runner in its place.
     /// `report` runs before the replacement and receives the bytes of shared values that the call keeps.
+    /// The guard in `call`, if there is one, answers for it.
     /// Returns false, without running `report`, if the call cannot be given up now.
     fn replace_runner(
         &self,
         engine: &Arc<Engine>,
         instance: usize,
-        since: Nanos,
+        call: (Nanos, Option<usize>),
         report: &mut dyn FnMut(u64),
     ) -> bool;
     /// Ends all instances in reverse order, and the threads. Returns the instances that are still
@@ -184,18 +186,16 @@ fn detect_hung_calls(
         let Some(since) = meter.running_since() else {
             continue;
         };
-        let took = now.saturating_sub(since);
+        if let Some(judgement) = meter.running_judgement() {
+            detect_hung_judgement(engine, executor, now, (number, since), judgement, reported);
+            continue;
+        }
+        let took = now.saturating_sub(since).saturating_sub(meter.judged());
         let took = took.saturating_sub(engine.stalls.within(since, now));
         if took <= hang_timeout(engine, number) {
             continue;
         }
-        if reported[number].replace(since) != Some(since) {
-            engine.rules.report(&Event::Hung {
-                time: now,
-                schema: number,
-                since,
-            });
-        }
+        report_once(engine, now, number, since, reported);
         let reason = format!("has not returned from a call for {:.1} s", took as f64 / 1e9);
         if engine.process_config(number).is_some() {
             // The call returns once its process is dead, and its runner handles the death.
@@ -210,9 +210,51 @@ fn detect_hung_calls(
         }
         let mut report = |kept| engine.report_abandoned_call(number, since, reason.clone(), kept);
         // The level selects again even if the replacement must wait.
-        if !executor.replace_runner(engine, number, since, &mut report) {
+        if !executor.replace_runner(engine, number, (since, None), &mut report) {
             engine.report_hung_call(number, reason);
         }
+    }
+}
+
+/// A judgement that does not return is a hang of the guard, in the call of the schema `number` that began at `since`
+/// (R18). The call is given up, and the schema gets another instance without a fault.
+fn detect_hung_judgement(
+    engine: &Arc<Engine>,
+    executor: &dyn ThreadExecutor,
+    now: Nanos,
+    (number, since): (usize, Nanos),
+    judgement: RunningJudgement,
+    reported: &mut [Option<Nanos>],
+) {
+    let guard = judgement.guard;
+    let took = now.saturating_sub(judgement.since);
+    let took = took.saturating_sub(engine.stalls.within(judgement.since, now));
+    if took <= hang_timeout(engine, guard) {
+        return;
+    }
+    report_once(engine, now, guard, judgement.since, reported);
+    let reason = format!(
+        "has not returned from the judgement of a command of `{}` for {:.1} s",
+        engine.name(number),
+        took as f64 / 1e9
+    );
+    if engine.process_config(number).is_some() {
+        engine.processes.kill(number, &reason, true);
+    }
+    let mut report = |kept| engine.report_abandoned_judgement(number, judgement, reason.clone(), kept);
+    if !executor.replace_runner(engine, number, (since, Some(guard)), &mut report) {
+        engine.report_hung_call(guard, reason);
+    }
+}
+
+/// Reports a hung call of a schema, once.
+fn report_once(engine: &Engine, now: Nanos, schema: usize, since: Nanos, reported: &mut [Option<Nanos>]) {
+    if reported[schema].replace(since) != Some(since) {
+        engine.rules.report(&Event::Hung {
+            time: now,
+            schema,
+            since,
+        });
     }
 }
 

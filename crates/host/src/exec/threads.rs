@@ -111,7 +111,7 @@ impl ThreadExecutor for Threads {
         &self,
         engine: &Arc<Engine>,
         instance: usize,
-        since: Nanos,
+        (since, guard): (Nanos, Option<usize>),
         report: &mut dyn FnMut(u64),
     ) -> bool {
         let thread = &self.instances[instance];
@@ -124,7 +124,7 @@ impl ThreadExecutor for Threads {
             }
         };
         let hung_call = lock(&thread.runner).call_handle.clone();
-        let Some(runner) = hung_call.give_up(since, report) else {
+        let Some(runner) = hung_call.give_up(since, guard, report) else {
             return false;
         };
         let call_handle = runner.call_handle();

@@ -12,6 +12,7 @@ use super::body::Body;
 /// The rest of an instance whose call was given up and has returned. It must be ended on the thread of that
 /// call.
 pub(crate) struct AbandonedInstance {
+    /// The schema that answers for the call: its own, or a guard.
     pub(crate) number: usize,
     /// Since when the call ran.
     pub(crate) since: Nanos,
@@ -28,7 +29,7 @@ impl AbandonedInstance {
         port_access: &Arc<PortAccess>,
     ) -> Self {
         Self {
-            number,
+            number: port_access.answering_guard().unwrap_or(number),
             since,
             body,
             _port_access: Arc::clone(port_access),

@@ -4,9 +4,11 @@
 use std::sync::Arc;
 
 use jde_board::{Reader, Refused, Writer};
+use jde_core::Nanos;
 use jde_loader::AlignedBytes;
 
-use super::guard::{PortGuard, Refusal};
+use super::command_limits::CommandLimits;
+use super::guard::{PortGuard, Refusal, UnjudgedCommand};
 use super::measurement::NoValue;
 use crate::history::{HistoricValue, History};
 
@@ -28,7 +30,7 @@ pub(crate) enum BoundPort {
         /// the release (R8).
         in_force: Option<bool>,
         /// The guards of the schemas that command it.
-        guards: Vec<PortGuard>,
+        guards: Arc<[PortGuard]>,
         /// Its driver, which is the writer when the command is reset (R9): then none is in force.
         driver: u32,
     },
@@ -40,13 +42,19 @@ pub(crate) enum BoundPort {
         /// Why the last write was refused. Only the first of consecutive refusals for one reason is reported.
         refused: Option<Refused>,
         /// The guards of the schema; none for a modulation.
-        guards: Vec<PortGuard>,
+        guards: Arc<[PortGuard]>,
+        /// The limits of the driver's command, if the driver states some.
+        limits: Option<Arc<CommandLimits>>,
+        /// When a command of this port was last limited, by these or by a guard.
+        limited_at: Option<Nanos>,
     },
 }
 
 /// An input that shows recorded values.
 pub(crate) struct RecordedInput {
     pub(super) history: Arc<History>,
+    /// Whether it is an import.
+    pub(super) is_import: bool,
     /// The number of the value, as turns encode it.
     pub(super) number: u32,
     /// The value that it found since the last release.
@@ -83,6 +91,8 @@ pub(crate) enum PortError {
         why: Refused,
         first: bool,
     },
+    /// Guards judge the command before it is published.
+    Unjudged(UnjudgedCommand),
     /// A guard refused the command.
     Judged(Refusal),
     /// What an export publishes is no value, and the value before it was retracted. Only the first of consecutive ones

@@ -19,7 +19,7 @@ use jde_isolation::launch::Acceptance;
 use jde_loader::build::{Build, PortMapping};
 
 use super::bound_port::PortError;
-use super::guard::Guards;
+use super::guard::{CommandInForce, UnjudgedCommand};
 use super::port_access::PortAccess;
 use super::ports::Ports;
 use super::view::View;
@@ -57,7 +57,7 @@ impl CallContext<'_> {
     pub(crate) fn read<R>(&mut self, port: u32, show: impl FnOnce(&View<'_>) -> R) -> Result<R, i32> {
         let engine = &**self.engine;
         let read = self.port_access.with_ports(|ports| {
-            let view = view(self.build, ports, port, engine, || engine.clock.now());
+            let view = view(self.build, ports, port, || engine.clock.now());
             let shown = view.map(|view| show(&view)).map_err(|error| status(&error));
             (shown, ports.take_refusal())
         });
@@ -83,7 +83,7 @@ impl CallContext<'_> {
             };
             can.then(|| {
                 ports.without_record(|ports| {
-                    let view = view(self.build, ports, port, engine, || engine.clock.now());
+                    let view = view(self.build, ports, port, || engine.clock.now());
                     view.map(|view| show(&view)).map_err(|error| status(&error))
                 })
             })
@@ -146,12 +146,25 @@ impl CallContext<'_> {
         let time = if time == 0 { now } else { time };
         let period = self.engine.metrics[self.number].period.load(Ordering::Relaxed);
         let least = self.engine.application.instances[self.number].command_validity_ns(period);
-        match self
-            .port_access
-            .with_ports(|ports| ports.publish(port, time, now, least, &**self.engine))
-        {
+        let published = self.port_access.with_ports(|ports| {
+            let published = ports.publish(port, time, now, least);
+            (published, ports.take_exceeded(port))
+        });
+        let (published, exceeded) = published.unzip();
+        if let Some(limits) = exceeded.flatten() {
+            let quiet = self.engine.retry_of(self.number);
+            let is_first = |ports: &mut Ports| ports.record_limited(port, now, quiet);
+            if self.port_access.with_ports(is_first) == Some(true) {
+                self.engine.report_limits(self.number, &limits.stated_by);
+            }
+        }
+        let published = match published {
+            Some(Err(PortError::Unjudged(command))) => self.publish_guarded(port, command, time, now, least),
+            published => published,
+        };
+        match published {
             None => raw::REFUSED,
-            Some(Ok(())) => raw::OK,
+            Some(Ok(_)) => raw::OK,
             Some(Err(error)) => {
                 match &error {
                     PortError::Refused { why, first } => {
@@ -164,7 +177,8 @@ impl CallContext<'_> {
                     PortError::Unbound
                     | PortError::NoValue
                     | PortError::WrongPort
-                    | PortError::NothingLoaned => {}
+                    | PortError::NothingLoaned
+                    | PortError::Unjudged(_) => {}
                 }
                 match status(&error) {
                     // A build for an older ABI does not know that status.
@@ -173,6 +187,51 @@ impl CallContext<'_> {
                 }
             }
         }
+    }
+
+    /// Lets guards judge a copy of a command, while no port is in use, and publishes what they let take effect.
+    /// `None` if the call was given up meanwhile.
+    fn publish_guarded(
+        &self,
+        port: usize,
+        unjudged: UnjudgedCommand,
+        time: Nanos,
+        now: Nanos,
+        least: Nanos,
+    ) -> Option<Result<u64, PortError>> {
+        let (engine, commander) = (self.engine, self.number);
+        let guards = Arc::clone(&unjudged.guards);
+        let judged = match engine.judge(commander, unjudged, now) {
+            Ok(judged) => judged,
+            Err(refusal) => {
+                self.port_access.with_ports(|ports| ports.refuse(port))?;
+                return Some(Err(PortError::Judged(refusal)));
+            }
+        };
+        let quiet = engine.retry_of(commander);
+        let (published, variable, is_first) = self.port_access.with_ports(|ports| {
+            let published = ports.publish_judged(port, &judged.bytes, time, now, least);
+            let variable = ports.variable(port).map(|(variable, _)| Arc::clone(variable));
+            let is_limited = published.is_ok() && judged.limit.is_some();
+            (
+                published,
+                variable,
+                is_limited && ports.record_limited(port, now, quiet),
+            )
+        })?;
+        if let (true, Some((guard, reason))) = (is_first, &judged.limit) {
+            engine.report_limit(commander, *guard, reason);
+        }
+        if let (Ok(sequence), Some(variable)) = (&published, variable) {
+            let bytes = judged.bytes.clone();
+            let in_force = CommandInForce {
+                variable,
+                sequence: *sequence,
+                commander,
+            };
+            engine.judge_if_changed(UnjudgedCommand { guards, bytes }, &judged, in_force);
+        }
+        Some(published)
     }
 
     pub(crate) fn retract(&mut self, port: u32) -> i32 {
@@ -346,11 +405,10 @@ fn view<'a>(
     build: &'a Build,
     ports: &'a mut Ports,
     port: u32,
-    judges: &dyn Guards,
     now: impl Fn() -> Nanos,
 ) -> Result<View<'a>, PortError> {
     match build.mapping(port) {
-        Some(PortMapping::Bound(port)) => ports.read(*port, judges, now),
+        Some(PortMapping::Bound(port)) => ports.read(*port, now),
         Some(PortMapping::Unbound) => Err(PortError::Unbound),
         Some(PortMapping::Fixed { value, neutral }) => Ok(View {
             bytes: value.bytes(),
@@ -367,7 +425,7 @@ fn status(error: &PortError) -> i32 {
     match error {
         PortError::Unbound => raw::UNBOUND,
         PortError::NoValue => raw::NO_VALUE,
-        PortError::WrongPort | PortError::NothingLoaned => raw::BAD_ARGUMENT,
+        PortError::WrongPort | PortError::NothingLoaned | PortError::Unjudged(_) => raw::BAD_ARGUMENT,
         PortError::Refused {
             why: jde_board::Refused::NotFinite,
             ..

@@ -176,10 +176,17 @@ impl Ports {
     pub(crate) fn acceptance(&self, port: usize) -> Acceptance {
         match self.ports.get(port) {
             Some(BoundPort::Output(_)) => Acceptance::Always,
-            Some(BoundPort::ForeignOutput { writer, guards, .. }) => {
+            Some(BoundPort::ForeignOutput {
+                writer,
+                guards,
+                limits,
+                ..
+            }) => {
                 let declaration = writer.variable().describe();
                 match declaration.access {
-                    _ if !guards.is_empty() || !declaration.limits.is_none() => Acceptance::ByHost,
+                    _ if !guards.is_empty() || limits.is_some() || !declaration.limits.is_none() => {
+                        Acceptance::ByHost
+                    }
                     Access::Command { .. } => Acceptance::IfAuthorized,
                     Access::Modulation => Acceptance::IfFinite,
                     Access::Export { .. } => Acceptance::ByHost,

@@ -1,22 +1,78 @@
-//! The judgement of a command by the guards of its schema (R18), as one port sees it. It changes nothing: the
-//! caller refuses and reports.
+//! What ports know of the guards of commands (R18): which ones judge a command, and the newest state of each, which
+//! all who judge by it share. No lock is held and no port is in use while a guard judges.
 
 #![allow(unsafe_code)]
 
-use jde_board::Reader;
-use jde_core::Nanos;
-use jde_loader::Judge;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The periods of a guard after which its state is too old to judge by. One late or skipped turn is usual on
+use jde_board::{Reader, Variable};
+use jde_core::Nanos;
+use jde_loader::{AlignedBytes, Judge, Judgement};
+
+/// The periods of a guard for which a state counts without a newer one. One late or skipped turn is usual on
 /// a machine without real-time scheduling; two in a row are not.
-const MAX_AGE_PERIODS: Nanos = 3;
+const VALIDITY_PERIODS: Nanos = 3;
 
 /// A guard of the commands of one port.
+#[derive(Clone)]
 pub(crate) struct PortGuard {
-    guard: usize,
-    state: Reader,
+    pub(crate) guard: usize,
+    pub(crate) state: Arc<GuardState>,
     /// The schemas whose commands it judges.
-    commanders: Vec<u32>,
+    commanders: Arc<[u32]>,
+}
+
+/// The state by which a guard judges, for everybody.
+pub(crate) struct GuardState {
+    /// How long it counts, by the period that the application states: nobody lengthens it.
+    validity: Nanos,
+    newest: Mutex<NewestState>,
+}
+
+struct NewestState {
+    reader: Reader,
+    /// Until when the newest state counts.
+    valid_until: Nanos,
+    copy: Option<Arc<StateCopy>>,
+}
+
+/// A copy of a state. It stays as it is for as long as somebody judges by it.
+pub(crate) struct StateCopy {
+    bytes: AlignedBytes,
+    /// The time of the oldest value that it was made of.
+    time: Nanos,
+    pub(crate) sequence: u64,
+}
+
+/// A command that guards judge, as a copy.
+pub(crate) struct UnjudgedCommand {
+    pub(crate) guards: Arc<[PortGuard]>,
+    pub(crate) bytes: AlignedBytes,
+}
+
+/// A command that is in force.
+pub(crate) struct CommandInForce {
+    pub(crate) variable: Arc<Variable>,
+    pub(crate) sequence: u64,
+    /// The schema that gave it.
+    pub(crate) commander: usize,
+}
+
+/// The newest state of a guard and the commands in force that it has not judged by that state, as copies.
+pub(crate) struct UnjudgedInForce {
+    pub(crate) state: Result<Arc<StateCopy>, String>,
+    pub(crate) commands: Vec<(CommandInForce, AlignedBytes)>,
+}
+
+/// What a guard judges beside what is commanded: the commands in force. Only a guard has it, with its ports.
+pub(crate) struct Guarding {
+    /// The port that exports its state.
+    pub(crate) port: usize,
+    pub(crate) state: Arc<GuardState>,
+    /// The commands of drivers, and the schemas whose commands to them it judges.
+    pub(crate) commands: Vec<(Reader, Arc<[u32]>)>,
+    /// The number of the state by which they were last judged; 0 for none.
+    pub(crate) judged_by: u64,
 }
 
 /// Why a command does not take effect.
@@ -27,72 +83,86 @@ pub(crate) struct Refusal {
     pub(crate) guard: usize,
     /// The reason of the guard, in words.
     pub(crate) reason: String,
-}
-
-/// The guards of an application as they are at present.
-pub(crate) trait Guards {
-    /// Returns the function of a guard and its period; `None` if nothing is judged, as in a replay.
-    fn guard(&self, guard: usize) -> Option<(Judge, Nanos)>;
+    /// The command and its number, if it was in force.
+    pub(crate) in_force: Option<(Arc<Variable>, u64)>,
 }
 
 impl PortGuard {
-    pub(crate) fn new(guard: usize, state: Reader, commanders: Vec<u32>) -> Self {
+    pub(crate) fn new(guard: usize, state: &Arc<GuardState>, commanders: Vec<u32>) -> Self {
         Self {
             guard,
-            state,
-            commanders,
+            state: Arc::clone(state),
+            commanders: commanders.into(),
         }
     }
 
-    /// Returns the same guard for a successor of the port.
-    pub(super) fn duplicate(&self) -> Self {
-        Self::new(self.guard, self.state.duplicate(), self.commanders.clone())
-    }
-
-    /// Judges a command by the newest state.
-    fn judge(&mut self, guards: &dyn Guards, now: Nanos, command: &[u8]) -> Result<(), String> {
-        let Some((judge, period)) = guards.guard(self.guard) else {
-            return Ok(());
-        };
-        let state = self
-            .state
-            .latch_newest(now)
-            .filter(|state| state.stamp.sequence > 0);
-        let Some(state) = state else {
-            return Err(String::from("the guard has no state"));
-        };
-        let age = now.saturating_sub(state.stamp.time);
-        if age > period.saturating_mul(MAX_AGE_PERIODS) {
-            return Err(format!(
-                "the state of the guard is {:.0} ms old",
-                age as f64 / 1e6
-            ));
-        }
-        // SAFETY: the application was refused unless the guard states the types of its export and of the
-        // command. Both values are on 64-byte boundaries.
-        unsafe { judge.judge(state.bytes, age, command) }
+    /// Whether it judges commands of that schema.
+    pub(super) fn judges(&self, commander: u32) -> bool {
+        self.commanders.contains(&commander)
     }
 }
 
-/// Lets the guards of a schema judge a command of it. The neutral value is accepted.
-pub(super) fn judge(
-    port_guards: &mut [PortGuard],
-    guards: &dyn Guards,
-    now: Nanos,
-    commander: u32,
-    (command, neutral): (&[u8], &[u8]),
-) -> Result<(), Refusal> {
-    if command == neutral {
-        return Ok(());
+impl GuardState {
+    /// The state of a guard of that period, by the application.
+    pub(crate) fn new(reader: Reader, period: Nanos) -> Arc<Self> {
+        Arc::new(Self {
+            validity: period.saturating_mul(VALIDITY_PERIODS),
+            newest: Mutex::new(NewestState {
+                reader,
+                valid_until: 0,
+                copy: None,
+            }),
+        })
     }
-    for port_guard in port_guards.iter_mut() {
-        if port_guard.commanders.contains(&commander) {
-            port_guard.judge(guards, now, command).map_err(|reason| Refusal {
-                commander: commander as usize,
-                guard: port_guard.guard,
-                reason,
-            })?;
+
+    /// Records that the guard published a state, made of values that are valid until `until`.
+    pub(super) fn record_published(&self, now: Nanos, until: Nanos) {
+        self.lock().valid_until = now.saturating_add(self.validity).min(until);
+    }
+
+    /// Returns the state by which commands are judged now.
+    ///
+    /// # Errors
+    /// Why none is, in words.
+    pub(crate) fn newest(&self, now: Nanos) -> Result<Arc<StateCopy>, String> {
+        let NewestState {
+            reader,
+            valid_until,
+            copy,
+        } = &mut *self.lock();
+        let newest = reader.latch_newest(now).filter(|state| state.stamp.sequence > 0);
+        let Some(state) = newest else {
+            *copy = None;
+            return Err(String::from("the guard has no state"));
+        };
+        let (time, sequence) = (state.stamp.time, state.stamp.sequence);
+        if now > *valid_until {
+            let age = now.saturating_sub(time) as f64 / 1e6;
+            return Err(format!("the state of the guard is {age:.0} ms old"));
         }
+        if let Some(copy) = copy
+            && copy.sequence == sequence
+        {
+            return Ok(Arc::clone(copy));
+        }
+        Ok(Arc::clone(copy.insert(Arc::new(StateCopy {
+            bytes: AlignedBytes::new(state.bytes),
+            time,
+            sequence,
+        }))))
     }
-    Ok(())
+
+    fn lock(&self) -> MutexGuard<'_, NewestState> {
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl StateCopy {
+    /// Judges a command by this state. It calls the plugin, which may not return.
+    pub(crate) fn judge(&self, judge: &Judge, now: Nanos, command: &AlignedBytes) -> Judgement {
+        let age = now.saturating_sub(self.time);
+        // SAFETY: the application was refused unless the guard states the types of its export and of the
+        // command. Both values are on 16-byte boundaries.
+        unsafe { judge.judge(self.bytes.bytes(), age, command.bytes()) }
+    }
 }

@@ -8,9 +8,11 @@ mod abandoned;
 mod body;
 mod bound_port;
 mod call;
+mod command_limits;
 mod early;
 mod export_faults;
 mod guard;
+mod guarded_ports;
 mod host_table;
 mod isolated;
 mod measurement;
@@ -30,7 +32,7 @@ use std::sync::Arc;
 use jde_abi::raw;
 use jde_core::{Case, Level, Nanos};
 use jde_loader::instance::{ArbitrationQuery, CandidateChild, InProcessInstance, Verdict, panel_of};
-use jde_loader::{SchemaFunctions, build};
+use jde_loader::{Judgement, SchemaFunctions, build};
 use jde_panel::{Gesture, List};
 use jde_records::turn::{self, INPUTS, Turn};
 
@@ -40,8 +42,11 @@ use body::Body;
 pub(crate) use bound_port::{BoundPort, PortWrite, ShownValue};
 pub(crate) use call::CallContext;
 use call::Permissions;
+pub(crate) use command_limits::CommandLimits;
 pub(crate) use export_faults::ExportFaults;
-pub(crate) use guard::{Guards, PortGuard, Refusal};
+pub(crate) use guard::{
+    CommandInForce, GuardState, Guarding, PortGuard, Refusal, StateCopy, UnjudgedCommand, UnjudgedInForce,
+};
 pub(crate) use isolated::MAX_INLINE_BYTES;
 pub(crate) use measurement::NoValue;
 pub(crate) use port_access::PortAccess;
@@ -240,6 +245,22 @@ impl Instance {
         };
         self.release();
         failure.map_or(Ok(()), Err)
+    }
+
+    /// Judges the commands in force by a new state, if it is a guard. It is a call of it: one that does not return is
+    /// a hang.
+    pub(crate) fn judge_in_force(&mut self) -> Vec<(CommandInForce, Judgement)> {
+        let (engine, number) = (Arc::clone(&self.engine), self.number);
+        let now = engine.clock.now();
+        let unjudged = self.port_access.with_ports(|ports| ports.commands_in_force(now));
+        match unjudged.flatten() {
+            Some(unjudged) if !unjudged.commands.is_empty() => {
+                let judge =
+                    |_: &mut Body, _: &mut CallContext<'_>| engine.judge_in_force(number, unjudged, now);
+                self.call_with(Permissions::ReadOnly(None), judge).0
+            }
+            Some(_) | None => Vec::new(),
+        }
     }
 
     fn is_mocked(&self) -> bool {

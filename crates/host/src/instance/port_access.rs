@@ -1,6 +1,7 @@
 //! The ports of an instance behind the [`Gate`] that every use of a port during a call passes. A call that
 //! does not return may be given up by another thread, and a successor of the instance gets ports of its own.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_core::Nanos;
@@ -18,6 +19,8 @@ pub(crate) struct PortAccess {
     has_loans: AtomicBool,
     /// Whether reads are recorded.
     is_recorded: bool,
+    /// The guard that answers for a call that was given up because its judgement did not return.
+    answering_guard: OnceLock<usize>,
 }
 
 impl PortAccess {
@@ -27,7 +30,19 @@ impl PortAccess {
             gate: Gate::new(ports),
             has_reads: AtomicBool::new(true),
             has_loans: AtomicBool::new(true),
+            answering_guard: OnceLock::new(),
         }
+    }
+
+    /// Makes a guard answer for the call, which is about to be given up.
+    pub(crate) fn blame(&self, guard: usize) {
+        // Of one call only one judgement can be the last.
+        let _ = self.answering_guard.set(guard);
+    }
+
+    /// The guard that answers for the call that was given up, if its judgement did not return.
+    pub(super) fn answering_guard(&self) -> Option<usize> {
+        self.answering_guard.get().copied()
     }
 
     /// Uses the ports exclusively. Returns `None` if the call was given up.
@@ -116,15 +131,6 @@ mod tests {
 
     use super::*;
     use crate::instance::BoundPort;
-    use crate::instance::Guards;
-
-    struct NoGuards;
-
-    impl Guards for NoGuards {
-        fn guard(&self, _: usize) -> Option<(jde_loader::Judge, Nanos)> {
-            None
-        }
-    }
 
     /// A port access with one export, in a call that began at 7.
     fn access_in_call() -> PortAccess {
@@ -165,7 +171,7 @@ mod tests {
 
     fn publish(access: &PortAccess) -> bool {
         access
-            .with_ports(|ports| ports.publish(0, 7, 7, 1, &NoGuards).is_ok())
+            .with_ports(|ports| ports.publish(0, 7, 7, 1).is_ok())
             .unwrap()
     }
 

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use jde_board::{DetachedLoan, Latched, Reader, Refused, Stamp, Variable, Writer};
+use jde_board::{DetachedLoan, Latched, Reader, Refused, Stamp, Variable};
 use jde_core::Nanos;
 use jde_records::turn::{RecordedTurn, Turn};
 
 use super::bound_port::{BoundPort, PortError, PortWrite, RecordedInput, ShownValue};
 use super::export_faults::{ExportFaults, Publication};
-use super::guard::{self, Guards, PortGuard, Refusal};
+use super::guard::{Guarding, Refusal};
+use super::guarded_ports::{is_import, refuse_without_state};
 use super::measurement::Measurements;
 use super::view::View;
 use crate::history::{HistoricValue, History};
@@ -36,7 +37,11 @@ pub(crate) struct Ports {
     /// The exports that measure something.
     pub(crate) measurements: Measurements,
     /// The command that a guard refused when it was last read, until it is reported.
-    refusal: Option<Refusal>,
+    pub(super) refusal: Option<Refusal>,
+    /// The command that was published last exceeded its limits.
+    pub(super) is_limited: bool,
+    /// What it judges, if it is a guard.
+    pub(super) guarding: Option<Guarding>,
 }
 
 /// The reads since the last release.
@@ -61,6 +66,8 @@ impl Ports {
             faults,
             measurements: Measurements::default(),
             refusal: None,
+            is_limited: false,
+            guarding: None,
         }
     }
 
@@ -115,6 +122,7 @@ impl Ports {
             if let BoundPort::Input(reader) | BoundPort::Fixed(reader) = port {
                 *port = BoundPort::Recorded(RecordedInput {
                     history: history(reader),
+                    is_import: is_import(reader),
                     number: Turn::UNUSED,
                     resolved: None,
                 });
@@ -149,13 +157,8 @@ impl Ports {
     }
 
     /// Returns the value of an input, the same until [`Self::release`]. Calls `now` only if the time matters. A
-    /// command that a guard refuses reads as neutral, and [`Self::take_refusal`] returns the refusal.
-    pub(crate) fn read(
-        &mut self,
-        port: usize,
-        judges: &dyn Guards,
-        now: impl Fn() -> Nanos,
-    ) -> Result<View<'_>, PortError> {
+    /// command whose guard has no state reads as neutral, and [`Self::take_refusal`] returns the refusal.
+    pub(crate) fn read(&mut self, port: usize, now: impl Fn() -> Nanos) -> Result<View<'_>, PortError> {
         self.has_reads = true;
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
             BoundPort::Unbound => Err(PortError::Unbound),
@@ -174,6 +177,7 @@ impl Ports {
                     history,
                     number,
                     resolved,
+                    ..
                 } = input;
                 let value = resolved.get_or_insert_with(|| history.find(*number));
                 let value = value.as_ref().ok_or(PortError::NoValue)?;
@@ -187,6 +191,7 @@ impl Ports {
                 driver,
             } => {
                 let now = now();
+                let variable = Arc::clone(reader.variable());
                 let mut is_in_force = |latched: Latched<'_>| {
                     let Stamp {
                         sequence,
@@ -194,12 +199,15 @@ impl Ports {
                         writer,
                         ..
                     } = latched.stamp;
-                    let command = (latched.bytes, neutral.bytes());
-                    sequence > 0
-                        && valid_until >= now
-                        && guard::judge(guards, judges, now, writer, command)
-                            .map_err(|refusal| self.refusal = Some(refusal))
-                            .is_ok()
+                    let mut is_guarded = || {
+                        let refusal = refuse_without_state(guards, now, writer);
+                        self.refusal = refusal.map(|refusal| Refusal {
+                            in_force: Some((Arc::clone(&variable), sequence)),
+                            ..refusal
+                        });
+                        self.refusal.is_none()
+                    };
+                    sequence > 0 && valid_until >= now && is_guarded()
                 };
                 match reader.latch(now) {
                     Some(latched) if *in_force.get_or_insert_with(|| is_in_force(latched)) => Ok(View {
@@ -218,25 +226,6 @@ impl Ports {
         }
     }
 
-    /// Returns the refusal of a command that was read since the last call of this function.
-    pub(crate) fn take_refusal(&mut self) -> Option<Refusal> {
-        self.refusal.take()
-    }
-
-    /// Lets the guards judge the newest command that each port gave. Returns the first refusal.
-    pub(crate) fn judge_newest(&mut self, now: Nanos, judges: &dyn Guards) -> Option<Refusal> {
-        self.ports.iter_mut().find_map(|port| {
-            let BoundPort::ForeignOutput { writer, guards, .. } = port else {
-                return None;
-            };
-            let (id, variable) = (writer.id(), writer.variable());
-            let neutral = variable.describe().initial.as_deref().unwrap_or_default();
-            let mut reader = variable.reader("replay");
-            let newest = reader.latch(now)?;
-            guard::judge(guards, judges, now, id, (newest.bytes, neutral)).err()
-        })
-    }
-
     /// Returns the memory for the next value of an output.
     pub(crate) fn loan(&mut self, port: usize) -> Result<&mut [u8], PortError> {
         match self.ports.get_mut(port).ok_or(PortError::WrongPort)? {
@@ -252,16 +241,13 @@ impl Ports {
         }
     }
 
-    /// Publishes the loan, unless it is a command that a guard refuses. A command is in force for at least `least`, so
-    /// that the command of a slow schema does not expire between its turns.
-    pub(crate) fn publish(
+    pub(super) fn publish_loan(
         &mut self,
         port: usize,
         time: Nanos,
         now: Nanos,
         least: Nanos,
-        judges: &dyn Guards,
-    ) -> Result<(), PortError> {
+    ) -> Result<u64, PortError> {
         let failed = |why| match why {
             Refused::NothingLoaned => PortError::NothingLoaned,
             why => PortError::Refused { why, first: true },
@@ -273,6 +259,11 @@ impl Ports {
         }
         self.judge_measurement(port)?;
         let number = port;
+        // A state is as old as the oldest value that it was made of.
+        let sources = match &self.guarding {
+            Some(guarding) if guarding.port == number => Some((Arc::clone(&guarding.state), self.sources())),
+            Some(_) | None => None,
+        };
         let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;
         let mut bytes = None;
         if let BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } = port
@@ -290,28 +281,23 @@ impl Ports {
             | BoundPort::Command { .. } => {
                 return Err(PortError::WrongPort);
             }
-            BoundPort::Output(writer) => writer.publish(time, now).map_err(failed),
-            BoundPort::ForeignOutput {
-                writer,
-                refused,
-                guards,
-            } => {
-                if let Err(refusal) = judge_loan(writer, guards, judges, now) {
-                    self.record_write(number, None, None);
-                    return Err(PortError::Judged(refusal));
-                }
-                match writer.publish_for(time, now, least) {
-                    Ok(sequence) => {
-                        *refused = None;
-                        Ok(sequence)
-                    }
-                    Err(Refused::NothingLoaned) => Err(PortError::NothingLoaned),
-                    Err(why) => Err(PortError::Refused {
-                        why,
-                        first: refused.replace(why) != Some(why),
-                    }),
-                }
+            BoundPort::Output(writer) => {
+                let oldest = sources
+                    .as_ref()
+                    .map_or(time, |(_, (oldest, _))| time.min(*oldest));
+                writer.publish(oldest, now).map_err(failed)
             }
+            BoundPort::ForeignOutput { writer, refused, .. } => match writer.publish_for(time, now, least) {
+                Ok(sequence) => {
+                    *refused = None;
+                    Ok(sequence)
+                }
+                Err(Refused::NothingLoaned) => Err(PortError::NothingLoaned),
+                Err(why) => Err(PortError::Refused {
+                    why,
+                    first: refused.replace(why) != Some(why),
+                }),
+            },
         };
         match &published {
             Ok(sequence) => self.record_write(number, Some(*sequence), bytes),
@@ -321,13 +307,16 @@ impl Ports {
             }) => self.record_write(number, None, None),
             Err(_) => {}
         }
-        published.map(drop)
+        if let (Ok(_), Some((state, (_, until)))) = (&published, sources) {
+            state.record_published(now, until);
+        }
+        published
     }
 
     /// Changes the loan of an export that fails. Returns the result of the publication if nothing is to be
     /// published.
     #[cold]
-    fn publish_failing(&mut self, port: usize) -> Option<Result<(), PortError>> {
+    fn publish_failing(&mut self, port: usize) -> Option<Result<u64, PortError>> {
         let Some(BoundPort::Output(writer)) = self.ports.get_mut(port) else {
             return None;
         };
@@ -341,14 +330,14 @@ impl Ports {
         writer.discard();
         self.loan_count -= 1;
         Some(match publication {
-            Publication::Retraction => self.retract(port),
-            Publication::Loan | Publication::Nothing => Ok(()),
+            Publication::Retraction => self.retract(port).map(|()| 0),
+            Publication::Loan | Publication::Nothing => Ok(0),
         })
     }
 
     /// Records that a port has written a value of that number; without a number, that the write was refused
     /// or the value retracted.
-    fn record_write(&mut self, port: usize, number: Option<u64>, bytes: Option<Vec<u8>>) {
+    pub(super) fn record_write(&mut self, port: usize, number: Option<u64>, bytes: Option<Vec<u8>>) {
         if let Some(log) = &mut self.read_log
             && let Some(input) = log.inputs.get_mut(port)
         {
@@ -461,25 +450,6 @@ impl Ports {
         });
         times.max().unwrap_or(0)
     }
-}
-
-/// Lets the guards judge a loaned command. Discards and counts what they refuse.
-fn judge_loan(
-    writer: &mut Writer,
-    guards: &mut [PortGuard],
-    judges: &dyn Guards,
-    now: Nanos,
-) -> Result<(), Refusal> {
-    if guards.is_empty() || !writer.is_loaned() {
-        return Ok(());
-    }
-    let (id, variable) = (writer.id(), Arc::clone(writer.variable()));
-    let neutral = variable.describe().initial.as_deref().unwrap_or_default();
-    let judged = guard::judge(guards, judges, now, id, (writer.loan(), neutral));
-    if judged.is_err() {
-        writer.refuse();
-    }
-    judged
 }
 
 impl From<Option<Arc<HistoricValue>>> for ShownValue {

@@ -7,7 +7,6 @@ use jde_board::{DetachedLoan, Error};
 use jde_loader::AlignedBytes;
 
 use super::bound_port::{BoundPort, RecordedInput};
-use super::guard::PortGuard;
 use super::ports::Ports;
 
 /// The values and loans that a call which was given up may still use. It must outlive that call.
@@ -44,6 +43,7 @@ impl Ports {
         });
         let mut successor = Self::new(ports.collect(), Arc::clone(&self.faults));
         successor.measurements = std::mem::take(&mut self.measurements);
+        successor.guarding = self.guarding.take();
         let loaned = std::mem::take(&mut self.separated_loans);
         Ok((successor, RetainedValues { read_ports, loaned }))
     }
@@ -67,7 +67,7 @@ impl BoundPort {
                     reader: reader.duplicate(),
                     neutral: AlignedBytes::new(neutral.bytes()),
                     in_force: None,
-                    guards: guards.iter().map(PortGuard::duplicate).collect(),
+                    guards: Arc::clone(&guards),
                     driver,
                 };
                 let remains = Self::Command {
@@ -81,16 +81,19 @@ impl BoundPort {
             }
             Self::Recorded(RecordedInput {
                 history,
+                is_import,
                 number,
                 resolved,
             }) => {
                 let successor = RecordedInput {
                     history: Arc::clone(&history),
+                    is_import,
                     number,
                     resolved: None,
                 };
                 let remains = RecordedInput {
                     history,
+                    is_import,
                     number,
                     resolved,
                 };

@@ -29,8 +29,19 @@ impl CallHandle {
     /// without an instance yet. Returns `None` if the call cannot be given up now, for example because it has
     /// returned. `report` reports to the rules and receives the bytes of shared values that the call keeps.
     /// Until it returns, the call cannot return and no runner takes over.
-    pub(crate) fn give_up(&self, since: Nanos, report: impl FnOnce(u64)) -> Option<Runner> {
-        let ports = self.port_access.give_up(since, report)?;
+    /// `guard` answers for a call that waits for its judgement; otherwise the schema itself does.
+    pub(crate) fn give_up(
+        &self,
+        since: Nanos,
+        guard: Option<usize>,
+        report: impl FnOnce(u64),
+    ) -> Option<Runner> {
+        let ports = self.port_access.give_up(since, |kept| {
+            if let Some(guard) = guard {
+                self.port_access.blame(guard);
+            }
+            report(kept);
+        })?;
         let mut runner = Runner::with_ports(&self.engine, self.number, ports);
         runner.retime();
         Some(runner)

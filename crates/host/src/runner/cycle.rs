@@ -111,6 +111,15 @@ impl Runner {
             self.last_iteration = now + 1;
             let result = self.iterate();
             self.finish_iteration(result);
+            self.judge_in_force();
+        }
+    }
+
+    /// A guard that has another state judges the commands in force by it, and what it refuses ends at once (R18).
+    fn judge_in_force(&mut self) {
+        if let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase {
+            let judged = instance.judge_in_force();
+            self.engine.apply_in_force(self.number, judged);
         }
     }
 

@@ -412,6 +412,12 @@ static int32_t judge(const void *state, uint64_t age_ns, const void *command, jd
         return jde_accept(out);
     }
     snprintf(reason, sizeof reason, "%g m/s, and at most %g m/s are safe", wanted, limit);
+    if (limit > 0.3 && limit < 0.4) {
+        jde_twist lesser;
+        memset(&lesser, 0, sizeof lesser);
+        lesser.linear.x = limit;
+        return jde_limit(out, &lesser, sizeof lesser, reason);
+    }
     return jde_refuse(out, reason);
 }
 

@@ -21,6 +21,7 @@ fn holds(holds: bool) -> Answer {
 pub(super) struct InRust<'a, 'p> {
     pub(super) cx: &'a Context<'a>,
     pub(super) motor: Option<&'a Motor>,
+    pub(super) eye_input: Option<&'a Import<f64>>,
     pub(super) eye: Option<RefCell<(&'a mut Export<f64>, &'a mut Export<Mark>)>>,
     pub(super) level: Option<&'a Level<'a>>,
     pub(super) pen: Option<RefCell<&'a mut Pen<'p>>>,
@@ -34,6 +35,7 @@ impl<'a> InRust<'a, '_> {
         Self {
             cx,
             motor: None,
+            eye_input: None,
             eye: None,
             level: None,
             pen: None,
@@ -58,6 +60,10 @@ impl Caller for InRust<'_, '_> {
             Request::Now => return accepted(0.0, cx.now().as_nanos() as u64),
             Request::RealTime => return holds(cx.require_real_time().is_ok()),
             Request::Log => info!(cx, "{text}"),
+            Request::Input if self.eye_input.is_some() => {
+                let sample = self.eye_input.and_then(|input| input.get(cx));
+                return sample.map_or(REFUSED, |sample| accepted(*sample, sample.sequence()));
+            }
             Request::Publish => eye().0.write(cx, number),
             Request::Retract => eye().0.retract(cx),
             Request::PublishMark => {

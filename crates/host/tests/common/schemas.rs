@@ -139,6 +139,9 @@ pub(crate) struct Robot {
     /// The number of the scenario.
     #[modulation(default = 0, fixed)]
     scenario: Modulation<u32>,
+    /// The limits of that command.
+    #[modulation(default = Twist::ZERO, fixed)]
+    velocity_limits: Modulation<Twist>,
     /// A command that is in force for long.
     #[command(neutral = Twist::ZERO, validity = "1000s")]
     velocity: Command<Twist>,
@@ -336,6 +339,7 @@ impl Eye {
         let eye = Some(RefCell::new((&mut self.out, &mut self.mark)));
         let caller = InRust {
             eye,
+            eye_input: Some(&self.input),
             ..InRust::new(cx)
         };
         Io::new(&scenario, &self.state.name, memory, Some(&caller)).perform(call)
@@ -358,7 +362,8 @@ impl Schema for Eye {
     }
 }
 
-/// Accepts commands up to its value, in m/s. It panics at a NaN.
+/// Accepts commands up to its value, in m/s, and limits them to it if it is between 0.3 and 0.4. It panics at a NaN. If
+/// it is less than -1, the judgement of a command above 0.2 m/s never returns.
 impl Guard for Eye {
     type State = f64;
     type Command = Twist;
@@ -370,7 +375,14 @@ impl Guard for Eye {
         if speed <= *limit {
             return Ok(());
         }
+        while *limit < -1.0 && speed > 0.2 {
+            std::thread::park();
+        }
         Err(format!("{speed} m/s, and at most {limit} m/s are safe"))
+    }
+
+    fn limit(limit: &f64, _age: Duration, _command: &Twist) -> Option<Twist> {
+        (*limit > 0.3 && *limit < 0.4).then(|| Twist::planar(*limit, 0.0))
     }
 }
 

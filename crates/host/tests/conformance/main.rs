@@ -18,6 +18,7 @@ mod guards;
 mod hangs;
 mod hangs_at_the_end;
 mod hangs_in_c;
+mod judgements;
 mod listed_commands;
 mod many_schemas;
 mod mocks;

@@ -314,6 +314,13 @@ public:
         }
         return jde::refuse("%g m/s, and at most %g m/s are safe", command.linear.x, limit);
     }
+    /* Limits commands to its value if it is between 0.3 and 0.4. */
+    static std::optional<jde::Twist> limit(const double &limit, jde::Nanoseconds, const jde::Twist &)
+    {
+        jde::Twist lesser{};
+        lesser.linear.x = limit;
+        return limit > 0.3 && limit < 0.4 ? std::optional<jde::Twist>(lesser) : std::nullopt;
+    }
 };
 
 struct RobotPorts : TestPorts {

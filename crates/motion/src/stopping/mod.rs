@@ -155,7 +155,7 @@ fn parts(twist: &Twist) -> [f64; 3] {
     [twist.linear.x, twist.linear.y, twist.angular.z]
 }
 
-fn is_still(twist: &Twist) -> bool {
+pub(crate) fn is_still(twist: &Twist) -> bool {
     parts(twist) == [0.0; 3]
 }
 

@@ -165,6 +165,16 @@ pub enum Event {
         /// What was refused, and why.
         description: String,
     },
+    /// A guard limits the commands of a schema: lesser ones take effect (R18). Reported once for as long as it goes
+    /// on.
+    Limited {
+        /// When.
+        time: Nanos,
+        /// The schema that commands.
+        schema: usize,
+        /// The guard, and why.
+        description: String,
+    },
     /// An operator acted (R14).
     Operator {
         /// When.
@@ -239,6 +249,7 @@ impl Event {
             | Self::CallAbandoned { time, .. }
             | Self::AbandonedCallReturned { time, .. }
             | Self::Refused { time, .. }
+            | Self::Limited { time, .. }
             | Self::Operator { time, .. }
             | Self::Reloaded { time, .. }
             | Self::ReloadRolledBack { time, .. }

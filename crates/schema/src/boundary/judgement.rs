@@ -82,18 +82,33 @@ unsafe extern "C" fn judge<S: Guard>(
     }) else {
         return raw::BAD_ARGUMENT;
     };
-    let judged = catch(|| S::judge(state, Duration::from_nanos(age_ns), command));
-    let (status, reason) = match judged {
-        Ok(Ok(())) => (raw::OK, None),
-        Ok(Err(reason)) => (raw::OK, Some(reason)),
-        Err(panic) => (raw::PANICKED, Some(panic)),
+    // SAFETY: the host's pointer to room for the result, which states its size.
+    let lent = unsafe { table::read(out) };
+    let age = Duration::from_nanos(age_ns);
+    let judged = catch(|| {
+        let refused = S::judge(state, age, command).err()?;
+        let limited = S::limit(state, age, command).filter(|limited| S::judge(state, age, limited).is_ok());
+        Some((refused, limited))
+    });
+    let (status, reason, limited) = match judged {
+        Ok(None) => (raw::OK, None, None),
+        Ok(Some((reason, limited))) => (raw::OK, Some(reason), limited),
+        Err(panic) => (raw::PANICKED, Some(panic), None),
     };
-    let judgement = raw::Judgement {
+    let mut judgement = raw::Judgement {
         accepted: u32::from(reason.is_none()),
         reason: super::calls::text(reason.as_deref().unwrap_or_default()),
         ..raw::Judgement::REFUSED
     };
-    // SAFETY: the host's pointer to room for the result, which states its size.
+    if let (Some(limited), Ok(lent)) = (limited, lent) {
+        judgement.command = lent.command;
+        // SAFETY: the room that the host lends for a command, or null if it is of before minor version 8.
+        if let Some(room) = unsafe { lent.command.cast::<S::Command>().as_mut() } {
+            *room = limited;
+            judgement.accepted = raw::LIMITED;
+        }
+    }
+    // SAFETY: as above.
     unsafe { table::write(out, &judgement) };
     status
 }

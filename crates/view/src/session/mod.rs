@@ -231,7 +231,10 @@ impl Session {
 
     /// Who stopped everything, as far as that still holds, and the roots that no operator keeps stopped.
     pub(crate) fn stopped_by(&self) -> Option<(&str, Vec<&str>)> {
-        let mut holds = self.roots().filter_map(|root| self.view(root)).flat_map(SchemaView::holds);
+        let mut holds = self
+            .roots()
+            .filter_map(|root| self.view(root))
+            .flat_map(SchemaView::holds);
         let by = holds.find(|hold| hold.with_everything)?.by.as_str();
         Some((by, self.roots().filter(|root| !self.is_stopped(root)).collect()))
     }

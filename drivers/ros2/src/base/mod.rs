@@ -22,6 +22,16 @@ pub(crate) use hazards::HazardDetectionVector;
 pub(crate) use hazards::{BUMP, HazardDetection};
 use sonars::Sonars;
 
+/// Those of most robots for rooms: an application for a faster robot states its own.
+const LIMITS: Twist = Twist {
+    linear: Vector3 {
+        x: 1.0,
+        y: 1.0,
+        z: 0.0,
+    },
+    ..Twist::planar(0.0, 2.0)
+};
+
 node_schema! {
     /// A ROS 2 robot as a base: it exports the robot's topics, and publishes the commanded velocity.
     ///
@@ -72,6 +82,9 @@ node_schema! {
         /// stamp can be compared; ten times as long for the battery.
         #[modulation(default = 1.0, unit = "s", min = 0.01, max = 5.0)]
         stale: Modulation<f64>,
+        /// Greatest speeds that any command asks of the base, in either direction; 0 limits none.
+        #[modulation(default = LIMITS, fixed)]
+        velocity_limits: Modulation<Twist>,
         /// Speeds of the base.
         #[command(neutral = Twist::ZERO, validity = "500ms", trigger)]
         velocity: Command<Twist>,

@@ -166,6 +166,39 @@ impl Commands {
         })
     }
 
+    /// Sends the neutral value of a command that a guard refused, if it is still the newest.
+    pub(super) fn end_refused(&mut self, variable: &Arc<Variable>, sequence: u64, now: Nanos) -> Vec<usize> {
+        self.update_each(now, |command, last| {
+            if Arc::ptr_eq(&command.variable, variable) && last.sequence == sequence {
+                CommandChange::Neutral
+            } else {
+                CommandChange::Unchanged
+            }
+        })
+    }
+
+    /// Replaces a command by the one to which a guard limits it, if it is still the newest. All else about it stays.
+    pub(super) fn limit(&mut self, variable: &Arc<Variable>, sequence: u64, limited: &[u8]) -> Vec<usize> {
+        let mut commands = self.commands.iter_mut();
+        let Some(command) = commands.find(|command| Arc::ptr_eq(&command.variable, variable)) else {
+            return Vec::new();
+        };
+        let Some(last) = command.last().filter(|last| last.sequence == sequence) else {
+            return Vec::new();
+        };
+        let is_held = command.is_held(&last);
+        match command
+            .variable
+            .put(last.writer, limited, last.time, last.valid_until)
+        {
+            Ok(put) if is_held => command.held_sequence = put,
+            Ok(_) => {}
+            // A guard that limits to what is no command is wrong, and what it judged does not go on.
+            Err(_) => command.put_neutral(last.time),
+        }
+        vec![command.driver]
+    }
+
     /// Withdraws all authority and sends every command its neutral value.
     pub(super) fn brake_all(&mut self, now: Nanos) -> Vec<usize> {
         if let Some(authority) = &self.authority {

@@ -15,7 +15,7 @@ mod transact;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_app::Application;
-use jde_core::{Effect, GroupId, Hierarchy, Nanos, SchemaId};
+use jde_core::{Effect, GroupId, Hierarchy, Nanos, SchemaId, State};
 use jde_records::event::Observer;
 use jde_records::turn::Turn;
 
@@ -185,6 +185,17 @@ impl Rules {
     /// Whether the application ends.
     pub(crate) fn is_ending(&self) -> bool {
         self.lock().shutdown_order.is_some()
+    }
+
+    /// Wakes another instance of a schema that the rules hold awake.
+    pub(crate) fn awake_again(&self, instance: usize) {
+        let mut rules = self.lock();
+        if rules.hierarchy.state(schema(instance)) != State::Slept {
+            let awake = Signal::Awake(self.clock.now());
+            self.signals
+                .post_within(&mut rules.notifications, instance, awake);
+        }
+        self.unlock(rules);
     }
 
     /// Sends one instance to sleep, in the order that [`Self::put_to_sleep`] returned.

@@ -1,6 +1,9 @@
 //! One transaction of the rules: the change, its effects carried out in order, and the events for observers.
 
+use std::sync::Arc;
+
 use jde_abi::describe::Kind;
+use jde_board::Variable;
 use jde_core::{Check, Effect, Hierarchy, Nanos};
 use jde_records::event::Event;
 use jde_records::turn::{Moment, Turn};
@@ -125,10 +128,19 @@ impl Rules {
             .1
     }
 
-    /// Reports that a guard refused a command of an instance, in these words (R18). Returns a moment only if that
-    /// had effects and turns are recorded.
-    pub(crate) fn transact_refusal(&self, instance: usize, words: String) -> Moment {
+    /// Reports that a guard refused a command of an instance, in these words (R18). If it was in force, and no other
+    /// was given since, it is neutral from now on. Returns a moment only if that had effects and turns are recorded.
+    pub(crate) fn transact_refusal(
+        &self,
+        instance: usize,
+        words: String,
+        in_force: Option<&(Arc<Variable>, u64)>,
+    ) -> Moment {
         let mut rules = self.lock();
+        if let Some((variable, sequence)) = in_force {
+            let drivers = rules.commands.end_refused(variable, *sequence, self.clock.now());
+            self.signal_drivers(&mut rules, &drivers);
+        }
         rules.refusal = Some(words);
         let mut moment = Moment::default();
         let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {
@@ -142,6 +154,14 @@ impl Rules {
         rules.refusal = None;
         self.unlock(rules);
         moment
+    }
+
+    /// Replaces a command in force by the one to which a guard limits it (R18), unless another was given since.
+    pub(crate) fn limit_in_force(&self, variable: &Arc<Variable>, sequence: u64, limited: &[u8]) {
+        let mut rules = self.lock();
+        let drivers = rules.commands.limit(variable, sequence, limited);
+        self.signal_drivers(&mut rules, &drivers);
+        self.unlock(rules);
     }
 
     /// The journal for an instance's turns; `None` for drivers.
