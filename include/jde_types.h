@@ -283,7 +283,10 @@ static const jde_type jde_vector3_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_vector3_fields), "geometry_msgs/msg/Vector3", "A vector in space; its unit is that of the field that contains it.",
     sizeof(jde_vector3), 8u, jde_vector3_fields};
 
-/** geometry_msgs/msg/Quaternion: An orientation in space, as a quaternion of length 1. */
+/**
+ * geometry_msgs/msg/Quaternion: An orientation in space, as a quaternion. Only its direction counts: `Quaternion::normalized` has length 1, and one
+ * of zeros is no orientation.
+ */
 typedef struct jde_quaternion {
     double x;
     double y;
@@ -304,7 +307,7 @@ static const jde_field jde_quaternion_fields[] = {
               "", "", NULL),
 };
 static const jde_type jde_quaternion_type = {
-    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_quaternion_fields), "geometry_msgs/msg/Quaternion", "An orientation in space, as a quaternion of length 1.",
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_quaternion_fields), "geometry_msgs/msg/Quaternion", "An orientation in space, as a quaternion. Only its direction counts: `Quaternion::normalized` has length 1, and one\nof zeros is no orientation.",
     sizeof(jde_quaternion), 8u, jde_quaternion_fields};
 
 /** geometry_msgs/msg/Pose: A position and an orientation in space. */

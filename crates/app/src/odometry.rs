@@ -16,7 +16,9 @@ impl Application {
         let of = |number: usize| {
             let schema = &self.instances[number].schema;
             let mut ports = schema.ports.iter();
-            ports.position(|port| matches!(port.role, Role::Export { .. }) && port.value_type.name == odometry.name)
+            ports.position(|port| {
+                matches!(port.role, Role::Export { .. }) && port.value_type.name == odometry.name
+            })
         };
         let is_driver = |number: &usize| self.instances[*number].schema.kind == Kind::Driver;
         if !is_driver(&instance) {

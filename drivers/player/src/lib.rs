@@ -89,6 +89,7 @@ pub struct Robot {
     stale: Modulation<f64>,
     /// Greatest speeds that any command asks of the base, in either direction; 0 limits none.
     #[modulation(default = LIMITS, fixed)]
+    #[expect(dead_code, reason = "the host applies them to each command")]
     velocity_limits: Modulation<Twist>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side.
     #[command(neutral = Twist::ZERO, validity = "500ms")]

@@ -85,6 +85,7 @@ pub struct Robot {
     /// Greatest speeds that any command asks of the base, in either direction; 0 limits none. The robot follows a command
     /// at most with the speeds of its file.
     #[modulation(default = Twist::ZERO, fixed)]
+    #[expect(dead_code, reason = "the host applies them to each command")]
     velocity_limits: Modulation<Twist>,
     /// Speeds of the base. A robot that is not omnidirectional ignores the speed to the side; a car
     /// drives the curvature of the command.

@@ -3,16 +3,20 @@
 //! [`crate::read`] creates it; only tests create it otherwise. It contains no pointer into a plugin.
 
 mod differs;
+mod guard;
 mod limits;
 mod lists;
 mod notation;
+mod validity;
 
 use std::fmt;
 use std::sync::Arc;
 
+pub use guard::Guard;
 pub use limits::{Limits, NotAllowed};
 pub use lists::{ListKind, PortList};
 pub use notation::RosNotation;
+pub use validity::Validity;
 
 /// A plugin.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,15 +66,6 @@ pub struct Schema {
     pub guard: Option<Guard>,
     /// Its lists of ports, whose entries the application states.
     pub lists: Vec<PortList>,
-}
-
-/// What a guard judges, and by what.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Guard {
-    /// The index of the export by whose newest value it judges.
-    pub state: usize,
-    /// The type of the commands.
-    pub command: Arc<Type>,
 }
 
 /// Kinds of schema.
@@ -140,18 +135,6 @@ pub enum Role {
         /// The child's number.
         child: usize,
     },
-}
-
-/// How long a value of an export is valid without a newer one (R19).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Validity {
-    /// For some of the periods that the application states for the schema.
-    #[default]
-    Periods,
-    /// For this time, ns.
-    Time(u64),
-    /// Until it is replaced or retracted: a map, a mission.
-    Lasting,
 }
 
 /// A role for a child.
@@ -342,28 +325,6 @@ impl FieldKind {
         match self {
             Self::Scalar(scalar) => scalar.bytes(),
             Self::Struct(ty) => ty.align,
-        }
-    }
-}
-
-impl Validity {
-    /// Returns it as [`crate::raw::Port`] states it.
-    #[must_use]
-    pub fn to_ns(self) -> u64 {
-        match self {
-            Self::Periods => 0,
-            Self::Time(ns) => ns,
-            Self::Lasting => crate::raw::LASTING,
-        }
-    }
-
-    /// Returns what a [`crate::raw::Port`] states.
-    #[must_use]
-    pub fn from_ns(ns: u64) -> Self {
-        match ns {
-            0 => Self::Periods,
-            crate::raw::LASTING => Self::Lasting,
-            ns => Self::Time(ns),
         }
     }
 }

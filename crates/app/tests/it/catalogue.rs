@@ -1,5 +1,7 @@
 //! Shared helpers for the tests of applications: a catalogue of plugin descriptions, an application without
 //! faults, and functions that edit its text and check the faults. Loads no plugin.
+//!
+//! long because one catalogue serves all tests.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

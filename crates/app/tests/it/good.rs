@@ -1,4 +1,6 @@
 //! The application that results from a file without faults.
+//!
+//! long because one application is looked at from every side.
 
 use std::time::Duration;
 

@@ -1,6 +1,8 @@
 //! Random hierarchies under random events: the rules hold after every transaction.
 //!
 //! The checks are independent of the implementation: those of R6 and R14 are in `Requests`, all others in `shadow`.
+//!
+//! long because one table of random events serves all checks.
 
 use std::collections::BTreeSet;
 

@@ -6,6 +6,7 @@
 //! [`Notifier`].
 
 mod abandoned;
+mod guard_wiring;
 mod guards;
 mod isolation;
 mod operators;

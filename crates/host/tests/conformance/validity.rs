@@ -82,14 +82,19 @@ fn r19_the_values_of_a_schema_that_is_stopped_end_at_once(executor: Executor) {
 
 fn r19_a_schema_reads_no_value_of_before_its_sleep(executor: Executor) {
     let scenario = Scenario::new();
-    publish_while(&scenario, &Arc::new(true.into()));
+    scenario.on_call("eye", |call, io| {
+        if call == Call::Iterate {
+            io.publish(io.now() as f64);
+        }
+        Ok(())
+    });
     let woken = Arc::new(AtomicU64::new(0));
     scenario.on_call("low", move |call, io| {
         match call {
             Call::Awake => woken.store(io.now(), SeqCst),
             Call::Check => {
-                if let Some((_, time)) = io.input() {
-                    let is_new = time >= woken.load(SeqCst);
+                if let Some((published, _)) = io.input() {
+                    let is_new = published >= woken.load(SeqCst) as f64;
                     io.record(if is_new {
                         "reads a new value"
                     } else {

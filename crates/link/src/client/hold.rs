@@ -31,7 +31,7 @@ impl Hold {
             action,
             lease_ms,
         };
-        let losses = remote.operate_and_tell(&leased(request.action.clone(), Some(lease_ms)))?;
+        let losses = remote.operate_reporting(&leased(request.action.clone(), Some(lease_ms)))?;
         let renew = leased(
             Action::Renew {
                 schema: schema.clone(),

@@ -346,7 +346,7 @@ impl Remote {
     /// # Errors
     /// [`Error::Refused`] with the reason; and as above.
     pub fn operate(&self, request: &Request) -> Result<(), Error> {
-        self.operate_and_tell(request).map(drop)
+        self.operate_reporting(request).map(drop)
     }
 
     /// As [`Self::operate`]. Returns what awake schemas lose by a stop or an unload: "goon loses its laser"; empty if
@@ -354,7 +354,7 @@ impl Remote {
     ///
     /// # Errors
     /// As [`Self::operate`].
-    pub fn operate_and_tell(&self, request: &Request) -> Result<String, Error> {
+    pub fn operate_reporting(&self, request: &Request) -> Result<String, Error> {
         let json = serde_json::to_vec(request).map_err(|error| self.garbled(error.to_string()))?;
         let reply = self.query(&self.inner.keys.of(key::OPERATE), Some(json))?;
         Ok(self.operated(&reply)?.losses)

@@ -132,7 +132,9 @@ class Vector3:
 
 @standard("geometry_msgs/msg/Quaternion")
 class Quaternion(_standard.QuaternionFunctions):
-    """An orientation in space, as a quaternion of length 1."""
+    """An orientation in space, as a quaternion. Only its direction counts: `Quaternion::normalized` has length 1, and
+    one of zeros is no orientation.
+    """
 
     x: float = 0.0
 

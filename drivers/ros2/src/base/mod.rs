@@ -84,6 +84,7 @@ node_schema! {
         stale: Modulation<f64>,
         /// Greatest speeds that any command asks of the base, in either direction; 0 limits none.
         #[modulation(default = LIMITS, fixed)]
+        #[expect(dead_code, reason = "the host applies them to each command")]
         velocity_limits: Modulation<Twist>,
         /// Speeds of the base.
         #[command(neutral = Twist::ZERO, validity = "500ms", trigger)]

@@ -179,7 +179,7 @@ pub(super) fn perform_action(
         ));
     }
     let Some(time) = lasting.time.map(Duration::from_nanos) else {
-        let losses = remote.operate_and_tell(&request)?;
+        let losses = remote.operate_reporting(&request)?;
         writeln!(out, "{GOOD}{}{GOOD:#}{}", messages.done, lost(&losses))?;
         return Ok(());
     };
