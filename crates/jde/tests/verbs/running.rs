@@ -321,18 +321,17 @@ hang = "10s"
 "#;
     std::fs::write(&file, text).expect("it is written");
     let recording = folder.path().join("late.mcap");
-    let run = |trouble: &str, options: &[&str]| {
-        let mut command = jde_with_plugins(&["run", "--plain", "--for", "3s"]);
-        let set = format!("sluggish.trouble={trouble}");
-        output_of(command.arg(&file).args(["--set", &set]).args(options))
+    let run = |options: &[&str]| {
+        let mut command = jde_with_plugins(&["run", "--plain", "--set", "sluggish.trouble=dawdle"]);
+        output_of(command.arg(&file).args(options))
     };
     let said = "longer than the contract allows";
     // In lockstep calls take no time.
-    let punctual = run("dawdle", &["--lockstep"]);
+    let punctual = run(&["--lockstep", "--for", "30ms"]);
     assert_eq!(punctual.status, Some(0), "{}", punctual.out);
     assert!(!punctual.out.contains(said), "{}", punctual.out);
-    // Its checks take 0.9 s, and the others wait for none of them.
-    let late = run("dawdle", &["--record", &recording.display().to_string()]);
+    // Its checks take 0.9 s, for which nobody else waits.
+    let late = run(&["--for", "3s", "--record", &recording.display().to_string()]);
     assert_eq!(late.status, Some(1), "{}\n{}", late.out, late.err);
     assert!(
         late.out.contains(said) && !late.out.contains("no faults"),
