@@ -62,7 +62,7 @@ fn the_area_is_a_rectangle_and_not_a_disc() {
 #[test]
 fn it_does_not_let_go_when_the_scan_ends_or_is_none() {
     let mut bench = Bench::<Stop>::new();
-    let mut ready = |bench: &mut Bench<Stop>| bench.check().expect("the check succeeds").ready;
+    let ready = |bench: &mut Bench<Stop>| bench.check().expect("the check succeeds").ready;
     assert!(ready(&mut bench), "before the first scan");
     let mut wrong = scan(&[]);
     wrong.angle_increment = 0.0;

@@ -115,6 +115,7 @@ fn a_survey_counts_messages_selections_and_problems() {
             faults: 1,
             overruns: 1,
             refused: 1,
+            late: 0,
             last_fault: Some("it divided by zero".to_owned()),
         }]
     );
