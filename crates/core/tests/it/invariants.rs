@@ -390,7 +390,7 @@ impl Run {
     fn operate(&mut self, id: SchemaId, what: u16, who: u16) -> Result<(), TestCaseError> {
         let by = Holder {
             operator: 1 + u32::from(who % 2),
-            leased: who / 2 % 2 == 0,
+            leased: (who / 2).is_multiple_of(2),
         };
         let (now, kept) = (self.now, self.needed_by(id));
         let mut out = Vec::new();
@@ -427,7 +427,7 @@ impl Run {
                     self.requests.add(id, by, HoldAction::Forced);
                 }
             }
-            5 if what % 3 > 0 => {
+            5 if !what.is_multiple_of(3) => {
                 if self.h.unload(now, by, id, &mut out).is_ok() {
                     let replaced = [HoldAction::Played, HoldAction::Stopped];
                     self.requests

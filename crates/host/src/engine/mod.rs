@@ -136,10 +136,9 @@ impl Engine {
         let rules = Arc::new(Rules::new(
             &application,
             (&clock, &stalls),
-            &variables,
             journal.clone(),
             hierarchy,
-            commands,
+            (&variables, commands),
             observers,
             transaction_observer,
         ));

@@ -375,8 +375,10 @@ impl Guard for Eye {
         if speed <= *limit {
             return Ok(());
         }
-        while *limit < -1.0 && speed > 0.2 {
-            std::thread::park();
+        if *limit < -1.0 && speed > 0.2 {
+            loop {
+                std::thread::park();
+            }
         }
         Err(format!("{speed} m/s, and at most {limit} m/s are safe"))
     }

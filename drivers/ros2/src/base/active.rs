@@ -57,14 +57,14 @@ impl ActiveBase {
             return;
         }
         let mut laser = export.loan(cx);
-        match self.sweep.fill(yaw, &mut laser) {
+        let filled = self.sweep.fill(yaw, &mut laser);
+        match filled {
             Ok(()) => {
                 subscription.mark_received(arrived);
                 laser.publish_at(time);
             }
             Err(why) => {
-                // Nobody drives by the scan before it.
-                drop(laser);
+                // Nobody drives by the scan before it. Retracting discards the loan.
                 export.retract(cx);
                 let message = format!("{}: a scan that is none: {why}", subscription.topic());
                 self.connection.warn_once(cx, message);

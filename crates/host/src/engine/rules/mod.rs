@@ -70,10 +70,9 @@ impl Rules {
     pub(super) fn new(
         application: &Arc<Application>,
         (clock, stalls): (&Arc<Clock>, &Arc<Stalls>),
-        variables: &Arc<Variables>,
         journal: Option<Arc<Journal>>,
         hierarchy: Hierarchy,
-        commands: Commands,
+        (variables, commands): (&Arc<Variables>, Commands),
         observers: Vec<Box<dyn Observer>>,
         transaction_observer: Option<Box<dyn TransactionObserver>>,
     ) -> Self {
