@@ -9,7 +9,7 @@ use crate::common::{Call, Executor, MS, Scenario, TestApp, in_languages, on_ever
 
 on_every_executor!(
     r19_the_values_of_a_schema_that_is_stopped_end_at_once,
-    r19_a_schema_reads_no_value_of_before_its_sleep,
+    r19_nobody_reads_a_value_of_before_the_sleep_of_its_writer,
     r19_a_value_that_is_not_renewed_ends_whatever_period_an_operator_writes,
     r19_an_import_may_take_no_value_of_an_age_that_the_writer_permits,
     r7_a_period_that_an_operator_writes_lengthens_no_command,
@@ -80,30 +80,29 @@ fn r19_the_values_of_a_schema_that_is_stopped_end_at_once(executor: Executor) {
     app.stop();
 }
 
-fn r19_a_schema_reads_no_value_of_before_its_sleep(executor: Executor) {
+fn r19_nobody_reads_a_value_of_before_the_sleep_of_its_writer(executor: Executor) {
     let scenario = Scenario::new();
-    scenario.on_call("eye", |call, io| {
-        if call == Call::Iterate {
-            io.publish(io.now() as f64);
+    let woken = Arc::new(AtomicU64::new(0));
+    let wakes = Arc::clone(&woken);
+    scenario.on_call("eye", move |call, io| {
+        match call {
+            Call::Awake => wakes.store(io.now(), SeqCst),
+            Call::Iterate => io.publish(io.now() as f64),
+            _ => {}
         }
         Ok(())
     });
-    let woken = Arc::new(AtomicU64::new(0));
     scenario.on_call("low", move |call, io| {
-        match call {
-            Call::Awake => woken.store(io.now(), SeqCst),
-            Call::Check => {
-                if let Some((published, _)) = io.input() {
-                    let is_new = published >= woken.load(SeqCst) as f64;
-                    io.record(if is_new {
-                        "reads a new value"
-                    } else {
-                        "reads an old value"
-                    });
-                }
-                io.ready(true);
+        if call == Call::Check {
+            if let Some((published, _)) = io.input() {
+                let is_new = published >= woken.load(SeqCst) as f64;
+                io.record(if is_new {
+                    "reads a new value"
+                } else {
+                    "reads an old value"
+                });
             }
-            _ => {}
+            io.ready(true);
         }
         Ok(())
     });
@@ -113,9 +112,10 @@ fn r19_a_schema_reads_no_value_of_before_its_sleep(executor: Executor) {
         let seen = scenario.count("low reads a new value");
         app.until(|app| app.scenario.count("low reads a new value") > seen);
         let slept = scenario.count("eye sleep");
-        app.operator().hold_asleep(low).expect("the operator may");
+        // Who stops a schema still needs what it needed; who unloads it does not (R6).
+        app.operator().unload(low).expect("the operator may");
         app.until(|app| app.scenario.count("eye sleep") > slept);
-        app.operator().release(low).expect("the operator may");
+        app.until(|app| app.operator().load(low).is_ok());
     }
     app.stop();
     assert!(
