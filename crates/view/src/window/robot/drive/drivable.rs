@@ -57,10 +57,12 @@ pub(super) fn advice(ui: &mut Ui, session: &Session, body: &str) {
     let roots = roots.map_or(&[][..], |group| &group.members);
     let mut names = vec!["\"teleop\"".to_owned()];
     names.extend(roots.iter().map(|root| format!("\"{root}\"")));
-    let command = session
-        .variables()
-        .iter()
-        .find(|variable| variable.owner == body && variable.type_name == "geometry_msgs/msg/Twist");
+    // Limits of the velocity have its type too.
+    let command = session.variables().iter().find(|variable| {
+        variable.owner == body
+            && variable.access == "command"
+            && variable.type_name == "geometry_msgs/msg/Twist"
+    });
     let command = command.map_or_else(|| format!("{body}.velocity"), |command| command.name.clone());
     let lines = format!(
         "roots = [{}]\n\n[schemas.teleop]\ntype      = \"teleop/base\"\nactuators = {{ base = \"{command}\" }}\n",
