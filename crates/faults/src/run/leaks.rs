@@ -158,7 +158,13 @@ impl ResourceCounts {
             let listed = std::fs::read_to_string(task.path().join("children")).unwrap_or_default();
             listed.split_whitespace().count() as u64
         });
-        let files = std::fs::read_dir("/proc/self/fd").map_or(0, |files| files.count() as u64);
+        // The copy of a plugin is held open for ever, as its library is mapped for ever.
+        let is_copy = |file: &std::path::Path| {
+            let target = std::fs::read_link(file).unwrap_or_default();
+            target.to_string_lossy().contains(".so")
+        };
+        let files = std::fs::read_dir("/proc/self/fd").into_iter().flatten().flatten();
+        let files = files.filter(|file| !is_copy(&file.path())).count() as u64;
         Self {
             threads: threads.and_then(|number| number.trim().parse().ok()).unwrap_or(0),
             files,
