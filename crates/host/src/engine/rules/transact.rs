@@ -323,7 +323,7 @@ impl Rules {
                 self.signal_drivers(rules, &drivers);
             }
             Effect::Changed { id, from, to } => {
-                if tracing::enabled!(target: "jde::state", tracing::Level::TRACE) {
+                if tracing::level_filters::LevelFilter::current() >= tracing::Level::TRACE {
                     rules.messages.push(Message::Changed { id, from, to });
                 }
                 self.notify_observers(
