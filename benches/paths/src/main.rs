@@ -117,7 +117,7 @@ fn main() -> Result<()> {
 fn read(times: u64) -> Result<()> {
     let (_writer, mut reader) = ends::<8>(EXPORT)?;
     for _ in 0..times {
-        black_box(reader.get());
+        black_box(reader.get(0));
     }
     Ok(())
 }

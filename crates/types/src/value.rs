@@ -92,6 +92,14 @@ pub unsafe trait Value: Copy + Send + Sync + 'static {
         (bytes.len() == size_of::<Self>() && value.is_aligned()).then(|| unsafe { &*value })
     }
 
+    /// As [`Self::view`], for writing.
+    #[must_use]
+    fn view_mut(bytes: &mut [u8]) -> Option<&mut Self> {
+        let value = bytes.as_mut_ptr().cast::<Self>();
+        // SAFETY: as above, borrowed exclusively for as long.
+        (bytes.len() == size_of::<Self>() && value.is_aligned()).then(|| unsafe { &mut *value })
+    }
+
     /// Returns its bytes, as in its description.
     #[must_use]
     fn as_bytes(&self) -> &[u8] {

@@ -16,6 +16,7 @@ use jde_loader::AlignedBytes;
 use jde_loader::instance::PluginContext;
 
 use crate::malformed::malformed;
+use crate::measurement::value_of;
 
 /// The time that passes between two calls, ns.
 const STEP: u64 = 50_000_000;
@@ -61,7 +62,7 @@ impl<'s> Bench<'s> {
         let value = |port: &jde_abi::describe::Port| match &port.role {
             Role::Modulation { default, .. } => AlignedBytes::new(default),
             Role::Command { neutral, .. } => AlignedBytes::new(neutral),
-            _ => AlignedBytes::new(&vec![0; port.value_type.bytes]),
+            _ => value_of(&port.value_type),
         };
         Self {
             schema,

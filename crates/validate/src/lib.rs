@@ -13,6 +13,7 @@ mod bench;
 mod checks;
 mod life;
 mod malformed;
+mod measurement;
 mod run;
 mod serve;
 

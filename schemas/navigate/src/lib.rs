@@ -102,28 +102,21 @@ impl Schema for Navigate {
 
     fn iterate(&mut self, cx: &Context) -> Result {
         self.plan.wake(cx);
-        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
-        let Some(pose) = pose.filter(Pose2D::is_finite) else {
-            return Ok(());
-        };
         let mut terms = self.terms(cx);
-        let planner = self.state.get(cx);
-        let words = planner.as_ref().map(|state| state.as_str());
-        self.take_failure(cx, &terms, words);
-        let nearby = self.nearby.get(cx);
-        if core::mem::replace(&mut self.stated, nearby) != nearby {
-            self.plan_tolerance.set(cx, nearby);
-        }
-        terms.is_at_end = self.is_at_end(cx, &terms, pose);
-        let (target, mission) = self.targets.advance(cx, &terms, pose, words);
-        self.target.set(cx, target);
-        self.mission.write(cx, mission);
-        self.rests = match target.get() {
-            None => true,
-            // The path that there still is leads to a target that is gone.
-            Some(_) => self.rests && self.path.is_bound(cx) && self.new_path(cx).is_none(),
+        let pose = self.pose.get(cx).map(|odometry| odometry.pose2d());
+        let rests = match pose.filter(Pose2D::is_finite) {
+            Some(pose) => {
+                self.lead(cx, &mut terms, pose);
+                self.rests
+            }
+            // A robot that does not know where it is may have to move to find out.
+            None => {
+                let is_idle = self.targets.current(&terms).is_none();
+                self.rests |= is_idle;
+                is_idle
+            }
         };
-        if self.rests {
+        if rests {
             self.drive.sleep(cx);
         } else {
             self.drive.wake(cx);
@@ -133,6 +126,26 @@ impl Schema for Navigate {
 }
 
 impl Navigate {
+    /// Leads a robot that knows where it is.
+    fn lead(&mut self, cx: &Context, terms: &mut Terms, pose: Pose2D) {
+        let planner = self.state.get(cx);
+        let words = planner.as_ref().map(|state| state.as_str());
+        self.take_failure(cx, terms, words);
+        let nearby = self.nearby.get(cx);
+        if core::mem::replace(&mut self.stated, nearby) != nearby {
+            self.plan_tolerance.set(cx, nearby);
+        }
+        terms.is_at_end = self.is_at_end(cx, terms, pose);
+        let (target, mission) = self.targets.advance(cx, terms, pose, words);
+        self.target.set(cx, target);
+        self.mission.write(cx, mission);
+        self.rests = match target.get() {
+            None => true,
+            // The path that there still is leads to a target that is gone.
+            Some(_) => self.rests && self.path.get(cx).is_some() && self.new_path(cx).is_none(),
+        };
+    }
+
     /// Gives up the target for which a recovery has failed, with the words of the planner.
     fn take_failure(&mut self, cx: &Context, terms: &Terms, words: Option<&str>) {
         let Some(recovery) = self.recovery.get(cx) else {

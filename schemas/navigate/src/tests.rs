@@ -69,6 +69,20 @@ fn when_the_target_ends_nobody_drives_and_the_next_one_waits_for_its_path() {
 }
 
 #[test]
+fn without_a_pose_somebody_may_move_to_find_it_unless_there_is_no_target() {
+    let mut bench = Bench::<Navigate>::new();
+    let drives = |bench: &Bench<Navigate>| bench.awake_children().contains(&"drive");
+    bench.iterate().expect("it runs");
+    assert!(!drives(&bench));
+    bench.import("chosen", &Target::at(Pose2D::new(5.0, 0.0, 0.0)));
+    bench.iterate().expect("it runs");
+    assert!(drives(&bench));
+    bench.retract("chosen");
+    bench.iterate().expect("it runs");
+    assert!(!drives(&bench));
+}
+
+#[test]
 fn at_the_end_of_a_path_near_a_target_in_an_obstacle_the_target_counts_as_reached() {
     let (first, second) = (Pose2D::new(5.0, 0.0, 0.0), Pose2D::new(5.0, 0.3, 0.0));
     let mut bench = father(&[first, second]);

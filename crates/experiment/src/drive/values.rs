@@ -38,10 +38,11 @@ struct WatchedVariable {
     users: Vec<Use>,
 }
 
-/// A variable, and which of its values was read last.
+/// A variable, and what was read last.
 struct Source {
     variable: Arc<Variable>,
     reader: Reader,
+    /// The number of that value, and whether there was one.
     seen: (u64, bool),
 }
 
@@ -77,7 +78,7 @@ impl Source {
         Some(Self {
             reader: variable.reader("experiment"),
             variable,
-            seen: (0, true),
+            seen: (0, false),
         })
     }
 

@@ -90,6 +90,7 @@ impl Schema for Faulty {
             Some(scan) => *seen = **scan,
             None => *seen = LaserScan::default(),
         }
+        (seen.angle_max, seen.angle_increment, seen.range_max) = (1.0, 1.0, f32::MAX);
         seen.ranges.resize(2);
         seen.ranges[0] = count as f32;
         seen.publish();

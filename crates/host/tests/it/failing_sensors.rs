@@ -131,11 +131,18 @@ fn a_laser_that_measures_nothing_has_no_value_and_one_that_repeats_itself_has_on
         drive.run(2);
         assert_eq!(drive.place(), stands, "{nothing}");
     }
-    let mut drive = Drive::failing(7, "laser", all(0.5));
+    let mut drive = Drive::start(7);
+    let operator = drive.handle().operator("ana");
+    operator.stop_all().expect("it can stop");
+    drive.run(3);
+    operator
+        .fail_export(drive.pioneer, "laser", all(0.5))
+        .expect("it is an export");
+    drive.run(3);
     assert_eq!(scan_of(&drive).points().count(), 180);
     let stands = drive.place();
     drive.run(3);
-    assert_eq!(drive.place(), stands, "it stands before what it sees");
+    assert_eq!(drive.place(), stands, "it is stopped");
     assert_eq!(scan_of(&drive).points().count(), 180);
     let free = scan_of(&Drive::failing(7, "laser", all(8.0)));
     assert_eq!(free.points().count(), 0, "the greatest distance is no wall");

@@ -221,7 +221,7 @@ fn plugins_of_this_sdk_run_in_an_older_host() {
     assert_eq!(
         in_host("stop"),
         (
-            String::from("stop: check 0, ready 0 \nstop: iterate 0 \n"),
+            String::from("stop: check 0, ready 1 \nstop: iterate 0 \n"),
             Some(0)
         )
     );

@@ -76,7 +76,7 @@ fn r14_the_end_of_a_lease_leaves_a_stop_and_a_lease_disarms_none() {
     assert_eq!(schema("example")["state"], "slept", "{}", schema("example"));
     for verb in ["force", "play"] {
         let refused = sandbox.run(&[verb, "example", "--for", "200ms"]);
-        assert_eq!(refused.status, Some(1), "{refused:?}");
+        assert_eq!(refused.status, Some(2), "{refused:?}");
         assert!(refused.err.contains("`example` is stopped by "), "{refused:?}");
         assert!(
             refused.err.contains("`jde release example` ends that"),
@@ -90,7 +90,7 @@ fn r14_the_end_of_a_lease_leaves_a_stop_and_a_lease_disarms_none() {
     assert!(table.contains("stopped with everything by "), "{table}");
     assert!(table.contains(", stopped by "), "{table}");
     assert_eq!(schema("pioneer")["state"], "winner", "{table}");
-    let refused = sandbox.run(&["play", "example", "--for", "200ms"]);
+    let refused = sandbox.run(&["play", "teleop", "--for", "200ms"]);
     assert!(refused.err.contains("`jde release --all`"), "{refused:?}");
     sandbox.run_ok(&["release", "--all"]);
     assert_eq!(schema("example")["state"], "slept", "a stop of its own stays");

@@ -129,7 +129,7 @@ fn ends_in_walls_and_off_the_map_are_said() {
         (LEFT, (5.0, 0.0), "the goal is outside the map"),
         (wall, RIGHT, "the robot is in an obstacle of the map"),
         ((-0.1, 0.5), RIGHT, "the robot is outside the map"),
-        ((f64::NAN, 0.5), RIGHT, "the robot is outside the map"),
+        ((f64::NAN, 0.5), RIGHT, "the place of the robot is not known"),
     ] {
         let mut bench = bench(&map(&ROOM), robot, target);
         for planner in [Planner::Gradient, Planner::Grid, Planner::AnyAngle] {
