@@ -283,7 +283,7 @@ def test_large_values_and_own_types_pass() -> None:
     bench = Bench(Sees)
     data = numpy.zeros(640 * 480, dtype=numpy.uint8)
     data[777] = 9
-    bench.give("picture", t.Image(width=640, height=480, encoding="mono8", data=memoryview(data.tobytes())))
+    bench.give("picture", t.Image(width=640, height=480, step=640, encoding="mono8", data=memoryview(data.tobytes())))
     bench.unbind("hint")
     bench.iterate()
     door = bench.exported("door")
