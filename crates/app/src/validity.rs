@@ -35,6 +35,7 @@ impl InstanceConfig {
     /// Returns how long a command of the schema is in force at least, ns, if its period is `period`. A longer period
     /// than that of the file does not lengthen it.
     #[must_use]
+    #[inline]
     pub fn command_validity_ns(&self, period: Nanos) -> Nanos {
         period.min(self.period_ns).saturating_mul(COMMAND_PERIODS)
     }

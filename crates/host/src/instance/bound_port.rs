@@ -81,7 +81,15 @@ pub(crate) enum ShownValue {
     Value(Arc<HistoricValue>),
 }
 
-/// Why a port cannot be read or written.
+/// Why a command that guards judge is not published.
+pub(crate) enum Guarded {
+    /// They judge it first.
+    Unjudged(UnjudgedCommand),
+    /// One of them refused it.
+    Refused(Refusal),
+}
+
+/// Why a port cannot be read or written. It is small and easily dropped, because it is a result of every read.
 pub(crate) enum PortError {
     Unbound,
     NoValue,
@@ -91,10 +99,7 @@ pub(crate) enum PortError {
         why: Refused,
         first: bool,
     },
-    /// Guards judge the command before it is published.
-    Unjudged(UnjudgedCommand),
-    /// A guard refused the command.
-    Judged(Refusal),
+    Guarded(Box<Guarded>),
     /// What an export publishes is no value, and the value before it was retracted. Only the first of consecutive ones
     /// is reported.
     NotAValue {

@@ -18,7 +18,8 @@ use jde_core::{Nanos, Policy};
 use jde_isolation::launch::Acceptance;
 use jde_loader::build::{Build, PortMapping};
 
-use super::bound_port::PortError;
+use super::bound_port::{Guarded, PortError};
+use super::command_limits::CommandLimits;
 use super::guard::{CommandInForce, UnjudgedCommand};
 use super::port_access::PortAccess;
 use super::ports::Ports;
@@ -146,12 +147,30 @@ impl CallContext<'_> {
         let time = if time == 0 { now } else { time };
         let period = self.engine.metrics[self.number].period.load(Ordering::Relaxed);
         let least = self.engine.application.instances[self.number].command_validity_ns(period);
-        let published = self.port_access.with_ports(|ports| {
+        let unusual = self.port_access.with_ports(|ports| {
             let published = ports.publish(port, time, now, least);
-            (published, ports.take_exceeded(port))
+            let is_usual = published.is_ok() && !ports.is_limited;
+            (!is_usual).then(|| (published, ports.take_exceeded(port)))
         });
-        let (published, exceeded) = published.unzip();
-        if let Some(limits) = exceeded.flatten() {
+        match unusual {
+            Some(None) => raw::OK,
+            None => raw::REFUSED,
+            Some(Some((published, exceeded))) => {
+                self.finish_publication(port, published, exceeded, [time, now, least])
+            }
+        }
+    }
+
+    /// Judges a command that guards judge, and reports what was limited or refused.
+    #[cold]
+    fn finish_publication(
+        &self,
+        port: usize,
+        published: Result<u64, PortError>,
+        exceeded: Option<Arc<CommandLimits>>,
+        [time, now, least]: [Nanos; 3],
+    ) -> i32 {
+        if let Some(limits) = exceeded {
             let quiet = self.engine.retry_of(self.number);
             let is_first = |ports: &mut Ports| ports.record_limited(port, now, quiet);
             if self.port_access.with_ports(is_first) == Some(true) {
@@ -159,33 +178,35 @@ impl CallContext<'_> {
             }
         }
         let published = match published {
-            Some(Err(PortError::Unjudged(command))) => self.publish_guarded(port, command, time, now, least),
-            published => published,
+            Err(PortError::Guarded(guarded)) => match *guarded {
+                Guarded::Unjudged(command) => self.publish_guarded(port, command, time, now, least),
+                refused @ Guarded::Refused(_) => Some(Err(PortError::Guarded(Box::new(refused)))),
+            },
+            published => Some(published),
         };
-        match published {
-            None => raw::REFUSED,
-            Some(Ok(_)) => raw::OK,
-            Some(Err(error)) => {
-                match &error {
-                    PortError::Refused { why, first } => {
-                        self.engine.report_refused_write(self.number, port, why, *first);
-                    }
-                    PortError::Judged(refusal) => self.engine.report_refusal(refusal),
-                    PortError::NotAValue { why, first } => {
-                        self.engine.report_no_value(self.number, port, why, *first);
-                    }
-                    PortError::Unbound
-                    | PortError::NoValue
-                    | PortError::WrongPort
-                    | PortError::NothingLoaned
-                    | PortError::Unjudged(_) => {}
-                }
-                match status(&error) {
-                    // A build for an older ABI does not know that status.
-                    raw::OUT_OF_RANGE if self.build.plugin.description.abi.1 < 4 => raw::NOT_FINITE,
-                    status => status,
+        let error = match published {
+            None => return raw::REFUSED,
+            Some(Ok(_)) => return raw::OK,
+            Some(Err(error)) => error,
+        };
+        match &error {
+            PortError::Refused { why, first } => {
+                self.engine.report_refused_write(self.number, port, why, *first);
+            }
+            PortError::Guarded(guarded) => {
+                if let Guarded::Refused(refusal) = &**guarded {
+                    self.engine.report_refusal(refusal);
                 }
             }
+            PortError::NotAValue { why, first } => {
+                self.engine.report_no_value(self.number, port, why, *first);
+            }
+            PortError::Unbound | PortError::NoValue | PortError::WrongPort | PortError::NothingLoaned => {}
+        }
+        match status(&error) {
+            // A build for an older ABI does not know that status.
+            raw::OUT_OF_RANGE if self.build.plugin.description.abi.1 < 4 => raw::NOT_FINITE,
+            status => status,
         }
     }
 
@@ -205,7 +226,7 @@ impl CallContext<'_> {
             Ok(judged) => judged,
             Err(refusal) => {
                 self.port_access.with_ports(|ports| ports.refuse(port))?;
-                return Some(Err(PortError::Judged(refusal)));
+                return Some(Err(PortError::Guarded(Box::new(Guarded::Refused(refusal)))));
             }
         };
         let quiet = engine.retry_of(commander);
@@ -425,7 +446,7 @@ fn status(error: &PortError) -> i32 {
     match error {
         PortError::Unbound => raw::UNBOUND,
         PortError::NoValue => raw::NO_VALUE,
-        PortError::WrongPort | PortError::NothingLoaned | PortError::Unjudged(_) => raw::BAD_ARGUMENT,
+        PortError::WrongPort | PortError::NothingLoaned => raw::BAD_ARGUMENT,
         PortError::Refused {
             why: jde_board::Refused::NotFinite,
             ..
@@ -434,7 +455,7 @@ fn status(error: &PortError) -> i32 {
             why: jde_board::Refused::OutOfRange,
             ..
         } => raw::OUT_OF_RANGE,
-        PortError::Refused { .. } | PortError::Judged(_) => raw::REFUSED,
+        PortError::Refused { .. } | PortError::Guarded(_) => raw::REFUSED,
         // As when an operator lets it fail: its schema has published what it has.
         PortError::NotAValue { .. } => raw::OK,
     }

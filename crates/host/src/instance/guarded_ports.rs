@@ -7,7 +7,7 @@ use jde_board::{Access, LASTING, Latched, Reader};
 use jde_core::Nanos;
 use jde_loader::AlignedBytes;
 
-use super::bound_port::{BoundPort, PortError};
+use super::bound_port::{BoundPort, Guarded, PortError};
 use super::command_limits::CommandLimits;
 use super::guard::{CommandInForce, Guarding, PortGuard, Refusal, UnjudgedCommand, UnjudgedInForce};
 use super::ports::Ports;
@@ -90,13 +90,29 @@ impl Ports {
         {
             self.is_limited = limits.as_ref().is_some_and(|limits| limits.apply(writer.loan()));
             if !guards.is_empty() {
-                return Err(PortError::Unjudged(UnjudgedCommand {
+                return Err(PortError::Guarded(Box::new(Guarded::Unjudged(UnjudgedCommand {
                     guards: Arc::clone(guards),
                     bytes: AlignedBytes::new(writer.loan()),
-                }));
+                }))));
             }
         }
-        self.publish_loan(port, time, now, least)
+        match &self.guarding {
+            Some(guarding) if guarding.port == port => self.publish_state(port, time, now),
+            Some(_) | None => self.publish_loan(port, time, now, least),
+        }
+    }
+
+    /// Publishes the state of a guard, which is as old as the oldest value that it was made of.
+    #[cold]
+    fn publish_state(&mut self, port: usize, time: Nanos, now: Nanos) -> Result<u64, PortError> {
+        let state = self.guarding.as_ref().map(|guarding| Arc::clone(&guarding.state));
+        let (oldest, until) = self.sources();
+        let published = self.publish_loan(port, time.min(oldest), now, 0)?;
+        // An export that fails publishes nothing, which has the number 0.
+        if let (Some(state), 1..) = (state, published) {
+            state.record_published(now, until);
+        }
+        Ok(published)
     }
 
     /// Publishes a command that its guards have judged: these bytes, whatever is in the loan since.

@@ -83,6 +83,11 @@ impl Measurements {
         ));
     }
 
+    /// Whether an instance exports nothing of the kind.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     fn of(&mut self, port: usize) -> Option<&mut Measurement> {
         let mut all = self.0.iter_mut();
         all.find(|(number, _)| *number == port).map(|(_, of)| of)

@@ -241,6 +241,7 @@ impl Ports {
         }
     }
 
+    #[inline(always)]
     pub(super) fn publish_loan(
         &mut self,
         port: usize,
@@ -257,13 +258,10 @@ impl Ports {
         {
             return published;
         }
-        self.judge_measurement(port)?;
+        if !self.measurements.is_empty() {
+            self.judge_measurement(port)?;
+        }
         let number = port;
-        // A state is as old as the oldest value that it was made of.
-        let sources = match &self.guarding {
-            Some(guarding) if guarding.port == number => Some((Arc::clone(&guarding.state), self.sources())),
-            Some(_) | None => None,
-        };
         let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;
         let mut bytes = None;
         if let BoundPort::Output(writer) | BoundPort::ForeignOutput { writer, .. } = port
@@ -281,12 +279,7 @@ impl Ports {
             | BoundPort::Command { .. } => {
                 return Err(PortError::WrongPort);
             }
-            BoundPort::Output(writer) => {
-                let oldest = sources
-                    .as_ref()
-                    .map_or(time, |(_, (oldest, _))| time.min(*oldest));
-                writer.publish(oldest, now).map_err(failed)
-            }
+            BoundPort::Output(writer) => writer.publish(time, now).map_err(failed),
             BoundPort::ForeignOutput { writer, refused, .. } => match writer.publish_for(time, now, least) {
                 Ok(sequence) => {
                     *refused = None;
@@ -306,9 +299,6 @@ impl Ports {
                 ..
             }) => self.record_write(number, None, None),
             Err(_) => {}
-        }
-        if let (Ok(_), Some((state, (_, until)))) = (&published, sources) {
-            state.record_published(now, until);
         }
         published
     }

@@ -111,7 +111,9 @@ impl Runner {
             self.last_iteration = now + 1;
             let result = self.iterate();
             self.finish_iteration(result);
-            self.judge_in_force();
+            if self.is_guard {
+                self.judge_in_force();
+            }
         }
     }
 

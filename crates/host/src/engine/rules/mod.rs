@@ -26,7 +26,6 @@ use crate::stalls::Stalls;
 use crate::transaction_observer::{TransactionInput, TransactionObserver};
 pub(crate) use commands::{Command, Commands};
 use delays::MachineDelays;
-use messages::Message;
 pub(crate) use signals::{Notifier, Signal};
 use signals::{PendingNotifications, Signals};
 use statistics::{DeferredEvents, GroupStatistics};
@@ -57,10 +56,8 @@ pub(crate) struct RulesState {
     pub(crate) groups: GroupStatistics,
     /// The timer that was last set.
     alarm: Option<Nanos>,
-    /// What to notify once the lock is free.
+    /// What to notify and to log once the lock is free.
     notifications: PendingNotifications,
-    /// What to log then.
-    messages: Vec<Message>,
     /// While this is `Some`, no schema gains authority, and schemas put to sleep are listed here instead of
     /// signalled.
     shutdown_order: Option<Vec<usize>>,
@@ -93,7 +90,6 @@ impl Rules {
                 groups,
                 alarm: None,
                 notifications: PendingNotifications::default(),
-                messages: Vec::new(),
                 shutdown_order: None,
             }),
             signals: Signals::default(),
@@ -221,12 +217,11 @@ impl Rules {
     /// Ends a transaction: releases the lock, notifies the threads that its effects concern, and then logs.
     fn unlock(&self, mut rules: MutexGuard<'_, RulesState>) {
         let pending = rules.notifications.take();
-        let messages = std::mem::take(&mut rules.messages);
         drop(rules);
         if let Some(pending) = pending {
             self.signals.notify_all(&pending);
+            self.log(pending.messages);
         }
-        self.log(messages);
     }
 
     /// Locks the rules. A panic inside a transaction is a fault of the host and ends the application, so a

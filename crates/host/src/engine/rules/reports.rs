@@ -137,7 +137,7 @@ impl Rules {
         let late = event.is_late() && !self.clock.is_replayed();
         rules.groups.record_takeover(group, record, latency, late);
         if late {
-            rules.messages.push(Message::Late {
+            rules.notifications.messages.push(Message::Late {
                 group,
                 winner: id,
                 latency,

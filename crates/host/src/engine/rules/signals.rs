@@ -5,6 +5,8 @@ use std::sync::{Arc, OnceLock, Weak};
 use jde_board::Variable;
 use jde_core::{GroupId, Level, Nanos};
 
+use super::messages::Message;
+
 /// Delivers signals to the runners of instances and sets the rules' timer.
 ///
 /// [`Notifier::post`] and [`Notifier::set_timer`] take effect at once, in the order of the transactions that cause
@@ -64,9 +66,10 @@ pub(crate) struct Signals {
     notifier: OnceLock<Weak<dyn Notifier>>,
 }
 
-/// What to notify once the rules' lock is free.
+/// What to notify, and then to log, once the rules' lock is free.
 #[derive(Default)]
 pub(super) struct PendingNotifications {
+    pub(super) messages: Vec<Message>,
     instances: Vec<usize>,
     timer: bool,
     /// The variables that have lost their value.
@@ -140,9 +143,10 @@ impl PendingNotifications {
         self.ended.extend(variables);
     }
 
-    /// Takes all notifications; `None` if there are none.
+    /// Takes everything; `None` if there is nothing.
     pub(super) fn take(&mut self) -> Option<Self> {
-        let is_empty = self.instances.is_empty() && !self.timer && self.ended.is_empty();
+        let is_empty =
+            self.instances.is_empty() && !self.timer && self.ended.is_empty() && self.messages.is_empty();
         (!is_empty).then(|| std::mem::take(self))
     }
 }

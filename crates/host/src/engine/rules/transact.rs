@@ -324,7 +324,10 @@ impl Rules {
             }
             Effect::Changed { id, from, to } => {
                 if tracing::level_filters::LevelFilter::current() >= tracing::Level::TRACE {
-                    rules.messages.push(Message::Changed { id, from, to });
+                    rules
+                        .notifications
+                        .messages
+                        .push(Message::Changed { id, from, to });
                 }
                 self.notify_observers(
                     rules,
