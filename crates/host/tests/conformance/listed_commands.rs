@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use jde_abi::raw;
 use jde_app::parse;
+use jde_board::Watch;
 use jde_core::State;
 use jde_host::Options;
 use jde_schema::prelude::*;
@@ -85,6 +86,13 @@ fn start(executor: Executor, plugin: &'static raw::Plugin, high: &Arc<AtomicBool
     }
 }
 
+/// Lets conditions of `until` be evaluated at each value of the driver: its calls are no entries of the scenario.
+fn watch(app: &TestApp) -> Watch {
+    let scenario = Arc::clone(&app.scenario);
+    let speed = app.handle.board().find("arms.speed").expect("it is exported");
+    speed.watch(move || scenario.notify())
+}
+
 fn speed(app: &TestApp) -> Option<f64> {
     app.handle.value("arms.speed").expect("it is one")
 }
@@ -92,6 +100,7 @@ fn speed(app: &TestApp) -> Option<f64> {
 fn r7_a_listed_command_is_in_force_only_for_the_winner(executor: Executor) {
     let high = Arc::new(AtomicBool::new(false));
     let mut app = start(executor, &OFTEN, &high);
+    let _watch = watch(&app);
     app.until(|app| speed(app) == Some(0.1));
     high.store(true, Ordering::SeqCst);
     app.until(|app| speed(app) == Some(0.3));
@@ -108,6 +117,7 @@ fn r7_a_listed_command_is_in_force_only_for_the_winner(executor: Executor) {
 fn r12_a_listed_command_lets_its_driver_iterate_at_once(executor: Executor) {
     let high = Arc::new(AtomicBool::new(false));
     let mut app = start(executor, &RARELY, &high);
+    let _watch = watch(&app);
     app.until(|app| speed(app) == Some(0.1));
     high.store(true, Ordering::SeqCst);
     app.until(|app| speed(app) == Some(0.3));
