@@ -20,6 +20,8 @@ pub struct Names {
     pub groups: Vec<String>,
     /// The full names of the variables, and their types.
     pub variables: BTreeMap<String, Arc<Type>>,
+    /// The seed of the application, where it is known.
+    pub seed: Option<u64>,
 }
 
 impl Names {
@@ -49,6 +51,7 @@ impl Names {
             schemas: instances.map(|instance| instance.name.clone()).collect(),
             groups: groups.map(|group| group.name.clone()).collect(),
             variables,
+            seed: Some(application.seed),
         }
     }
 

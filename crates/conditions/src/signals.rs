@@ -19,7 +19,7 @@ use super::facts::{self, Fact};
 const TRUTH: &str = "jde_msgs/msg/Truth";
 
 /// The signals of the whole application. Those of schemas follow: `won` and `ready` of each.
-const COMMON: [&str; 8] = [
+const COMMON: [&str; 9] = [
     "time",
     "takeovers",
     "refused",
@@ -28,6 +28,7 @@ const COMMON: [&str; 8] = [
     "late_takeovers",
     "clearance",
     "collisions",
+    "seed",
 ];
 pub(crate) const TIME: usize = 0;
 const TAKEOVERS: usize = 1;
@@ -37,6 +38,7 @@ const FAULTS: usize = 4;
 const LATE_TAKEOVERS: usize = 5;
 pub(crate) const CLEARANCE: usize = 6;
 pub(crate) const COLLISIONS: usize = 7;
+const SEED: usize = 8;
 
 /// The signals of an application and their present values.
 ///
@@ -52,7 +54,7 @@ pub struct Signals {
 
 struct Signal {
     name: String,
-    /// Whether it is not a name of the application: a variable hides it, or no robot is simulated.
+    /// Whether it is not a name of the application: a variable hides it, no robot is simulated, or the seed is not known.
     is_hidden: bool,
     value: Option<Number>,
     bytes: [u8; 8],
@@ -97,9 +99,15 @@ impl Signals {
         let robots: Vec<_> = names.variables.iter().filter_map(Robot::of).collect();
         let is_simulated = !robots.is_empty();
         let common = COMMON.into_iter().enumerate().map(|(number, name)| {
-            let of_robots = matches!(number, CLEARANCE | COLLISIONS);
-            let value = (!of_robots).then_some(Number::Double(0.0));
-            (name.to_owned(), value, of_robots && !is_simulated)
+            let (value, is_missing) = match number {
+                CLEARANCE | COLLISIONS => (None, !is_simulated),
+                SEED => (
+                    names.seed.map(|seed| Number::Double(seed as f64)),
+                    names.seed.is_none(),
+                ),
+                _ => (Some(Number::Double(0.0)), false),
+            };
+            (name.to_owned(), value, is_missing)
         });
         let of_schemas = names.schemas.iter().flat_map(|schema| {
             ["won", "ready"].map(|kind| (format!("{schema}.{kind}"), Some(Number::Bool(false)), false))

@@ -17,6 +17,9 @@ use crate::result::Columns;
 /// The modulation that names the world of a simulated robot.
 pub(crate) const WORLD: &str = "world";
 
+/// The name of the axis of the cases.
+pub(crate) const CASE: &str = "case";
+
 /// An experiment.
 #[derive(Clone, Debug)]
 pub struct Experiment {
@@ -155,6 +158,26 @@ impl Experiment {
             .zip(folder)
             .map(|(path, folder)| folder.join(path))
             .or_else(|| self.world.clone())
+    }
+
+    /// Returns the name of the case of a drive; `None` without cases.
+    #[must_use]
+    pub fn case_of<'s>(&self, settings: &'s DriveSettings) -> Option<&'s str> {
+        let place = self.axes.iter().position(|axis| axis.name == CASE)?;
+        settings.labels[place].as_str()
+    }
+
+    /// Returns the names of the cases.
+    pub(crate) fn cases(axes: &[Axis]) -> impl Iterator<Item = &str> {
+        let cases = axes.iter().filter(|axis| axis.name == CASE);
+        cases.flat_map(|axis| {
+            match &axis.values {
+                AxisValues::Choices(cases) => cases.as_slice(),
+                AxisValues::Seeds(_) => &[],
+            }
+            .iter()
+            .filter_map(|case| case.label.as_str())
+        })
     }
 
     /// Returns what a drive runs, by its number.

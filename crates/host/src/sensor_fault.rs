@@ -3,10 +3,15 @@
 use std::fmt;
 
 use jde_abi::describe::{Field, FieldKind, Form, Scalar, Type};
-use jde_board::value;
+use jde_board::{Nanos, value};
 
+const SECOND: Nanos = 1_000_000_000;
+/// How late an export may be at most: what was measured meanwhile is kept.
+const MOST_LATE: Nanos = 60 * SECOND;
 /// The field of range sensors with their measurements.
 const RANGES: &str = "ranges";
+/// The fields with the least and the greatest distance that a range sensor measures.
+const LIMITS: [[&str; 2]; 2] = [["range_min", "range_max"], ["min_range", "max_range"]];
 
 /// How an export fails. The schema that publishes it does not notice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +37,14 @@ pub enum SensorFault {
         /// What they measure, in m; positive infinity for no echo.
         range: f32,
     },
+    /// The least and the greatest distance of a range sensor are exchanged.
+    Contradictory,
+    /// Each publication is what was measured this long before, with its time of measurement. Nothing is published
+    /// until something is as old.
+    Late {
+        /// How old it is, ns.
+        by: Nanos,
+    },
 }
 
 impl SensorFault {
@@ -39,6 +52,16 @@ impl SensorFault {
     pub(crate) fn check(&self, value_type: &Type) -> Result<(), String> {
         match *self {
             Self::Silent | Self::Frozen => Ok(()),
+            Self::Late { by } if by <= MOST_LATE => Ok(()),
+            Self::Late { by } => Err(format!(
+                "it is {} s late: expected at most {} s",
+                by / SECOND,
+                MOST_LATE / SECOND
+            )),
+            Self::Contradictory => match limits(value_type) {
+                Some(_) => Ok(()),
+                None => Err(format!("a {} states no limits of its distances", value_type.name)),
+            },
             Self::Noise { sigma } => {
                 if !sigma.is_finite() || sigma < 0.0 {
                     return Err(format!("sigma is {sigma}: expected 0 or more"));
@@ -72,6 +95,8 @@ impl SensorFault {
                 [3, (bits >> 32) as u32, bits as u32, 0]
             }
             Self::Blocked { first, last, range } => [4, first, last, range.to_bits()],
+            Self::Contradictory => [5, 0, 0, 0],
+            Self::Late { by } => [6, (by >> 32) as u32, by as u32, 0],
         }
     }
 
@@ -89,6 +114,10 @@ impl SensorFault {
                 last: second,
                 range: f32::from_bits(third),
             },
+            5 => Self::Contradictory,
+            6 => Self::Late {
+                by: u64::from(first) << 32 | u64::from(second),
+            },
             _ => return None,
         })
     }
@@ -104,6 +133,8 @@ impl fmt::Display for SensorFault {
             Self::Blocked { first, last, range } => {
                 write!(f, "beams {first} to {last} blocked at {range} m")
             }
+            Self::Contradictory => f.write_str("contradictory"),
+            Self::Late { by } => write!(f, "{} ms late", by / 1_000_000),
         }
     }
 }
@@ -115,6 +146,19 @@ pub(crate) fn ranges(value_type: &Type) -> Option<&Field> {
             && matches!(field.form, Form::Sequence { .. })
             && matches!(field.kind, FieldKind::Scalar(Scalar::F32))
     })
+}
+
+/// Returns where a range sensor's type has the least and the greatest distance, both f32.
+pub(crate) fn limits(value_type: &Type) -> Option<[usize; 2]> {
+    let find = |name: &str| {
+        let mut fields = value_type.fields.iter();
+        let field = fields.find(|field| field.name == name)?;
+        let is_number =
+            matches!(field.form, Form::One) && matches!(field.kind, FieldKind::Scalar(Scalar::F32));
+        is_number.then_some(field.offset)
+    };
+    let [laser, others] = LIMITS.map(|[least, greatest]| Some([find(least)?, find(greatest)?]));
+    laser.or(others)
 }
 
 #[cfg(test)]
@@ -134,10 +178,12 @@ mod tests {
                 last: 90,
                 range: f32::INFINITY,
             },
+            SensorFault::Contradictory,
+            SensorFault::Late { by: 5_000_000_000 },
         ] {
             assert_eq!(SensorFault::from_words(&fault.words()), Some(fault));
         }
-        assert_eq!(SensorFault::from_words(&[5, 0, 0, 0]), None);
+        assert_eq!(SensorFault::from_words(&[7, 0, 0, 0]), None);
         assert_eq!(SensorFault::from_words(&[1]), None);
     }
 

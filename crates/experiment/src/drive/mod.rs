@@ -77,7 +77,7 @@ impl PreparedDrive {
         options.mocks = experiment.mocks.clone();
         options.observers.push(Box::new(events.clone()));
         let lockstep = Lockstep::start(self.application, &self.plugins, options)?;
-        Ok(Drive::new(experiment, lockstep, events).finish(self.drive, self.settings))
+        Ok(Drive::new(experiment, &self.settings, lockstep, events).finish(self.drive, self.settings))
     }
 }
 
@@ -138,13 +138,23 @@ struct Drive<'e> {
 }
 
 impl<'e> Drive<'e> {
-    fn new(experiment: &'e Experiment, lockstep: Lockstep, events: EventQueue) -> Self {
+    fn new(
+        experiment: &'e Experiment,
+        settings: &DriveSettings,
+        lockstep: Lockstep,
+        events: EventQueue,
+    ) -> Self {
         let handle = lockstep.handle();
+        let case = experiment.case_of(settings);
+        let is_of_case = |step: &usize| {
+            let of = experiment.steps[*step].case.as_deref();
+            of.is_none() || of == case
+        };
         Self {
             values: DriveValues::new(&experiment.expressions, &handle),
             monitors: experiment.properties.iter().map(Monitor::new).collect(),
             meters: experiment.measures.iter().map(Meter::new).collect(),
-            steps: (0..experiment.steps.len()).collect(),
+            steps: (0..experiment.steps.len()).filter(is_of_case).collect(),
             operator: Operator::new(&handle),
             situation: Situation::new(handle.application()),
             refused: None,

@@ -10,6 +10,8 @@ use jde_sim::{EditQueue, Edits};
 /// A step.
 #[derive(Clone, Debug)]
 pub struct Step {
+    /// The case in which it happens; in all if `None`.
+    pub case: Option<String>,
     /// When it happens.
     pub when: StepTime,
     /// What happens.

@@ -13,7 +13,7 @@ use super::values::{label, source};
 use super::worlds::{world, worlds};
 use super::{SetValue, Subject, load};
 use crate::applications::Applications;
-use crate::experiment::{Axis, AxisValues, Choice, Experiment, Variant};
+use crate::experiment::{Axis, AxisValues, CASE, Choice, Experiment, Variant};
 
 /// An axis, and the position of each of its values.
 pub(super) struct DraftAxis {
@@ -363,7 +363,7 @@ fn cases(
     }
     Some(DraftAxis {
         axis: Axis {
-            name: String::from("case"),
+            name: CASE.to_owned(),
             values: AxisValues::Choices(choices),
         },
         spans,

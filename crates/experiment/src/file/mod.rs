@@ -113,7 +113,7 @@ pub fn read(
     let end = root
         .text(&mut report, "end")
         .and_then(|text| expressions.condition(&mut report, &subject, &text));
-    let steps = steps::read(&mut report, &root, &subject, &mut expressions);
+    let steps = steps::read(&mut report, &root, &subject, &axes, &mut expressions);
     let mocks = mocks::read(&mut report, &root, &subject);
     let name = root.text(&mut report, "name").map(|name| name.text.to_owned());
     let doc = root.text(&mut report, "doc").map(|doc| doc.text.to_owned());

@@ -13,6 +13,7 @@ use super::Subject;
 use super::expressions::Expressions;
 use super::values::{moment, source};
 use crate::drive::step::{EDIT, Step, StepAction, StepTime, StepWrite};
+use crate::experiment::{Axis, Experiment};
 
 /// The keys that say what a step does.
 const ACTIONS: [&str; 13] = [
@@ -28,6 +29,7 @@ pub(super) fn read(
     report: &mut FaultReport,
     root: &Section,
     subject: &Subject<'_>,
+    axes: &[Axis],
     expressions: &mut Expressions,
 ) -> Vec<Step> {
     let Some(node) = root.get("steps") else {
@@ -51,7 +53,7 @@ pub(super) fn read(
             node.get_ref().as_table(),
         )?;
         let section = Section::new("this step", node.span(), entries);
-        step(report, &section, subject, expressions)
+        step(report, &section, subject, axes, expressions)
     });
     steps.collect()
 }
@@ -60,9 +62,18 @@ fn step(
     report: &mut FaultReport,
     section: &Section,
     subject: &Subject<'_>,
+    axes: &[Axis],
     expressions: &mut Expressions,
 ) -> Option<Step> {
-    section.refuse_unknown(report, &[&ACTIONS[..], &["at", "when"]].concat());
+    section.refuse_unknown(report, &[&ACTIONS[..], &["at", "when", "case"]].concat());
+    let case = section.text(report, "case");
+    if let Some(case) = &case
+        && !Experiment::cases(axes).any(|name| name == case.text)
+    {
+        report
+            .fault(&case.span, format!("there is no case {}", quote(case.text)))
+            .suggest(case.text, "cases", Experiment::cases(axes));
+    }
     let when = match (section.get("at"), section.text(report, "when")) {
         (Some(node), None) => moment(report, &section.key("at"), node).map(StepTime::At),
         (None, Some(text)) => expressions.condition(report, subject, &text).map(StepTime::When),
@@ -99,6 +110,7 @@ fn step(
     };
     let place = format!("{}:{}", subject.file.display(), report.line(section.span.start));
     Some(Step {
+        case: case.map(|case| case.text.to_owned()),
         when: when?,
         action: action?,
         place,
@@ -156,7 +168,7 @@ fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> O
     let table = section.section(report, "fail", "`fail` of this step")?;
     table.refuse_unknown(
         report,
-        &["export", "as", "for", "sigma", "first", "last", "range"],
+        &["export", "as", "for", "sigma", "first", "last", "range", "by"],
     );
     for key in ["export", "as"]
         .into_iter()
@@ -202,10 +214,21 @@ fn fail(report: &mut FaultReport, section: &Section, subject: &Subject<'_>) -> O
             last: number(report, "last")? as u32,
             range: number(report, "range")? as f32,
         },
+        "contradictory" => SensorFault::Contradictory,
+        "late" => {
+            let Some(node) = table.get("by") else {
+                report.fault(&word.span, "\"late\" needs `by`");
+                return None;
+            };
+            SensorFault::Late {
+                by: moment(report, &table.key("by"), node)?,
+            }
+        }
         other => {
+            let kinds = ["silent", "frozen", "noise", "blocked", "contradictory", "late"];
             report
                 .fault(&word.span, format!("an export cannot fail as {}", quote(other)))
-                .suggest(other, "kinds", ["silent", "frozen", "noise", "blocked"]);
+                .suggest(other, "kinds", kinds);
             return None;
         }
     };

@@ -1,16 +1,16 @@
 //! The exports of an instance that an operator lets fail (R14): what a publication then publishes. An
 //! instance without such exports pays one load per publication.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::TAU;
 use std::slice;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use jde_board::value;
-use jde_board::{Variable, Writer};
+use jde_board::{Nanos, Variable, Writer};
 
-use crate::sensor_fault::{SensorFault, ranges};
+use crate::sensor_fault::{SensorFault, limits, ranges};
 
 /// The failing exports of an instance, by port.
 #[derive(Default)]
@@ -22,8 +22,8 @@ pub(crate) struct ExportFaults {
 
 /// What a publication of a failing export does.
 pub(super) enum Publication {
-    /// It publishes the loan.
-    Loan,
+    /// It publishes the loan, measured at this time.
+    Loan(Nanos),
     /// It retracts the value before.
     Retraction,
     /// Nothing.
@@ -34,6 +34,8 @@ struct ActiveFault {
     fault: SensorFault,
     /// The last value before the failure.
     last: Option<Vec<u8>>,
+    /// What was measured since, and when, of an export that is late.
+    measured: VecDeque<(Nanos, Vec<u8>)>,
     noise: Noise,
 }
 
@@ -56,7 +58,16 @@ impl ExportFaults {
         // A failure before it may have retracted the value.
         let before = active.remove(&port).and_then(|before| before.last);
         let last = last.or(before);
-        active.insert(port, ActiveFault { fault, last, noise });
+        let measured = VecDeque::new();
+        active.insert(
+            port,
+            ActiveFault {
+                fault,
+                last,
+                measured,
+                noise,
+            },
+        );
         self.any.store(true, Ordering::Release);
     }
 
@@ -73,11 +84,17 @@ impl ExportFaults {
         self.any.load(Ordering::Acquire)
     }
 
-    /// Changes the value that an export is about to publish.
-    pub(super) fn apply(&self, port: usize, writer: &mut Writer) -> Publication {
+    /// Changes the value that an export is about to publish, measured at `time`.
+    pub(super) fn apply(&self, port: usize, writer: &mut Writer, time: Nanos, now: Nanos) -> Publication {
         let mut active = self.active();
-        let Some(ActiveFault { fault, last, noise }) = active.get_mut(&port) else {
-            return Publication::Loan;
+        let Some(ActiveFault {
+            fault,
+            last,
+            measured,
+            noise,
+        }) = active.get_mut(&port)
+        else {
+            return Publication::Loan(time);
         };
         let variable = Arc::clone(writer.variable());
         let value_type = &variable.describe().value_type;
@@ -87,6 +104,24 @@ impl ExportFaults {
                 Some(last) => value_type.copy_into(last, writer.loan()),
                 None => return Publication::Nothing,
             },
+            SensorFault::Contradictory => {
+                if let Some([least, greatest]) = limits(value_type) {
+                    let (head, tail) = writer.loan().split_at_mut(least.max(greatest));
+                    head[least.min(greatest)..][..4].swap_with_slice(&mut tail[..4]);
+                }
+            }
+            SensorFault::Late { by } => {
+                measured.push_back((time, value_type.copy(writer.loan())));
+                let is_old = |(measured_at, _): &(Nanos, Vec<u8>)| measured_at.saturating_add(*by) <= now;
+                let late = measured.iter().take_while(|value| is_old(value)).count();
+                // Those before it came too late for this publication.
+                measured.drain(..late.saturating_sub(1));
+                let Some((measured_at, bytes)) = measured.front().filter(|_| late > 0) else {
+                    return Publication::Nothing;
+                };
+                value_type.copy_into(bytes, writer.loan());
+                return Publication::Loan(*measured_at);
+            }
             SensorFault::Noise { sigma } => {
                 let beams = ranges(value_type);
                 let fields = beams.map_or(&*value_type.fields, slice::from_ref);
@@ -111,7 +146,7 @@ impl ExportFaults {
                 });
             }
         }
-        Publication::Loan
+        Publication::Loan(time)
     }
 
     fn active(&self) -> MutexGuard<'_, BTreeMap<usize, ActiveFault>> {

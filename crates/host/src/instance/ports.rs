@@ -253,8 +253,9 @@ impl Ports {
             Refused::NothingLoaned => PortError::NothingLoaned,
             why => PortError::Refused { why, first: true },
         };
+        let mut time = time;
         if self.faults.any()
-            && let Some(published) = self.publish_failing(port)
+            && let Some(published) = self.publish_failing(port, &mut time, now)
         {
             return published;
         }
@@ -303,25 +304,31 @@ impl Ports {
         published
     }
 
-    /// Changes the loan of an export that fails. Returns the result of the publication if nothing is to be
-    /// published.
+    /// Changes the loan of an export that fails, and the time of its measurement. Returns the result of the publication
+    /// if nothing is to be published.
     #[cold]
-    fn publish_failing(&mut self, port: usize) -> Option<Result<u64, PortError>> {
+    fn publish_failing(
+        &mut self,
+        port: usize,
+        time: &mut Nanos,
+        now: Nanos,
+    ) -> Option<Result<u64, PortError>> {
         let Some(BoundPort::Output(writer)) = self.ports.get_mut(port) else {
             return None;
         };
         if !writer.is_loaned() {
             return None;
         }
-        let publication = self.faults.apply(port, writer);
-        if let Publication::Loan = publication {
+        let publication = self.faults.apply(port, writer, *time, now);
+        if let Publication::Loan(measured_at) = publication {
+            *time = measured_at;
             return None;
         }
         writer.discard();
         self.loan_count -= 1;
         Some(match publication {
             Publication::Retraction => self.retract(port).map(|()| 0),
-            Publication::Loan | Publication::Nothing => Ok(0),
+            Publication::Loan(_) | Publication::Nothing => Ok(0),
         })
     }
 

@@ -1,6 +1,7 @@
 //! The delivered application, whose laser an operator lets fail.
 
 use std::path::Path;
+use std::time::Duration;
 
 use jde_host::{Handle, Lockstep, Options, SensorFault};
 use jde_types::{LaserScan, Odometry, Pose2D, RangeRing, Value};
@@ -92,6 +93,36 @@ fn beams_that_are_blocked_read_the_given_range() {
     assert!(sonars.ranges.len() < 20, "beams that are not there are left out");
     assert!(sonars.ranges[10..].iter().all(|range| *range == 0.5));
     assert!(sonars.ranges[..10].iter().any(|range| *range != 0.5));
+}
+
+#[test]
+fn a_laser_whose_limits_contradict_each_other_has_no_value_and_one_that_is_late_an_old_one() {
+    let mut drive = Drive::failing(7, "laser", SensorFault::Contradictory);
+    assert_eq!(drive.scan(), None);
+    let stands = drive.place();
+    drive.run(1);
+    assert_eq!(drive.place(), stands, "nobody drives by it");
+
+    let mut drive = Drive::start(7);
+    let before = scan_of(&drive);
+    let operator = drive.handle().operator("ana");
+    let late = SensorFault::Late { by: SECOND };
+    operator
+        .fail_export(drive.pioneer, "laser", late)
+        .expect("it is an export");
+    drive.run(1);
+    assert_eq!(
+        drive.scan(),
+        None,
+        "nothing is as old, and the last one has ended"
+    );
+    drive.run(1);
+    let scan = scan_of(&drive);
+    let age = drive.handle().now() - Duration::from(scan.header.stamp).as_nanos() as u64;
+    assert!((SECOND..SECOND + SECOND / 5).contains(&age), "{age}");
+    assert_ne!(scan.ranges, before.ranges, "it moves on");
+    let refused = operator.fail_export(drive.pioneer, "laser", SensorFault::Late { by: 61 * SECOND });
+    assert!(refused.is_err_and(|why| why.contains("at most 60 s")));
 }
 
 #[test]

@@ -105,6 +105,29 @@ fn results_do_not_depend_on_the_number_of_jobs_and_are_in_order() {
 }
 
 #[test]
+fn a_step_of_a_case_acts_in_it_alone_and_the_seed_may_state_when() {
+    let folder = tempfile::tempdir().unwrap();
+    let application = root().join("apps/pair.toml").display().to_string();
+    let text = format!(
+        "application = \"{application}\"\nfor = \"2s\"\n\
+         axes.seeds = [3, 9]\n\
+         cases = [{{ name = \"stopped\" }}, {{ name = \"free\" }}]\n\
+         steps = [{{ case = \"stopped\", when = \"time >= 0.1 * seed\", stop = \"listener\" }}]\n\
+         measure.acts = {{ integral = \"listener.won ? 1.0 : 0.0\" }}\n"
+    );
+    fs::write(folder.path().join("cases.toml"), text).unwrap();
+    let run = experiment(folder.path(), &["cases.toml", "--out", "results"]);
+    assert_eq!(run.status, Some(0), "{}", run.err);
+    let acts = |line: &Value| (line["acts"].as_f64().unwrap() * 10.0).round() / 10.0;
+    let drives: Vec<_> = lines(&folder.path().join("results")).iter().map(acts).collect();
+    assert!(
+        drives[0] < 0.4 && drives[1] > 0.7 && drives[1] < 1.0,
+        "{drives:?}"
+    );
+    assert!(drives[2] > 1.5 && drives[3] > 1.5, "{drives:?}");
+}
+
+#[test]
 fn the_parts_of_an_experiment_are_joined_to_the_results_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     pair(folder.path());
@@ -272,12 +295,18 @@ fn all_faults_of_an_experiment_are_reported_at_once_with_their_lines() {
          seconds = \"time\"\n\
          [[steps]]\n\
          at = 5\n\
-         stop = \"lisener\"\n"
+         stop = \"lisener\"\n\
+         [[steps]]\n\
+         case = \"bright\"\n\
+         at = 5\n\
+         stop = \"listener\"\n\
+         [[cases]]\n\
+         name = \"dark\"\n"
     );
     fs::write(folder.path().join("wrong.toml"), text).unwrap();
     let run = experiment(folder.path(), &["wrong.toml"]);
     assert_eq!(run.status, Some(2));
-    for line in ["2:7", "4:9", "5:23", "7:10", "9:1", "11:11", "14:8"] {
+    for line in ["2:7", "4:9", "5:23", "7:10", "9:1", "11:11", "14:8", "16:8"] {
         assert!(
             run.err.contains(&format!("wrong.toml:{line}")),
             "{line}: {}",
