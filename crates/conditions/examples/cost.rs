@@ -30,6 +30,7 @@ fn main() -> Result<(), BadCondition> {
         schemas: vec!["vff".to_owned()],
         groups: Vec::new(),
         variables: BTreeMap::from(types),
+        seed: None,
     };
     let scan = LaserScan {
         ranges: Seq::from_slice(&[1.0; 180]).unwrap_or_default(),

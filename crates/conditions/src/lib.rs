@@ -17,6 +17,7 @@
 //!     schemas: vec!["vff".to_owned()],
 //!     groups: vec!["roots".to_owned()],
 //!     variables: BTreeMap::from([("pioneer.truth".to_owned(), Arc::new(Truth::describe()))]),
+//!     seed: None,
 //! };
 //! let mut near = Expression::condition("time > 2 and clearance < 0.2", &names)?;
 //! let mut speed = Expression::number("pioneer.truth.twist.linear.x * 3.6", &names)?;

@@ -26,6 +26,7 @@ fn names() -> Names {
             variable("left-eye.laser", LaserScan::describe()),
             variable("robot2:pioneer.odometry", Odometry::describe()),
         ]),
+        seed: Some(7),
     }
 }
 

@@ -37,6 +37,7 @@ fn names() -> Names {
             ("pioneer.speed".to_owned(), Arc::clone(&number)),
             ("goon.period".to_owned(), number),
         ]),
+        seed: None,
     }
 }
 

@@ -245,6 +245,7 @@ fn names(schemas: &Schemas, variables: &[VariableInfo]) -> Names {
         schemas: schemas.schemas.iter().map(|schema| schema.name.clone()).collect(),
         groups: schemas.groups.iter().map(|group| group.name.clone()).collect(),
         variables: variables.iter().filter_map(typed).collect(),
+        seed: None,
     }
 }
 

@@ -166,6 +166,7 @@ fn condition_names(remote: &Remote, variables: &[VariableInfo]) -> Result<Names,
         .iter()
         .map(|variable| Ok((variable.name.clone(), value_type(variable)?)));
     Ok(Names {
+        seed: None,
         schemas: schemas.into_iter().map(|schema| schema.name).collect(),
         groups: groups.into_iter().map(|group| group.name).collect(),
         variables: types.collect::<Result<_, Failure>>()?,
