@@ -71,6 +71,7 @@ mod recorded;
 mod remote;
 mod settings;
 mod spec;
+mod trigger_loops;
 mod types;
 mod validity;
 mod values;

@@ -67,8 +67,7 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
 
 /// Reports schemas that trigger themselves: each value would cause another check at once, which exports the
 /// next value. Other cycles of imports are refused above, triggered or not, unless a motor schema is among
-/// them. A motor schema iterates at its period whatever triggers it (R12), so such a cycle is no faster than
-/// that.
+/// them: those cause a warning, because only a motor schema that exports in its check makes them endless.
 pub(super) fn refuse_self_triggers(
     report: &mut FaultReport,
     drafts: &Drafts,

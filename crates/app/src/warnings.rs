@@ -1,6 +1,6 @@
 //! Warnings about settings that may be intended, so they are no faults: roots that compete in one group
 //! although they share no actuator, a period far from the type's, a C++ plugin that may throw, what is valid for too long or too
-//! short a time, and commands that no guard judges.
+//! short a time, commands that no guard judges, and schemas that trigger each other.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -33,6 +33,7 @@ impl Application {
             .chain(self.warn_of_validity())
             .chain(self.warn_of_sensors())
             .chain(self.warn_of_unjudged())
+            .chain(self.warn_of_trigger_loops())
             .chain(self.link.warnings())
             .collect()
     }

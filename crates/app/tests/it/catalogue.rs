@@ -318,10 +318,15 @@ fn goon() -> Schema {
         unit: "m/s".to_owned(),
         ..modulation("speed", "std_msgs/msg/Float64", (Some(0.0), Some(1.2)))
     };
+    let near = Port {
+        unit: "rad".to_owned(),
+        ..port("near", "std_msgs/msg/Float64", Role::Import { trigger: true })
+    };
+    let base = port("base", "geometry_msgs/msg/Twist", Role::Actuator);
     schema(
         "goon",
         Kind::Motor,
-        vec![speed, port("base", "geometry_msgs/msg/Twist", Role::Actuator)],
+        vec![speed, base, optional(near), export_heading()],
     )
 }
 

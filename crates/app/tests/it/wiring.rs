@@ -282,6 +282,26 @@ apps/good.toml:40:48: schema `look` would trigger itself without end: `bearing` 
 }
 
 #[test]
+fn r12_schemas_that_trigger_each_other_through_a_motor_schema_cause_a_warning() {
+    let warnings = |triggers: &str| {
+        catalogue::application(&[
+            ("type      = \"nav/goon\"\n", "type = \"nav/goon\"\nimports = { near = \"look.heading\" }\n"),
+            (
+                "type    = \"look\"\nimports = { laser = \"pioneer.laser\" }\n",
+                &format!(
+                    "type = \"look\"\nimports = {{ laser = \"pioneer.laser\", bearing = \"goon.heading\" }}\n{triggers}"
+                ),
+            ),
+        ])
+        .warnings()
+    };
+    let expected = "line 33: these schemas trigger each other: goon -> look -> goon. If each exports in its check, they check \
+                    without end, for up to half of the time. Leave one of these imports out of `triggers`";
+    assert_eq!(warnings(""), [expected]);
+    assert_eq!(warnings("triggers = []\n"), [""; 0]);
+}
+
+#[test]
 fn r6_perceptive_schemas_that_need_each_other_are_refused() {
     check(
         &[(

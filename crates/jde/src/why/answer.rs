@@ -1,6 +1,6 @@
 //! The answer to a question: the selection that it asks for. Prints nothing.
 
-use jde_records::{CandidateRecord, Decision};
+use jde_records::{CandidateRecord, Decision, EventRecord};
 
 use super::question::{NOBODY, Question};
 
@@ -27,14 +27,22 @@ pub(crate) enum Answer<'d> {
         before: Option<&'d Decision>,
         /// The takeover after it.
         after: Option<&'d Decision>,
+        /// How guards and the driver limited the commands of the chosen schema until then (R18).
+        limits: Vec<&'d EventRecord>,
     },
     /// There is no such selection; the text gives the reason.
     NoMatch(String),
 }
 
 impl Question {
-    /// Finds the selection that the question asks for. `decisions` are in the order in which they were made.
-    pub(crate) fn answer<'d>(&self, decisions: &'d [Decision], known: KnownSpan) -> Answer<'d> {
+    /// Finds the selection that the question asks for. `decisions` and `limits`, the events of limited commands, are in
+    /// the order in which they were made.
+    pub(crate) fn answer<'d>(
+        &self,
+        decisions: &'d [Decision],
+        limits: &'d [EventRecord],
+        known: KnownSpan,
+    ) -> Answer<'d> {
         if let Some(reason) = self.out_of_span_reason(known) {
             return Answer::NoMatch(reason);
         }
@@ -50,10 +58,16 @@ impl Question {
         };
         let decision = &decisions[index];
         let of_group = |other: &&Decision| other.changed && other.group == decision.group;
+        let after = decisions[index + 1..].iter().find(of_group);
+        let until = after.map_or(f64::INFINITY, |after| after.time_s);
+        let is_limit = |event: &&EventRecord| {
+            event.schema == decision.choice && (decision.time_s..=until).contains(&event.time_s)
+        };
         Answer::Match {
             decision,
             before: decisions[..index].iter().rev().find(of_group),
-            after: decisions[index + 1..].iter().find(of_group),
+            after,
+            limits: limits.iter().filter(is_limit).collect(),
         }
     }
 

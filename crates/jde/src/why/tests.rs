@@ -1,6 +1,6 @@
 //! Tests of questions about a drive, and of the printed answers.
 
-use jde_records::{CandidateRecord, Decision};
+use jde_records::{CandidateRecord, Decision, EventRecord};
 
 use super::{Answer, KnownSpan, Question, write};
 
@@ -59,14 +59,14 @@ fn question(words: &str) -> Question {
 }
 
 fn found(text: &str) -> u64 {
-    match question(text).answer(&drive(), KNOWN) {
+    match question(text).answer(&drive(), &[], KNOWN) {
         Answer::Match { decision, .. } => decision.number,
         Answer::NoMatch(reason) => panic!("{reason}"),
     }
 }
 
 fn error(text: &str) -> String {
-    match question(text).answer(&drive(), KNOWN) {
+    match question(text).answer(&drive(), &[], KNOWN) {
         Answer::Match { decision, .. } => panic!("found {}", decision.number),
         Answer::NoMatch(reason) => reason,
     }
@@ -102,7 +102,7 @@ fn a_question_about_nobody_finds_a_selection_without_a_winner() {
     assert_eq!(error("nobody from stop"), none);
     let mut decisions = drive();
     decisions.push(decision(7, 31.5, None, None));
-    let number = |words: &str, decisions: &[Decision]| match question(words).answer(decisions, KNOWN) {
+    let number = |words: &str, decisions: &[Decision]| match question(words).answer(decisions, &[], KNOWN) {
         Answer::Match { decision, .. } => Ok(decision.number),
         Answer::NoMatch(reason) => Err(reason),
     };
@@ -136,7 +136,7 @@ fn a_schema_that_was_not_awake_is_marked_as_such() {
     decisions.push(last);
     let mut output = Vec::new();
     write(
-        &question("not goon").answer(&decisions, KNOWN),
+        &question("not goon").answer(&decisions, &[], KNOWN),
         Some("goon"),
         &mut output,
     )
@@ -157,7 +157,7 @@ fn a_question_without_a_match_is_answered_with_the_reason() {
         "vff never took over from stop, only from goon"
     );
     assert_eq!(
-        question("vff").answer(&[], KNOWN),
+        question("vff").answer(&[], &[], KNOWN),
         Answer::NoMatch("no selection has been made yet".to_owned())
     );
 }
@@ -167,7 +167,7 @@ fn an_answer_shows_case_decider_cause_and_every_candidate() {
     let decisions = drive();
     let mut output = Vec::new();
     write(
-        &question("vff goon 12.4s").answer(&decisions, KNOWN),
+        &question("vff goon 12.4s").answer(&decisions, &[], KNOWN),
         Some("stop"),
         &mut output,
     )
@@ -190,12 +190,44 @@ example/base at 12.402 s: goon -> vff  (selection 3)
 }
 
 #[test]
+fn an_answer_shows_how_the_commands_of_the_chosen_schema_were_limited() {
+    let limit = |time_s, schema: &str| EventRecord {
+        time_s,
+        kind: "limited".to_owned(),
+        schema: Some(schema.to_owned()),
+        by: None,
+        text: format!("guard: too fast at {time_s}"),
+        touched: None,
+    };
+    let limits = [
+        limit(11.0, "vff"),
+        limit(12.5, "goon"),
+        limit(12.6, "vff"),
+        limit(13.0, "vff"),
+        limit(30.5, "vff"),
+    ];
+    let mut output = Vec::new();
+    let decisions = drive();
+    let answer = question("vff goon 12.4s").answer(&decisions, &limits, KNOWN);
+    write(&answer, None, &mut output).unwrap();
+    let text = anstream::adapter::strip_str(&String::from_utf8(output).unwrap()).to_string();
+    assert!(
+        text.contains("limited     at 12.600 s: guard: too fast at 12.6\n"),
+        "{text}"
+    );
+    assert!(
+        text.contains("and once more\n") && !text.contains("too fast at 11"),
+        "{text}"
+    );
+}
+
+#[test]
 fn a_time_outside_the_known_span_has_no_answer() {
     let known = KnownSpan {
         from: 10.0,
         until: 32.0,
     };
-    let answer = |words: &str| match question(words).answer(&drive(), known) {
+    let answer = |words: &str| match question(words).answer(&drive(), &[], known) {
         Answer::Match { decision, .. } => decision.number.to_string(),
         Answer::NoMatch(reason) => reason,
     };

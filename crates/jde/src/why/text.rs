@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use jde_records::{CandidateRecord, Decision};
+use jde_records::{CandidateRecord, Decision, EventRecord};
 
 use super::answer::Answer;
 use crate::record_text::{format_micros, format_takeover};
@@ -19,8 +19,18 @@ pub(crate) fn write(answer: &Answer<'_>, marked: Option<&str>, output: &mut dyn 
             decision,
             before,
             after,
+            limits,
         } => {
             write_decision(decision, marked, output)?;
+            if let [first, others @ ..] = limits.as_slice() {
+                let EventRecord { time_s, text, .. } = first;
+                writeln!(output, "  {WARN}limited{WARN:#}     at {time_s:.3} s: {text}")?;
+                match others.len() {
+                    0 => {}
+                    1 => writeln!(output, "              and once more")?,
+                    times => writeln!(output, "              and {times} more times")?,
+                }
+            }
             if let Some(before) = before {
                 write_neighbour("before", before, output)?;
             }

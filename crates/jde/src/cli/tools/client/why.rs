@@ -8,7 +8,7 @@ use clap::{Args, ValueHint};
 use clap_complete::ArgValueCompleter;
 use jde_link::Remote;
 use jde_log::{Recording, record};
-use jde_records::{Decision, RecordKind, RunRecord};
+use jde_records::{Decision, EventRecord, RecordKind, RunRecord};
 use serde::Serialize;
 
 use super::resolve::split_one_application;
@@ -54,12 +54,13 @@ struct SelectionOutput<'d> {
     decision: &'d Decision,
     before: Option<&'d Decision>,
     after: Option<&'d Decision>,
+    limits: Vec<&'d EventRecord>,
 }
 
 impl Why {
     pub(crate) fn run(self, context: &Context) -> Result<(), Failure> {
         let (named, words) = split_one_application(&self.question)?;
-        let ((decisions, span), mut schemas, mut groups) = match &self.recording {
+        let (selections, mut schemas, mut groups) = match &self.recording {
             Some(file) => (read_recording(file)?, Vec::new(), Vec::new()),
             None => {
                 let remote = context.remote(&self.target, named)?;
@@ -71,6 +72,7 @@ impl Why {
                 )
             }
         };
+        let decisions = &selections.decisions;
         groups.extend(decisions.iter().map(|decision| decision.group.clone()));
         let candidates = decisions.iter().flat_map(|decision| &decision.candidates);
         schemas.extend(candidates.map(|candidate| candidate.name.clone()));
@@ -79,12 +81,22 @@ impl Why {
             names.dedup();
         }
         let question = Question::parse(&words, &schemas, &groups)?;
-        print_answer(&question, &decisions, span, self.json)
+        print_answer(&question, &selections, self.json)
     }
 }
 
 /// Selections, and the time range that they cover.
-type Selections = (Vec<Decision>, KnownSpan);
+struct Selections {
+    decisions: Vec<Decision>,
+    /// The events of limited commands.
+    limits: Vec<EventRecord>,
+    known: KnownSpan,
+}
+
+/// Whether an event is of limited commands.
+fn is_limit(event: &EventRecord) -> bool {
+    event.kind == "limited"
+}
 
 /// Returns all selections of a recording, up to its damage if it has any.
 fn read_recording(file: &Path) -> Result<Selections, Failure> {
@@ -102,12 +114,14 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
     let (first, _) = recording.times().unwrap_or_default();
     let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or(first);
     let mut until = 0;
-    let mut decisions = Vec::new();
+    let (mut decisions, mut limits) = (Vec::new(), Vec::new());
     for message in recording.messages()? {
         let message = message?;
         until = message.log_time.saturating_sub(start);
-        if let Some(RunRecord::Decision(decision)) = record::read(&message) {
-            decisions.push(decision);
+        match record::read(&message) {
+            Some(RunRecord::Decision(decision)) => decisions.push(decision),
+            Some(RunRecord::Event(event)) if is_limit(&event) => limits.push(event),
+            Some(RunRecord::Event(_) | RunRecord::State(_)) | None => {}
         }
     }
     if decisions.is_empty() {
@@ -122,21 +136,38 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
         from: from.min(decisions[0].time_s),
         until: until as f64 / 1e9,
     };
-    Ok((decisions, known))
+    Ok(Selections {
+        decisions,
+        limits,
+        known,
+    })
 }
 
 /// Returns the last selections of a running application.
 fn request_selections(remote: &Remote) -> Result<Selections, Failure> {
-    let (sender, receiver) = channel();
-    let watching = remote.events(&[RecordKind::Decision], MAX_SELECTIONS, move |event| {
-        if let RunRecord::Decision(decision) = event.record {
+    let records = |kind: RecordKind| -> Result<Vec<RunRecord>, Failure> {
+        let (sender, receiver) = channel();
+        let watching = remote.events(&[kind], MAX_SELECTIONS, move |event| {
             // The receiver is dropped after the reply.
-            let _ = sender.send(decision);
-        }
-    })?;
-    // All earlier selections have arrived when this returns.
-    drop(watching);
-    let decisions: Vec<Decision> = receiver.try_iter().collect();
+            let _ = sender.send(event.record);
+        })?;
+        // All earlier ones have arrived when this returns.
+        drop(watching);
+        Ok(receiver.try_iter().collect())
+    };
+    let selections = records(RecordKind::Decision)?.into_iter();
+    let decisions: Vec<Decision> = selections
+        .filter_map(|record| match record {
+            RunRecord::Decision(decision) => Some(decision),
+            RunRecord::State(_) | RunRecord::Event(_) => None,
+        })
+        .collect();
+    let events = records(RecordKind::Event)?.into_iter();
+    let limits = events.filter_map(|record| match record {
+        RunRecord::Event(event) if is_limit(&event) => Some(event),
+        RunRecord::Event(_) | RunRecord::State(_) | RunRecord::Decision(_) => None,
+    });
+    let limits = limits.collect();
     let known = KnownSpan {
         from: match decisions.first() {
             Some(first) if decisions.len() >= MAX_SELECTIONS => first.time_s,
@@ -144,26 +175,32 @@ fn request_selections(remote: &Remote) -> Result<Selections, Failure> {
         },
         until: remote.hierarchy()?.time as f64 / 1e9,
     };
-    Ok((decisions, known))
+    Ok(Selections {
+        decisions,
+        limits,
+        known,
+    })
 }
 
-fn print_answer(
-    question: &Question,
-    decisions: &[Decision],
-    known: KnownSpan,
-    json: bool,
-) -> Result<(), Failure> {
-    let answer = question.answer(decisions, known);
+fn print_answer(question: &Question, selections: &Selections, json: bool) -> Result<(), Failure> {
+    let Selections {
+        decisions,
+        limits,
+        known,
+    } = selections;
+    let answer = question.answer(decisions, limits, *known);
     match &answer {
         Answer::NoMatch(reason) => Err(Failure::NoMatch(reason.clone())),
         Answer::Match {
             decision,
             before,
             after,
+            limits,
         } if json => print_json(&SelectionOutput {
             decision,
             before: *before,
             after: *after,
+            limits: limits.clone(),
         }),
         Answer::Match { .. } => {
             let marked = question.winner.as_deref().filter(|_| question.negated);

@@ -1,0 +1,43 @@
+//! Schemas that trigger each other in a circle: what one exports in its check lets the next one check at once, and so
+//! without end. Those without a motor schema are refused, because they would also keep each other awake.
+
+use jde_abi::describe::Role;
+
+use super::cycle::{Edge, find_cycles};
+use super::{Application, Binding, ImportSource};
+
+impl Application {
+    /// Warns of each circle of imports that trigger.
+    pub(super) fn warn_of_trigger_loops(&self) -> impl Iterator<Item = String> {
+        let edges: Vec<Vec<Edge>> = (0..self.instances.len())
+            .map(|index| self.triggers(index))
+            .collect();
+        find_cycles(&edges).into_iter().map(|(circle, _)| {
+            let name = |index: &usize| self.instances[*index].name.as_str();
+            let names: Vec<_> = circle.iter().map(name).collect();
+            let line = self.instances[circle[0]].line;
+            format!(
+                "line {line}: these schemas trigger each other: {}. If each exports in its check, they check without end, for up to half \
+                 of the time. Leave one of these imports out of `triggers`",
+                names.join(" -> ")
+            )
+        })
+    }
+
+    /// The schemas whose exports trigger this one.
+    fn triggers(&self, index: usize) -> Vec<Edge> {
+        let triggering = self.instances[index].bindings.iter().filter_map(|binding| {
+            let Binding::Import {
+                source: Some(ImportSource::Local(provider, port)),
+                trigger: true,
+                ..
+            } = *binding
+            else {
+                return None;
+            };
+            let role = &self.instances[provider].schema.ports[port].role;
+            matches!(role, Role::Export { .. }).then_some((provider, 0..0))
+        });
+        triggering.collect()
+    }
+}
