@@ -36,7 +36,8 @@
 //!
 //! let laser = Entry::new::<LaserScan>("count", "the laser").settings(&Weight { weight: 2.0 });
 //! let mut bench = Bench::<Counter>::with_lists(&[laser, Entry::new::<f64>("count", "speed")]);
-//! bench.import("the laser", &LaserScan::default());
+//! let ranges = Seq::from_slice(&[1.0]).unwrap();
+//! bench.import("the laser", &LaserScan { range_max: 8.0, ranges, ..LaserScan::default() });
 //! bench.import("speed", &0.0);
 //! bench.iterate().unwrap();
 //! assert_eq!(bench.exported::<f64>("sum"), Some(3.0));

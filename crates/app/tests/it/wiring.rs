@@ -111,7 +111,7 @@ fn a_variable_of_another_type_or_unit_is_reported_with_both() {
         )],
         r#"
 apps/good.toml:18:52: `heading` in `imports` of schema `example` is `std_msgs/msg/Float64`, and `pioneer.odometry` is `nav_msgs/msg/Odometry`
-    help: these fit: `pioneer.heading` and `look.heading`
+    help: these fit: `pioneer.heading`, `goon.heading` and `look.heading`
 "#,
     );
     check(
@@ -121,14 +121,14 @@ apps/good.toml:18:52: `heading` in `imports` of schema `example` is `std_msgs/ms
         )],
         r#"
 apps/good.toml:18:52: `heading` in `imports` of schema `example` is in `rad`, and `pioneer.travelled` is in `m`
-    help: these fit: `pioneer.heading` and `look.heading`
+    help: these fit: `pioneer.heading`, `goon.heading` and `look.heading`
 "#,
     );
     check(
         &[(r#"heading = "pioneer.heading""#, r#"heading = "pioneer.noise""#)],
         r#"
 apps/good.toml:18:52: `heading` in `imports` of schema `example` is in `rad`, and `pioneer.noise` has no unit
-    help: these fit: `pioneer.heading` and `look.heading`
+    help: these fit: `pioneer.heading`, `goon.heading` and `look.heading`
 "#,
     );
     check(
@@ -156,7 +156,7 @@ apps/good.toml:4:48: `stalls` of `mission` is `soon`, which is no time
         &[(r#""example.mission""#, r#""goon.speed""#)],
         r#"
 apps/good.toml:4:11: `mission` of the application is `goon.speed`, which is a modulation
-    help: exports of `goon`: none
+    help: exports of `goon`: `heading`
 "#,
     );
 }

@@ -33,9 +33,10 @@ impl Field {
             };
             let cell = Cell::new(next.0 as u32, next.1 as u32);
             if self.known_at(cell) < self.known_at(lowest) {
-                (lowest, patience) = (cell, PATIENCE);
+                patience = PATIENCE;
             }
-            point = next;
+            // One along the slope may be as low. A neighbour of another cell may lie behind a corner.
+            (lowest, point) = (cell, next);
             points.push(point);
         }
         // The last step ends within the goal's cell.

@@ -172,6 +172,7 @@ fn a_robot_stops_when_its_client_is_stopped_or_killed() {
 
 #[test]
 fn r7_a_robot_stops_and_its_driver_withdraws_exports_when_the_network_fails() {
+    let _watchdog = Watchdog::for_test();
     let folder = tempfile::tempdir().unwrap();
     let mut server = Server::start("worlds/office.toml", &[]);
     let cable = Cable::to(&server.address);
@@ -185,8 +186,8 @@ fn r7_a_robot_stops_and_its_driver_withdraws_exports_when_the_network_fails() {
     until(&mut output, |line| line.contains("nobody -> goon"));
     cable.cut();
     server.until("no packet for 2.0 s, the motors stop");
-    // The driver's exports are withdrawn, so no schema is ready, and nobody wins (R9).
-    until(&mut output, |line| line.contains("goon -> nobody"));
+    // The driver's exports are withdrawn, so goon is not ready, and stop is.
+    until(&mut output, |line| line.contains("-> stop"));
     signal("KILL", &driver);
     driver.wait().expect("the process ends");
     let rest = server.end();
@@ -195,6 +196,7 @@ fn r7_a_robot_stops_and_its_driver_withdraws_exports_when_the_network_fails() {
 
 #[test]
 fn an_application_logs_a_lost_robot_and_drives_it_again_after_it_returns() {
+    let _watchdog = Watchdog::for_test();
     let folder = tempfile::tempdir().unwrap();
     let mut server = Server::start("worlds/office.toml", &[]);
     let address = server.address.replace("tcp:", "");
@@ -211,14 +213,14 @@ fn an_application_logs_a_lost_robot_and_drives_it_again_after_it_returns() {
     signal("KILL", &server.process);
     drop(server);
     until(&mut log, |line| line.contains("pioneer"));
-    // Without a scan no schema is ready, and nobody wins (R9).
-    until(&mut output, |line| line.contains("goon -> nobody"));
+    // Without a scan goon is not ready, and stop is.
+    until(&mut output, |line| line.contains("-> stop"));
     let mut again = jde(&["sim", "worlds/office.toml", "--p2os", &address])
         .current_dir(root())
         .stdout(Stdio::piped())
         .spawn()
         .expect("the executable starts");
-    until(&mut output, |line| line.contains("nobody -> goon"));
+    until(&mut output, |line| line.contains("-> goon"));
     signal("INT", &driver);
     driver.wait().expect("the process ends");
     signal("INT", &again);

@@ -234,7 +234,8 @@ impl<S> Bench<S> {
 
 /// The inputs of the schema.
 impl<S> Bench<S> {
-    /// Publishes a value of an import, measured now. What is no measurement is no value, as in an application.
+    /// Publishes a value of an import, measured now. What is no measurement is no value, as in an application, and a
+    /// warning in [`Self::log`] says why.
     pub fn import<T: Value>(&mut self, name: &str, value: &T) {
         let port = self.port::<T>(Kind::Import, name);
         self.state.put(port, value.as_bytes());

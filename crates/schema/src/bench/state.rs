@@ -116,10 +116,12 @@ impl BenchState {
         let port = &mut self.ports[port];
         port.bound = true;
         let value = Bytes::copy(&port.port.value_type, value);
-        // As in an application, what is no measurement ends the value before it.
+        // As in an application, what is no measurement ends the value before it, and that is said.
         let checks = Checks::of(&port.port.value_type);
-        if checks.is_some_and(|checks| (checks.measured)(value.as_slice()).is_err()) {
+        if let Some(Err(why)) = checks.map(|checks| (checks.measured)(value.as_slice())) {
             port.newest = None;
+            let words = format!("import `{}` has no value: {why}", port.port.name);
+            self.log.push((Severity::Warn, words));
             return;
         }
         port.newest = Some((value, now));

@@ -18,7 +18,7 @@ fn a_bridge_of_dds_has_topics_by_their_names_and_velocities_of_one_type() {
     ];
     let mut fixture = Fixture::<Topics>::with_lists(&format!("ros2dds/{address}"), &entries);
     fixture.bench.set("namespace", Text::<128>::new("fleet"));
-    fixture.bench.import("scan", &LaserScan::default());
+    fixture.bench.import("scan", &one_beam());
     let mut fixture = fixture.awake();
     fixture.until_note(Connection::CONNECTED, &address);
     fixture.until(|_| receive::<LaserScan>(&scans).is_some());

@@ -317,9 +317,14 @@ fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
         .declare_subscriber(key("left", "sensor_msgs::msg::dds_::Range_"))
         .wait()
         .unwrap();
-    fixture.bench.import("left", &Range::default());
+    let left = Range {
+        max_range: 1.0,
+        range: f32::INFINITY,
+        ..Range::default()
+    };
+    fixture.bench.import("left", &left);
     fixture.bench.set("namespace", Text::<128>::new("fleet"));
-    fixture.bench.import("scan", &LaserScan::default());
+    fixture.bench.import("scan", &one_beam());
     let mut fixture = fixture.awake();
     // It has a subscriber once there is a token of one without a hash.
     let subscription = Topic {
@@ -345,6 +350,7 @@ fn nodes_of_humble_have_keys_and_tokens_without_hashes() {
     // The variance, which is its last field, is not in Humble.
     let range = Range {
         range: 1.5,
+        max_range: 2.0,
         ..Range::default()
     };
     let mut message = Codec::new().encode(&range);

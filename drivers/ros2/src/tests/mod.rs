@@ -28,6 +28,16 @@ use zenoh::{Session, Wait};
 use crate::messages::{Codec, PoseWithCovarianceStamped};
 use crate::scan::Sweep;
 
+/// A scan of one beam, which hits nothing.
+fn one_beam() -> LaserScan {
+    let mut scan = LaserScan {
+        range_max: 100.0,
+        ..LaserScan::default()
+    };
+    scan.ranges.push(f32::INFINITY).expect("it fits");
+    scan
+}
+
 /// A driver on the bench, in real time.
 struct Fixture<S: Schema> {
     bench: Bench<S>,

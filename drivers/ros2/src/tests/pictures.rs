@@ -63,6 +63,9 @@ fn a_picture_is_published_compressed_in_the_words_of_ros() {
 
     let mut depth = image();
     depth.encoding = Text::new("32FC1");
+    (depth.width, depth.step) = (1, 4);
+    depth.data.clear();
+    depth.data.extend_from_slice(&1_f32.to_le_bytes()).unwrap();
     fixture.bench.import("image/compressed", &*depth);
     fixture.until_logged("`image/compressed` in `publish`: its pixels are \"32FC1\"");
     fixture.bench.import("image/compressed", &*image());

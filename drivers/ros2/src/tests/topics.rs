@@ -31,7 +31,10 @@ fn sensors_are_published_to_subscribers_with_wall_clock_stamps() {
         Twist::planar(0.2, 0.1),
     );
     fixture.bench.import("odom", &odometry);
-    let mut ring = RangeRing::default();
+    let mut ring = RangeRing {
+        max_range: 5.0,
+        ..RangeRing::default()
+    };
     ring.ranges.extend_from_slice(&[1.0, 2.0]).unwrap();
     ring.poses.extend_from_slice(&[Pose2D::ORIGIN; 2]).unwrap();
     fixture.bench.import("sonar", &ring);
@@ -122,7 +125,10 @@ fn each_sonar_of_a_ring_is_sent_once() {
     };
     let entry = Entry::new::<RangeRing>("publish", "sonar").settings(&settings);
     let mut fixture = Fixture::<Topics>::with_lists(&address, &[entry]);
-    let mut ring = RangeRing::default();
+    let mut ring = RangeRing {
+        max_range: 5.0,
+        ..RangeRing::default()
+    };
     ring.ranges.extend_from_slice(&[1.0; 16]).unwrap();
     ring.poses.extend_from_slice(&[Pose2D::ORIGIN; 16]).unwrap();
     fixture.bench.import("sonar", &ring);
@@ -150,7 +156,7 @@ fn a_value_is_published_once() {
     for number in 1..=3_u8 {
         let scan = LaserScan {
             range_min: f32::from(number),
-            ..LaserScan::default()
+            ..one_beam()
         };
         fixture.bench.import("scan", &scan);
         if number == 1 {

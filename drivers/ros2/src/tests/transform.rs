@@ -92,7 +92,7 @@ fn the_laser_is_given_at_the_time_of_its_scan() {
     let measured_at = Duration::from_millis(1);
     let scan = LaserScan {
         header: Header::new(measured_at, "laser"),
-        ..LaserScan::default()
+        ..one_beam()
     };
     fixture.bench.import("laser", &scan);
     fixture.bench.set("stale", 3600.0);
@@ -180,7 +180,7 @@ fn mounts_of_a_jde_robot_reach_a_lookup_that_begins_later() {
     );
     let scan = LaserScan {
         header: Header::new(Time::default(), "laser"),
-        ..LaserScan::default()
+        ..one_beam()
     };
     robot.bench.import("scan", &scan);
     robot.bench.import(
@@ -247,7 +247,7 @@ fn two_lasers_in_one_frame_are_said_to_have_one_mount() {
     let mut fixture = Fixture::<Topics>::with_lists(&address, &entries);
     let scan = LaserScan {
         header: Header::new(Time::default(), "laser"),
-        ..LaserScan::default()
+        ..one_beam()
     };
     for label in ["front", "again", "back"] {
         fixture.bench.import(label, &scan);
