@@ -64,11 +64,12 @@ impl Schema for Goon {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(target) = self.target.get(cx).get() else {
+        // It may iterate without its senses while its father decides who follows.
+        let (Some(target), Some(pose)) = (self.target.get(cx).get(), self.pose.get(cx)) else {
             self.base.command(cx, Twist::ZERO);
             return Ok(());
         };
-        let error = self.pose.require(cx)?.pose2d().bearing_to(&target);
+        let error = pose.pose2d().bearing_to(&target);
         let turn = self.turn.get(cx).copysign(error);
         let twist = match self.band(cx, error) {
             Band::Straight => Twist::planar(self.fast.get(cx), 0.0),

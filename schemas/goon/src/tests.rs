@@ -154,6 +154,14 @@ fn a_target_removed_while_it_wins_stops_it() {
 }
 
 #[test]
+fn a_pose_that_ends_while_it_wins_stops_it_and_is_no_fault() {
+    let mut bench = free_path();
+    bench.retract("pose");
+    bench.iterate().expect("it may have lost already");
+    assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
+}
+
+#[test]
 fn speeds_and_bands_are_modulated() {
     let mut bench = free_path();
     for (name, value) in [

@@ -356,7 +356,7 @@ fn a_run_without_a_router_is_the_same_and_says_so_once() {
         "apps/safe-navigation.toml",
         "--plain",
         "--for",
-        "3s",
+        "6s",
         "--ros-args",
     ]));
     command.env(

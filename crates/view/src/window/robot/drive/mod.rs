@@ -10,7 +10,7 @@ mod pad;
 
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Slider, Ui, Vec2};
+use eframe::egui::{Label, RichText, Slider, Ui, Vec2};
 use jde_core::{Health, State};
 use jde_link::Rate;
 use jde_link::message::SchemaInfo;
@@ -102,7 +102,9 @@ impl Drive {
                 self.since = Instant::now();
             }
             let (text, color) = self.status(session, senses, base, style);
-            ui.colored_label(style::color_of(color, style), text);
+            let text = RichText::new(text).color(style::color_of(color, style));
+            // A long text must not move the pad from under the mouse. It is whole in the tooltip.
+            ui.add(Label::new(text).truncate());
         });
         self.refusals(ui, session, style);
         if !self.on {
