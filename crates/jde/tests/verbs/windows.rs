@@ -222,7 +222,8 @@ fn drive(screen: &Screen, sandbox: &Sandbox) {
     // The switch or the pad below it may not be drawn yet. Then the next click turns the switch off, and the
     // one after that on.
     let taken = (0..20).any(|_| {
-        screen.click(1137, 88);
+        // Within the switch also where a wide value has widened its column.
+        screen.click(1128, 88);
         screen.xdotool(&["mousemove", "1200", "208", "mousedown", "1"]);
         let taken = (0..100).any(|_| driven());
         if !taken {
