@@ -205,11 +205,12 @@ fn a_window_stops_and_drives_a_robot_that_is_not_affected_when_the_window_stalls
 
 /// Clicks on "Go on ..." below the bar, and then on "Let everything go on" beside it.
 fn let_everything_go_on(screen: &Screen, sandbox: &Sandbox) {
-    let goes_on = (0..10).any(|_| {
+    // The first button may not be drawn yet, and a second click on it is "Keep it stopped".
+    let goes_on = (0..40).any(|_| {
         screen.click(38, 37);
-        (0..3).any(|_| {
+        (0..6).any(|_| {
             screen.click(192, 37);
-            (0..100).any(|_| state(sandbox, "example") == "winner")
+            (0..15).any(|_| state(sandbox, "example") == "winner")
         })
     });
     assert!(goes_on, "two clicks do not let everything go on");
