@@ -94,6 +94,14 @@ impl Sandbox {
         serde_json::from_str(self.run_ok(&all).lines().last().expect("a line")).expect("JSON")
     }
 
+    /// Returns the names of the motor schemas that are awake. Sensors stay awake when everything is stopped.
+    pub(crate) fn motors_awake(&self) -> Vec<String> {
+        let now = self.json(&["ps"]);
+        let schemas = now["schemas"].as_array().expect("a list").iter();
+        let awake = schemas.filter(|schema| schema["kind"] == "motor" && schema["state"] != "slept");
+        awake.map(|schema| schema["name"].to_string()).collect()
+    }
+
     /// Returns the names of the running applications.
     pub(crate) fn apps(&self) -> Vec<String> {
         let apps = self.json(&["apps"]);

@@ -3,7 +3,6 @@
 use std::fs;
 
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
-use serde_json::Value;
 
 use crate::attached::{Running, Sandbox};
 use crate::support::pair;
@@ -55,17 +54,7 @@ fn r14_everything_stops_by_the_panic_key_though_nothing_is_left_and_clients_stil
         exhaust(&robot, resource);
         let stopped = sandbox.run_ok(&["stop", "--all"]);
         assert!(stopped.contains("stopped, every command is neutral"), "{stopped}");
-        let now = sandbox.json(&["ps"]);
-        let asleep = |schema: &Value| schema["state"] == "slept";
-        assert!(
-            now["schemas"]
-                .as_array()
-                .expect("a list")
-                .iter()
-                .filter(|schema| schema["kind"] == "motor")
-                .all(asleep),
-            "{now}"
-        );
+        assert_eq!(sandbox.motors_awake(), [""; 0]);
         robot.signal("TERM");
         assert_eq!(robot.wait(), Some(0), "{resource:?}");
     }
