@@ -57,7 +57,10 @@ extern "C" {
 
 /** Success. */
 #define JDE_OK 0
-/** Nothing has been published on this port yet. */
+/**
+ * This import has no value: nothing has been published yet, or the value has ended. A check or an iteration that returns
+ * it ends there without a fault, and a motor schema is not READY (R19); hosts before minor version 8 call it a fault.
+ */
 #define JDE_NO_VALUE 1
 /**
  * The caller has no authority at this instant (R7), a guard refuses the command (R18), or an operator holds

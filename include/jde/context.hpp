@@ -18,6 +18,15 @@ using Nanoseconds = std::chrono::nanoseconds;
 /** The reason why a call fails. Any other exception but std::logic_error does the same. */
 using Failure = std::runtime_error;
 
+/**
+ * An import has no value. An iteration or a check that it leaves ends there, without a fault, and a motor schema is not
+ * READY (R19).
+ */
+class NoValue : public Failure {
+public:
+    using Failure::Failure;
+};
+
 /** The result of a command or a request. None of them is a fault. */
 enum class Outcome {
     accepted,

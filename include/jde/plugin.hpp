@@ -58,6 +58,9 @@ std::int32_t guarded(const jde_host &host, jde_context *cx, Body body) noexcept
     } catch (const std::logic_error &mistake) {
         fail(mistake.what());
         return JDE_PANICKED;
+    } catch (const NoValue &missing) {
+        fail(missing.what());
+        return JDE_NO_VALUE;
     } catch (const std::exception &failure) {
         fail(failure.what());
         return JDE_FAILED;

@@ -264,13 +264,13 @@ public:
         return read(cx, sample, sizeof(T), alignof(T)) == JDE_OK ? Sample<T>(sample) : Sample<T>();
     }
 
-    /** The newest value. Throws jde::Failure if there is none. */
+    /** The newest value. Throws jde::NoValue if there is none, and jde::Failure if the application did not bind it. */
     Sample<T> require(const Context &cx) const
     {
         jde_sample sample = {};
         switch (read(cx, sample, sizeof(T), alignof(T))) {
         case JDE_OK: return Sample<T>(sample);
-        case JDE_NO_VALUE: throw Failure(std::string("import `") + name() + "` has no value");
+        case JDE_NO_VALUE: throw NoValue(std::string("import `") + name() + "` has no value");
         default: throw Failure(std::string("import `") + name() + "` is not bound; the application gives it under `imports`");
         }
     }

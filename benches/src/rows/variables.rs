@@ -48,7 +48,7 @@ fn read_of<const WORDS: usize>(scope: &Scope) -> Result<Vec<Line>> {
         scope.effort(),
         [
             &mut |times| (0..times).for_each(|_| read_borrowed(black_box(&mut reader))),
-            &mut |times| (0..times).for_each(|_| consume(black_box(&mut other).get())),
+            &mut |times| (0..times).for_each(|_| consume(black_box(&mut other).get(0))),
             &mut |times| (0..times).for_each(|_| consume(*black_box(&plain))),
             &mut |times| {
                 (0..times).for_each(|_| consume(*black_box(&mutex).lock().expect("no thread panicked")));

@@ -340,7 +340,8 @@ impl Variable {
     }
 
     /// Whether it is an export whose values have a validity.
-    pub(crate) fn expires(&self) -> bool {
+    #[must_use]
+    pub fn expires(&self) -> bool {
         matches!(self.declaration.access, Access::Export { validity } if validity != LASTING)
     }
 

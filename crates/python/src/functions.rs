@@ -155,11 +155,19 @@ unsafe fn call(
         let context = instance.context.get();
         context.begin(cx);
         let result = run(py, instance.object.bind(py), &instance.cx);
-        if let Err(error) = &result {
-            context.fail(&reason(py, error));
-        }
+        let status = match &result {
+            Ok(()) => raw::OK,
+            Err(error) if is_no_value(py, error) => {
+                context.fail(&error.value(py).to_string());
+                raw::NO_VALUE
+            }
+            Err(error) => {
+                context.fail(&reason(py, error));
+                raw::FAILED
+            }
+        };
         context.end(py);
-        if result.is_ok() { raw::OK } else { raw::FAILED }
+        status
     })
 }
 
@@ -184,14 +192,6 @@ fn is_no_value(py: Python<'_>, error: &PyErr) -> bool {
     class.is_ok_and(|class| error.is_instance(py, &class))
 }
 
-/// Turns an error that an input has no value into nothing.
-fn unless_no_value(py: Python<'_>, result: PyResult<Bound<'_, PyAny>>) -> PyResult<Option<Py<PyAny>>> {
-    match result {
-        Err(error) if is_no_value(py, &error) => Ok(None),
-        result => result.map(|result| Some(result.unbind())),
-    }
-}
-
 unsafe extern "C" fn awake(instance: *mut c_void, cx: *mut raw::Context) -> i32 {
     // SAFETY: the host's pointers.
     unsafe {
@@ -203,11 +203,8 @@ unsafe extern "C" fn awake(instance: *mut c_void, cx: *mut raw::Context) -> i32 
 
 unsafe extern "C" fn check(instance: *mut c_void, cx: *mut raw::Context, out: *mut raw::Precondition) -> i32 {
     let check = |py: Python<'_>, object: &Bound<'_, PyAny>, cx: &Py<PyAny>| {
-        let result = object.call_method1(intern!(py, "check"), (cx,));
-        let (ready, urgency) = match unless_no_value(py, result)? {
-            None => (false, 0.0),
-            Some(result) => precondition(result.bind(py))?,
-        };
+        let result = object.call_method1(intern!(py, "check"), (cx,))?;
+        let (ready, urgency) = precondition(&result)?;
         let filled = raw::Precondition {
             size: size_of::<raw::Precondition>() as u32,
             ready: u32::from(ready),
@@ -246,7 +243,7 @@ unsafe extern "C" fn iterate(instance: *mut c_void, cx: *mut raw::Context) -> i3
     // SAFETY: the host's pointers.
     unsafe {
         call(instance, cx, |py, object, cx| {
-            unless_no_value(py, object.call_method1(intern!(py, "iterate"), (cx,))).map(drop)
+            object.call_method1(intern!(py, "iterate"), (cx,)).map(drop)
         })
     }
 }

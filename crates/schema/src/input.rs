@@ -11,7 +11,7 @@ use jde_abi::raw;
 use jde_types::{Modulated, Value};
 
 use crate::context::{Context, broken};
-use crate::error::Result;
+use crate::error::{NoValue, Result};
 use crate::inspect::Inspected;
 use crate::slot::Slot;
 
@@ -60,12 +60,13 @@ impl<T: Value> Import<T> {
     /// Returns the newest value.
     ///
     /// # Errors
-    /// If there is none. The message names this import.
+    /// [`NoValue`] if there is none: an iteration that returns it ends there, without a fault (R19). Another error
+    /// that names this import if the application did not bind it.
     pub fn require<'call>(&self, cx: &'call Context<'_>) -> Result<Sample<'call, T>> {
         let name = self.slot.name;
         match cx.read(&self.slot) {
             Ok(Some(sample)) => Ok(sample),
-            Ok(None) => Err(format!("import `{name}` has no value").into()),
+            Ok(None) => Err(NoValue { import: name }.into()),
             Err(_) => {
                 Err(format!("import `{name}` is not bound; the application gives it under `imports`").into())
             }

@@ -66,7 +66,7 @@ mod turns;
 
 pub use child::{Child, Children, State, Status};
 pub use context::{Context, Severity};
-pub use error::{Error, Result};
+pub use error::{Error, NoValue, Result};
 pub use guard::Guard;
 pub use hysteresis::Hysteresis;
 pub use input::{Command, Import, Modulation, Sample};

@@ -64,8 +64,8 @@ impl Schema for Goon {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        // It may iterate without its senses while its father decides who follows.
-        let (Some(target), Some(pose)) = (self.target.get(cx).get(), self.pose.get(cx)) else {
+        let pose = self.pose.require(cx)?;
+        let Some(target) = self.target.get(cx).get() else {
             self.base.command(cx, Twist::ZERO);
             return Ok(());
         };

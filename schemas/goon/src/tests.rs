@@ -154,11 +154,12 @@ fn a_target_removed_while_it_wins_stops_it() {
 }
 
 #[test]
-fn a_pose_that_ends_while_it_wins_stops_it_and_is_no_fault() {
+fn it_commands_nothing_without_a_pose() {
     let mut bench = free_path();
     bench.retract("pose");
-    bench.iterate().expect("it may have lost already");
-    assert_eq!(bench.commanded("base"), Some(Twist::ZERO));
+    let failure = bench.iterate().expect_err("the pose has no value");
+    assert!(failure.lacks_value(), "{failure}");
+    assert_eq!(bench.commanded::<Twist>("base"), None);
 }
 
 #[test]

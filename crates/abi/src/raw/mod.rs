@@ -61,7 +61,8 @@ pub const PLUGIN_CATCHES: u32 = 2;
 
 /// Success.
 pub const OK: i32 = 0;
-/// Nothing has been published on this port yet.
+/// This import has no value: nothing has been published yet, or the value has ended. A check or an iteration that returns
+/// it ends there without a fault, and a motor schema is not READY (R19); hosts before minor version 8 call it a fault.
 pub const NO_VALUE: i32 = 1;
 /// The caller has no authority at this instant (R7), a guard refuses the command (R18), or an operator holds
 /// the child. Counted and shown; not a

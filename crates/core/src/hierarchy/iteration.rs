@@ -87,4 +87,13 @@ impl Hierarchy {
         }
         self.settle(out);
     }
+
+    /// [`Self::end`] of an iteration that could not act because an input had no value (R19): a motor schema is not
+    /// READY until its next check.
+    pub fn end_unready(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
+        if self.plan.group_of(id).is_some() && self.node(id).is_running() {
+            self.nodes.get_mut(&self.plan, id).end_readiness();
+        }
+        self.end(now, id, out);
+    }
 }

@@ -16,7 +16,7 @@ pub(super) struct LastCheck {
 enum Precondition {
     /// The schema sleeps, or has not checked since it woke.
     Unchecked,
-    /// Also of a schema that was READY when its iteration was abandoned.
+    /// Also of a schema that was READY when its iteration was abandoned or found an input without a value.
     False,
     True,
 }

@@ -219,6 +219,11 @@ impl Node {
         IterationEnd { ran, lapsed }
     }
 
+    /// It is not READY until its next check.
+    pub(super) fn end_readiness(&mut self) {
+        self.check.end_readiness();
+    }
+
     /// Abandons an iteration that runs. It cannot check during the iteration, so it is no longer READY.
     /// Returns whether that changed.
     pub(super) fn abandon(&mut self) -> bool {

@@ -113,7 +113,8 @@ impl Run {
                 self.transaction(|h, out| h.checked(now, schema, check, out))
             }
             8..=12 => self.begin(schema),
-            13..=16 => self.end(schema),
+            13..=15 => self.end(schema),
+            16 => self.end_unready(schema),
             17..=21 => self.wake(schema, b),
             22 => self.sleep(schema, b),
             23 => {
@@ -337,6 +338,20 @@ impl Run {
         let now = self.now;
         self.shadow.end_iteration(id);
         self.transaction(|h, out| h.end(now, id, out))
+    }
+
+    /// Its iteration ends because an input has no value.
+    fn end_unready(&mut self, id: SchemaId) -> Result<(), TestCaseError> {
+        let now = self.now;
+        let ran = self.h.is_running(id);
+        self.shadow.end_iteration(id);
+        self.transaction(|h, out| h.end_unready(now, id, out))?;
+        let may_be_ready = !ran || self.h.group_of(id).is_none();
+        prop_assert!(
+            may_be_ready || !self.h.is_ready(id),
+            "R19: {id:?} is READY without a value"
+        );
+        Ok(())
     }
 
     fn wake(&mut self, by: SchemaId, index: u16) -> Result<(), TestCaseError> {

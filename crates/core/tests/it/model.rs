@@ -133,6 +133,8 @@ enum Step {
     Refuse(SchemaId),
     Wake(SchemaId),
     End(SchemaId),
+    /// Its iteration ends because an input has no value.
+    EndUnready(SchemaId),
     Fault(SchemaId),
     Fire(Timer),
 }
@@ -177,7 +179,7 @@ impl Model for Threads {
                             steps.push(Step::Refuse(id));
                         }
                     }
-                    steps.push(Step::End(id));
+                    steps.extend([Step::End(id), Step::EndUnready(id)]);
                 }
             }
             if world.remaining_faults > 0 {
@@ -284,10 +286,16 @@ impl World {
                     assert!(has_authority || !woken, "R7: woken without authority");
                 });
             }
-            Step::End(id) => {
+            Step::End(id) | Step::EndUnready(id) => {
                 self.threads[id.index()] = Thread::Between;
                 self.shadow.end_iteration(id);
-                self.call(executor, |h, out| h.end(0, id, out));
+                if step == Step::End(id) {
+                    return self.call(executor, |h, out| h.end(0, id, out));
+                }
+                self.call(executor, |h, out| h.end_unready(0, id, out));
+                if self.h.is_ready(id) {
+                    self.violation = Some(format!("R19: {id:?} is READY without a value"));
+                }
             }
             Step::Fault(id) => {
                 self.remaining_faults -= 1;

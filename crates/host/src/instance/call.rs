@@ -271,6 +271,13 @@ impl CallContext<'_> {
         }
     }
 
+    /// Ends what the schema exported if its iteration ended because an input has no value (R19).
+    pub(crate) fn end_iteration(&mut self, status: i32) {
+        if status == raw::NO_VALUE {
+            self.port_access.with_ports(Ports::retract_expiring);
+        }
+    }
+
     pub(crate) fn wake(&mut self, child: u32) -> i32 {
         if self.refuses(|_| String::from("wake a child")) {
             return raw::REFUSED;

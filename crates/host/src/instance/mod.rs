@@ -89,6 +89,14 @@ pub(crate) struct CheckResult {
     pub(crate) newest: Nanos,
 }
 
+/// How an iteration ended that did not fail.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Iterated {
+    Done,
+    /// It could not act: an input has no value, in these words (R19). What it exported has ended.
+    WithoutValue(String),
+}
+
 impl Instance {
     /// Creates an instance of `build`, SLEPT. Instances that share `port_access` are called one at a time.
     pub(crate) fn create(
@@ -143,11 +151,9 @@ impl Instance {
         self.begin_turn();
         let (mut ready, mut urgency) = (true, 0.0);
         if self.table.check.is_some() || self.is_mocked() {
-            self.call_checked("check", |body, call| {
-                let status;
-                (status, ready, urgency) = body.check(call);
-                status
-            })?;
+            let ((status, is_ready, offered), failure) = self.call(Body::check);
+            (ready, urgency) = (is_ready && status != raw::NO_VALUE, offered);
+            iterated("check", status, failure)?;
         } else {
             self.call_nothing();
         }
@@ -158,8 +164,13 @@ impl Instance {
         })
     }
 
-    pub(crate) fn iterate(&mut self) -> Result<(), String> {
-        self.call_checked("iterate", Body::iterate)
+    pub(crate) fn iterate(&mut self) -> Result<Iterated, String> {
+        let (status, failure) = self.call(|body, call| {
+            let status = body.iterate(call);
+            call.end_iteration(status);
+            status
+        });
+        iterated("iterate", status, failure)
     }
 
     /// Whether a check and its iteration can be one call.
@@ -168,17 +179,26 @@ impl Instance {
     }
 
     /// Evaluates the precondition as [`Self::check`] does and, if it is true, iterates in the same call. Returns
-    /// whether it iterated, and the check's result or the error of either. A process that died in the call counts as
-    /// one that iterated: what it had published took effect.
-    pub(crate) fn check_and_iterate(&mut self) -> (bool, Result<CheckResult, String>) {
+    /// whether it iterated, and the check's result with that of the iteration, or the error of either. A process that
+    /// died in the call counts as one that iterated: what it had published took effect.
+    pub(crate) fn check_and_iterate(&mut self) -> (bool, Result<(CheckResult, Iterated), String>) {
         self.begin_turn();
-        let ((status, ready, urgency), failure) = self.call(Body::check_and_iterate);
-        let called = call_result(if ready { "iterate" } else { "check" }, status, failure);
+        let ((status, ready, urgency), failure) = self.call(|body, call| {
+            let (status, ready, urgency) = body.check_and_iterate(call);
+            if ready {
+                call.end_iteration(status);
+            }
+            (status, ready, urgency)
+        });
+        let called = iterated(if ready { "iterate" } else { "check" }, status, failure);
         let newest = self.port_access.newest();
-        let result = called.map(|()| CheckResult {
-            ready,
-            urgency,
-            newest,
+        let result = called.map(|iterated| {
+            let check = CheckResult {
+                ready,
+                urgency,
+                newest,
+            };
+            (check, iterated)
         });
         (ready || self.is_dead(), result)
     }
@@ -466,6 +486,15 @@ fn call_result(what: &str, status: i32, failure: Option<String>) -> Result<(), S
         (_, Some(reason)) => Err(reason),
         (status, None) => Err(format!("{what} returned error {status} without a reason")),
     }
+}
+
+/// Returns how a check or an iteration ended, which may lack a value.
+fn iterated(what: &str, status: i32, failure: Option<String>) -> Result<Iterated, String> {
+    if status == raw::NO_VALUE {
+        let words = failure.unwrap_or_else(|| String::from("an input has no value"));
+        return Ok(Iterated::WithoutValue(words));
+    }
+    call_result(what, status, failure).map(|()| Iterated::Done)
 }
 
 fn state_number(state: jde_core::State) -> u32 {

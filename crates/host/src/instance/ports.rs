@@ -369,6 +369,18 @@ impl Ports {
         }
     }
 
+    /// Retracts every export that is not lasting.
+    pub(super) fn retract_expiring(&mut self) {
+        for port in 0..self.ports.len() {
+            if let BoundPort::Output(writer) = &self.ports[port]
+                && writer.variable().expires()
+            {
+                // It fails only for what is no export.
+                let _ = self.retract(port);
+            }
+        }
+    }
+
     /// Releases every value read. The next read shows the newest.
     pub(crate) fn release(&mut self) {
         self.releases += 1;

@@ -9,7 +9,7 @@ use jde_records::turn::{RecordedTurn, Turn};
 
 use super::recorded_run::StepKind;
 use crate::engine::{Engine, FatherAction};
-use crate::instance::{self, ShownValue};
+use crate::instance::{self, Iterated, ShownValue};
 use crate::runner::Runner;
 
 /// A schema that takes its turns again.
@@ -35,7 +35,7 @@ pub(super) struct ReplaySlot {
     /// Actions on its children that the iteration requested and that are not carried out yet.
     pub(super) father_actions: Vec<FatherAction>,
     /// The result of the iteration.
-    pub(super) iteration_result: Option<Result<(), String>>,
+    pub(super) iteration_result: Option<Result<Iterated, String>>,
     /// The result of an arbitration that the rules have not received yet.
     pub(super) arbitration_result: Option<(GroupId, u64, ArbitrationReply)>,
     /// The error of a gesture that the rules have not received yet.
@@ -181,7 +181,7 @@ impl ReplaySlot {
         if let Some(turn) = self.permitted_turn.take() {
             if !turn.acted.has_occurred() {
                 // It ended where its check found the precondition false, or failed.
-                self.iteration_result = Some(Ok(()));
+                self.iteration_result = Some(Ok(Iterated::Done));
                 return;
             }
             self.runner.show_recorded(Some(&turn));

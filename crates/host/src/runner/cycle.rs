@@ -11,7 +11,7 @@ use jde_records::turn::{Moment, Turn};
 use super::Runner;
 use super::deadlines::{Deadlines, TurnEnd, Work};
 use super::phase::{Installed, Phase};
-use crate::instance;
+use crate::instance::{self, Iterated};
 
 /// The iterations for which a turn requests permission.
 enum IterationRequest {
@@ -133,12 +133,12 @@ impl Runner {
         };
         let (iterated, result) = instance.check_and_iterate();
         self.record.add_combined(instance, begun, iterated);
-        let mut outcome = result.as_ref().map(drop).map_err(String::clone);
-        if result.is_ok()
-            && let Some(check) = self.handle_check_result(now, result)
-        {
-            self.record.turn.checked = self.engine.rules.report_check(self.number, check);
-        }
+        let mut outcome = result.map(|(check, outcome)| {
+            if let Some(check) = self.handle_check_result(now, Ok(check)) {
+                self.record.turn.checked = self.engine.rules.report_check(self.number, check);
+            }
+            outcome
+        });
         if iterated {
             let took = self.engine.clock.now().saturating_sub(now);
             self.engine.metrics[self.number].record_iteration(took);
@@ -180,9 +180,9 @@ impl Runner {
     }
 
     /// Takes an iteration.
-    pub(crate) fn iterate(&mut self) -> Result<(), String> {
+    pub(crate) fn iterate(&mut self) -> Result<Iterated, String> {
         let Phase::Awake(Installed { instance, .. }, _) = &mut self.phase else {
-            return Ok(());
+            return Ok(Iterated::Done);
         };
         let start = self.engine.clock.now();
         let result = instance.iterate();
@@ -193,9 +193,18 @@ impl Runner {
     }
 
     /// Reports the end of an iteration to the rules.
-    pub(crate) fn finish_iteration(&mut self, result: Result<(), String>) {
+    pub(crate) fn finish_iteration(&mut self, result: Result<Iterated, String>) {
         match result {
-            Ok(()) => self.engine.metrics[self.number].started.store(true, Relaxed),
+            Ok(Iterated::Done) => {
+                self.engine.metrics[self.number].started.store(true, Relaxed);
+                self.lacks_value = false;
+            }
+            Ok(Iterated::WithoutValue(words)) => {
+                let first = !std::mem::replace(&mut self.lacks_value, true);
+                self.engine.report_unready(self.number, &words, first);
+                self.record.turn.ended = self.engine.rules.report_iteration_end_unready(self.number);
+                return;
+            }
             Err(reason) => self.fault(reason),
         }
         self.record.turn.ended = self.engine.rules.report_iteration_end(self.number);

@@ -48,6 +48,8 @@ pub(crate) struct Runner {
     phase: Phase,
     period: Nanos,
     lateness: Lateness,
+    /// Its last iteration found an input without a value.
+    lacks_value: bool,
     /// When it last iterated, plus one. In lockstep it iterates at most once an instant.
     last_iteration: Nanos,
     /// When its last turn with a check or an iteration ended.
@@ -91,6 +93,7 @@ impl Runner {
             phase: Phase::Absent,
             period: config.period_ns,
             lateness: Lateness::default(),
+            lacks_value: false,
             last_iteration: 0,
             last_turn: 0,
             rest: 0,

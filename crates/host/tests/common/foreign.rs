@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use jde_abi::raw;
-use jde_schema::{Outcome, Precondition};
+use jde_schema::{NoValue, Outcome, Precondition};
 
 use super::c;
 use super::io::{Answer, Call, Caller, Io, Request};
@@ -138,6 +138,7 @@ impl MadeCall {
     pub(super) fn run(self, caller: &dyn Caller) -> Result<(Precondition, String), (i32, String)> {
         match catch_unwind(AssertUnwindSafe(|| self.perform(caller))) {
             Ok(Ok(done)) => Ok(done),
+            Ok(Err(error)) if error.is::<NoValue>() => Err((raw::NO_VALUE, error.to_string())),
             Ok(Err(error)) => Err((raw::FAILED, error.to_string())),
             Err(payload) => Err((raw::PANICKED, words(&*payload))),
         }

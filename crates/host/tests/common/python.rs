@@ -144,7 +144,12 @@ fn serve(stream: UnixStream) {
                 process.write(&["Done", &ready, &urgency, &role])
             }
             Err((code, text)) => {
-                process.write(&[if code == raw::FAILED { "Failure" } else { "Panic" }, &text])
+                let ending = match code {
+                    raw::NO_VALUE => "NoValue",
+                    raw::FAILED => "Failure",
+                    _ => "Panic",
+                };
+                process.write(&[ending, &text])
             }
         };
         if written.is_none() {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 
 use jde_core::{Health, State};
+use jde_schema::NoValue;
 
 use crate::common::{Call, Executor, MS, Scenario, TestApp, in_languages, on_every_executor};
 
@@ -12,6 +13,8 @@ on_every_executor!(
     r19_nobody_reads_a_value_of_before_the_sleep_of_its_writer,
     r19_a_value_that_is_not_renewed_ends_whatever_period_an_operator_writes,
     r19_an_import_may_take_no_value_of_an_age_that_the_writer_permits,
+    r19_an_iteration_without_a_value_ends_what_it_made_and_is_no_fault,
+    r19_a_schema_that_is_forced_without_a_value_commands_nothing,
     r7_a_period_that_an_operator_writes_lengthens_no_command,
 );
 
@@ -24,6 +27,7 @@ mod real_time {
 in_languages!(Lockstep, [C Cpp Python]:
     r19_the_values_of_a_schema_that_is_stopped_end_at_once,
     r19_a_value_that_is_not_renewed_ends_whatever_period_an_operator_writes,
+    r19_a_schema_that_is_forced_without_a_value_commands_nothing,
 );
 
 /// `low` drives while the eye has a value. Nothing but its period lets it check, which is long.
@@ -167,6 +171,81 @@ fn r19_an_import_may_take_no_value_of_an_age_that_the_writer_permits(executor: E
     let now = app.handle.now();
     let variable = app.handle.board().find("eye.out").expect("an export");
     assert!(variable.has_value(now), "others may read it still");
+    app.stop();
+}
+
+/// Lets `low` drive by its input, without which its iteration cannot act. It believes that it always can.
+fn drive_by_the_input(scenario: &Scenario) {
+    scenario.on_call("low", |call, io| {
+        match call {
+            Call::Check => io.ready(true),
+            Call::Iterate => {
+                io.input().ok_or(NoValue { import: "input" })?;
+                _ = io.command(0.1);
+            }
+            _ => {}
+        }
+        Ok(())
+    });
+}
+
+fn r19_an_iteration_without_a_value_ends_what_it_made_and_is_no_fault(executor: Executor) {
+    let scenario = Scenario::new();
+    drive_by_the_input(&scenario);
+    scenario.on_call("lens", |call, io| {
+        if call == Call::Iterate {
+            let (seen, _) = io.input().ok_or(NoValue { import: "input" })?;
+            io.publish(seen);
+        }
+        Ok(())
+    });
+    let sees = Arc::new(AtomicBool::new(true));
+    publish_while(&scenario, &sees);
+    // What the lens made would be valid for ever.
+    let lens = r#"
+        [schemas.lens]
+        type = "test/eye"
+        period = "1000s"
+        triggers = ["input"]
+        imports = { input = "eye.out" }
+    "#;
+    let body = SEES.replace("eye.out", "lens.out") + lens;
+    let mut app = TestApp::start(executor, &scenario, &body);
+    for time in 1..=3 {
+        app.until(|app| app.scenario.count("robot velocity 0.1") >= time);
+        let stops = scenario.count("robot velocity 0");
+        sees.store(false, SeqCst);
+        app.until(|app| app.scenario.count("robot velocity 0") > stops);
+        app.until(|app| app.schema("low").state == State::Checking);
+        assert_eq!(app.schema("low").health, Health::Ok);
+        assert_eq!(app.schema("lens").health, Health::Ok);
+        let made = app.handle.board().find("lens.out").expect("an export");
+        assert!(
+            !made.has_value(app.handle.now()),
+            "it was made of a value that has ended"
+        );
+        sees.store(true, SeqCst);
+    }
+    app.until(|app| app.scenario.count("robot velocity 0.1") > 3);
+    app.stop();
+}
+
+fn r19_a_schema_that_is_forced_without_a_value_commands_nothing(executor: Executor) {
+    let scenario = Scenario::new();
+    drive_by_the_input(&scenario);
+    let sees = Arc::new(AtomicBool::new(true));
+    publish_while(&scenario, &sees);
+    let mut app = TestApp::start(executor, &scenario, SEES);
+    let low = app.index("low");
+    app.operator().force(low).expect("the operator may");
+    app.until_line("robot velocity 0.1");
+    let stops = scenario.count("robot velocity 0");
+    sees.store(false, SeqCst);
+    app.until(|app| app.scenario.count("robot velocity 0") > stops);
+    let seen = scenario.count("low iterate");
+    app.until(|app| app.scenario.count("low iterate") > seen + 2);
+    assert_eq!(app.schema("low").state, State::Winner);
+    assert_eq!(app.schema("low").health, Health::Ok);
     app.stop();
 }
 

@@ -44,6 +44,7 @@ struct Memory {
         call.memory = calls;
         switch (test.run(&call)) {
         case JDE_OK: return;
+        case JDE_NO_VALUE: throw jde::NoValue(call.text);
         case JDE_FAILED: throw jde::Failure(call.text);
         default: throw std::logic_error(call.text);
         }

@@ -21,6 +21,7 @@ from jde import (
     Level,
     Modulates,
     Modulation,
+    NoValue,
     Outcome,
     Policy,
     Precondition,
@@ -105,6 +106,8 @@ class Scripted(Schema):
                 case "Done":
                     ready, urgency, role = words
                     return ready == "true", float(urgency), role
+                case "NoValue":
+                    raise NoValue(*words)
                 case "Failure":
                     raise Failure(*words)
                 case "Panic":

@@ -11,7 +11,8 @@ PACKAGE = str(Path(__file__).parent)
 class NoValue(RuntimeError):
     """An import has no value: nothing has been published yet, it was retracted, or the import is unbound.
 
-    A precondition that reads such an import is false, and an iteration that reads one ends there, without a fault.
+    A precondition that reads such an import is false. An iteration that reads one ends there, without a fault: the
+    exports of the schema that are not lasting end, and a motor schema is not READY (R19).
     """
 
 

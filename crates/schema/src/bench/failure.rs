@@ -14,6 +14,12 @@ pub struct Failure {
 }
 
 impl Failure {
+    /// Returns whether the call only said that an import has no value, which is no fault (R19).
+    #[must_use]
+    pub fn lacks_value(&self) -> bool {
+        self.code == raw::NO_VALUE
+    }
+
     /// Returns whether the call panicked.
     #[must_use]
     pub fn panicked(&self) -> bool {

@@ -10,7 +10,7 @@ use jde_abi::{raw, table};
 
 use super::catch::catch;
 use crate::context::Context;
-use crate::error::{Result, message};
+use crate::error::{NoValue, Result, message};
 use crate::level::{Level, Verdict};
 use crate::schema::{Arbitrate, Schema};
 
@@ -169,11 +169,11 @@ pub(super) unsafe fn call<S: Schema>(
         ports: const { S::TABLE.ports },
     };
     let schema = &mut instance.schema;
-    match catch(|| function(schema, &cx).map_err(|error| message(&error))) {
+    match catch(|| function(schema, &cx).map_err(|error| (message(&error), error.is::<NoValue>()))) {
         Ok(Ok(())) => raw::OK,
-        Ok(Err(message)) => {
+        Ok(Err((message, lacks_value))) => {
             cx.fail(&message);
-            raw::FAILED
+            if lacks_value { raw::NO_VALUE } else { raw::FAILED }
         }
         Err(panic) => {
             cx.fail(&panic);

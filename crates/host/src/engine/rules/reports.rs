@@ -68,6 +68,11 @@ impl Rules {
         self.transact_end(self.journal_of(instance), instance)
     }
 
+    /// Reports the end of an iteration that found an input without a value (R19).
+    pub(crate) fn report_iteration_end_unready(&self, instance: usize) -> Moment {
+        self.transact_end_unready(instance)
+    }
+
     /// Reports the answer of a father.
     pub(crate) fn report_arbitration(&self, group: GroupId, ticket: u64, answer: ArbitrationReply) -> Moment {
         let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| {

@@ -121,6 +121,27 @@ impl Rules {
         .1
     }
 
+    /// Reports that the iteration of an instance found an input without a value (R19). If the instance stays WINNER,
+    /// what it commands is neutral from then on.
+    pub(super) fn transact_end_unready(&self, instance: usize) -> Moment {
+        let id = schema(instance);
+        let mut rules = self.lock();
+        let moment = self
+            .transact_within(
+                &mut rules,
+                self.journal_of(instance),
+                |()| TransactionInput::IterationEnded(id),
+                |hierarchy, now, out| hierarchy.end_unready(now, id, out),
+            )
+            .1;
+        if rules.hierarchy.has_authority(id) {
+            let drivers = rules.commands.brake(&[instance], self.clock.now());
+            self.signal_drivers(&mut rules, &drivers);
+        }
+        self.unlock(rules);
+        moment
+    }
+
     /// Ends the application: puts every schema to sleep.
     pub(super) fn transact_shutdown(&self) -> Moment {
         let change = |hierarchy: &mut Hierarchy, now, out: &mut Vec<Effect>| hierarchy.shutdown(now, out);
