@@ -38,7 +38,8 @@ enum End {
 }
 
 /// Checks the plugin in `file`, with all checks or those of these names. `program` calls [`serve`](crate::serve)
-/// with the arguments that follow its own. A check that takes longer than `timeout` counts as one that does not return.
+/// with the arguments that follow its own. A check in which the life of one instance takes longer than `timeout`
+/// counts as one that does not return.
 ///
 /// # Errors
 /// [`ValidationError`].
@@ -151,6 +152,7 @@ fn run(
     // It holds the child's end, whose closing shows the child's end.
     drop(command);
     let mut text = String::new();
+    // The timeout begins again with each life.
     let read = (&stream).read_to_string(&mut text);
     let lasts = match read {
         Err(error) => matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut),

@@ -40,12 +40,17 @@ pub fn serve(arguments: &[String]) -> io::Result<()> {
     let [file, check, number] = arguments else {
         return Err(io::ErrorKind::InvalidInput.into());
     };
-    let report = report(Path::new(file), check, number.parse().unwrap_or_default());
+    let report = report(
+        &stream,
+        Path::new(file),
+        check,
+        number.parse().unwrap_or_default(),
+    );
     serde_json::to_writer(&stream, &report)?;
     Ok(())
 }
 
-fn report(file: &Path, check: &str, number: usize) -> Report {
+fn report(asker: &UnixStream, file: &Path, check: &str, number: usize) -> Report {
     let report = |verdict, types| Report { verdict, types };
     let plugin = match LoadedPlugin::open_copy(file, file) {
         Ok(plugin) => plugin,
@@ -58,6 +63,7 @@ fn report(file: &Path, check: &str, number: usize) -> Report {
         (Some(check), Some(schema)) => (check.run)(Subject {
             schema,
             functions: plugin.schema(number),
+            asker,
         }),
         _ => Verdict::Ok,
     };
