@@ -366,7 +366,13 @@ fn ports(
     let odometry = application.odometry_of(number).map(variable);
     for (place, port) in instance.schema.ports.iter().enumerate() {
         if matches!(port.role, Role::Export { .. }) {
-            ports.measurements.add(place, variable((number, place)), odometry);
+            let commands = instance.bindings.iter().enumerate();
+            let commands = commands
+                .filter(|(_, binding)| matches!(binding, Binding::Command))
+                .map(|(command, _)| variable((number, command)));
+            ports
+                .measurements
+                .add(place, variable((number, place)), odometry, commands);
         }
     }
     if let Some(state) = states.get(&number) {

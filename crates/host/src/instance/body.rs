@@ -23,6 +23,7 @@ pub(crate) enum Body {
 impl Body {
     pub(super) fn create(call: &mut CallContext<'_>) -> Option<Self> {
         if let Some(mock) = call.engine.mocks.get(&call.number) {
+            call.expect_no_motion();
             return Some(Self::Mocked(MockedInstance::new(mock)));
         }
         match call.engine.process_config(call.number) {

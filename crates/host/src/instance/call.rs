@@ -271,6 +271,12 @@ impl CallContext<'_> {
         }
     }
 
+    /// A mock answers no commands.
+    pub(super) fn expect_no_motion(&self) {
+        self.port_access
+            .with_ports(|ports| ports.measurements.expect_no_motion());
+    }
+
     /// Ends what the schema exported if its iteration ended because an input has no value (R19).
     pub(crate) fn end_iteration(&mut self, status: i32) {
         if status == raw::NO_VALUE {

@@ -1,19 +1,21 @@
 //! Whether what an export is about to publish is a value: what measures nothing or contradicts itself is none, and
-//! neither is what a sensor repeats while its base moves. It ends the value before it; it never changes one.
+//! neither is what a sensor repeats while its base moves, or an odometry while its base should. It ends the value before
+//! it; it never changes one.
 
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 use std::sync::Arc;
 
-use jde_board::{Reader, Variable};
+use jde_board::{Nanos, Reader, Variable};
 use jde_types::{Checks, Odometry, Pose2D, Repeats, Unmeasured, Value};
 
 use super::bound_port::{BoundPort, PortError};
 use super::ports::Ports;
+use super::unmoved::Unmoved;
 
 /// A motion of the base after which a sensor of the surroundings measures something else, m and rad: many times the
 /// errors of an odometry over the time of a few measurements.
-const MOVED: f64 = 0.1;
+pub(super) const MOVED: f64 = 0.1;
 /// A step of the odometry from one publication to the next that is no motion, m; and neither is more than a quarter turn.
 const JUMP: f64 = 1.0;
 
@@ -24,6 +26,8 @@ pub(crate) struct Measurements(Vec<(usize, Measurement)>);
 struct Measurement {
     checks: Checks,
     repetition: Option<Repetition>,
+    /// Of the odometry of a driver.
+    unmoved: Option<Unmoved>,
     /// Whether the last publication was no value.
     is_none: bool,
 }
@@ -44,7 +48,12 @@ struct Repetition {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum NoValue {
     Unmeasured(Unmeasured),
+    /// Of a sensor of the surroundings.
     Repeated,
+    /// Of an odometry, which states a velocity.
+    Stated,
+    /// Of an odometry, while the base is commanded to move.
+    Unanswered,
 }
 
 /// For people, after the name of the export.
@@ -53,13 +62,24 @@ impl fmt::Display for NoValue {
         match self {
             Self::Unmeasured(why) => why.fmt(f),
             Self::Repeated => f.write_str("it repeats itself although the base moves"),
+            Self::Stated => f.write_str("it repeats itself although it states a velocity"),
+            Self::Unanswered => f.write_str(
+                "it repeats itself although the base is commanded to move: the base is blocked or off, or the odometry is frozen",
+            ),
         }
     }
 }
 
 impl Measurements {
-    /// Adds an export, if its type is one of measurements. `odometry` is that of the base on which the sensor is.
-    pub(crate) fn add(&mut self, port: usize, variable: &Arc<Variable>, odometry: Option<&Arc<Variable>>) {
+    /// Adds an export, if its type is one of measurements. `odometry` is that of the base on which the sensor is. If the
+    /// export itself is that, `commands` are those of its driver.
+    pub(crate) fn add<'a>(
+        &mut self,
+        port: usize,
+        variable: &Arc<Variable>,
+        odometry: Option<&Arc<Variable>>,
+        commands: impl Iterator<Item = &'a Arc<Variable>>,
+    ) {
         let Some(checks) = Checks::of(&variable.describe().value_type) else {
             return;
         };
@@ -73,11 +93,13 @@ impl Measurements {
                 repeated: None,
                 poses: None,
             });
+        let is_odometry = odometry.is_some_and(|odometry| Arc::ptr_eq(odometry, variable));
         self.0.push((
             port,
             Measurement {
                 checks,
                 repetition,
+                unmoved: is_odometry.then(|| Unmoved::new(commands)),
                 is_none: false,
             },
         ));
@@ -88,6 +110,13 @@ impl Measurements {
         self.0.is_empty()
     }
 
+    /// Expects no motion any more: a mock answers no commands.
+    pub(super) fn expect_no_motion(&mut self) {
+        for (_, measurement) in &mut self.0 {
+            measurement.unmoved = None;
+        }
+    }
+
     fn of(&mut self, port: usize) -> Option<&mut Measurement> {
         let mut all = self.0.iter_mut();
         all.find(|(number, _)| *number == port).map(|(_, of)| of)
@@ -96,7 +125,7 @@ impl Measurements {
 
 impl Ports {
     /// Retracts an export whose loan is no value.
-    pub(super) fn judge_measurement(&mut self, port: usize) -> Result<(), PortError> {
+    pub(super) fn judge_measurement(&mut self, port: usize, now: Nanos) -> Result<(), PortError> {
         let Some(measurement) = self.measurements.of(port) else {
             return Ok(());
         };
@@ -106,7 +135,7 @@ impl Ports {
         if !writer.is_loaned() {
             return Ok(());
         }
-        let Some((why, first)) = measurement.judge(writer.loan()) else {
+        let Some((why, first)) = measurement.judge(writer.loan(), now) else {
             return Ok(());
         };
         writer.discard();
@@ -118,13 +147,15 @@ impl Ports {
 
 impl Measurement {
     /// Judges what the export is about to publish. Returns why it is no value, and whether that is new.
-    fn judge(&mut self, bytes: &[u8]) -> Option<(NoValue, bool)> {
+    fn judge(&mut self, bytes: &[u8], now: Nanos) -> Option<(NoValue, bool)> {
         let why = match (self.checks.measured)(bytes) {
             Err(why) => Some(NoValue::Unmeasured(why)),
             Ok(()) => {
                 let repetition = self.repetition.as_mut();
                 let is_frozen = repetition.is_some_and(|repetition| repetition.is_frozen(bytes));
-                is_frozen.then_some(NoValue::Repeated)
+                let unmoved = self.unmoved.as_mut();
+                let is_unmoved = unmoved.and_then(|unmoved| unmoved.judge(bytes, now));
+                is_frozen.then_some(NoValue::Repeated).or(is_unmoved)
             }
         };
         let was_none = std::mem::replace(&mut self.is_none, why.is_some());

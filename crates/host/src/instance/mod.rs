@@ -24,6 +24,7 @@ mod retained;
 mod scratch;
 mod shared_ports;
 mod turns;
+mod unmoved;
 mod view;
 
 use std::ffi::CString;

@@ -38,8 +38,12 @@ impl Drive {
     }
 
     fn run(&mut self, seconds: u64) {
+        self.run_for(seconds * SECOND);
+    }
+
+    fn run_for(&mut self, time: u64) {
         let now = self.running.handle().now();
-        self.running.run_until(now + seconds * SECOND);
+        self.running.run_until(now + time);
     }
 
     fn handle(&self) -> Handle {
@@ -48,8 +52,12 @@ impl Drive {
 
     /// Where the robot is, by its odometry.
     fn place(&self) -> Pose2D {
-        let odometry: Option<Odometry> = self.handle().value("pioneer.odometry").expect("it is an export");
+        let odometry = self.odometry();
         odometry.expect("it was published").pose2d()
+    }
+
+    fn odometry(&self) -> Option<Odometry> {
+        self.handle().value("pioneer.odometry").expect("it is an export")
     }
 
     fn scan(&self) -> Option<Box<LaserScan>> {
@@ -177,4 +185,55 @@ fn a_laser_that_measures_nothing_has_no_value_and_one_that_repeats_itself_has_on
     assert_eq!(scan_of(&drive).points().count(), 180);
     let free = scan_of(&Drive::failing(7, "laser", all(8.0)));
     assert_eq!(free.points().count(), 0, "the greatest distance is no wall");
+}
+
+#[test]
+fn an_odometry_that_repeats_itself_while_it_states_a_velocity_has_no_value() {
+    let mut drive = Drive::start(7);
+    let before = drive.place();
+    let operator = drive.handle().operator("ana");
+    operator
+        .fail_export(drive.pioneer, "odometry", SensorFault::Frozen)
+        .expect("it is an export");
+    drive.run(3);
+    assert_eq!(drive.odometry(), None);
+    drive.run(10);
+    assert_eq!(drive.odometry(), None, "whatever is commanded");
+    operator.repair_export(drive.pioneer, "odometry").expect("it fails");
+    drive.run_for(SECOND / 10);
+    let way = drive.place().distance_to(&before);
+    assert!(way < 0.5, "it drove {way:.2} m without an odometry");
+    drive.run(2);
+    assert!(
+        drive.place().distance_to(&before) > way + 0.1,
+        "it drives again"
+    );
+}
+
+#[test]
+fn an_odometry_that_repeats_itself_has_a_value_until_the_base_is_commanded_to_move() {
+    let mut drive = Drive::start(7);
+    let operator = drive.handle().operator("ana");
+    operator.stop_all().expect("it can stop");
+    drive.run(3);
+    let stands = drive.place();
+    operator
+        .fail_export(drive.pioneer, "odometry", SensorFault::Frozen)
+        .expect("it is an export");
+    drive.run(30);
+    assert!(drive.odometry().is_some(), "it may stand");
+    operator.release_all().expect("it may go on");
+    // It tries again after pauses of 1, 2, 4 and 8 s.
+    let mut tries = 0;
+    let mut had_value = true;
+    for _ in 0..300 {
+        drive.run_for(SECOND / 10);
+        let has_value = drive.odometry().is_some();
+        tries += usize::from(had_value && !has_value);
+        had_value = has_value;
+    }
+    assert!((3..=6).contains(&tries), "{tries}");
+    operator.repair_export(drive.pioneer, "odometry").expect("it fails");
+    drive.run(10);
+    assert!(drive.place().distance_to(&stands) > 0.5, "it drives again");
 }
