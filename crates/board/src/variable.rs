@@ -46,7 +46,7 @@ pub struct VariableStatus {
     pub age: Option<Nanos>,
     /// Values per second, estimated.
     pub rate_hz: f64,
-    /// Whether the newest value has ended (R19), so readers get none.
+    /// As [`Variable::has_ended`].
     pub ended: bool,
     /// The writer of the newest value; `None` before the first.
     pub last_writer: Option<u32>,
@@ -132,7 +132,7 @@ impl Variable {
             sequence: stamp.sequence,
             age: written.then_some(age),
             rate_hz: self.rate.hz(age),
-            ended: written && !self.is_valid(stamp.sequence, stamp.valid_until, now),
+            ended: self.has_ended(now),
             last_writer: written.then_some(stamp.writer),
             writers: register.writers(),
             readers: register.readers(),
@@ -333,6 +333,14 @@ impl Variable {
     pub fn has_value(&self, now: Nanos) -> bool {
         let stamp = self.cell.newest();
         self.is_valid(stamp.sequence, stamp.valid_until, now)
+    }
+
+    /// Returns whether the newest value has ended: an export that nobody reads any more, or a command that is no longer in
+    /// force, of which its driver reads the neutral value.
+    #[must_use]
+    pub fn has_ended(&self, now: Nanos) -> bool {
+        let stamp = self.cell.newest();
+        stamp.sequence > 0 && (stamp.valid_until < now || !self.is_visible(stamp.sequence))
     }
 
     pub(crate) fn is_export(&self) -> bool {

@@ -199,15 +199,14 @@ fn an_odometry_that_repeats_itself_while_it_states_a_velocity_has_no_value() {
     assert_eq!(drive.odometry(), None);
     drive.run(10);
     assert_eq!(drive.odometry(), None, "whatever is commanded");
-    operator.repair_export(drive.pioneer, "odometry").expect("it fails");
+    operator
+        .repair_export(drive.pioneer, "odometry")
+        .expect("it fails");
     drive.run_for(SECOND / 10);
     let way = drive.place().distance_to(&before);
     assert!(way < 0.5, "it drove {way:.2} m without an odometry");
     drive.run(2);
-    assert!(
-        drive.place().distance_to(&before) > way + 0.1,
-        "it drives again"
-    );
+    assert!(drive.place().distance_to(&before) > way + 0.1, "it drives again");
 }
 
 #[test]
@@ -233,7 +232,9 @@ fn an_odometry_that_repeats_itself_has_a_value_until_the_base_is_commanded_to_mo
         had_value = has_value;
     }
     assert!((3..=6).contains(&tries), "{tries}");
-    operator.repair_export(drive.pioneer, "odometry").expect("it fails");
+    operator
+        .repair_export(drive.pioneer, "odometry")
+        .expect("it fails");
     drive.run(10);
     assert!(drive.place().distance_to(&stands) > 0.5, "it drives again");
 }

@@ -40,11 +40,13 @@ impl ValueReader {
     ) -> Option<(Tag, ZBytes)> {
         let newest = self.reader.newest();
         let now = subject.now();
-        let has_value = self.reader.variable().has_value(now);
-        if has_value && sent == Some((newest, true)) {
+        let variable = self.reader.variable();
+        // A command that is no longer in force is no value to others, either. Its driver has the neutral value.
+        let is_over = variable.has_ended(now);
+        if !is_over && variable.has_value(now) && sent == Some((newest, true)) {
             return None;
         }
-        let (tag, message) = match self.latch(now) {
+        let (tag, message) = match self.latch(now).filter(|_| !is_over) {
             Some(Latched { stamp, .. }) => {
                 let tag = Tag {
                     sequence: stamp.sequence,

@@ -5,12 +5,16 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
+use jde_board::{Access, Declaration};
 use jde_link::message::{Action, Network, Request};
 use jde_link::{Client, Error, Events, Folders, Link, Rate, Reach};
 use jde_records::{RecordKind, RunRecord};
+use jde_types::Value as _;
 use zenoh::Wait;
 
-use crate::common::{TIMEOUT, TestRuntime, TestSubject, number, raw_session, socket, until, watch, write};
+use crate::common::{
+    TIMEOUT, TestRuntime, TestSubject, declaration, number, raw_session, socket, until, watch, write,
+};
 
 fn play(by: &str, schema: &str) -> Request {
     Request {
@@ -122,6 +126,44 @@ fn a_value_arrives_with_its_attachment() {
         error,
         "`robot` has no variable `pioneer.baering`; did you mean `pioneer.bearing`?"
     );
+}
+
+#[test]
+fn r19_a_value_or_a_command_whose_validity_is_over_is_none() {
+    let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
+    let validity = 1_000_000_000;
+    for (name, access) in [
+        ("sonar", Access::Export { validity }),
+        ("speed", Access::Command { validity }),
+    ] {
+        let declared = Declaration {
+            access,
+            ..declaration("robot", name, f64::describe())
+        };
+        subject.board.declare(declared).unwrap();
+    }
+    let _link = runtime.open("robot", &subject);
+    let remote = runtime.remote();
+    for name in ["robot.sonar", "robot.speed"] {
+        subject.clock.store(5_000_000_000, Ordering::Relaxed);
+        subject.board.get(name).unwrap().grant(0);
+        write(&mut subject.writer(name), 0.4, 4_500_000_000);
+        let sample = remote.get(name).unwrap();
+        assert_eq!(
+            (number(&sample), sample.valid_until),
+            (Some(0.4), 5_500_000_000),
+            "{name}"
+        );
+        let (_subscription, received) = watch(&remote, name, Rate::Hz(20));
+        assert_eq!(number(&received.recv_timeout(TIMEOUT).unwrap()), Some(0.4));
+        subject.clock.store(6_000_000_000, Ordering::Relaxed);
+        assert!(received.recv_timeout(TIMEOUT).unwrap().bytes.is_none(), "{name}");
+        let sample = remote.get(name).unwrap();
+        assert!(sample.bytes.is_none(), "{name}");
+        let variables = remote.variables(true).unwrap();
+        let variable = variables.iter().find(|variable| variable.name == name).unwrap();
+        assert!(variable.status.as_ref().unwrap().retracted, "{name}");
+    }
 }
 
 #[test]

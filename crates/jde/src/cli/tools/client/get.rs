@@ -2,6 +2,8 @@
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use jde_link::Sample;
+use jde_link::message::VariableInfo;
 use jde_link::value::to_json;
 use serde_json::json;
 
@@ -66,10 +68,19 @@ impl Get {
             }
             match value {
                 Some(value) => writeln!(out, "{}", field.format_value(value))?,
-                None => writeln!(out, "no value yet, or it was retracted")?,
+                None => writeln!(out, "{}", without_value(&info, &sample))?,
             }
         }
         out.flush()?;
         Ok(())
+    }
+}
+
+/// Says why there is no value.
+fn without_value(info: &VariableInfo, sample: &Sample) -> &'static str {
+    match (sample.sequence, info.access.as_str()) {
+        (0, _) => "no value yet",
+        (_, "command") => "not in force: its driver has the neutral value",
+        (_, _) => "no value: it has ended, or was retracted",
     }
 }
