@@ -37,6 +37,8 @@ pub(crate) enum Fault {
     Exit,
     Overflow,
     Eat,
+    /// The process starts another that lives on, and dies.
+    Fork,
     /// A motor schema commands nothing, an eye publishes nothing, and a device retracts its export.
     Silence,
     Nan,
@@ -66,7 +68,7 @@ const CALLS: [(&str, Call); 8] = [
     ("end", Call::End),
 ];
 
-const FAULTS: [(&str, Fault); 19] = [
+const FAULTS: [(&str, Fault); 20] = [
     ("panic", Fault::Panic),
     ("error", Fault::Error),
     ("hang", Fault::Hang),
@@ -77,6 +79,7 @@ const FAULTS: [(&str, Fault); 19] = [
     ("exit", Fault::Exit),
     ("overflow", Fault::Overflow),
     ("eat", Fault::Eat),
+    ("fork", Fault::Fork),
     ("silence", Fault::Silence),
     ("nan", Fault::Nan),
     ("infinity", Fault::Infinity),

@@ -1,7 +1,7 @@
 //! Faults that any call can cause on purpose. Faults in commanded or exported values are made where the
 //! values are written.
 
-#![allow(unsafe_code, reason = "an invalid pointer is one of the faults")]
+#![allow(unsafe_code, reason = "an invalid pointer and a fork are among the faults")]
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -50,6 +50,16 @@ pub(crate) fn cause(fault: Fault) -> Result {
             let mut allocated = Vec::new();
             loop {
                 allocated.push(black_box(vec![1_u8; 1 << 20]));
+            }
+        }
+        Fault::Fork => {
+            // SAFETY: the child calls nothing but `pause`, which a signal handler may call, too.
+            if unsafe { libc::fork() } != 0 {
+                std::process::abort();
+            }
+            loop {
+                // SAFETY: it has no argument.
+                unsafe { libc::pause() };
             }
         }
         Fault::Silence

@@ -12,7 +12,6 @@ use crate::memory::Memory;
 /// What the laser has not seen counts as occupied, so a robot does not back into the unknown. It is free where
 /// the robot stands, and in a circle around the place where it starts. A scan that measures nothing, a missing
 /// or old scan or pose, and a pose that is not finite leave the guard without a state, and every command is refused.
-/// While the odometry repeats itself, the base may already have followed a command for that time, at most 1 s.
 /// With `slowdown` it limits a command to a part of its speed with which the robot can stop, if there is one.
 #[derive(Describe)]
 #[schema(perceptive, period = "50ms", budget = "20ms")]
@@ -64,8 +63,6 @@ pub struct Footprint {
     outline: Option<Outline>,
     memory: Option<Memory>,
     scan_points: ScanPoints,
-    /// What the odometry says, and since when.
-    said: Option<(types::Pose, Twist, Duration)>,
     /// Why it has no state.
     lacks: Option<&'static str>,
 }
@@ -129,7 +126,6 @@ impl Footprint {
         if !robot.theta.is_finite() {
             return Err("the pose is not finite");
         }
-        let unmoved = unmoved_for(&mut self.said, &odometry, cx.now());
         let margin = self.margin.get(cx);
         let sensor = robot.transform(&mount);
         self.scan_points
@@ -142,7 +138,7 @@ impl Footprint {
         around.velocity = odometry.twist.twist;
         around.footprint = self.footprint.get(cx);
         around.margin = margin;
-        around.reaction = self.reaction.get(cx) + unmoved.as_secs_f64();
+        around.reaction = self.reaction.get(cx);
         around.slowdown = self.slowdown.get(cx);
         around.acceleration = self.acceleration.get(cx);
         around.deceleration = self.deceleration.get(cx);
@@ -179,27 +175,6 @@ impl Footprint {
         match (&self.memory, pose) {
             (Some(memory), Some(robot)) => memory.boundary(&robot).collect(),
             (None, _) | (_, None) => Vec::new(),
-        }
-    }
-}
-
-/// Returns for how long the odometry says the same, as far as it counts. It may be frozen, and the base may have followed
-/// a command since.
-fn unmoved_for(
-    said: &mut Option<(types::Pose, Twist, Duration)>,
-    odometry: &Odometry,
-    now: Duration,
-) -> Duration {
-    /// After this time a frozen odometry ends, unless the base is slow (R19).
-    const LONGEST: Duration = Duration::from_secs(1);
-    let (pose, twist) = (odometry.pose.pose, odometry.twist.twist);
-    match said {
-        Some((last_pose, last_twist, since)) if (*last_pose, *last_twist) == (pose, twist) => {
-            now.saturating_sub(*since).min(LONGEST)
-        }
-        _ => {
-            *said = Some((pose, twist, now));
-            Duration::ZERO
         }
     }
 }

@@ -131,6 +131,7 @@ pub(super) fn build(root: &Root, rng: &mut Rng) -> Result<TestApplication> {
         faulty("drifter", TargetKind::Motor),
         faulty("leader", TargetKind::Motor),
         faulty("eye", TargetKind::Eye),
+        faulty("pioneer", TargetKind::Robot),
     ];
     if !is_guarded {
         schemas.push(faulty("lifter", TargetKind::Motor));

@@ -31,7 +31,8 @@ pub enum Kind {
     Chatter,
     /// A father wakes children, puts them to sleep and changes their policy at random times.
     Meddle,
-    /// A schema's own process crashes: a wild pointer, abort, exit, endless recursion, all memory used.
+    /// A schema's own process crashes: a wild pointer, abort, exit, endless recursion, all memory used, or it leaves a
+    /// process behind.
     Crash,
     /// A schema's own process is killed.
     Kill,
@@ -43,12 +44,18 @@ pub enum Kind {
     Operator,
     /// An operator stops everything, and releases it.
     StopAll,
+    /// The laser or the odometry of the robot is silent, frozen, empty, contradictory or late.
+    Sense,
+    /// Two operators act on a schema under leases that begin and end, while a third one stops it.
+    Leases,
     /// Clients flood the link, and are killed amid requests.
     Client,
     /// The host is killed.
     HostKilled,
     /// The host is stopped.
     HostStopped,
+    /// The host is stopped again and again, and goes on.
+    HostStutters,
     /// A schema crashes in the host's process.
     HostCrashed,
     /// The line to the robot is cut without notice to either end.
@@ -66,6 +73,12 @@ pub enum Kind {
     DiskFull,
     /// That disk loses written data.
     DiskFails,
+    /// The host gets no more descriptors.
+    NoDescriptors,
+    /// The host gets no more threads.
+    NoThreads,
+    /// The host gets no more memory.
+    NoMemory,
 }
 
 /// The kind of schema that misbehaves.
@@ -77,6 +90,8 @@ pub enum TargetKind {
     Eye,
     /// A driver.
     Device,
+    /// The simulated robot.
+    Robot,
 }
 
 /// Where faults of a kind can be injected.
@@ -100,6 +115,7 @@ const ANY: &[TargetKind] = &[
 ];
 const MOTOR_OR_EYE: &[TargetKind] = &[TargetKind::Motor, TargetKind::Eye];
 const MOTOR: &[TargetKind] = &[TargetKind::Motor];
+const ROBOT: &[TargetKind] = &[TargetKind::Robot];
 
 impl Kind {
     /// Where it can be injected, the kinds of schemas it can affect, and the troubles of the fault schemas that
@@ -123,16 +139,26 @@ impl Kind {
             Self::Crash => (
                 Schema,
                 MOTOR_OR_EYE,
-                &["segfault", "abort", "exit", "overflow", "eat"],
+                &["segfault", "abort", "exit", "overflow", "eat", "fork"],
             ),
             Self::Kill => (Schema, MOTOR_OR_EYE, &[]),
             Self::Freeze => (RealTime, MOTOR_OR_EYE, &[]),
             Self::Reload | Self::Operator | Self::StopAll | Self::AmidReload => (Schema, MOTOR, &[]),
-            Self::Contest => (RealTime, MOTOR, &[]),
-            Self::Client | Self::HostKilled | Self::HostStopped | Self::HostCrashed | Self::LineCut => {
-                (Process, MOTOR, &[])
-            }
-            Self::Unread | Self::TerminalLost | Self::DiskFull | Self::DiskFails => (Process, MOTOR, &[]),
+            Self::Sense => (Schema, ROBOT, &[]),
+            Self::Contest | Self::Leases => (RealTime, MOTOR, &[]),
+            Self::Client
+            | Self::HostKilled
+            | Self::HostStopped
+            | Self::HostStutters
+            | Self::HostCrashed
+            | Self::LineCut => (Process, MOTOR, &[]),
+            Self::Unread
+            | Self::TerminalLost
+            | Self::DiskFull
+            | Self::DiskFails
+            | Self::NoDescriptors
+            | Self::NoThreads
+            | Self::NoMemory => (Process, MOTOR, &[]),
         }
     }
 
@@ -183,7 +209,9 @@ impl Kind {
                 "arbitrate",
                 "end",
             ],
-            (_, TargetKind::Eye | TargetKind::Device) => &["iterate", "iterate", "awake", "sleep"],
+            (_, TargetKind::Eye | TargetKind::Device | TargetKind::Robot) => {
+                &["iterate", "iterate", "awake", "sleep"]
+            }
         }
     }
 }

@@ -5,6 +5,7 @@ mod kind;
 use std::borrow::Cow;
 
 use jde_core::Nanos;
+use jde_host::SensorFault;
 
 use crate::case::{Case, Clock};
 use crate::rng::Rng;
@@ -62,8 +63,12 @@ pub enum Act {
     Signal(Signal),
     /// An operator acts on the schema, and releases it at the end.
     Operate(Operation),
+    /// An export fails, and is repaired at the end.
+    FailExport(&'static str, SensorFault),
     /// Two operators stop and release everything concurrently, until the end.
     Contest,
+    /// An operator stops the schema; two others act on it under leases, until the end.
+    Leases,
     /// Another build takes over, and during this something else occurs.
     DuringReload {
         /// The index of the build.
@@ -125,7 +130,9 @@ impl Fault {
             Act::Reload { trouble, place, .. } => format!("a build with {trouble} in {place}"),
             Act::Signal(signal) => format!("{signal:?} to its process").to_lowercase(),
             Act::Operate(operation) => format!("{operation:?} by an operator").to_lowercase(),
+            Act::FailExport(export, fault) => format!("`{export}` is {fault:?}").to_lowercase(),
             Act::Contest => String::from("two operators who stop and release everything"),
+            Act::Leases => String::from("two operators with leases on a stopped schema"),
             Act::DuringReload { meanwhile, .. } => {
                 format!("{meanwhile:?} while a build takes over").to_lowercase()
             }
@@ -174,7 +181,13 @@ fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
         Kind::Freeze => Act::Signal(Signal::Stop),
         Kind::StopAll => Act::Operate(Operation::StopAll),
         Kind::Operator => Act::Operate(operation(rng)),
+        Kind::Sense => {
+            // Long enough to drive by it.
+            duration = rng.between(100, 4000) * MS;
+            Act::FailExport(rng.pick(&["laser", "odometry"]), sensor_fault(rng))
+        }
         Kind::Contest => Act::Contest,
+        Kind::Leases => Act::Leases,
         Kind::AmidReload => Act::DuringReload {
             build: rng.between(0, 2) as usize,
             meanwhile: match rng.between(0, 3) {
@@ -226,6 +239,23 @@ fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
         any: rng.one_in(4),
         stays: rng.one_in(6),
         act,
+    }
+}
+
+/// A failure of the laser or the odometry. One that does not fit the export is refused.
+fn sensor_fault(rng: &mut Rng) -> SensorFault {
+    match rng.between(0, 4) {
+        0 => SensorFault::Silent,
+        1 => SensorFault::Frozen,
+        2 => SensorFault::Contradictory,
+        3 => SensorFault::Blocked {
+            first: 0,
+            last: u32::MAX,
+            range: 0.0,
+        },
+        _ => SensorFault::Late {
+            by: rng.between(100, 1500) * MS,
+        },
     }
 }
 

@@ -145,6 +145,21 @@ impl HostProcess {
         kill_process(process, signal).context("the process has ended")
     }
 
+    /// Its process id.
+    pub(super) fn number(&self) -> u32 {
+        self.process.id()
+    }
+
+    /// The names of the schemas that have faulted.
+    pub(super) fn faulty(&self) -> Result<Vec<String>> {
+        let snapshot: serde_json::Value = serde_json::from_str(&self.jde(&["ps", "--json"])?)?;
+        let schemas = find_schemas(&snapshot).into_iter();
+        let faulty = schemas.filter(|schema| schema["faults"].as_u64() != Some(0));
+        Ok(faulty
+            .map(|schema| schema["name"].as_str().unwrap_or("a schema").to_owned())
+            .collect())
+    }
+
     /// Whether the process runs.
     pub(super) fn is_running(&mut self) -> bool {
         matches!(self.process.try_wait(), Ok(None))

@@ -2,6 +2,7 @@
 //! process serves by the code of `jde sim --p2os`. Therefore the robot's ground truth stays visible
 //! whatever happens to the other process.
 
+mod exhausted;
 mod host;
 mod proxy;
 mod robot;
@@ -46,6 +47,8 @@ const ATTACK_TIME: Duration = Duration::from_millis(2500);
 const LOAD_MEASURING_TIME: Duration = Duration::from_millis(500);
 /// Least share of their turns that schemas must keep throughout.
 const MIN_TURN_SHARE: f64 = 0.9;
+/// How often the host is stopped for a moment.
+const STUTTERS: usize = 6;
 /// Longest time for a process to end on request.
 const END_TIMEOUT: Duration = Duration::from_secs(15);
 
@@ -95,6 +98,11 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
                 if !wait_within(MOVE_TIMEOUT, || robot.speed() >= MIN_DRIVING_SPEED) {
                     violations.push("the host continues, and its robot has not moved again".to_owned());
                 }
+            }
+            Kind::HostStutters => stutter(&mut host, &robot, &mut rng, &mut violations)?,
+            Kind::NoDescriptors | Kind::NoThreads | Kind::NoMemory => {
+                host.exhaust(kind)?;
+                stop_with_nothing_left(&mut host, &robot, &mut violations);
             }
             Kind::HostCrashed => {
                 host.jde(&["set", "drifter.place", "check"])?;
@@ -269,6 +277,40 @@ fn leave_output_unread(
     }
     check_continues(host, robot, "unread output", violations);
     Ok(())
+}
+
+/// The host is stopped for random times. None of its schemas is to blame.
+fn stutter(
+    host: &mut HostProcess,
+    robot: &RobotServer,
+    rng: &mut Rng,
+    violations: &mut Vec<String>,
+) -> Result<()> {
+    for _ in 0..STUTTERS {
+        host.signal(Signal::STOP)?;
+        std::thread::sleep(Duration::from_millis(rng.between(20, 1500)));
+        host.signal(Signal::CONT)?;
+        std::thread::sleep(Duration::from_millis(rng.between(20, 500)));
+    }
+    for name in host.faulty()? {
+        violations.push(format!("`{name}` faulted because the host was stopped"));
+    }
+    check_continues(host, robot, "stops of the host", violations);
+    Ok(())
+}
+
+/// The host gets nothing more of a resource. The robot drives on, and everything can be stopped.
+fn stop_with_nothing_left(host: &mut HostProcess, robot: &RobotServer, violations: &mut Vec<String>) {
+    std::thread::sleep(ATTACK_TIME);
+    check_continues(host, robot, "the end of a resource", violations);
+    match host.jde(&["stop", "--all"]) {
+        Ok(_) => check_standstill(robot, DISCONNECT_DELAY, "everything was stopped", violations),
+        Err(error) => violations.push(format!("with nothing left, nothing can be stopped: {error:#}")),
+    }
+    if let Err(error) = host.jde(&["release", "--all"]) {
+        violations.push(format!("with nothing left, nothing can be released: {error:#}"));
+    }
+    check_continues(host, robot, "a stop with nothing left", violations);
 }
 
 /// The disk of the recording fails. The host must report it, and schemas must not be affected.

@@ -33,32 +33,77 @@ pub(super) struct ActiveFault {
     process: Option<Pid>,
     done: bool,
     competitors: Option<CompetingThreads>,
+    /// The schema was awake although it was stopped.
+    woke: Arc<AtomicBool>,
 }
 
-/// Two operators that stop and release everything concurrently until this is dropped.
+impl ActiveFault {
+    /// What the fault itself found to be wrong.
+    pub(super) fn violation(&self) -> Option<String> {
+        let woke = self.woke.load(Ordering::Relaxed);
+        woke.then(|| String::from("R14: a lease ended, and a schema that another operator stops was awake"))
+    }
+}
+
+/// Two operators that act concurrently until this is dropped.
 struct CompetingThreads {
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
 
+/// What an operator does again and again.
+type Deed = Box<dyn FnMut(&OperatorHandle) -> Result<(), String> + Send>;
+
 impl CompetingThreads {
-    fn start(handle: &Handle) -> Self {
+    fn start(handle: &Handle, deeds: [Deed; 2]) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let spawn = |name: &'static str, action: fn(&OperatorHandle) -> Result<(), String>| {
+        let spawn = |(name, mut deed): (&'static str, Deed)| {
             let (operator, stop) = (handle.operator(name), Arc::clone(&stop));
             std::thread::spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
                     // An action is refused if it changes nothing.
-                    drop(action(&operator));
+                    drop(deed(&operator));
                     std::thread::sleep(PACE);
                 }
             })
         };
-        let threads = vec![
-            spawn("ana", OperatorHandle::stop_all),
-            spawn("ben", OperatorHandle::release_all),
-        ];
+        let threads = ["ana", "ben"].into_iter().zip(deeds).map(spawn).collect();
         Self { stop, threads }
+    }
+
+    /// They stop and release everything.
+    fn contest(handle: &Handle) -> Self {
+        let deeds: [Deed; 2] = [
+            Box::new(OperatorHandle::stop_all),
+            Box::new(OperatorHandle::release_all),
+        ];
+        Self::start(handle, deeds)
+    }
+
+    /// They act on a schema under leases that they end at once. `woke` is set if it is awake although it is stopped.
+    fn lease(handle: &Handle, schema: usize, woke: &Arc<AtomicBool>) -> Self {
+        let deed = |actions: [Operation; 3]| -> Deed {
+            let (handle, woke) = (handle.clone(), Arc::clone(woke));
+            let mut turn = 0;
+            Box::new(move |operator| {
+                let leased = operator.under_lease();
+                operate(&leased, schema, actions[turn % actions.len()]);
+                turn += 1;
+                let view = &handle.snapshot().schemas[schema];
+                let is_stopped = view
+                    .holds()
+                    .any(|hold| hold.by.starts_with(OPERATOR_NAME) && !hold.leased);
+                if is_stopped && view.stop().is_some() && view.state != State::Slept {
+                    woke.store(true, Ordering::Relaxed);
+                }
+                leased.release_own(schema)
+            })
+        };
+        let deeds = [
+            deed([Operation::Stop, Operation::Force, Operation::Play]),
+            deed([Operation::Play, Operation::Stop, Operation::Unload]),
+        ];
+        Self::start(handle, deeds)
     }
 }
 
@@ -87,7 +132,12 @@ pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Hand
         .collect();
     let call = match &fault.act {
         Act::SetTrouble { place, .. } | Act::Reload { place, .. } => *place,
-        Act::Signal(_) | Act::Operate(_) | Act::Contest | Act::DuringReload { .. } => "check",
+        Act::Signal(_)
+        | Act::Operate(_)
+        | Act::FailExport(..)
+        | Act::Contest
+        | Act::Leases
+        | Act::DuringReload { .. } => "check",
     };
     let is_about_to = |index: &&usize| {
         let schema = &snapshot.schemas[**index];
@@ -119,6 +169,7 @@ pub(super) fn begin(fault: &Fault, schema: usize, handle: &Handle, builds: &[Loa
         process: None,
         done: false,
         competitors: None,
+        woke: Arc::default(),
     };
     match &fault.act {
         Act::SetTrouble { trouble, place: call } => set_trouble(&operator, schema, trouble, call),
@@ -144,7 +195,14 @@ pub(super) fn begin(fault: &Fault, schema: usize, handle: &Handle, builds: &[Loa
         Act::Operate(operation) => active.done = operate(&operator, schema, *operation),
         Act::Contest => {
             active.done = operator.stop_all().is_ok();
-            active.competitors = Some(CompetingThreads::start(handle));
+            active.competitors = Some(CompetingThreads::contest(handle));
+        }
+        Act::FailExport(export, failure) => {
+            active.done = operator.fail_export(schema, export, *failure).is_ok();
+        }
+        Act::Leases => {
+            active.done = operator.hold_asleep(schema).is_ok();
+            active.competitors = Some(CompetingThreads::lease(handle, schema, &active.woke));
         }
         Act::DuringReload { build, meanwhile } => {
             active.done = reload(&operator, schema, &builds[*build]);
@@ -182,6 +240,11 @@ pub(super) fn end(fault: &Fault, handle: &Handle, active: &mut ActiveFault) -> b
             }
         }
         Act::Operate(_) | Act::DuringReload { .. } if fault.stays => {}
+        Act::FailExport(export, _) => drop(operator.repair_export(schema, export)),
+        Act::Leases => {
+            active.competitors = None;
+            drop(operator.release(schema));
+        }
         Act::Contest => {
             // Whatever the last action was, everything is released.
             active.competitors = None;

@@ -1,6 +1,7 @@
 //! The resources of this process: threads, open files, children, memory. An application must release all
 //! of them when it ends.
 
+use std::path::Path;
 use std::time::Duration;
 
 use super::wait_within;
@@ -150,14 +151,8 @@ impl ResourceCounts {
     fn now() -> Self {
         let status = read("/proc/self/status");
         let threads = status.lines().find_map(|line| line.strip_prefix("Threads:"));
-        let tasks = std::fs::read_dir("/proc/self/task")
-            .into_iter()
-            .flatten()
-            .flatten();
-        let children = tasks.map(|task| {
-            let listed = std::fs::read_to_string(task.path().join("children")).unwrap_or_default();
-            listed.split_whitespace().count() as u64
-        });
+        let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+        let children = processes.filter(|process| is_descendant(&process.path()));
         // The copy of a plugin is held open for ever, as its library is mapped for ever.
         let is_copy = |file: &std::path::Path| {
             let target = std::fs::read_link(file).unwrap_or_default();
@@ -168,9 +163,27 @@ impl ResourceCounts {
         Self {
             threads: threads.and_then(|number| number.trim().parse().ok()).unwrap_or(0),
             files,
-            children: children.sum(),
+            children: children.count() as u64,
         }
     }
+}
+
+/// Whether a process is a child of this one, or comes from one, wherever it belongs now.
+fn is_descendant(process: &Path) -> bool {
+    let own = std::process::id();
+    let status = std::fs::read_to_string(process.join("status")).unwrap_or_default();
+    let father = status.lines().find_map(|line| line.strip_prefix("PPid:"));
+    if father.is_some_and(|father| father.trim() == own.to_string()) {
+        return true;
+    }
+    // The mark that the host gives to what it starts.
+    let environment = std::fs::read(process.join("environ")).unwrap_or_default();
+    let mut variables = environment.split(|byte| *byte == 0);
+    variables.any(|variable| {
+        let marks = String::from_utf8_lossy(variable);
+        let marks = marks.strip_prefix("JDE_PROCESSES=").unwrap_or_default();
+        marks.split(' ').any(|mark| mark.starts_with(&format!("{own}.")))
+    })
 }
 
 fn resident() -> u64 {

@@ -169,6 +169,7 @@ pub fn run(
     let bare = matches!(run, Run::RealTime(_)).then(BaselineThread::start);
     let mut active: Vec<Option<act::ActiveFault>> = plan.iter().map(|_| None).collect();
     let mut took_effect = vec![false; plan.len()];
+    let mut found = Vec::new();
     let begins = plan
         .iter()
         .enumerate()
@@ -187,6 +188,7 @@ pub fn run(
         if !begins {
             if let Some(active) = &mut active[number] {
                 took_effect[number] = act::end(fault, &handle, active);
+                found.extend(active.violation());
                 if !fault.stays {
                     observer.recovers(active.schema, fault.ends() + SYMPTOM_TIMEOUT);
                 }
@@ -220,6 +222,7 @@ pub fn run(
         took_effect[number] |= active[number].as_ref().is_some_and(has_symptom);
     }
     let mut violations = observer.violations();
+    violations.extend(found);
     if let Some(outcome) = ended.filter(|_| !stop.load(Ordering::Relaxed)) {
         violations.push(format!("the application ended by itself: {}", outcome.message()));
     }

@@ -366,10 +366,14 @@ fn ports(
     let odometry = application.odometry_of(number).map(variable);
     for (place, port) in instance.schema.ports.iter().enumerate() {
         if matches!(port.role, Role::Export { .. }) {
+            // What plays a recording takes commands, too, and does not follow them.
             let commands = instance.bindings.iter().enumerate();
             let commands = commands
-                .filter(|(_, binding)| matches!(binding, Binding::Command))
-                .map(|(command, _)| variable((number, command)));
+                .map(|(command, binding)| ((number, command), binding))
+                .filter(|(command, binding)| {
+                    matches!(binding, Binding::Command) && command_limits(application, *command).is_some()
+                })
+                .map(|(command, _)| variable(command));
             ports
                 .measurements
                 .add(place, variable((number, place)), odometry, commands);

@@ -125,7 +125,12 @@ impl Measurements {
 
 impl Ports {
     /// Retracts an export whose loan is no value.
-    pub(super) fn judge_measurement(&mut self, port: usize, now: Nanos) -> Result<(), PortError> {
+    pub(super) fn judge_measurement(
+        &mut self,
+        port: usize,
+        time: Nanos,
+        now: Nanos,
+    ) -> Result<(), PortError> {
         let Some(measurement) = self.measurements.of(port) else {
             return Ok(());
         };
@@ -135,7 +140,7 @@ impl Ports {
         if !writer.is_loaned() {
             return Ok(());
         }
-        let Some((why, first)) = measurement.judge(writer.loan(), now) else {
+        let Some((why, first)) = measurement.judge(writer.loan(), time, now) else {
             return Ok(());
         };
         writer.discard();
@@ -147,14 +152,14 @@ impl Ports {
 
 impl Measurement {
     /// Judges what the export is about to publish. Returns why it is no value, and whether that is new.
-    fn judge(&mut self, bytes: &[u8], now: Nanos) -> Option<(NoValue, bool)> {
+    fn judge(&mut self, bytes: &[u8], time: Nanos, now: Nanos) -> Option<(NoValue, bool)> {
         let why = match (self.checks.measured)(bytes) {
             Err(why) => Some(NoValue::Unmeasured(why)),
             Ok(()) => {
                 let repetition = self.repetition.as_mut();
                 let is_frozen = repetition.is_some_and(|repetition| repetition.is_frozen(bytes));
                 let unmoved = self.unmoved.as_mut();
-                let is_unmoved = unmoved.and_then(|unmoved| unmoved.judge(bytes, now));
+                let is_unmoved = unmoved.and_then(|unmoved| unmoved.judge(bytes, time, now));
                 is_frozen.then_some(NoValue::Repeated).or(is_unmoved)
             }
         };

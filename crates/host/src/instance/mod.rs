@@ -10,6 +10,7 @@ mod bound_port;
 mod call;
 mod command_limits;
 mod early;
+mod ending;
 mod export_faults;
 mod guard;
 mod guarded_ports;
@@ -31,7 +32,7 @@ use std::ffi::CString;
 use std::sync::Arc;
 
 use jde_abi::raw;
-use jde_core::{Case, Level, Nanos};
+use jde_core::{Case, Level};
 use jde_loader::instance::{ArbitrationQuery, CandidateChild, InProcessInstance, Verdict, panel_of};
 use jde_loader::{Judgement, SchemaFunctions, build};
 use jde_panel::{Gesture, List};
@@ -44,6 +45,8 @@ pub(crate) use bound_port::{BoundPort, PortWrite, ShownValue};
 pub(crate) use call::CallContext;
 use call::Permissions;
 pub(crate) use command_limits::CommandLimits;
+pub(crate) use ending::{CheckResult, Iterated};
+use ending::{call_result, iterated};
 pub(crate) use export_faults::ExportFaults;
 pub(crate) use guard::{
     CommandInForce, GuardState, Guarding, PortGuard, Refusal, StateCopy, UnjudgedCommand, UnjudgedInForce,
@@ -79,23 +82,6 @@ pub(crate) struct TurnOverflow {
     pub(crate) ports: Vec<u32>,
     /// Its writes, in a replay.
     pub(crate) writes: Vec<PortWrite>,
-}
-
-/// The result of a check.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CheckResult {
-    pub(crate) ready: bool,
-    pub(crate) urgency: f64,
-    /// Time of the newest value that the check read.
-    pub(crate) newest: Nanos,
-}
-
-/// How an iteration ended that did not fail.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Iterated {
-    Done,
-    /// It could not act: an input has no value, in these words (R19). What it exported has ended.
-    WithoutValue(String),
 }
 
 impl Instance {
@@ -475,27 +461,6 @@ impl Drop for Instance {
 fn expect_body(body: &mut Option<Body>) -> &mut Body {
     body.as_mut()
         .expect("the body is taken only when the instance ends")
-}
-
-fn call_result(what: &str, status: i32, failure: Option<String>) -> Result<(), String> {
-    match (status, failure) {
-        (raw::OK, _) => Ok(()),
-        (raw::PANICKED, reason) => Err(format!(
-            "panicked in {what}: {}",
-            reason.as_deref().unwrap_or("no message")
-        )),
-        (_, Some(reason)) => Err(reason),
-        (status, None) => Err(format!("{what} returned error {status} without a reason")),
-    }
-}
-
-/// Returns how a check or an iteration ended, which may lack a value.
-fn iterated(what: &str, status: i32, failure: Option<String>) -> Result<Iterated, String> {
-    if status == raw::NO_VALUE {
-        let words = failure.unwrap_or_else(|| String::from("an input has no value"));
-        return Ok(Iterated::WithoutValue(words));
-    }
-    call_result(what, status, failure).map(|()| Iterated::Done)
 }
 
 fn state_number(state: jde_core::State) -> u32 {

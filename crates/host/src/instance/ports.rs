@@ -260,7 +260,7 @@ impl Ports {
             return published;
         }
         if !self.measurements.is_empty() {
-            self.judge_measurement(port, now)?;
+            self.judge_measurement(port, time, now)?;
         }
         let number = port;
         let port = self.ports.get_mut(port).ok_or(PortError::WrongPort)?;

@@ -12,15 +12,15 @@ use super::measurement::{MOVED, NoValue};
 const UNANSWERED: f64 = 0.5;
 /// How long a base stands before it may try again, at first and at most, ns.
 const REST: [Nanos; 2] = [1_000_000_000, 8_000_000_000];
-/// The longest time between two publications that counts, ns.
+/// The longest time between two measurements that counts, ns.
 const LONGEST: Nanos = 1_000_000_000;
 
 /// Compares an odometry with the one before, and with the commands of its driver.
 pub(super) struct Unmoved {
-    /// The commands of the driver that are velocities.
+    /// The commands of the driver that are velocities, and that it has limits for.
     commands: Vec<Reader>,
     content: Option<(Pose, Twist)>,
-    /// When it was published last, and the speed that was commanded then.
+    /// When the last one was measured, and the speed that was commanded when it was published.
     last: (Nanos, f64),
     /// The way since the content changed by the stated velocity, and by the commands.
     stated: f64,
@@ -48,12 +48,13 @@ impl Unmoved {
         }
     }
 
-    /// Judges what is about to be published.
-    pub(super) fn judge(&mut self, bytes: &[u8], now: Nanos) -> Option<NoValue> {
+    /// Judges what is about to be published, and was measured at `time`. A measurement that is published again is not
+    /// another one.
+    pub(super) fn judge(&mut self, bytes: &[u8], time: Nanos, now: Nanos) -> Option<NoValue> {
         let odometry = Odometry::view(bytes)?;
         let twist = odometry.twist.twist;
         let command = self.commanded_speed(now);
-        let (before, last_command) = std::mem::replace(&mut self.last, (now, command));
+        let (before, last_command) = std::mem::replace(&mut self.last, (time, command));
         if command > 0.0 {
             self.commanded_at = now;
         }
@@ -64,9 +65,9 @@ impl Unmoved {
             (self.rest, self.rests) = (REST[0], false);
             return None;
         }
-        let time = now.saturating_sub(before).min(LONGEST) as f64 / 1e9;
-        self.stated += speed(&twist) * time;
-        self.commanded += command.min(last_command) * time;
+        let seconds = time.saturating_sub(before).min(LONGEST) as f64 / 1e9;
+        self.stated += speed(&twist) * seconds;
+        self.commanded += command.min(last_command) * seconds;
         if self.stated > MOVED {
             return Some(NoValue::Stated);
         }
