@@ -1,32 +1,44 @@
 //! A host that gets nothing more of a resource: its limits become what it uses.
 
 use anyhow::{Context as _, Result, bail};
-use rustix::process::{Pid, Resource, Rlimit, prlimit};
+use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 use super::host::HostProcess;
 use crate::plan::Kind;
 
 impl HostProcess {
-    /// Lets the process obtain nothing more of what `kind` names. A thread takes memory for its stack, and the superuser
+    /// Lets the process obtain nothing more of what `kind` names, until it is [relieved](Self::relieve). A thread takes memory for its stack, and the superuser
     /// may have any number of threads, so for threads it is the memory too.
     pub(super) fn exhaust(&self, kind: Kind) -> Result<()> {
-        let resources: &[Resource] = match kind {
-            Kind::NoDescriptors => &[Resource::Nofile],
-            Kind::NoThreads => &[Resource::Nproc, Resource::As],
-            Kind::NoMemory => &[Resource::As, Resource::Data],
-            kind => bail!("{kind:?} exhausts nothing"),
-        };
-        let number = self.number();
-        let process = Pid::from_raw(number.cast_signed()).context("the process has no id")?;
-        for resource in resources {
-            let used = Some(used(number, *resource)?);
-            let limit = Rlimit {
-                current: used,
-                maximum: used,
-            };
-            prlimit(Some(process), *resource, limit).context("no limit can be set")?;
+        for resource in resources(kind)? {
+            self.limit(*resource, Some(used(self.number(), *resource)?))?;
         }
         Ok(())
+    }
+
+    /// Lets it obtain everything again.
+    pub(super) fn relieve(&self, kind: Kind) -> Result<()> {
+        for resource in resources(kind)? {
+            self.limit(*resource, getrlimit(*resource).maximum)?;
+        }
+        Ok(())
+    }
+
+    fn limit(&self, resource: Resource, current: Option<u64>) -> Result<()> {
+        let process = Pid::from_raw(self.number().cast_signed()).context("the process has no id")?;
+        // The greatest limit is that of this process, whose child it is.
+        let maximum = getrlimit(resource).maximum;
+        prlimit(Some(process), resource, Rlimit { current, maximum }).context("no limit can be set")?;
+        Ok(())
+    }
+}
+
+fn resources(kind: Kind) -> Result<&'static [Resource]> {
+    match kind {
+        Kind::NoDescriptors => Ok(&[Resource::Nofile]),
+        Kind::NoThreads => Ok(&[Resource::Nproc, Resource::As]),
+        Kind::NoMemory => Ok(&[Resource::As, Resource::Data]),
+        kind => bail!("{kind:?} exhausts nothing"),
     }
 }
 

@@ -103,6 +103,11 @@ pub(crate) fn run(campaign: &Campaign, case: Case, stop: &AtomicBool) -> Result<
             Kind::NoDescriptors | Kind::NoThreads | Kind::NoMemory => {
                 host.exhaust(kind)?;
                 stop_with_nothing_left(&mut host, &robot, &mut violations);
+                host.relieve(kind)?;
+                if let Err(error) = host.jde(&["release", "--all"]) {
+                    violations.push(format!("it has everything again, and does not go on: {error:#}"));
+                }
+                check_continues(&mut host, &robot, "a stop with nothing left", &mut violations);
             }
             Kind::HostCrashed => {
                 host.jde(&["set", "drifter.place", "check"])?;
@@ -307,10 +312,6 @@ fn stop_with_nothing_left(host: &mut HostProcess, robot: &RobotServer, violation
         Ok(_) => check_standstill(robot, DISCONNECT_DELAY, "everything was stopped", violations),
         Err(error) => violations.push(format!("with nothing left, nothing can be stopped: {error:#}")),
     }
-    if let Err(error) = host.jde(&["release", "--all"]) {
-        violations.push(format!("with nothing left, nothing can be released: {error:#}"));
-    }
-    check_continues(host, robot, "a stop with nothing left", violations);
 }
 
 /// The disk of the recording fails. The host must report it, and schemas must not be affected.

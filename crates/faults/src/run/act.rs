@@ -12,6 +12,7 @@ use jde_core::State;
 use jde_host::reload::ReloadOptions;
 use jde_host::{Handle, OperatorHandle};
 use jde_loader::LoadedPlugin;
+use jde_records::snapshot::{Hold, HoldKind};
 use rustix::process::{Pid, Signal as Posix, kill_process};
 
 use crate::application::TestApplication;
@@ -84,16 +85,16 @@ impl CompetingThreads {
     fn lease(handle: &Handle, schema: usize, woke: &Arc<AtomicBool>) -> Self {
         let deed = |actions: [Operation; 3]| -> Deed {
             let (handle, woke) = (handle.clone(), Arc::clone(woke));
-            let mut turn = 0;
+            let (mut turn, mut slept) = (0, false);
             Box::new(move |operator| {
                 let leased = operator.under_lease();
                 operate(&leased, schema, actions[turn % actions.len()]);
                 turn += 1;
                 let view = &handle.snapshot().schemas[schema];
-                let is_stopped = view
-                    .holds()
-                    .any(|hold| hold.by.starts_with(OPERATOR_NAME) && !hold.leased);
-                if is_stopped && view.stop().is_some() && view.state != State::Slept {
+                let is_lasting = |hold: &Hold| hold.kind == HoldKind::Stopped && !hold.leased;
+                // A winner may first end its iteration.
+                slept = view.holds().any(is_lasting) && (slept || view.state == State::Slept);
+                if slept && view.state != State::Slept {
                     woke.store(true, Ordering::Relaxed);
                 }
                 leased.release_own(schema)
