@@ -45,7 +45,7 @@ pub use inspect::{Inspector, serve as serve_inspections};
 pub use serve::{ServeError, load, serve};
 pub use table::{HOLD, Hold};
 pub use terminal::HeldTerminal;
-pub use timers::{machine_time, sharpen_timers};
+pub use timers::{machine_time, run_when_due};
 
 /// The program that runs a schema in a process of its own, or inspects plugins: it calls [`serve`] or
 /// [`serve_inspections`], and does nothing else.

@@ -49,7 +49,7 @@ pub fn serve(load: impl FnOnce(&PluginLocation) -> Result<LoadedPlugin, String>)
     let name = CString::new(launch.name.replace('\0', "")).unwrap_or_default();
     // The name that `ps` and `top` show. Failing to set it is harmless.
     let _ = rustix::thread::set_name(&name);
-    super::sharpen_timers();
+    super::run_when_due();
     let mut session = Session {
         wire,
         name,

@@ -173,7 +173,7 @@ impl Pool {
     }
 
     fn run(&self, engine: &Arc<Engine>, worker: usize) {
-        jde_isolation::sharpen_timers();
+        jde_isolation::run_when_due();
         while let Some((number, inbox)) = self.next_turn(engine, worker) {
             let runner = Arc::clone(&lock(&self.runners[number]).runner);
             let mut runner = lock(&runner);

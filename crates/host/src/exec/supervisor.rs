@@ -80,7 +80,7 @@ pub(crate) fn supervise(
     alarm: &Alarm,
     limit: Option<Nanos>,
 ) {
-    jde_isolation::sharpen_timers();
+    jde_isolation::run_when_due();
     let mut reported = vec![None; engine.metrics.len()];
     let check_interval = self::check_interval(engine);
     let mut next_expiry = 0;

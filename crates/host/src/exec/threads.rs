@@ -178,7 +178,7 @@ impl InstanceThread {
     }
 
     fn run(&self, engine: &Engine, runner: &Mutex<Runner>) {
-        jde_isolation::sharpen_timers();
+        jde_isolation::run_when_due();
         let mut due = None;
         loop {
             let Some(inbox) = self.next_turn(engine, due) else {

@@ -104,7 +104,7 @@ fn beams_that_are_blocked_read_the_given_range() {
 }
 
 #[test]
-fn a_laser_whose_limits_contradict_each_other_has_no_value_and_one_that_is_late_an_old_one() {
+fn r14_a_laser_whose_limits_contradict_each_other_has_no_value_and_one_that_is_late_an_old_one() {
     let mut drive = Drive::failing(7, "laser", SensorFault::Contradictory);
     assert_eq!(drive.scan(), None);
     let stands = drive.place();
