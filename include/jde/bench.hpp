@@ -17,6 +17,8 @@ public:
     CallFailed(std::int32_t code, const std::string &reason) : Failure(reason), code_(code) {}
     /** Whether it threw std::logic_error or what is no std::exception; otherwise it reported an error. */
     bool panicked() const noexcept { return code_ == JDE_PANICKED; }
+    /** Whether it only said that an import has no value, which is no fault (R19). */
+    bool lacks_value() const noexcept { return code_ == JDE_NO_VALUE; }
 
 private:
     std::int32_t code_;
@@ -91,12 +93,19 @@ public:
             call([&](jde_context *cx) { return table_.awake(instance_, cx); });
         }
     }
-    /** A schema other than a motor schema has no precondition. */
+    /** A schema other than a motor schema has no precondition. One that finds an import without a value is false. */
     Precondition check()
     {
         jde_precondition result = {sizeof result, 1, 0.0};
-        if (table_.check != nullptr) {
-            call([&](jde_context *cx) { return table_.check(instance_, cx, &result); });
+        try {
+            if (table_.check != nullptr) {
+                call([&](jde_context *cx) { return table_.check(instance_, cx, &result); });
+            }
+        } catch (const CallFailed &failure) {
+            if (!failure.lacks_value()) {
+                throw;
+            }
+            result.ready = 0;
         }
         return {result.ready != 0, result.urgency};
     }

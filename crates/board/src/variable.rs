@@ -335,8 +335,8 @@ impl Variable {
         self.is_valid(stamp.sequence, stamp.valid_until, now)
     }
 
-    /// Returns whether the newest value has ended: an export that nobody reads any more, or a command that is no longer in
-    /// force, of which its driver reads the neutral value.
+    /// Returns whether the newest value has ended: an export that nobody reads any more, or a command whose validity is
+    /// over, of which its driver reads the neutral value.
     #[must_use]
     pub fn has_ended(&self, now: Nanos) -> bool {
         let stamp = self.cell.newest();

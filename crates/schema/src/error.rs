@@ -3,7 +3,7 @@
 use core::fmt;
 
 /// Why a call of a schema failed. `?` converts a text or any standard error into it. The host makes the
-/// schema Faulted, unless it is [`NoValue`], and shows the message together with the messages of its sources.
+/// schema Faulted, unless it is the [`NoValue`] of a check or an iteration, and shows the message together with the messages of its sources.
 pub type Error = Box<dyn core::error::Error + Send + Sync>;
 
 /// The result of a schema's calls.

@@ -19,7 +19,7 @@ use crate::bench::{Bench, Circumstances};
 pub(crate) struct Subject<'s> {
     pub(crate) schema: &'s Schema,
     pub(crate) functions: SchemaFunctions,
-    /// Who asks for the check. A byte before each life tells it that those before have ended.
+    /// Who asks for the check. A byte before each life tells it that the check goes on.
     pub(crate) asker: &'s UnixStream,
 }
 
@@ -131,7 +131,10 @@ impl Life<'_> {
             let words = format!("its check returned the urgency {urgency}");
             bench.breaches.push(("preconditions", words));
         }
-        (is_ready, failure("check", (status, reason)))
+        (
+            is_ready && status == raw::OK,
+            turn_failure("check", (status, reason)),
+        )
     }
 
     fn iterate(&mut self, is_ready: bool) -> Option<Failure> {
@@ -139,7 +142,7 @@ impl Life<'_> {
         if !bench.may_iterate(is_ready) {
             return None;
         }
-        failure(
+        turn_failure(
             "iterate",
             bench.call("iterate", |context| instance.iterate(context)),
         )
@@ -235,6 +238,11 @@ impl Life<'_> {
 
 fn failure(call: &'static str, (status, reason): (i32, Option<String>)) -> Option<Failure> {
     (status != raw::OK).then_some(Failure { call, status, reason })
+}
+
+/// Of a check or an iteration: it may find an import without a value.
+fn turn_failure(call: &'static str, ended: (i32, Option<String>)) -> Option<Failure> {
+    failure(call, ended).filter(|failure| failure.status != raw::NO_VALUE)
 }
 
 impl fmt::Display for Failure {

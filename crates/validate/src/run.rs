@@ -124,7 +124,9 @@ fn describe(end: &End, timeout: Duration) -> String {
     match end {
         End::Reported(_) => String::new(),
         End::Ended(status) => describe_exit_status(*status),
-        End::Lasted => format!("a call, or the end of its process, took longer than {timeout:?}"),
+        End::Lasted => {
+            format!("the life of an instance, or the end of its process, took longer than {timeout:?}")
+        }
     }
 }
 

@@ -91,9 +91,14 @@ impl Hierarchy {
     /// [`Self::end`] of an iteration that could not act because an input had no value (R19): a motor schema is not
     /// READY until its next check.
     pub fn end_unready(&mut self, now: Nanos, id: SchemaId, out: &mut Vec<Effect>) {
-        if self.plan.group_of(id).is_some() && self.node(id).is_running() {
-            self.nodes.get_mut(&self.plan, id).end_readiness();
-        }
+        let group = self.plan.group_of(id).filter(|_| self.node(id).is_running());
+        let is_changed = group.is_some() && self.nodes.get_mut(&self.plan, id).end_readiness();
+        let replaced = group.filter(|group| is_changed && self.handover_above(id) == Some(*group));
         self.end(now, id, out);
+        if let Some(group) = replaced {
+            // The end completed a handover, which selects nobody; the readiness changed (R2).
+            self.select(now, group, TimedCause::new(Cause::Readiness(id), now), out);
+            self.settle(out);
+        }
     }
 }

@@ -219,9 +219,9 @@ impl Node {
         IterationEnd { ran, lapsed }
     }
 
-    /// It is not READY until its next check.
-    pub(super) fn end_readiness(&mut self) {
-        self.check.end_readiness();
+    /// It is not READY until its next check; returns whether it was.
+    pub(super) fn end_readiness(&mut self) -> bool {
+        self.check.end_readiness()
     }
 
     /// Abandons an iteration that runs. It cannot check during the iteration, so it is no longer READY.

@@ -286,6 +286,27 @@ fn r10_a_winner_that_was_put_to_sleep_begins_no_iteration_during_an_arbitration(
 }
 
 #[test]
+fn r2_a_loser_whose_last_iteration_finds_no_value_causes_a_selection() {
+    let mut h = family(Policy::FATHER);
+    effects(|out| h.checked(1, A, READY, out));
+    assert!(h.begin(1, A, &mut Vec::new()));
+    effects(|out| h.checked(1, B, READY, out));
+    let ticket = h.pending_arbitration(CHILDREN).expect("a collision");
+    let reply = ArbitrationReply::Chosen {
+        child: None,
+        reason: "nobody".into(),
+    };
+    effects(|out| h.arbitrated(2, CHILDREN, ticket, reply, out));
+    assert_eq!(h.handover(CHILDREN).map(|handover| handover.to), Some(None));
+    effects(|out| h.end_unready(3, A, out));
+    assert_eq!(
+        (h.state(A), h.winner(CHILDREN)),
+        (State::Checking, Some(B)),
+        "R3: B is the only one that is READY"
+    );
+}
+
+#[test]
 fn r5_a_handover_to_a_child_that_fell_asleep_leaves_no_winner_until_the_father_replies() {
     let mut h = family(Policy::FATHER);
     effects(|out| h.wake(0, FATHER, C, out).expect("authority"));

@@ -237,7 +237,7 @@ fn fault(kind: Kind, at: Nanos, case: Case, rng: &mut Rng) -> Fault {
         target,
         choice: rng.next_u64(),
         any: rng.one_in(4),
-        stays: rng.one_in(6),
+        stays: rng.one_in(6) && !matches!(act, Act::FailExport(..) | Act::Contest | Act::Leases),
         act,
     }
 }

@@ -231,11 +231,6 @@ impl Engine {
         });
     }
 
-    /// Reports an iteration that could not act because an input has no value.
-    pub(crate) fn report_unready(&self, instance: usize, words: &str, first: bool) {
-        self.count_refusal(instance, first, || format!("iteration ended: {words}"));
-    }
-
     /// The field that was not finite in the last write of a port.
     fn not_finite_at(&self, instance: usize, port: usize) -> Option<String> {
         let target = match self.application.instances[instance].bindings[port] {

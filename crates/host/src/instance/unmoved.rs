@@ -8,10 +8,13 @@ use jde_types::{Odometry, Pose, Twist, Value};
 
 use super::measurement::{MOVED, NoValue};
 
-/// The way of a command that a base may take to begin its motion, m and rad: half a second at 1 m/s.
-const UNANSWERED: f64 = 0.5;
+/// How far a base may be commanded before it must have moved, m and rad, and for how long at least, s: dead times of bases
+/// and radios are shorter.
+const UNANSWERED: (f64, f64) = (0.5, 0.5);
+/// The least time of a velocity that is stated, s: some devices measure ten times a second and say so more often.
+const STATED: f64 = 0.25;
 /// How long a base stands before it may try again, at first and at most, ns.
-const REST: [Nanos; 2] = [1_000_000_000, 8_000_000_000];
+const PAUSE: [Nanos; 2] = [1_000_000_000, 8_000_000_000];
 /// The longest time between two measurements that counts, ns.
 const LONGEST: Nanos = 1_000_000_000;
 
@@ -22,14 +25,16 @@ pub(super) struct Unmoved {
     content: Option<(Pose, Twist)>,
     /// When the last one was measured, and the speed that was commanded when it was published.
     last: (Nanos, f64),
-    /// The way since the content changed by the stated velocity, and by the commands.
-    stated: f64,
-    commanded: f64,
-    /// When a motion was last commanded.
+    /// The time and the way since the content changed, s, m and rad: by the stated velocity, and by commands.
+    stated: (f64, f64),
+    commanded: (f64, f64),
+    /// Since when a motion is commanded without a pause, and when one was last.
+    commanded_since: Option<Nanos>,
     commanded_at: Nanos,
-    rest: Nanos,
-    /// The base stands, because it did not answer.
-    rests: bool,
+    /// How long the base stands before it may try again.
+    pause: Nanos,
+    /// It does, because it did not answer.
+    is_pausing: bool,
 }
 
 impl Unmoved {
@@ -40,11 +45,12 @@ impl Unmoved {
             commands: velocities.map(|command| command.reader("host")).collect(),
             content: None,
             last: (0, 0.0),
-            stated: 0.0,
-            commanded: 0.0,
+            stated: (0.0, 0.0),
+            commanded: (0.0, 0.0),
+            commanded_since: None,
             commanded_at: 0,
-            rest: REST[0],
-            rests: false,
+            pause: PAUSE[0],
+            is_pausing: false,
         }
     }
 
@@ -57,28 +63,38 @@ impl Unmoved {
         let (before, last_command) = std::mem::replace(&mut self.last, (time, command));
         if command > 0.0 {
             self.commanded_at = now;
+            self.commanded_since.get_or_insert(now);
+        } else {
+            self.commanded_since = None;
         }
         let content = Some((odometry.pose.pose, twist));
         if self.content != content {
             self.content = content;
-            (self.stated, self.commanded) = (0.0, 0.0);
-            (self.rest, self.rests) = (REST[0], false);
+            (self.stated, self.commanded) = ((0.0, 0.0), (0.0, 0.0));
+            (self.pause, self.is_pausing) = (PAUSE[0], false);
             return None;
         }
-        let seconds = time.saturating_sub(before).min(LONGEST) as f64 / 1e9;
-        self.stated += speed(&twist) * seconds;
-        self.commanded += command.min(last_command) * seconds;
-        if self.stated > MOVED {
+        add(&mut self.stated, speed(&twist), before, time);
+        if let Some(since) = self.commanded_since {
+            // What was measured before the command says nothing about it.
+            add(
+                &mut self.commanded,
+                command.min(last_command),
+                before.max(since),
+                time,
+            );
+        }
+        if self.stated.0 > STATED && self.stated.1 > MOVED {
             return Some(NoValue::Stated);
         }
-        if now.saturating_sub(self.commanded_at) >= self.rest {
-            self.commanded = 0.0;
-            if std::mem::take(&mut self.rests) {
-                self.rest = (2 * self.rest).min(REST[1]);
+        if now.saturating_sub(self.commanded_at) >= self.pause {
+            self.commanded = (0.0, 0.0);
+            if std::mem::take(&mut self.is_pausing) {
+                self.pause = (2 * self.pause).min(PAUSE[1]);
             }
         }
-        self.rests |= self.commanded > UNANSWERED;
-        self.rests.then_some(NoValue::Unanswered)
+        self.is_pausing |= self.commanded.0 > UNANSWERED.0 && self.commanded.1 > UNANSWERED.1;
+        self.is_pausing.then_some(NoValue::Unanswered)
     }
 
     /// The greatest speed that is commanded.
@@ -91,6 +107,15 @@ impl Unmoved {
             speed.unwrap_or_default()
         };
         self.commands.iter_mut().map(speed_of).fold(0.0, f64::max)
+    }
+}
+
+/// Adds a time and the way of a speed in it.
+fn add(sum: &mut (f64, f64), speed: f64, from: Nanos, to: Nanos) {
+    let seconds = to.saturating_sub(from).min(LONGEST) as f64 / 1e9;
+    if speed > 0.0 {
+        sum.0 += seconds;
+        sum.1 += speed * seconds;
     }
 }
 

@@ -200,8 +200,9 @@ impl Runner {
                 self.lacks_value = false;
             }
             Ok(Iterated::WithoutValue(words)) => {
-                let first = !std::mem::replace(&mut self.lacks_value, true);
-                self.engine.report_unready(self.number, &words, first);
+                if !std::mem::replace(&mut self.lacks_value, true) {
+                    tracing::info!(schema = self.engine.name(self.number), "it waits: {words}");
+                }
                 self.record.turn.ended = self.engine.rules.report_iteration_end_unready(self.number);
                 return;
             }

@@ -119,6 +119,7 @@ impl Runner {
     pub(super) fn end_instance(&mut self) {
         // The next instance starts without a record of lateness, and so does its health.
         self.lateness = Lateness::default();
+        self.lacks_value = false;
         self.end_trial();
         let now = self.engine.clock.now();
         let undelivered = self.engine.panels.remove_instance(self.number, now);

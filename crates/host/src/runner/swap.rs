@@ -220,6 +220,7 @@ impl Runner {
         self.engine.declare_panel(self.number, instance.panel());
         self.engine.panels.add_instance(self.number);
         self.lateness = Lateness::default();
+        self.lacks_value = false;
         if let Some(awake) = &mut awake {
             awake.is_due_at_once = true;
             awake.deadlines.add(self.engine.clock.now());

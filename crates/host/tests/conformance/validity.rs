@@ -174,11 +174,17 @@ fn r19_an_import_may_take_no_value_of_an_age_that_the_writer_permits(executor: E
     app.stop();
 }
 
-/// Lets `low` drive by its input, without which its iteration cannot act. It believes that it always can.
-fn drive_by_the_input(scenario: &Scenario) {
-    scenario.on_call("low", |call, io| {
+/// Lets `low` drive by its input, without which its iteration cannot act. Its check needs the input too, or believes that
+/// it always can.
+fn drive_by_the_input(scenario: &Scenario, is_checked: bool) {
+    scenario.on_call("low", move |call, io| {
         match call {
-            Call::Check => io.ready(true),
+            Call::Check => {
+                if is_checked {
+                    io.input().ok_or(NoValue { import: "input" })?;
+                }
+                io.ready(true);
+            }
             Call::Iterate => {
                 io.input().ok_or(NoValue { import: "input" })?;
                 _ = io.command(0.1);
@@ -191,7 +197,7 @@ fn drive_by_the_input(scenario: &Scenario) {
 
 fn r19_an_iteration_without_a_value_ends_what_it_made_and_is_no_fault(executor: Executor) {
     let scenario = Scenario::new();
-    drive_by_the_input(&scenario);
+    drive_by_the_input(&scenario, true);
     scenario.on_call("lens", |call, io| {
         if call == Call::Iterate {
             let (seen, _) = io.input().ok_or(NoValue { import: "input" })?;
@@ -232,7 +238,7 @@ fn r19_an_iteration_without_a_value_ends_what_it_made_and_is_no_fault(executor: 
 
 fn r19_a_schema_that_is_forced_without_a_value_commands_nothing(executor: Executor) {
     let scenario = Scenario::new();
-    drive_by_the_input(&scenario);
+    drive_by_the_input(&scenario, false);
     let sees = Arc::new(AtomicBool::new(true));
     publish_while(&scenario, &sees);
     let mut app = TestApp::start(executor, &scenario, SEES);

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use jde_board::{Variable, Watch};
+use jde_board::{Access, Nanos, Variable, Watch};
 use zenoh::Wait;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
@@ -15,6 +15,9 @@ use super::repeats::Repeats;
 use super::subject::Subject;
 use super::value_reader::ValueReader;
 
+/// How long to wait for the end of a command whose validity should be over.
+const RECHECK: Duration = Duration::from_millis(20);
+
 /// The publisher of one variable.
 pub(super) struct ValuePublisher {
     reader: ValueReader,
@@ -24,6 +27,9 @@ pub(super) struct ValuePublisher {
     due: Option<Instant>,
     /// Sequence number of the last value sent, and whether there was a value.
     sent: Option<(u64, bool)>,
+    is_command: bool,
+    /// When the command that was sent last ends.
+    ends: Option<Instant>,
     repeats: Repeats,
     _watch: Option<Watch>,
 }
@@ -54,6 +60,8 @@ impl ValuePublisher {
             period,
             due: Some(Instant::now()),
             sent: None,
+            is_command: matches!(declared.access, Access::Command { .. }),
+            ends: None,
             repeats: Repeats::new(),
             _watch: watch,
         })
@@ -69,7 +77,7 @@ impl ValuePublisher {
         if repeat || self.due.is_some_and(|due| due <= now) || (fresh && self.period.is_none()) {
             self.send(subject, now, repeat);
             // The next is due a period after now, not after the due time: the rate is an upper bound.
-            self.due = self.period.map(|period| now + period);
+            self.due = self.period.map(|period| now + period).or(self.ends);
         }
         self.due.into_iter().chain(self.repeats.due()).min()
     }
@@ -77,9 +85,15 @@ impl ValuePublisher {
     fn send(&mut self, subject: &dyn Subject, now: Instant, repeat: bool) {
         let known = self.sent.filter(|_| !repeat);
         let Some((tag, value)) = self.reader.newest(subject, known) else {
+            // The application's time may pass more slowly than this thread's.
+            self.ends = self.ends.map(|ends| ends.max(now + RECHECK));
             return;
         };
         let this = (tag.sequence, !tag.retracted);
+        // Nothing wakes this thread when the validity of a command is over.
+        let rest = tag.valid_until.saturating_sub(subject.now()).saturating_add(1);
+        let ends = self.is_command && !tag.retracted && tag.valid_until < Nanos::MAX;
+        self.ends = ends.then(|| now + Duration::from_nanos(rest));
         if self.sent.replace(this) != Some(this) {
             self.repeats.restart(now);
         }

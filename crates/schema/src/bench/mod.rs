@@ -151,9 +151,13 @@ impl<S> Bench<S> {
             urgency: 0.0,
         };
         // SAFETY: the table's own function, instance and context, and room for the answer.
-        self.call(|instance, cx| unsafe { check(instance, cx, &raw mut answer) })?;
+        let called = self.call(|instance, cx| unsafe { check(instance, cx, &raw mut answer) });
+        let lacks_value = called.as_ref().is_err_and(Failure::lacks_value);
+        if !lacks_value {
+            called?;
+        }
         Ok(Precondition {
-            ready: answer.ready != 0,
+            ready: answer.ready != 0 && !lacks_value,
             urgency: answer.urgency,
         })
     }
@@ -161,7 +165,8 @@ impl<S> Bench<S> {
     /// Calls `iterate`, after it has cleared what [`Self::commanded`] returns.
     ///
     /// # Errors
-    /// If the schema fails or panics.
+    /// If the schema fails or panics, or says that an import has no value, which [`Failure::lacks_value`] tells: that is no
+    /// fault (R19).
     pub fn iterate(&mut self) -> Result<(), Failure> {
         self.state.forget_commands();
         let Some(iterate) = self.table.iterate else {
