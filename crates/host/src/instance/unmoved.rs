@@ -124,3 +124,37 @@ fn speed(twist: &Twist) -> f64 {
     let Twist { linear, angular } = twist;
     linear.x.hypot(linear.y).max(angular.z.abs())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::iter::{empty, repeat_n};
+
+    use jde_types::Time;
+
+    use super::*;
+
+    const MS: Nanos = 1_000_000;
+
+    /// Publishes an odometry that never changes at these times, each measured then or at the first of them.
+    fn judge(speed: f64, is_measured_again: bool) -> Option<Nanos> {
+        let mut unmoved = Unmoved::new(empty());
+        let twist = Twist::planar(speed, 0.0);
+        let odometry = Odometry::planar(Time::default(), jde_types::Pose2D::ORIGIN, twist);
+        let times = repeat_n(50 * MS, 100).scan(0, |now, step| {
+            *now += step;
+            Some(*now)
+        });
+        times.into_iter().find(|now| {
+            let time = if is_measured_again { *now } else { 50 * MS };
+            unmoved.judge(odometry.as_bytes(), time, *now).is_some()
+        })
+    }
+
+    #[test]
+    fn r19_only_measurements_count_for_at_least_a_quarter_of_a_second() {
+        assert_eq!(judge(2.0, true), Some(350 * MS), "0.5 m, but not sooner");
+        assert_eq!(judge(0.09, true), Some(1_200 * MS), "0.1 m");
+        assert_eq!(judge(2.0, false), None, "one measurement, published again");
+        assert_eq!(judge(0.0, true), None, "it may stand");
+    }
+}

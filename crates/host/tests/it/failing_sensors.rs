@@ -188,7 +188,7 @@ fn a_laser_that_measures_nothing_has_no_value_and_one_that_repeats_itself_has_on
 }
 
 #[test]
-fn an_odometry_that_repeats_itself_while_it_states_a_velocity_has_no_value() {
+fn r19_an_odometry_that_repeats_itself_while_it_states_a_velocity_has_no_value() {
     let mut drive = Drive::start(7);
     let before = drive.place();
     let operator = drive.handle().operator("ana");
@@ -210,7 +210,7 @@ fn an_odometry_that_repeats_itself_while_it_states_a_velocity_has_no_value() {
 }
 
 #[test]
-fn an_odometry_that_repeats_itself_has_a_value_until_the_base_is_commanded_to_move() {
+fn r19_an_odometry_that_repeats_itself_has_a_value_until_the_base_is_commanded_to_move() {
     let mut drive = Drive::start(7);
     let operator = drive.handle().operator("ana");
     operator.stop_all().expect("it can stop");

@@ -129,7 +129,7 @@ fn a_value_arrives_with_its_attachment() {
 }
 
 #[test]
-fn r19_a_value_or_a_command_whose_validity_is_over_is_none() {
+fn r7_r19_a_command_or_a_value_whose_validity_is_over_is_none() {
     let (runtime, subject) = (TestRuntime::new(), TestSubject::new());
     let validity = 1_000_000_000;
     for (name, access) in [
