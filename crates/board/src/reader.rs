@@ -20,7 +20,8 @@ pub struct Reader {
     latch_state: LatchState,
     /// Size of a value in bytes.
     bytes: usize,
-    /// Whether its values expire for all readers. A command that is no longer in force remains readable.
+    /// Whether its values expire for this reader. A command that is no longer in force remains readable, except for a
+    /// reader of what is in force.
     expires: bool,
     /// The age from which this reader takes no value.
     stale: Nanos,
@@ -100,7 +101,8 @@ impl Reader {
     /// Returns another reader of the variable, under the same name, without a latched value.
     #[must_use]
     pub fn duplicate(&self) -> Self {
-        let duplicate = self.variable.reader(&self.variable.reader_name(self.ticket));
+        let mut duplicate = self.variable.reader(&self.variable.reader_name(self.ticket));
+        duplicate.expires = self.expires;
         duplicate.with_stale(self.stale)
     }
 
@@ -108,6 +110,14 @@ impl Reader {
     #[must_use]
     pub fn with_stale(mut self, stale: Nanos) -> Self {
         self.stale = stale;
+        self
+    }
+
+    /// Returns the reader, which from now on takes no command whose validity is over. So it is for everybody but the
+    /// host and the driver, who read the neutral value then.
+    #[must_use]
+    pub fn of_what_is_in_force(mut self) -> Self {
+        self.expires |= !self.variable.is_export() && !self.variable.is_modulation();
         self
     }
 
@@ -121,7 +131,7 @@ impl Reader {
     /// Latches and returns the newest value, if it is valid at `now`. Further calls return the same value at the
     /// same address until `release` or `latch_newest`. Returns `None` if the newest value has ended (R19), or if
     /// nothing was published and there is no initial value. That result lasts equally long. The newest command is
-    /// returned whether it is in force or not.
+    /// returned whether it is in force or not, except to a [reader of what is in force](Self::of_what_is_in_force).
     #[inline(always)]
     pub fn latch(&mut self, now: Nanos) -> Option<Latched<'_>> {
         if let LatchState::NotLatched = self.latch_state {
@@ -221,7 +231,8 @@ impl Reader {
     #[inline(always)]
     fn current_state(&self, now: Nanos) -> LatchState {
         let stamp = &self.value.stamp;
-        let has_expired = self.expires && stamp.valid_until < now || self.is_stale(now);
+        // An initial value, number 0, has no validity.
+        let has_expired = self.expires && stamp.valid_until < now && stamp.sequence > 0 || self.is_stale(now);
         if !has_expired && self.variable.is_visible(stamp.sequence) {
             LatchState::Value
         } else {

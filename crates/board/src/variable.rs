@@ -328,19 +328,20 @@ impl Variable {
         self.end_watchers.call();
     }
 
-    /// Returns whether a reader that latches gets a value. It does not wait.
+    /// Returns whether a [reader of what is in force](Reader::of_what_is_in_force) that latches gets a value. It does not
+    /// wait.
     #[must_use]
     pub fn has_value(&self, now: Nanos) -> bool {
         let stamp = self.cell.newest();
-        self.is_valid(stamp.sequence, stamp.valid_until, now)
+        let is_over = !self.is_modulation() && stamp.sequence > 0 && stamp.valid_until < now;
+        self.is_visible(stamp.sequence) && !is_over
     }
 
     /// Returns whether the newest value has ended: an export that nobody reads any more, or a command whose validity is
     /// over, of which its driver reads the neutral value.
     #[must_use]
     pub fn has_ended(&self, now: Nanos) -> bool {
-        let stamp = self.cell.newest();
-        stamp.sequence > 0 && (stamp.valid_until < now || !self.is_visible(stamp.sequence))
+        self.newest() > 0 && !self.has_value(now)
     }
 
     pub(crate) fn is_export(&self) -> bool {
@@ -353,8 +354,8 @@ impl Variable {
         matches!(self.declaration.access, Access::Export { validity } if validity != LASTING)
     }
 
-    fn is_valid(&self, sequence: u64, valid_until: Nanos, now: Nanos) -> bool {
-        self.is_visible(sequence) && (valid_until >= now || !self.is_export())
+    pub(crate) fn is_modulation(&self) -> bool {
+        matches!(self.declaration.access, Access::Modulation)
     }
 
     /// Returns whether readers get a value that is valid: it was published and not ended, or it is an initial

@@ -60,7 +60,7 @@ impl Run {
         using: impl FnOnce(&Arc<Type>, &[u8], &str) -> T,
     ) -> Result<Option<T>, Error> {
         let (variable, path) = self.find(name)?;
-        let mut reader = variable.reader(READER);
+        let mut reader = variable.reader(READER).of_what_is_in_force();
         let value_type = &variable.describe().value_type;
         Ok(reader
             .latch(self.handle().now())
@@ -93,7 +93,7 @@ impl Run {
                 bytes.len()
             )));
         }
-        let mut reader = variable.reader(READER);
+        let mut reader = variable.reader(READER).of_what_is_in_force();
         Ok(reader.latch(self.handle().now()).map(|latched| {
             value_type.copy_into(latched.bytes, bytes);
             latched.stamp

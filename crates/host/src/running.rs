@@ -368,7 +368,7 @@ impl Handle {
                 requested.name
             ));
         }
-        let mut reader = variable.reader("handle");
+        let mut reader = variable.reader("handle").of_what_is_in_force();
         Ok(reader
             .latch(self.now())
             .and_then(|latched| T::from_bytes(latched.bytes)))

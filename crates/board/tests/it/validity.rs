@@ -50,6 +50,32 @@ fn r19_a_value_ends_with_its_validity_for_every_reader() {
 }
 
 #[test]
+fn r7_a_command_that_is_over_is_no_value_to_readers_of_what_is_in_force() {
+    for value_type in [float64(), word_array(40)] {
+        let velocity = variable(&value_type, Access::Command { validity: 100 });
+        let initial = velocity
+            .reader("watch")
+            .of_what_is_in_force()
+            .latch(9_999)
+            .is_some();
+        assert_eq!(
+            velocity.has_value(9_999),
+            initial,
+            "an initial value has no validity"
+        );
+        velocity.put(1, &vec![0; value_type.bytes], 1_000, 1_100).unwrap();
+        let watching = velocity.reader("watch").of_what_is_in_force();
+        let (mut driver, mut copy) = (velocity.reader("driver"), watching.duplicate());
+        for mut reader in [watching, velocity.reader("late").of_what_is_in_force()] {
+            assert!(reader.latch(1_100).is_some() && reader.latch_newest(1_101).is_none());
+        }
+        assert!(copy.latch(1_101).is_none() && driver.latch(1_101).is_some());
+        assert!(velocity.has_value(1_100) && !velocity.has_value(1_101));
+        assert!(!velocity.has_ended(1_100) && velocity.has_ended(1_101));
+    }
+}
+
+#[test]
 fn r19_lasting_values_and_modulations_do_not_expire() {
     for access in [EXPORT, Access::Modulation] {
         let map = variable(&float64(), access);

@@ -76,7 +76,7 @@ impl Source {
     fn open(handle: &Handle, name: &str) -> Option<Self> {
         let variable = handle.board().find(name)?;
         Some(Self {
-            reader: variable.reader("experiment"),
+            reader: variable.reader("experiment").of_what_is_in_force(),
             variable,
             seen: (0, false),
         })

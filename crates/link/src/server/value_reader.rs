@@ -26,7 +26,7 @@ struct HeldBytes(Arc<Vec<u8>>);
 impl ValueReader {
     pub(super) fn new(variable: &Arc<Variable>) -> Self {
         Self {
-            reader: Arc::new(variable.reader("link")),
+            reader: Arc::new(variable.reader("link").of_what_is_in_force()),
             copied: Arc::default(),
         }
     }
@@ -41,12 +41,10 @@ impl ValueReader {
         let newest = self.reader.newest();
         let now = subject.now();
         let variable = self.reader.variable();
-        // A command that is no longer in force is no value to others, either. Its driver has the neutral value.
-        let is_over = variable.has_ended(now);
-        if !is_over && variable.has_value(now) && sent == Some((newest, true)) {
+        if variable.has_value(now) && sent == Some((newest, true)) {
             return None;
         }
-        let (tag, message) = match self.latch(now).filter(|_| !is_over) {
+        let (tag, message) = match self.latch(now) {
             Some(Latched { stamp, .. }) => {
                 let tag = Tag {
                     sequence: stamp.sequence,
