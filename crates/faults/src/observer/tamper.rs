@@ -19,6 +19,8 @@ pub enum Tamper {
     Recovery,
     /// An export of a schema appears to persist after its fault.
     Value,
+    /// A schema appears to be awake although an operator stops it (R14).
+    Lease,
     /// A file stays open.
     Leak,
     /// A variable stays referenced after its application has ended.

@@ -16,6 +16,7 @@ use jde_records::snapshot::{Hold, HoldKind};
 use rustix::process::{Pid, Signal as Posix, kill_process};
 
 use crate::application::TestApplication;
+use crate::observer::Tamper;
 use crate::plan::{Act, Fault, Meanwhile, Operation, Signal};
 
 /// The operator's name.
@@ -81,8 +82,10 @@ impl CompetingThreads {
         Self::start(handle, deeds)
     }
 
-    /// They act on a schema under leases that they end at once. `woke` is set if it is awake although it is stopped.
-    fn lease(handle: &Handle, schema: usize, woke: &Arc<AtomicBool>) -> Self {
+    /// They act on a schema under leases that they end at once. `woke` is set if it is awake although it is stopped, or
+    /// if a `tamper` says so.
+    fn lease(handle: &Handle, schema: usize, woke: &Arc<AtomicBool>, tamper: Option<Tamper>) -> Self {
+        let appears_awake = tamper == Some(Tamper::Lease);
         let deed = |actions: [Operation; 3]| -> Deed {
             let (handle, woke) = (handle.clone(), Arc::clone(woke));
             let (mut turn, mut slept) = (0, false);
@@ -94,7 +97,7 @@ impl CompetingThreads {
                 let is_lasting = |hold: &Hold| hold.kind == HoldKind::Stopped && !hold.leased;
                 // A winner may first end its iteration.
                 slept = view.holds().any(is_lasting) && (slept || view.state == State::Slept);
-                if slept && view.state != State::Slept {
+                if slept && (appears_awake || view.state != State::Slept) {
                     woke.store(true, Ordering::Relaxed);
                 }
                 leased.release_own(schema)
@@ -162,7 +165,13 @@ pub(super) fn victim(fault: &Fault, application: &TestApplication, handle: &Hand
     (count > 0).then(|| candidates[(fault.choice % count) as usize])
 }
 
-pub(super) fn begin(fault: &Fault, schema: usize, handle: &Handle, builds: &[LoadedPlugin]) -> ActiveFault {
+pub(super) fn begin(
+    fault: &Fault,
+    schema: usize,
+    handle: &Handle,
+    builds: &[LoadedPlugin],
+    tamper: Option<Tamper>,
+) -> ActiveFault {
     let operator = handle.operator(OPERATOR_NAME);
     let mut active = ActiveFault {
         schema,
@@ -203,7 +212,7 @@ pub(super) fn begin(fault: &Fault, schema: usize, handle: &Handle, builds: &[Loa
         }
         Act::Leases => {
             active.done = operator.hold_asleep(schema).is_ok();
-            active.competitors = Some(CompetingThreads::lease(handle, schema, &active.woke));
+            active.competitors = Some(CompetingThreads::lease(handle, schema, &active.woke, tamper));
         }
         Act::DuringReload { build, meanwhile } => {
             active.done = reload(&operator, schema, &builds[*build]);

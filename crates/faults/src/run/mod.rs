@@ -195,7 +195,13 @@ pub fn run(
             }
         } else if let Some(schema) = act::victim(fault, test_application, &handle) {
             observer.excuse(schema);
-            active[number] = Some(act::begin(fault, schema, &handle, &resources.builds));
+            active[number] = Some(act::begin(
+                fault,
+                schema,
+                &handle,
+                &resources.builds,
+                run_options.tamper,
+            ));
         }
     }
     let end = plan.iter().map(Fault::ends).max().unwrap_or(0) + TAIL;
