@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::cell::{Aligned, Pin, SlotStamp, VersionCheck};
 use crate::store::Cell;
 use crate::variable::lock;
-use crate::{Nanos, Stamp, Variable};
+use crate::{Access, Nanos, Stamp, Variable};
 
 /// Reads a variable. A drop releases its value.
 pub struct Reader {
@@ -117,7 +117,7 @@ impl Reader {
     /// host and the driver, who read the neutral value then.
     #[must_use]
     pub fn of_what_is_in_force(mut self) -> Self {
-        self.expires |= !self.variable.is_export() && !self.variable.is_modulation();
+        self.expires |= matches!(self.variable.describe().access, Access::Command { .. });
         self
     }
 
@@ -231,8 +231,7 @@ impl Reader {
     #[inline(always)]
     fn current_state(&self, now: Nanos) -> LatchState {
         let stamp = &self.value.stamp;
-        // An initial value, number 0, has no validity.
-        let has_expired = self.expires && stamp.valid_until < now && stamp.sequence > 0 || self.is_stale(now);
+        let has_expired = self.expires && stamp.valid_until < now || self.is_stale(now);
         if !has_expired && self.variable.is_visible(stamp.sequence) {
             LatchState::Value
         } else {

@@ -333,8 +333,8 @@ impl Variable {
     #[must_use]
     pub fn has_value(&self, now: Nanos) -> bool {
         let stamp = self.cell.newest();
-        let is_over = !self.is_modulation() && stamp.sequence > 0 && stamp.valid_until < now;
-        self.is_visible(stamp.sequence) && !is_over
+        // Initial values and modulations have no end.
+        self.is_visible(stamp.sequence) && stamp.valid_until >= now
     }
 
     /// Returns whether the newest value has ended: an export that nobody reads any more, or a command whose validity is
@@ -352,10 +352,6 @@ impl Variable {
     #[must_use]
     pub fn expires(&self) -> bool {
         matches!(self.declaration.access, Access::Export { validity } if validity != LASTING)
-    }
-
-    pub(crate) fn is_modulation(&self) -> bool {
-        matches!(self.declaration.access, Access::Modulation)
     }
 
     /// Returns whether readers get a value that is valid: it was published and not ended, or it is an initial

@@ -120,14 +120,16 @@ impl LockstepExecutor {
         self.process_signals();
     }
 
-    /// Returns the next time at which a schema or a timer is due.
+    /// Returns the next time at which a schema or a timer is due, or a value ends.
     pub(crate) fn next_instant(&self) -> Option<Nanos> {
-        self.due
-            .iter()
-            .copied()
-            .flatten()
-            .chain(self.queue.next_timer())
-            .min()
+        let schemas = self.due.iter().copied().flatten();
+        let due = schemas.chain(self.queue.next_timer()).min();
+        if due.is_some_and(|due| due <= self.next_expiry) {
+            return due;
+        }
+        // Nobody publishes anything before that.
+        let end = self.engine.next_end().map(|last| last.saturating_add(1));
+        due.into_iter().chain(end).min()
     }
 
     /// Runs until virtual time is `end` or stands still, or the application concludes.
@@ -156,7 +158,7 @@ impl LockstepExecutor {
             for place in 0..self.order.len() {
                 let number = self.order[place];
                 if self.due[number].is_some_and(|due| due <= now) {
-                    self.take_turn(number, Inbox::default());
+                    self.take_turn(number, None);
                     self.process_signals();
                 }
             }
@@ -171,7 +173,7 @@ impl LockstepExecutor {
         for number in self.engine.rules.put_to_sleep() {
             let mut inbox = Inbox::default();
             inbox.push(Signal::Asleep);
-            self.take_turn(number, inbox);
+            self.take_turn(number, Some(inbox));
             self.process_signals();
         }
         self.runners.iter_mut().rev().for_each(Runner::destroy);
@@ -188,7 +190,7 @@ impl LockstepExecutor {
             }
             let mut inbox = Inbox::default();
             inbox.push(signal);
-            self.take_turn(number, inbox);
+            self.take_turn(number, Some(inbox));
         }
     }
 
@@ -219,7 +221,7 @@ impl LockstepExecutor {
         is_loop
     }
 
-    fn take_turn(&mut self, number: usize, inbox: Inbox) {
-        self.due[number] = self.runners[number].take_turn(inbox);
+    fn take_turn(&mut self, number: usize, signals: Option<Inbox>) {
+        self.due[number] = self.runners[number].take_turn(signals);
     }
 }

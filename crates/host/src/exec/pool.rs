@@ -177,7 +177,7 @@ impl Pool {
         while let Some((number, inbox)) = self.next_turn(engine, worker) {
             let runner = Arc::clone(&lock(&self.runners[number]).runner);
             let mut runner = lock(&runner);
-            let due = runner.take_turn(inbox);
+            let due = runner.take_turn(Some(inbox));
             let period = runner.period();
             drop(runner);
             self.finish_turn(number, due, period, engine.clock.now());

@@ -184,7 +184,7 @@ impl InstanceThread {
             let Some(inbox) = self.next_turn(engine, due) else {
                 return;
             };
-            due = lock(runner).take_turn(inbox);
+            due = lock(runner).take_turn(Some(inbox));
         }
     }
 

@@ -35,9 +35,12 @@ pub(super) fn call_result(what: &str, status: i32, failure: Option<String>) -> R
 
 /// Returns how a check or an iteration ended, which may lack a value.
 pub(super) fn iterated(what: &str, status: i32, failure: Option<String>) -> Result<Iterated, String> {
-    if status == raw::NO_VALUE {
-        let words = failure.unwrap_or_else(|| String::from("an input has no value"));
-        return Ok(Iterated::WithoutValue(words));
+    match status {
+        raw::OK => Ok(Iterated::Done),
+        raw::NO_VALUE => {
+            let words = failure.unwrap_or_else(|| String::from("an input has no value"));
+            Ok(Iterated::WithoutValue(words))
+        }
+        _ => call_result(what, status, failure).map(|()| Iterated::Done),
     }
-    call_result(what, status, failure).map(|()| Iterated::Done)
 }

@@ -168,7 +168,7 @@ impl Player {
                 return self.settle();
             }
             if slot.due.is_some_and(|due| due <= now) {
-                slot.due = slot.runner.take_turn(Inbox::default());
+                slot.due = slot.runner.take_turn(None);
                 return self.settle();
             }
         }
@@ -211,7 +211,7 @@ impl Player {
                     if slot.due.is_some() {
                         let mut inbox = Inbox::default();
                         inbox.push(signal);
-                        slot.due = slot.runner.take_turn(inbox);
+                        slot.due = slot.runner.take_turn(Some(inbox));
                     }
                 }
             }

@@ -121,12 +121,15 @@ impl Runner {
         Ok(())
     }
 
-    /// Takes a turn if it is due now. Returns when the next turn is due; `None` if only a signal causes one.
-    pub(crate) fn take_turn(&mut self, inbox: Inbox) -> Option<Nanos> {
-        self.record_delay(inbox.since);
-        let (triggered, promoted, touched) = (inbox.triggered, inbox.promoted, inbox.gesture_queued);
+    /// Takes a turn if it is due now, or if there are signals for it. Returns when the next turn is due; `None` if only
+    /// a signal causes one.
+    pub(crate) fn take_turn(&mut self, signals: Option<Inbox>) -> Option<Nanos> {
+        self.record_delay(signals.as_ref().and_then(|inbox| inbox.since));
+        let (triggered, promoted, touched) = signals.as_ref().map_or((false, false, false), |inbox| {
+            (inbox.triggered, inbox.promoted, inbox.gesture_queued)
+        });
         let is_resting = triggered && self.is_resting();
-        if !inbox.is_empty() {
+        if let Some(inbox) = signals {
             self.process_signals(inbox);
         }
         let mut has_run = false;

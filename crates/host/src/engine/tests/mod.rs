@@ -354,7 +354,7 @@ fn r2_an_awakening_of_before_a_death_brings_no_instance_back() {
     let mut turn = |signal| {
         let mut inbox = Inbox::default();
         inbox.push(signal);
-        runner.take_turn(inbox)
+        runner.take_turn(Some(inbox))
     };
     let mission = engine.variables.of(0, 0).unwrap();
     engine.rules.start();
