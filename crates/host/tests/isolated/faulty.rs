@@ -34,6 +34,11 @@ pub(crate) const SPIN: u32 = 10;
 /// Commands until a command is refused; `tried` is 1 meanwhile and then -1.
 pub(crate) const COMMAND: u32 = 11;
 
+/// Says in an iteration that its import has no value, if it has none (R19).
+pub(crate) const LACK: u32 = 12;
+/// Says so in a check.
+pub(crate) const LACK_IN_CHECK: u32 = 13;
+
 /// Counts, drives and misbehaves on request.
 #[derive(Describe)]
 #[schema(motor, period = "10ms")]
@@ -76,10 +81,16 @@ pub(crate) struct Faulty {
 
 impl Schema for Faulty {
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
+        if self.trouble.get(cx) == LACK_IN_CHECK {
+            self.scan.require(cx)?;
+        }
         Ok((self.speed.get(cx) != 0.0).into())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
+        if self.trouble.get(cx) == LACK {
+            self.scan.require(cx)?;
+        }
         self.iterations += 1;
         let count = f64::from(self.iterations);
         self.count.write(cx, count);

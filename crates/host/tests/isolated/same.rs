@@ -14,6 +14,7 @@ use jde_records::event::{Event, Observer};
 use jde_types::LaserScan;
 
 use crate::common::{Executor, MS, Scenario, on_every_executor};
+use crate::faulty::{LACK, LACK_IN_CHECK};
 use crate::isolated_app::{IsolatedApp, RUNNING, all_plugins, program};
 
 on_every_executor!(
@@ -43,8 +44,10 @@ const FAMILY: &str = r#"
 
 /// When `high` is forced although it is not READY.
 const FORCED: Range<u64> = 1400 * MS..1600 * MS;
+/// When `right` reads nothing, which it notices in its iterations, and then in its checks.
+const BLIND: Range<u64> = 2000 * MS..2400 * MS;
 
-/// Runs for two seconds, in which preconditions become false and an operator forces schemas. Returns the decisions as
+/// Runs for two and a half seconds, in which preconditions become false, an operator forces schemas, and one lacks a value. Returns the decisions as
 /// lines, and every value with its stamp.
 fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     let plugins = all_plugins();
@@ -80,7 +83,7 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
         })
         .collect();
     let operator = handle.operator("test");
-    let [high, left] = ["high", "left"].map(|name| handle.schema_indices(name)[0]);
+    let [high, left, right] = ["high", "left", "right"].map(|name| handle.schema_indices(name)[0]);
     let set_speed = |schema, speed| {
         operator
             .modulate(schema, "speed", &Value::Float(speed))
@@ -103,7 +106,19 @@ fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     run.run_until(FORCED.end);
     operator.release(high).expect("it may");
     set_speed(high, 0.4);
-    run.run_until(2000 * MS);
+    run.run_until(BLIND.start);
+    let lack = |trouble: u32| {
+        operator
+            .modulate(right, "trouble", &Value::UInt(u64::from(trouble)))
+            .expect("it may")
+    };
+    lack(LACK);
+    operator.hold_asleep(left).expect("it may");
+    run.run_until(2200 * MS);
+    lack(LACK_IN_CHECK);
+    run.run_until(BLIND.end);
+    operator.release(left).expect("it may");
+    run.run_until(2500 * MS);
     drop(operator);
     drop((watches, handle));
     drop(run);
@@ -136,6 +151,16 @@ fn r16_isolation_changes_no_decision_and_no_export_in_lockstep() {
         name == "high.count" && (FORCED.start + 20 * MS..FORCED.end).contains(&stamp.time)
     };
     assert_eq!(isolated_exported.iter().filter(while_forced).count(), 9);
+    let acts = |times: Range<u64>| {
+        let mut counted = isolated_exported.iter().filter(|value| value.0 == "right.count");
+        counted.any(|value| times.contains(&value.1.time))
+    };
+    assert!(acts(1600 * MS..BLIND.start) && acts(BLIND.end..2500 * MS));
+    assert!(
+        !acts(BLIND),
+        "without a value it ends its iteration, and then its check"
+    );
+    assert!(!decided.contains("faulted"), "{decided}");
 }
 
 fn large_values_are_shared_in_both_directions(executor: Executor) {

@@ -333,10 +333,9 @@ fn watch_fails_when_its_application_is_killed() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the executable starts");
-    let mut line = String::new();
-    BufReader::new(watch.stdout.take().unwrap())
-        .read_line(&mut line)
-        .unwrap();
+    // `watch` ends with status 0 if its output is closed.
+    let mut values = BufReader::new(watch.stdout.take().unwrap());
+    values.read_line(&mut String::new()).unwrap();
     robot.signal("KILL");
     let mut errors = String::new();
     watch.stderr.take().unwrap().read_to_string(&mut errors).unwrap();

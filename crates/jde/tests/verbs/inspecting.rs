@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::support::{app, jde, jde_with_plugins, json, output_of};
+use crate::support::{app, jde, jde_with_plugins, json, output_of, root};
 
 #[test]
 fn r17_check_shows_the_tree_the_bindings_and_the_contract_of_every_group() {
@@ -316,4 +316,53 @@ fn check_reports_a_missing_file_that_a_modulation_names() {
             output.err
         );
     }
+}
+
+/// Two robots and a scanner on neither, a guard of bases, and a head that no guard judges.
+const UNWATCHED: &str = r#"
+roots = ["teleop", "gaze"]
+root  = { guard = "guard" }
+[schemas.left]
+type  = "sim/robot"
+world = "WORLD"
+[schemas.right]
+type  = "sim/robot"
+world = "WORLD"
+[schemas.scanner]
+type  = "hokuyo/scip2"
+port  = "tcp:192.168.0.10:10940"
+[schemas.guard]
+type    = "guard/footprint"
+imports = { laser = "scanner.laser", pose = "left.odometry" }
+[schemas.teleop]
+type      = "teleop/base"
+actuators = { base = "left.velocity" }
+[schemas.gaze]
+type      = "teleop/head"
+imports   = { pan_tilt = "left.pan_tilt" }
+actuators = { head = "left.head" }
+"#;
+
+#[test]
+fn r18_r19_check_names_what_no_guard_judges_and_what_nobody_notices() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("app.toml");
+    let world = root().join("worlds/two-robots.toml");
+    fs::write(&file, UNWATCHED.replace("WORLD", world.to_str().unwrap())).unwrap();
+    let check = output_of(&mut jde_with_plugins(&["check", file.to_str().unwrap()]));
+    assert_eq!(check.status, Some(0), "{}", check.err);
+    for warning in [
+        "line 4: no guard judges `left.head`, which `gaze` may command: the guard `guard` judges geometry_msgs/msg/Twist",
+        "line 10: nothing notices if `scanner.laser` repeats itself while the base moves: no driver, or more than one, exports",
+    ] {
+        assert!(check.out.contains(warning), "{warning}: {}", check.out);
+    }
+    // With the only odometry, the scanner is on that base.
+    let single = fs::read_to_string(&file).unwrap();
+    let (before, after) = single.split_once("[schemas.right]").unwrap();
+    let after = after.split_once("[schemas.scanner]").unwrap().1;
+    fs::write(&file, format!("{before}[schemas.scanner]{after}")).unwrap();
+    let check = output_of(&mut jde_with_plugins(&["check", file.to_str().unwrap()]));
+    assert_eq!(check.status, Some(0), "{}", check.err);
+    assert!(!check.out.contains("nothing notices"), "{}", check.out);
 }

@@ -302,3 +302,46 @@ fn info_describes_complete_and_damaged_recordings() {
     assert_eq!((none.status, none.out.as_str()), (Some(2), ""));
     assert!(none.err.contains("is no MCAP file"), "{}", none.err);
 }
+
+#[test]
+fn r19_a_recording_shows_the_end_of_a_value_by_its_validity() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).unwrap();
+    let eye =
+        "\n[schemas.eye]\ntype = \"fault/eye\"\nperiod = \"50ms\"\nimports = { input = \"pioneer.laser\" }\n";
+    let room = std::fs::read_to_string(app("room.toml")).unwrap();
+    let room = room.replace("roots   = [", "roots   = [\"watch\", ");
+    let watch = "\n[schemas.watch]\ntype = \"stop\"\nimports = { laser = \"eye.laser\" }\nactuators = { base = \"pioneer.velocity\" }\n";
+    write("app.toml", format!("{room}{eye}{watch}"));
+    write(
+        "room-world.toml",
+        std::fs::read_to_string(app("room-world.toml")).unwrap(),
+    );
+    let steps = "application = \"app.toml\"\nfor = \"3s\"\nmission = \"ignored\"\n\
+                 [[steps]]\nat = \"1s\"\nset = { \"eye.trouble\" = \"silence\" }\n";
+    write("silent.toml", steps.to_owned());
+    let run = output_of(
+        jde_with_plugins(&[
+            "experiment",
+            "silent.toml",
+            "--drive",
+            "0",
+            "--record",
+            "run.mcap",
+        ])
+        .current_dir(&folder),
+    );
+    assert_eq!(run.status, Some(0), "{}", run.err);
+    let recording = Recording::open(&folder.path().join("run.mcap")).unwrap();
+    let messages: Vec<Message> = recording.messages().unwrap().map(Result::unwrap).collect();
+    let last = on_topic(&messages, "/eye/laser").last().unwrap().log_time;
+    let ends = on_topic(&messages, "/jde/events").into_iter().filter(|message| {
+        record::read(message).is_some_and(|record| record.retracted_variable() == Some("eye.laser"))
+    });
+    let ends: Vec<u64> = ends.map(|end| end.log_time - last).collect();
+    // Three periods of the eye, and the first instant at which the value has ended.
+    assert!(
+        matches!(ends.as_slice(), [end] if (150_000_000..151_000_000).contains(end)),
+        "{ends:?}"
+    );
+}
