@@ -30,7 +30,8 @@ pub(crate) fn compiler() -> Result<Option<PathBuf>> {
     Ok(driver.exists().then_some(driver))
 }
 
-/// Returns the command that builds everything that the other steps use.
+/// Returns the command that builds everything that the other steps use. With fewer targets or packages the libraries
+/// would have other features, and be built a second time.
 pub(crate) fn build_all(context: &Context) -> Command {
     let mut cargo = context.cargo(&["build", "--all-targets"]);
     cargo.args(context.selection());

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use anyhow::Result;
 
+use crate::lints;
 use crate::package::python::{self, CRATE};
 use crate::programs;
 use crate::python::Environment;
@@ -40,8 +41,7 @@ impl Python {
         if !shell::succeeds(Command::new("python3").args(["-c", "import ensurepip"])) {
             return Ok(None);
         }
-        let mut cargo = context.cargo(&["build"]);
-        cargo.args(context.selection());
+        let cargo = lints::build_all(context);
         Ok(Some(Self {
             packages: python::make(&context.root, &context.target, cargo, context.paint)?,
             interpreter: ENVIRONMENT.interpreter(&context.target, context.paint)?,

@@ -10,6 +10,7 @@ use std::process::{ChildStdout, Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 
+use crate::lints;
 use crate::package::python;
 use crate::shell::{self, ChildGuard};
 use crate::step::StepOutcome;
@@ -145,12 +146,10 @@ impl<'a> Peers<'a> {
             &mut self.jde("ros2-arbiter", &SOURCES),
             tools("arbiter"),
         )?;
-        let mut cargo = self.context.cargo(&["build"]);
-        cargo.args(self.context.selection());
         python::make(
             &self.context.root,
             &self.context.target,
-            cargo,
+            lints::build_all(self.context),
             self.context.paint,
         )?;
         let mut application = self.jde(ACTIONS, &["actions"]);

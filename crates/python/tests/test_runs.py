@@ -276,8 +276,10 @@ def test_a_mock_commands_what_it_is_given(reach: Path) -> None:
         with pytest.raises(jde.Error, match="no field `lin`"):
             run["policy.base"] = {"lin": 1.0}
         run["policy.base"] = {"linear": {"x": math.nan}}
-        run.until(6.0)
+        run.until(4.8)
         assert run["robot.velocity"].linear.x == 0.2, "the host refuses it"
+        run.until(6.0)
+        assert run["robot.velocity"] is None, "what is not renewed is over"
         assert run["robot.truth.twist.linear.x"] == pytest.approx(0.0, abs=1e-6), "no command is in force"
         assert any(event["kind"] == "refused" and event["schema"] == "policy" for event in run.events)
 

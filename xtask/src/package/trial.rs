@@ -12,6 +12,7 @@ use anyhow::{Context as _, Result, ensure};
 
 use super::{Form, make};
 use crate::demo::digest;
+use crate::lints;
 use crate::prerequisites::INSTALL_DEBOOTSTRAP;
 use crate::step::StepOutcome;
 use crate::test::Context;
@@ -99,8 +100,7 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         ));
     }
     let forms = [Form::Tarball, Form::Deb, Form::Wheel];
-    let mut cargo = context.cargo(&["build"]);
-    cargo.args(context.selection());
+    let cargo = lints::build_all(context);
     let packages = make(&context.root, cargo, true, &forms, context.paint)?;
     let [archive, debs @ .., _] = &packages[..] else {
         unreachable!("there is a package of each form");
