@@ -1,4 +1,4 @@
-//! Runs applications of linked-in schemas in real time for a given time. Measures only processor time and
+//! Runs applications of linked-in schemas and of further plugins in real time for a given time. Measures only processor time and
 //! missed deadlines.
 
 use std::sync::{Arc, OnceLock};
@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::{Context as _, Result};
 use jde_core::{Nanos, State};
 use jde_host::{Options, Running};
+use jde_loader::{Plugins, SearchPath};
 use jde_records::event::{Event, Observer};
 
 use crate::{loaded, schemas};
@@ -43,9 +44,14 @@ impl Observer for FirstWoken {
     }
 }
 
-/// Runs an application for [`START`] and then for `time`.
+/// Runs an application of the benches' schemas for [`START`] and then for `time`.
 pub(crate) fn run(text: &str, time: Duration) -> Result<Run> {
-    let plugins = schemas::plugins()?;
+    run_with(Plugins::new(SearchPath::default()), text, time)
+}
+
+/// Runs an application as [`run`] does, with the schemas of further plugins.
+pub(crate) fn run_with(mut plugins: Plugins, text: &str, time: Duration) -> Result<Run> {
+    plugins.link(&schemas::PLUGIN)?;
     let application = loaded::application(text, &plugins)?;
     schemas::notes();
     let woken = Arc::new(OnceLock::new());

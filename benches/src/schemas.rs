@@ -326,6 +326,83 @@ impl Schema for Corridor {
     }
 }
 
+/// A base among walls that are far away, and every other time before an obstacle, which stays until the base stands.
+/// It records the time from the scan that shows the obstacle until the base stands, ns.
+#[derive(Describe)]
+#[schema(driver, period = "25ms")]
+pub(crate) struct Base {
+    /// The scan of the laser.
+    #[export]
+    laser: Export<LaserScan>,
+    /// The pose and velocity of the base.
+    #[export]
+    pose: Export<Odometry>,
+    /// Speeds of the base.
+    #[command(neutral = Twist::ZERO, validity = "1s", trigger)]
+    velocity: Command<Twist>,
+    scans: u32,
+    next_scan: u64,
+    is_free: bool,
+    /// When the obstacle was shown to a base that drove.
+    shown_at: Option<u64>,
+    delays: Vec<u64>,
+}
+
+impl Base {
+    fn scan(&mut self, cx: &Context, is_free: bool) {
+        self.scans += 1;
+        let step = TAU / 360.0;
+        // No scan equals the one before.
+        let nearest = if is_free { 3.5 } else { 0.35 } + 1e-4 * (self.scans % 16) as f32;
+        let is_ahead = |beam: u32| beam.min(360 - beam) < 20;
+        let scan = LaserScan {
+            angle_max: step * 359.0,
+            angle_increment: step,
+            range_max: 12.0,
+            ranges: (0..360)
+                .map(|beam| if is_ahead(beam) { nearest } else { 3.5 })
+                .collect(),
+            ..LaserScan::default()
+        };
+        let pose = Pose2D::new(1e-6 * f64::from(self.scans), 0.0, 0.0);
+        let odometry = Odometry::planar(cx.now(), pose, Twist::planar(0.4, 0.0));
+        self.pose.write(cx, odometry);
+        self.laser.write(cx, scan);
+    }
+}
+
+impl Schema for Base {
+    fn awake(&mut self, cx: &Context) -> Result {
+        (self.next_scan, self.is_free) = (now(cx), false);
+        Ok(())
+    }
+
+    fn iterate(&mut self, cx: &Context) -> Result {
+        let drives = self.velocity.get(cx).linear.x > 0.0;
+        if let Some(shown_at) = self.shown_at.take_if(|_| !drives) {
+            self.delays.push(now(cx) - shown_at);
+        }
+        // A turn because of a command comes between two scans.
+        if now(cx) >= self.next_scan {
+            while now(cx) >= self.next_scan {
+                self.next_scan += 25_000_000;
+            }
+            self.is_free = self.shown_at.is_none() && (!self.is_free || !drives);
+            if !self.is_free && self.shown_at.is_none() {
+                self.shown_at = Some(now(cx));
+            }
+            self.scan(cx, self.is_free);
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, cx: &Context) {
+        let unanswered = self.shown_at.take().map(|shown_at| now(cx) - shown_at);
+        self.delays.extend(unanswered);
+        note(std::mem::take(&mut self.delays));
+    }
+}
+
 /// Defines a father with many children.
 macro_rules! parent {
     ($($child:ident)+) => {
@@ -372,7 +449,9 @@ parent! {
 pub(crate) static PLUGIN: raw::Plugin = jde_schema::plugin!(
     "pace",
     "Schemas of the benches.",
-    [Beat, Leaf, Robot, Brake, Cruise, Source, Reader, Corridor, Parent]
+    [
+        Beat, Leaf, Robot, Brake, Cruise, Source, Reader, Corridor, Base, Parent
+    ]
 );
 
 /// Returns a catalogue with the plugin of these schemas.

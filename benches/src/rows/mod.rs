@@ -14,6 +14,7 @@ mod selection;
 mod senses;
 mod simulator;
 mod startup;
+mod stop;
 mod takeover;
 mod variables;
 
@@ -62,6 +63,11 @@ pub(crate) const ROWS: &[Row] = &[
         "takeover",
         "from a sensor's value to the new winner's first command",
         takeover::run,
+    ),
+    row(
+        "stop",
+        "from a scan with an obstacle to a driver that stands",
+        stop::run,
     ),
     row("jitter", "how late periods begin", jitter::run),
     row(

@@ -113,8 +113,8 @@ impl Reader {
         self
     }
 
-    /// Returns the reader, which from now on takes no command whose validity is over. So it is for everybody but the
-    /// host and the driver, who read the neutral value then.
+    /// Returns the reader, which from now on takes no command whose validity is over. Whoever looks at an application
+    /// from outside uses it. The driver reads the neutral value then.
     #[must_use]
     pub fn of_what_is_in_force(mut self) -> Self {
         self.expires |= matches!(self.variable.describe().access, Access::Command { .. });

@@ -286,20 +286,23 @@ impl Variable {
     /// Retracts the newest value of an export if its validity is over. Returns when it will be, if there is a
     /// value that expires. Readers need no such call; it is for the watches.
     pub fn expire(&self, now: Nanos) -> Option<Nanos> {
-        if !self.expires() {
-            return None;
-        }
         let stamp = self.cell.newest();
-        if stamp.sequence == 0 || !self.is_visible(stamp.sequence) {
-            return None;
-        }
-        if stamp.valid_until >= now {
-            return Some(stamp.valid_until);
+        let last = self.last_instant()?;
+        if last >= now {
+            return Some(last);
         }
         if self.ended.fetch_max(stamp.sequence, Ordering::AcqRel) < stamp.sequence {
             self.report_end();
         }
         None
+    }
+
+    /// Returns the last instant at which the newest value is valid, if it is an export that expires and has not ended.
+    #[must_use]
+    pub fn last_instant(&self) -> Option<Nanos> {
+        let stamp = self.cell.newest();
+        let ends = self.expires() && stamp.sequence > 0 && self.is_visible(stamp.sequence);
+        ends.then_some(stamp.valid_until)
     }
 
     /// Ends every value of an export that expires, also those that are published from now on, until

@@ -281,8 +281,8 @@ impl Lockstep {
         self.engine.outcome.get()
     }
 
-    /// Returns the next time at which a schema takes its turn or a timer of the rules ends; `None` if nothing
-    /// is due.
+    /// Returns the next time at which a schema takes its turn, a timer of the rules ends or a value is over; `None` if
+    /// nothing is due.
     #[must_use]
     pub fn next_instant(&self) -> Option<Nanos> {
         self.executor.next_instant()

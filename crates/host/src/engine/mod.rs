@@ -262,11 +262,6 @@ impl Engine {
         next.min(now.saturating_add(self.variables.shortest_validity()))
     }
 
-    /// Returns the last instant at which the value that ends next is valid.
-    pub(crate) fn next_end(&self) -> Option<Nanos> {
-        self.variables.expire(self.clock.now())
-    }
-
     /// Ends the values of an instance that expire, because it sleeps (R19), unless the application ends.
     pub(crate) fn end_values(&self, instance: usize) {
         if !self.rules.is_ending() {

@@ -63,6 +63,15 @@ impl Variables {
             .min()
     }
 
+    /// Returns when the value is over that ends next.
+    pub(crate) fn next_end(&self) -> Option<Nanos> {
+        let lasts = self
+            .expiring
+            .iter()
+            .filter_map(|variable| variable.last_instant());
+        lasts.min().map(|last| last.saturating_add(1))
+    }
+
     /// The shortest validity of a value, ns.
     pub(crate) fn shortest_validity(&self) -> Nanos {
         self.shortest_validity

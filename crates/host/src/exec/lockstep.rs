@@ -127,8 +127,9 @@ impl LockstepExecutor {
         if due.is_some_and(|due| due <= self.next_expiry) {
             return due;
         }
-        // Nobody publishes anything before that.
-        let end = self.engine.next_end().map(|last| last.saturating_add(1));
+        // No schema publishes anything before that. A value that came from elsewhere may be over already.
+        let end = self.engine.variables.next_end();
+        let end = end.map(|end| end.max(self.engine.clock.now()));
         due.into_iter().chain(end).min()
     }
 

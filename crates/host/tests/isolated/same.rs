@@ -47,8 +47,8 @@ const FORCED: Range<u64> = 1400 * MS..1600 * MS;
 /// When `right` reads nothing, which it notices in its iterations, and then in its checks.
 const BLIND: Range<u64> = 2000 * MS..2400 * MS;
 
-/// Runs for two and a half seconds, in which preconditions become false, an operator forces schemas, and one lacks a value. Returns the decisions as
-/// lines, and every value with its stamp.
+/// Runs for two and a half seconds, in which preconditions become false, an operator forces schemas, and one lacks a
+/// value. Returns the decisions as lines, and every value with its stamp.
 fn drive(body: &str) -> (String, Vec<(String, Stamp, Vec<u8>)>) {
     let plugins = all_plugins();
     let application =

@@ -76,7 +76,7 @@ impl PreparedExtension for RunBreakpoints {
                 let state = Arc::clone(&state);
                 let name = variable.describe().full_name();
                 let is_read = lock(&state).triggers.variables().contains(name.as_str());
-                let reader = is_read.then(|| Mutex::new(variable.reader("breakpoint").of_what_is_in_force()));
+                let reader = is_read.then(|| Mutex::new(variable.reader("breakpoint")));
                 let watch = variable.watch(move || match &reader {
                     Some(reader) => {
                         let mut reader = lock(reader);
