@@ -7,6 +7,7 @@
 mod descendants;
 
 use std::fs;
+use std::io::{self, Write as _};
 use std::panic::Location;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
@@ -55,18 +56,18 @@ impl Watchdog {
         let thread_name = thread::current().name().unwrap_or("an unnamed thread").to_owned();
         let watch = move || {
             if cancelled.recv_timeout(limit) == Err(RecvTimeoutError::Timeout) {
-                eprintln!(
+                say(&format!(
                     "\n{thread_name} hangs: it began at {place} and has not ended within {limit:?}\n{}",
                     threads()
-                );
+                ));
                 let (done, finished) = channel();
                 thread::spawn(move || {
-                    eprintln!("{}", report());
+                    say(&report());
                     // The receiver may have ended already.
                     let _ = done.send(());
                 });
                 if finished.recv_timeout(REPORT).is_err() {
-                    eprintln!("no further report: it waits for a lock that another thread holds");
+                    say("no further report: it waits for a lock that another thread holds");
                 }
                 descendants::end();
                 std::process::exit(1);
@@ -88,6 +89,12 @@ impl Watchdog {
     pub fn for_test() -> Self {
         Self::new(DEFAULT_LIMIT, String::new)
     }
+}
+
+/// Writes to stderr itself: what a test prints is kept until its end, and is lost when the process ends before.
+fn say(text: &str) {
+    // Nobody is left to report to if it fails.
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Returns the system's data of each thread: its name, its state, and the kernel function in which it
