@@ -220,17 +220,19 @@ fn let_everything_go_on(screen: &Screen, sandbox: &Sandbox) {
 fn drive(screen: &Screen, sandbox: &Sandbox) {
     let driven = || state(sandbox, "teleop") == "winner";
     let released = || state(sandbox, "example") == "winner";
-    // The switch or the pad below it may not be drawn yet. Then the next click turns the switch off, and the
-    // one after that on.
+    // The switch or the pad below it may not be drawn yet. A press before the pad is drawn has no effect, and a second
+    // click on the switch turns it off.
     let taken = (0..20).any(|_| {
         // Within the switch also where a wide value has widened its column.
         screen.click(1128, 88);
-        screen.xdotool(&["mousemove", "1200", "208", "mousedown", "1"]);
-        let taken = (0..100).any(|_| driven());
-        if !taken {
-            screen.xdotool(&["mouseup", "1"]);
-        }
-        taken
+        (0..8).any(|_| {
+            screen.xdotool(&["mousemove", "1200", "208", "mousedown", "1"]);
+            let taken = (0..15).any(|_| driven());
+            if !taken {
+                screen.xdotool(&["mouseup", "1"]);
+            }
+            taken
+        })
     });
     assert!(taken, "the pad does not drive");
     screen.xdotool(&["mouseup", "1"]);
