@@ -13,8 +13,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// How long a test may take before it counts as hanging: several times the slowest test, which draws windows without a
-/// graphics card, on two busy cores.
+/// How long a test may take before it counts as hanging: several times the slowest test on two busy cores.
 pub const DEFAULT_LIMIT: Duration = Duration::from_secs(600);
 
 /// How long the report may take. It may need a lock that a hanging thread holds.

@@ -208,7 +208,7 @@ fn let_everything_go_on(screen: &Screen, sandbox: &Sandbox) {
     // The first button may not be drawn yet, and a second click on it is "Keep it stopped".
     let goes_on = (0..40).any(|_| {
         screen.click(38, 37);
-        (0..6).any(|_| {
+        (0..2).any(|_| {
             screen.click(192, 37);
             (0..15).any(|_| state(sandbox, "example") == "winner")
         })
@@ -220,12 +220,12 @@ fn let_everything_go_on(screen: &Screen, sandbox: &Sandbox) {
 fn drive(screen: &Screen, sandbox: &Sandbox) {
     let driven = || state(sandbox, "teleop") == "winner";
     let released = || state(sandbox, "example") == "winner";
-    // The switch or the pad below it may not be drawn yet. A press before the pad is drawn has no effect, and a second
-    // click on the switch turns it off.
+    // The switch may still be lower, below the row of "Go on ...", or the pad may not be drawn yet. A press before the
+    // pad is drawn has no effect, and a second click on the switch turns it off.
     let taken = (0..20).any(|_| {
         // Within the switch also where a wide value has widened its column.
         screen.click(1128, 88);
-        (0..8).any(|_| {
+        (0..2).any(|_| {
             screen.xdotool(&["mousemove", "1200", "208", "mousedown", "1"]);
             let taken = (0..15).any(|_| driven());
             if !taken {
