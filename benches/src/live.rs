@@ -1,5 +1,5 @@
-//! Runs applications of linked-in schemas and of further plugins in real time for a given time. Measures only processor time and
-//! missed deadlines.
+//! Runs applications of linked-in schemas and of further plugins in real time for a given time. Measures only
+//! processor time and missed deadlines.
 
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;

@@ -1,5 +1,5 @@
-//! The time from the scan that shows an obstacle to the driver that stands, by a guard and by `stop`, with idle
-//! processors and beside as many threads that compute.
+//! The time from the scan that shows an obstacle to the driver that stands, by a guard and by `stop`: alone, beside a
+//! thread that computes, and beside as many as there are processors. Devices and networks are not part of it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -83,7 +83,7 @@ pub(crate) fn run(scope: &Scope) -> Result<Vec<Line>> {
 /// Returns the time from each obstacle until the base stands, ns.
 fn delays(scope: &Scope, application: &str, stops: usize) -> Result<Vec<u64>> {
     let mut delays = Vec::new();
-    // Each run may begin with an obstacle before the system has placed the threads.
+    // Several runs, since the system places the threads of each anew.
     for _ in 0..MOST_RUNS {
         let plugins = loaded::plugins(&scope.built);
         delays.extend(live::run_with(plugins, application, RUN)?.notes.concat());
