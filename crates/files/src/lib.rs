@@ -1,0 +1,14 @@
+//! Files that somebody else has written, read within a budget, and files that replace others as a whole.
+//!
+//! It knows no format. A reader of a format takes its bytes from [`read`] or [`read_unpacked`], counts in a [`Budget`]
+//! what it makes of them, and names in [`LeftOut`] what it does not understand.
+
+mod budget;
+mod left_out;
+mod read;
+mod replace;
+
+pub use budget::{Budget, Exceeded};
+pub use left_out::LeftOut;
+pub use read::{read, read_text, read_unpacked};
+pub use replace::replace;
