@@ -1001,6 +1001,101 @@ static const jde_type jde_compressed_image_type = {
     (uint32_t)sizeof(jde_type), JDE_COUNT(jde_compressed_image_fields), "sensor_msgs/msg/CompressedImage", "A compressed image of up to 1 MiB. A stack has no room for this type: fill a loan, or memory of the heap.",
     sizeof(jde_compressed_image), 4u, jde_compressed_image_fields};
 
+/** sensor_msgs/msg/RegionOfInterest: A rectangle of the pixels of a camera. */
+typedef struct jde_region_of_interest {
+    /** First column. [px] */
+    uint32_t x_offset;
+    /** First row. [px] */
+    uint32_t y_offset;
+    /** Rows; 0 for all. [px] */
+    uint32_t height;
+    /** Columns; 0 for all. [px] */
+    uint32_t width;
+    /** Whether the rectangle is of the rectified picture. */
+    uint8_t do_rectify;
+    uint8_t padding_17[3];
+} jde_region_of_interest;
+
+typedef char jde_region_of_interest_has_its_size[sizeof(jde_region_of_interest) == 20 ? 1 : -1];
+
+static const jde_field jde_region_of_interest_fields[] = {
+    JDE_FIELD("x_offset", offsetof(jde_region_of_interest, x_offset), 0u, JDE_U32, JDE_ONE, 1u,
+              "First column.", "px", NULL),
+    JDE_FIELD("y_offset", offsetof(jde_region_of_interest, y_offset), 0u, JDE_U32, JDE_ONE, 1u,
+              "First row.", "px", NULL),
+    JDE_FIELD("height", offsetof(jde_region_of_interest, height), 0u, JDE_U32, JDE_ONE, 1u,
+              "Rows; 0 for all.", "px", NULL),
+    JDE_FIELD("width", offsetof(jde_region_of_interest, width), 0u, JDE_U32, JDE_ONE, 1u,
+              "Columns; 0 for all.", "px", NULL),
+    JDE_FIELD("do_rectify", offsetof(jde_region_of_interest, do_rectify), 0u, JDE_BOOL, JDE_ONE, 1u,
+              "Whether the rectangle is of the rectified picture.", "", NULL),
+    JDE_FIELD("_", offsetof(jde_region_of_interest, padding_17), 0u, JDE_U8, JDE_PADDING, 3u, "", "", NULL),
+};
+static const jde_type jde_region_of_interest_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_region_of_interest_fields), "sensor_msgs/msg/RegionOfInterest", "A rectangle of the pixels of a camera.",
+    sizeof(jde_region_of_interest), 4u, jde_region_of_interest_fields};
+
+/**
+ * sensor_msgs/msg/CameraInfo: The calibration of a camera, as ROS has it beside its pictures (REP-104). The middle of the first pixel is at
+ * 0, 0.
+ */
+typedef struct jde_camera_info {
+    /** Time of the picture, and the frame of the camera. */
+    jde_header header;
+    /** Rows of the pictures of the calibration. [px] */
+    uint32_t height;
+    /** Columns of the pictures of the calibration. [px] */
+    uint32_t width;
+    /** Model of the distortion: "plumb_bob", "rational_polynomial" or "equidistant". */
+    struct { uint32_t length; char bytes[28]; } distortion_model;
+    /** Coefficients of the distortion, in the order of OpenCV: k1, k2, p1, p2, k3, ... */
+    struct { uint32_t length; uint32_t spare; double items[14]; } d;
+    /** Intrinsic matrix of the raw picture, row by row: fx, 0, cx, 0, fy, cy, 0, 0, 1. An fx of 0: uncalibrated. */
+    double k[9];
+    /** Rectification, row by row: the rotation to the frame of the rectified picture. */
+    double r[9];
+    /** Projection to the rectified picture, three rows of four: fx', 0, cx', Tx, 0, fy', cy', Ty, 0, 0, 1, 0. */
+    double p[12];
+    /** Columns of the camera in a column of the picture; 0 and 1 are the same. */
+    uint32_t binning_x;
+    /** Rows of the camera in a row of the picture; 0 and 1 are the same. */
+    uint32_t binning_y;
+    /** The part of the camera's pixels that the picture shows, before binning. */
+    jde_region_of_interest roi;
+    uint8_t padding_492[4];
+} jde_camera_info;
+
+typedef char jde_camera_info_has_its_size[sizeof(jde_camera_info) == 496 ? 1 : -1];
+
+static const jde_field jde_camera_info_fields[] = {
+    JDE_FIELD("header", offsetof(jde_camera_info, header), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "Time of the picture, and the frame of the camera.", "", &jde_header_type),
+    JDE_FIELD("height", offsetof(jde_camera_info, height), 0u, JDE_U32, JDE_ONE, 1u,
+              "Rows of the pictures of the calibration.", "px", NULL),
+    JDE_FIELD("width", offsetof(jde_camera_info, width), 0u, JDE_U32, JDE_ONE, 1u,
+              "Columns of the pictures of the calibration.", "px", NULL),
+    JDE_FIELD("distortion_model", offsetof(jde_camera_info, distortion_model.bytes), offsetof(jde_camera_info, distortion_model.length), JDE_U8, JDE_TEXT, 28u,
+              "Model of the distortion: \"plumb_bob\", \"rational_polynomial\" or \"equidistant\".", "", NULL),
+    JDE_FIELD("d", offsetof(jde_camera_info, d.items), offsetof(jde_camera_info, d.length), JDE_F64, JDE_SEQUENCE, 14u,
+              "Coefficients of the distortion, in the order of OpenCV: k1, k2, p1, p2, k3, ...", "", NULL),
+    JDE_FIELD("k", offsetof(jde_camera_info, k), 0u, JDE_F64, JDE_ARRAY, 9u,
+              "Intrinsic matrix of the raw picture, row by row: fx, 0, cx, 0, fy, cy, 0, 0, 1. An fx of 0: uncalibrated.", "", NULL),
+    JDE_FIELD("r", offsetof(jde_camera_info, r), 0u, JDE_F64, JDE_ARRAY, 9u,
+              "Rectification, row by row: the rotation to the frame of the rectified picture.", "", NULL),
+    JDE_FIELD("p", offsetof(jde_camera_info, p), 0u, JDE_F64, JDE_ARRAY, 12u,
+              "Projection to the rectified picture, three rows of four: fx', 0, cx', Tx, 0, fy', cy', Ty, 0, 0, 1, 0.", "", NULL),
+    JDE_FIELD("binning_x", offsetof(jde_camera_info, binning_x), 0u, JDE_U32, JDE_ONE, 1u,
+              "Columns of the camera in a column of the picture; 0 and 1 are the same.", "", NULL),
+    JDE_FIELD("binning_y", offsetof(jde_camera_info, binning_y), 0u, JDE_U32, JDE_ONE, 1u,
+              "Rows of the camera in a row of the picture; 0 and 1 are the same.", "", NULL),
+    JDE_FIELD("roi", offsetof(jde_camera_info, roi), 0u, JDE_STRUCT, JDE_ONE, 1u,
+              "The part of the camera's pixels that the picture shows, before binning.", "", &jde_region_of_interest_type),
+    JDE_FIELD("_", offsetof(jde_camera_info, padding_492), 0u, JDE_U8, JDE_PADDING, 4u, "", "", NULL),
+};
+static const jde_type jde_camera_info_type = {
+    (uint32_t)sizeof(jde_type), JDE_COUNT(jde_camera_info_fields), "sensor_msgs/msg/CameraInfo", "The calibration of a camera, as ROS has it beside its pictures (REP-104). The middle of the first pixel is at\n0, 0.",
+    sizeof(jde_camera_info), 8u, jde_camera_info_fields};
+
 /** sensor_msgs/msg/PointField: What a point of a cloud has, and where. */
 typedef struct jde_point_field {
     /** Name: "x", "y" and "z" are the position, m. */

@@ -285,6 +285,14 @@ mod tests {
             "15640771531571185e2efc8a100baf923961a4d15d5569652e6cb6691e8e371a",
         ),
         (
+            "sensor_msgs/msg/RegionOfInterest",
+            "ad16bcba5f9131dcdba6fbded19f726f5440e3c513b4fb586dd3027eeed8abb1",
+        ),
+        (
+            "sensor_msgs/msg/CameraInfo",
+            "b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275",
+        ),
+        (
             "sensor_msgs/msg/PointField",
             "5c6a4750728c2bcfbbf7037225b20b02d4429634732146b742dee1726637ef01",
         ),

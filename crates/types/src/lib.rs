@@ -9,6 +9,7 @@ extern crate self as jde_types;
 
 mod blobs;
 mod body;
+mod camera;
 mod cloud;
 mod geometry;
 mod joints;
@@ -35,6 +36,7 @@ mod zones;
 
 pub use blobs::{ColorBlob, ColorBlobs};
 pub use body::{Body, Footprint, Mount};
+pub use camera::{CameraInfo, RegionOfInterest};
 pub use cloud::{PointCloud2, PointField};
 pub use geometry::{
     Point, Point2D, Pose, Pose2D, PoseStamped, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance,
@@ -116,6 +118,8 @@ pub fn standard() -> Vec<jde_abi::describe::Type> {
         RangeRing::describe(),
         Image::describe(),
         CompressedImage::describe(),
+        RegionOfInterest::describe(),
+        CameraInfo::describe(),
         PointField::describe(),
         PointCloud2::describe(),
         PanTilt::describe(),

@@ -273,7 +273,7 @@ fn a_camera_that_looks_down_sees_the_floor_where_the_ray_meets_it() {
         pan: pan.to_radians(),
         tilt: tilt.to_radians(),
     };
-    let middle = camera.ray([100.0, 50.0]);
+    let middle = camera.ray([100.0, 50.0]).unwrap();
     let check = |found: Option<[f64; 2]>, [x, y]: [f64; 2]| {
         let found = found.expect("the ray meets the floor");
         assert_near(found[0], x, 1e-9);
@@ -282,7 +282,10 @@ fn a_camera_that_looks_down_sees_the_floor_where_the_ray_meets_it() {
     check(mount(0.0, 45.0).floor(middle), [0.6, 0.0]);
     check(mount(90.0, 45.0).floor(middle), [0.1, 0.5]);
     // One step to the right of the picture is to the right of the robot.
-    check(mount(0.0, 90.0).floor(camera.ray([200.0, 50.0])), [0.1, -0.5]);
+    check(
+        mount(0.0, 90.0).floor(camera.ray([200.0, 50.0]).unwrap()),
+        [0.1, -0.5],
+    );
     assert_eq!(mount(0.0, 0.0).floor(middle), None, "the horizon");
     assert_eq!(mount(0.0, -10.0).floor(middle), None, "the sky");
     let sunk = CameraMount {
@@ -317,7 +320,7 @@ proptest! {
     ) {
         let camera = CameraModel::new([320, 240], view);
         let mount = CameraMount { position, pan, tilt };
-        let ray = camera.ray(place);
+        let ray = camera.ray(place).unwrap();
         let (back, length) = (mount.to_camera(mount.to_base(ray)), |v: [f64; 3]| v[0].hypot(v[1]).hypot(v[2]));
         for (axis, expected) in back.into_iter().zip(ray) {
             prop_assert!((axis - expected).abs() < 1e-9);

@@ -1,5 +1,6 @@
 //! Pictures for schemas, from cameras, and from files in place of a camera.
 
+mod calibration;
 mod feed;
 mod files;
 mod format;

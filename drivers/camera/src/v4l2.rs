@@ -4,7 +4,9 @@ use jde_device::port::Backoff;
 use jde_device::{ConnectionReport, ConnectionState};
 use jde_picture::check_size;
 use jde_schema::prelude::*;
+use jde_schema::types::CameraInfo;
 
+use crate::calibration;
 use crate::feed::{Feed, FeedEvent, State};
 use crate::format::Format;
 use crate::linux::Camera;
@@ -30,13 +32,20 @@ pub struct V4l2 {
     /// The format that the camera sends: "rgb24", "yuyv", "mjpeg" or "grey"; empty for the best that it supports.
     #[modulation(default = "", fixed)]
     format: Modulation<Text<12>>,
+    /// The calibration file of the camera, as ROS's `camera_calibration` writes it; empty for none.
+    #[modulation(default = "", unit = "file", fixed)]
+    calibration: Modulation<Text<1024>>,
     /// The picture, in rgb8.
     #[export(validity = "1s")]
     image: Export<Image>,
+    /// The calibration of the file, with the time of the newest picture. None without `calibration`.
+    #[export(validity = "1s")]
+    camera_info: Export<CameraInfo>,
     /// Whether the camera is connected.
     #[export(lasting)]
     connection: Export<Connection>,
     feed: Option<Feed>,
+    info: Option<CameraInfo>,
     report: ConnectionReport,
     /// Whether `image` has a value.
     has_image: bool,
@@ -46,6 +55,7 @@ impl Schema for V4l2 {
     fn awake(&mut self, cx: &Context) -> Result {
         cx.require_real_time()?;
         if self.feed.is_none() {
+            self.info = calibration::read(self.calibration.get(cx).as_str())?;
             self.feed = Some(Feed::new(self.camera(cx)?, Backoff::default()));
         }
         Ok(())
@@ -60,6 +70,8 @@ impl Schema for V4l2 {
                 let mut image = self.image.loan(cx);
                 image.header = Header::new(cx.now(), "camera");
                 picture.write_to(&mut image)?;
+                // Before the picture: whoever the picture wakes has both.
+                calibration::publish(cx, &mut self.camera_info, self.info.as_ref(), &image.header);
                 image.publish();
                 self.has_image = true;
             }
@@ -74,6 +86,7 @@ impl Schema for V4l2 {
         };
         if !matches!(connection, ConnectionState::Connected(_)) && std::mem::take(&mut self.has_image) {
             self.image.retract(cx);
+            self.camera_info.retract(cx);
         }
         self.report
             .update(cx, &mut self.connection, connection, feed.attempts());
@@ -85,6 +98,7 @@ impl Schema for V4l2 {
         if self.feed.take().is_some() {
             self.has_image = false;
             self.image.retract(cx);
+            self.camera_info.retract(cx);
             self.report.retract(cx, &mut self.connection);
         }
     }
@@ -125,6 +139,10 @@ impl Inspect for V4l2 {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
         problems.expect(&self.width, self.size(cx));
         problems.expect(&self.format, self.requested_format(cx));
+        problems.expect(
+            &self.calibration,
+            calibration::read(self.calibration.get(cx).as_str()),
+        );
         let device = self.device.get(cx);
         if let Err(missing) = crate::linux::check_device(device.as_str()) {
             problems.unavailable(&self.device, missing);

@@ -92,7 +92,7 @@ stamped!(
     Imu,
     PoseWithCovarianceStamped,
     crate::base::HazardDetectionVector,
-    crate::camera_info::CameraInfo,
+    jde_schema::types::CameraInfo,
     crate::scan::Sweep
 );
 

@@ -2,7 +2,8 @@
 //! ball.
 
 use jde_schema::prelude::*;
-use jde_vision::{Blobs, CameraModel, ColorRange, Pixels};
+use jde_schema::types::CameraInfo;
+use jde_vision::{Blobs, CameraGeometry, ColorRange, Pixels};
 
 use crate::ball::Ball;
 
@@ -18,6 +19,9 @@ pub struct Finder {
     /// The pictures, encoded as "rgb8" or "bgr8".
     #[import]
     image: Import<Image>,
+    /// The calibration of the camera, as the camera states it beside its pictures. It counts before `calibration`.
+    #[import(optional)]
+    camera_info: Import<CameraInfo>,
     /// The measured position of the head that carries the camera. If it is not bound, the camera looks
     /// straight ahead and angles are in the camera's frame.
     #[import(optional)]
@@ -46,14 +50,20 @@ pub struct Finder {
     /// Least share that a ball fills of the disc around it: 1 is a whole ball, 0.5 is half of one.
     #[modulation(default = 0.45, min = 0.0, max = 1.0)]
     roundness: Modulation<f64>,
-    /// Horizontal field of view of the camera.
+    /// The calibration file of the camera, as ROS's `camera_calibration` writes it. It counts before `field_of_view`.
+    #[modulation(default = "", unit = "file", fixed)]
+    calibration: Modulation<Text<1024>>,
+    /// Whether the pictures are rectified, without distortion; otherwise they are as the camera takes them.
+    #[modulation(default = Flag::FALSE, fixed)]
+    rectified: Modulation<Flag>,
+    /// Horizontal field of view of a camera without calibration.
     #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
     field_of_view: Modulation<f64>,
     /// Radius of the ball.
     #[modulation(default = 0.11, unit = "m", min = 0.001)]
     radius: Modulation<f64>,
-    /// The position of the ball. Retracted while there are no pictures, or while the position of the head is
-    /// unknown.
+    /// The position of the ball. Retracted while there are no pictures, or while the position of the head or a
+    /// bound `camera_info` is unknown.
     #[export(validity = "1s")]
     ball: Export<Ball>,
     /// Sequence number of the last picture, and the ball that was published for it.
@@ -61,17 +71,22 @@ pub struct Finder {
     /// Time of the last picture with the ball, or of the first picture.
     since: Duration,
     blobs: Blobs,
+    geometry: CameraGeometry,
 }
 
 impl Schema for Finder {
-    fn awake(&mut self, _: &Context) -> Result {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.geometry = self.read_geometry(cx)?;
         // The last position is out of date after a sleep.
         self.last = None;
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let (Some(image), Some([pan, tilt])) = (self.image.get(cx), self.camera_direction(cx)) else {
+        let stated = self.camera_info.get(cx);
+        let is_unknown = self.camera_info.is_bound(cx) && stated.is_none();
+        let image = self.image.get(cx).filter(|_| !is_unknown);
+        let (Some(image), Some([pan, tilt])) = (image, self.camera_direction(cx)) else {
             if self.last.take().is_some() {
                 self.ball.retract(cx);
             }
@@ -94,7 +109,9 @@ impl Schema for Finder {
             |row, column| limits.contains(pixels.at(row, column)),
             |component| component.count >= min_pixels && component.roundness() >= roundness,
         );
-        let camera = CameraModel::new(size, self.field_of_view.get(cx));
+        let camera = self
+            .geometry
+            .camera(size, stated.as_deref(), self.field_of_view.get(cx))?;
         let found = found.map(|(component, runs)| (component.count as u32, camera.observe(runs)));
         if found.is_some() {
             self.since = image.time();
@@ -129,7 +146,18 @@ impl Schema for Finder {
     }
 }
 
+impl Inspect for Finder {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.calibration, self.read_geometry(cx));
+    }
+}
+
 impl Finder {
+    fn read_geometry(&self, cx: &Context) -> Result<CameraGeometry> {
+        let file = self.calibration.get(cx);
+        Ok(CameraGeometry::new(file.as_str(), self.rectified.get(cx).get())?)
+    }
+
     /// Returns pan and tilt of the camera, rad; `None` while a bound head has no value.
     fn camera_direction(&self, cx: &Context) -> Option<[f64; 2]> {
         if !self.pan_tilt.is_bound(cx) {

@@ -3,15 +3,17 @@
 use core::cmp::Reverse;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{ColorBlob, ColorBlobs};
-use jde_vision::{Blobs, CameraModel, CameraMount, ColorRange, Component, Observation, Pixels};
+use jde_schema::types::{CameraInfo, ColorBlob, ColorBlobs};
+use jde_vision::{
+    Blobs, CameraGeometry, CameraModel, CameraMount, ColorRange, Component, Observation, Pixels,
+};
 
 use crate::colors::{ColorLimits, Colors};
 
 /// Finds the connected areas of some colours in the pictures of a camera, and where they stand on the floor.
 ///
 /// The place of an area is where its lowest row meets the floor, so it is right for what stands there, and too
-/// far for what hangs above. An area that reaches the lower edge of the picture has no place. The model of the camera is a pinhole without distortion. A picture of 640 x 480
+/// far for what hangs above. An area that reaches the lower edge of the picture has no place. A picture of 640 x 480
 /// pixels with one colour takes about 3 ms. The panel shows the live picture: a click on it sets the range of
 /// the chosen colour, and the panel shows the line for the application file.
 #[derive(Describe)]
@@ -20,6 +22,9 @@ pub struct Color {
     /// The pictures, encoded as "rgb8" or "bgr8".
     #[import]
     pub(crate) image: Import<Image>,
+    /// The calibration of the camera, as the camera states it beside its pictures. It counts before `calibration`.
+    #[import(optional)]
+    camera_info: Import<CameraInfo>,
     /// The measured position of the head that carries the camera. If it is not bound, the camera looks
     /// straight ahead.
     #[import(optional)]
@@ -30,7 +35,13 @@ pub struct Color {
     /// Fewest pixels of an area.
     #[modulation(default = 20, unit = "px", min = 1)]
     pixels: Modulation<u32>,
-    /// Horizontal field of view of the camera.
+    /// The calibration file of the camera, as ROS's `camera_calibration` writes it. It counts before `field_of_view`.
+    #[modulation(default = "", unit = "file", fixed)]
+    calibration: Modulation<Text<1024>>,
+    /// Whether the pictures are rectified, without distortion; otherwise they are as the camera takes them.
+    #[modulation(default = Flag::FALSE, fixed)]
+    rectified: Modulation<Flag>,
+    /// Horizontal field of view of a camera without calibration.
     #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
     field_of_view: Modulation<f64>,
     /// Height of the camera above the floor; 0 if it is unknown.
@@ -45,19 +56,20 @@ pub struct Color {
     /// How far the camera looks down while its head looks straight ahead.
     #[modulation(default = 0.0, unit = "rad")]
     tilt: Modulation<f64>,
-    /// The areas, the largest first. Retracted while there are no pictures, or while the position of the head
-    /// is unknown.
+    /// The areas, the largest first. Retracted while there are no pictures, or while the position of the head or
+    /// a bound `camera_info` is unknown.
     #[export(validity = "1s")]
     blobs: Export<ColorBlobs>,
     /// Sequence number of the last picture; `None` while nothing is exported.
     last: Option<u64>,
     finder: Blobs,
-    pub(crate) calibration: Calibration,
+    geometry: CameraGeometry,
+    pub(crate) tuning: Tuning,
 }
 
 /// The state of the panel.
 #[derive(Debug, Default)]
-pub(crate) struct Calibration {
+pub(crate) struct Tuning {
     /// The colours in place of those of the modulation.
     pub(crate) colors: Option<Colors>,
     /// The number of the colour that clicks set.
@@ -79,14 +91,18 @@ struct Found {
 }
 
 impl Schema for Color {
-    fn awake(&mut self, _: &Context) -> Result {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.geometry = self.read_geometry(cx)?;
         // What was seen before a sleep is out of date.
         self.last = None;
         Ok(())
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let (Some(image), Some(mount)) = (self.image.get(cx), self.mount(cx)) else {
+        let stated = self.camera_info.get(cx);
+        let is_unknown = self.camera_info.is_bound(cx) && stated.is_none();
+        let image = self.image.get(cx).filter(|_| !is_unknown);
+        let (Some(image), Some(mount)) = (image, self.mount(cx)) else {
             if self.last.take().is_some() {
                 self.blobs.retract(cx);
             }
@@ -96,7 +112,9 @@ impl Schema for Color {
             return Ok(());
         }
         let pixels = Pixels::of(&image).map_err(|error| format!("import `image`: {error}"))?;
-        let camera = CameraModel::new(pixels.size(), self.field_of_view.get(cx));
+        let camera = self
+            .geometry
+            .camera(pixels.size(), stated.as_deref(), self.field_of_view.get(cx))?;
         let found = self.find(cx, &pixels, &camera);
         let blobs = ColorBlobs {
             header: Header::new(image.time(), "base_link"),
@@ -112,10 +130,21 @@ impl Schema for Color {
     }
 }
 
+impl Inspect for Color {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.calibration, self.read_geometry(cx));
+    }
+}
+
 impl Color {
+    fn read_geometry(&self, cx: &Context) -> Result<CameraGeometry> {
+        let file = self.calibration.get(cx);
+        Ok(CameraGeometry::new(file.as_str(), self.rectified.get(cx).get())?)
+    }
+
     /// Returns the calibrated colours, else those of the modulation: one at least.
     pub(crate) fn current_colors(&self, cx: &Context) -> Colors {
-        let colors = self.calibration.colors.unwrap_or_else(|| self.colors.get(cx));
+        let colors = self.tuning.colors.unwrap_or_else(|| self.colors.get(cx));
         if colors.ranges.is_empty() {
             Colors::orange()
         } else {
@@ -184,7 +213,7 @@ impl Found {
         let [column, row] = camera.pixel(self.observation.direction).unwrap_or_default();
         // What continues below the picture stands nearer than its lowest row shows.
         let foot = (rows[1] < height)
-            .then(|| mount.floor(camera.ray([column, rows[1] as f64])))
+            .then(|| mount.floor(camera.ray([column, rows[1] as f64])?))
             .flatten();
         let [x, y] = foot.unwrap_or_default();
         ColorBlob {

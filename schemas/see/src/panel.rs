@@ -23,9 +23,9 @@ impl Panel for Color {
         let chosen = self.chosen(&colors);
         pen.row(|pen| {
             pen.choice("color", "Colour", names, chosen);
-            pen.toggle("extend", "Clicks add to the range", self.calibration.extends);
+            pen.toggle("extend", "Clicks add to the range", self.tuning.extends);
             pen.button("reset", "As in the application")
-                .enabled(self.calibration.colors.is_some());
+                .enabled(self.tuning.colors.is_some());
         });
         let Some(image) = self.image.get(cx) else {
             pen.text("No picture");
@@ -37,7 +37,7 @@ impl Panel for Color {
             pen.text("The picture is not in colour");
         }
         pen.image("picture", &shown).wants_clicks();
-        if self.calibration.colors.is_some() {
+        if self.tuning.colors.is_some() {
             pen.text("For the application file:");
             pen.words(Words::Code, colors.to_string());
         }
@@ -46,13 +46,13 @@ impl Panel for Color {
     fn touched(&mut self, cx: &Context, gesture: &Gesture) -> Result {
         let colors = self.current_colors(cx);
         if let Some(number) = gesture.chose("color") {
-            self.calibration.chosen = number;
-            self.calibration.samples.clear();
+            self.tuning.chosen = number;
+            self.tuning.samples.clear();
         } else if let Some(extends) = gesture.toggled("extend") {
-            self.calibration.extends = extends;
+            self.tuning.extends = extends;
         } else if gesture.pressed("reset") {
-            self.calibration.colors = None;
-            self.calibration.samples.clear();
+            self.tuning.colors = None;
+            self.tuning.samples.clear();
         } else if let Some(place) = gesture.clicked("picture") {
             self.pick(cx, place, self.chosen(&colors), colors);
         }
@@ -63,7 +63,7 @@ impl Panel for Color {
 impl Color {
     /// Returns the number of the colour that clicks set.
     fn chosen(&self, colors: &Colors) -> usize {
-        self.calibration.chosen.min(colors.ranges.len().saturating_sub(1))
+        self.tuning.chosen.min(colors.ranges.len().saturating_sub(1))
     }
 
     /// Makes the range of a colour from the pixels around a place of the picture. A place that is nearly grey
@@ -80,8 +80,8 @@ impl Color {
             let middle = middle.max(0.0) as usize;
             middle.saturating_sub(AROUND)..(middle.saturating_add(AROUND + 1)).min(size)
         };
-        let mut samples = core::mem::take(&mut self.calibration.samples);
-        if !self.calibration.extends || samples.len() >= MOST_SAMPLES {
+        let mut samples = core::mem::take(&mut self.tuning.samples);
+        if !self.tuning.extends || samples.len() >= MOST_SAMPLES {
             samples.clear();
         }
         for row in around(row, height) {
@@ -90,8 +90,8 @@ impl Color {
         if let Some(range) = ColorRange::around(&samples) {
             let limits: &mut ColorLimits = &mut colors.ranges.as_mut_slice()[chosen];
             *limits = limits.with(&range);
-            self.calibration.colors = Some(colors);
-            self.calibration.samples = samples;
+            self.tuning.colors = Some(colors);
+            self.tuning.samples = samples;
         }
     }
 }
@@ -99,7 +99,7 @@ impl Color {
 /// Keeps what was calibrated when another build replaces this one.
 impl Memory for Color {
     fn save(&self, cx: &Context, saving: &mut Saving) {
-        let calibrated = Flag::from(self.calibration.colors.is_some());
+        let calibrated = Flag::from(self.tuning.colors.is_some());
         saving.put(&calibrated);
         saving.put(&self.current_colors(cx));
     }
@@ -107,7 +107,7 @@ impl Memory for Color {
     fn restore(&mut self, _: &Context, saved: &mut Saved) -> Result {
         let calibrated: Flag = saved.take()?;
         let colors: Colors = saved.take()?;
-        self.calibration.colors = calibrated.get().then_some(colors);
+        self.tuning.colors = calibrated.get().then_some(colors);
         Ok(())
     }
 }

@@ -42,6 +42,7 @@ fn see() -> Bench<Color> {
     bench.set("field_of_view", FRAC_PI_2);
     bench.set("height", 0.5);
     bench.unbind("pan_tilt");
+    bench.unbind("camera_info");
     bench
 }
 
@@ -102,6 +103,7 @@ fn an_area_that_continues_below_the_picture_has_no_place() {
 fn a_head_that_turns_turns_the_places_with_it() {
     with_large_stack(|| {
         let mut bench = Bench::<Color>::new();
+        bench.unbind("camera_info");
         bench.set("field_of_view", FRAC_PI_2);
         bench.set("height", 0.5);
         let picture = [([70, 50, 20, 10], ORANGE)];

@@ -4,9 +4,9 @@
 mod panel;
 
 use jde_schema::prelude::*;
-use jde_schema::types::{Point, Pose, Quaternion, TagDetection, TagDetections};
+use jde_schema::types::{CameraInfo, Point, Pose, Quaternion, TagDetection, TagDetections};
 use jde_tags::{Detection, Detector, Gray, Pinhole};
-use jde_vision::Pixels;
+use jde_vision::{CameraGeometry, CameraModel, Pixels};
 
 /// The families of tags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
@@ -22,7 +22,7 @@ enum Family {
 
 /// Finds AprilTags in the pictures of a camera, and their poses in the frame of the camera.
 ///
-/// The camera is a pinhole without distortion. A tag is found if its black border is in the picture, with some of the
+/// A tag is found if its black border is in the picture, with some of the
 /// white margin on each side, and a cell has about two pixels. A picture of 640 x 480 pixels takes about 10 ms, one
 /// full of small edges several times as long. The panel shows the live picture with the tags.
 #[derive(Describe)]
@@ -31,13 +31,22 @@ pub struct Tags {
     /// The pictures, encoded as "rgb8", "bgr8" or "mono8".
     #[import]
     image: Import<Image>,
+    /// The calibration of the camera, as the camera states it beside its pictures. It counts before `calibration`.
+    #[import(optional)]
+    camera_info: Import<CameraInfo>,
     /// The family of the tags: `tag36h11`, `tag25h9` or `tag16h5`.
     #[modulation(default = Family::Tag36h11)]
     family: Modulation<Family>,
     /// Side of a tag, from one outer edge of its black border to the other.
     #[modulation(default = 0.16, unit = "m", min = 0.001, max = 100.0)]
     size: Modulation<f64>,
-    /// Horizontal field of view of the camera.
+    /// The calibration file of the camera, as ROS's `camera_calibration` writes it. It counts before `field_of_view`.
+    #[modulation(default = "", unit = "file", fixed)]
+    calibration: Modulation<Text<1024>>,
+    /// Whether the pictures are rectified, without distortion; otherwise they are as the camera takes them.
+    #[modulation(default = Flag::FALSE, fixed)]
+    rectified: Modulation<Flag>,
+    /// Horizontal field of view of a camera without calibration.
     #[modulation(default = 0.829, unit = "rad", min = 0.01, max = 3.1)]
     field_of_view: Modulation<f64>,
     /// Most bits of a tag that may be read wrongly. More find more tags, and more that are none.
@@ -49,7 +58,7 @@ pub struct Tags {
     /// Of how many columns and rows one is searched. 2 needs a quarter of the time, and misses small tags.
     #[modulation(default = 1, min = 1, max = 8)]
     step: Modulation<u32>,
-    /// The tags. Retracted while there are no pictures, and while it sleeps.
+    /// The tags. Retracted while there are no pictures or a bound `camera_info` has no value, and while it sleeps.
     #[export(validity = "1s")]
     tags: Export<TagDetections>,
     /// Sequence number of the last picture; `None` while nothing is exported.
@@ -57,6 +66,7 @@ pub struct Tags {
     /// The tags in the last picture.
     found: Vec<TagDetection>,
     detector: Detector,
+    geometry: CameraGeometry,
     /// The brightness of the picture.
     pixels: Vec<u8>,
 }
@@ -65,7 +75,8 @@ pub struct Tags {
 const MOST: usize = Seq::<TagDetection, 32>::CAPACITY;
 
 impl Schema for Tags {
-    fn awake(&mut self, _: &Context) -> Result {
+    fn awake(&mut self, cx: &Context) -> Result {
+        self.geometry = self.read_geometry(cx)?;
         // What was seen before a sleep is out of date.
         self.last = None;
         Ok(())
@@ -77,7 +88,9 @@ impl Schema for Tags {
     }
 
     fn iterate(&mut self, cx: &Context) -> Result {
-        let Some(image) = self.image.get(cx) else {
+        let stated = self.camera_info.get(cx);
+        let is_unknown = self.camera_info.is_bound(cx) && stated.is_none();
+        let Some(image) = self.image.get(cx).filter(|_| !is_unknown) else {
             if self.last.take().is_some() {
                 self.tags.retract(cx);
                 self.found.clear();
@@ -95,7 +108,9 @@ impl Schema for Tags {
         self.detector.step = self.step.get(cx) as usize;
         let picture = Gray::new(size, &self.pixels).expect("a byte was read for each pixel");
         let (margin, side) = (self.margin.get(cx), self.size.get(cx));
-        let camera = Pinhole::new(size, self.field_of_view.get(cx));
+        let camera = self
+            .geometry
+            .camera(size, stated.as_deref(), self.field_of_view.get(cx))?;
         let clear = self
             .detector
             .detect(&picture)
@@ -115,7 +130,18 @@ impl Schema for Tags {
     }
 }
 
+impl Inspect for Tags {
+    fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(&self.calibration, self.read_geometry(cx));
+    }
+}
+
 impl Tags {
+    fn read_geometry(&self, cx: &Context) -> Result<CameraGeometry> {
+        let file = self.calibration.get(cx);
+        Ok(CameraGeometry::new(file.as_str(), self.rectified.get(cx).get())?)
+    }
+
     /// Reads the brightness of an image, and returns its columns and rows.
     fn read(&mut self, image: &Image) -> Result<[usize; 2], String> {
         let [width, height, step] = [image.width, image.height, image.step].map(|number| number as usize);
@@ -144,8 +170,16 @@ impl Tags {
 }
 
 /// Returns a tag of a side in m with its pose; `None` if no pose has such corners.
-fn placed(tag: &Detection, camera: &Pinhole, side: f64) -> Option<TagDetection> {
-    let pose = camera.pose(&tag.corners, side)?;
+fn placed(tag: &Detection, camera: &CameraModel, side: f64) -> Option<TagDetection> {
+    let pinhole = Pinhole {
+        focal: camera.focal(),
+        middle: camera.middle(),
+    };
+    let mut seen = tag.corners;
+    for corner in &mut seen {
+        *corner = camera.undistorted(*corner)?;
+    }
+    let pose = pinhole.pose(&seen, side)?;
     let [x, y, z] = pose.position;
     let mut corners = [0.0; 8];
     corners.copy_from_slice(tag.corners.as_flattened());

@@ -7,8 +7,9 @@ use std::thread;
 
 use jde_schema::bench::Bench;
 use jde_schema::prelude::*;
-use jde_schema::types::TagDetections;
+use jde_schema::types::{CameraInfo, TagDetections};
 use jde_tags::Family;
+use jde_vision::CameraModel;
 
 use crate::Tags;
 
@@ -42,6 +43,13 @@ fn draw(encoding: &str, tags: &[(u32, [usize; 2])]) -> Box<Image> {
 
 /// A schema whose camera has a focal length of 80 px, for tags of 16 cm.
 fn tags() -> Bench<Tags> {
+    let mut bench = calibrated();
+    bench.unbind("camera_info");
+    bench
+}
+
+/// The same, whose camera states its calibration.
+fn calibrated() -> Bench<Tags> {
     let mut bench = Bench::new();
     bench.set("field_of_view", FRAC_PI_2);
     bench.set("family", crate::Family::Tag16h5);
@@ -140,5 +148,90 @@ fn the_panel_shows_the_picture_and_the_tags() {
         show(&mut bench, &draw("rgb8", &[(7, [56, 36])]));
         let shown = panel(&mut bench);
         assert!(shown.contains("\"7\"") && shown.contains("\"0.36\""), "{shown}");
+    });
+}
+
+/// The calibration of a wide lens for pictures of [`SIZE`].
+fn wide_lens() -> CameraInfo {
+    let mut d = Seq::new();
+    d.extend_from_slice(&[-0.28, 0.06, 0.001, -0.001, 0.0])
+        .expect("they fit");
+    CameraInfo {
+        d,
+        ..CameraInfo::pinhole(SIZE.map(|pixels| pixels as u32), 67_f64.to_radians())
+    }
+}
+
+/// A picture through that lens of tag 7 of 16 cm, which faces the camera with its middle at `place`, m.
+fn draw_through_lens(info: &CameraInfo, [x, y, z]: [f64; 3]) -> Box<Image> {
+    let camera = CameraModel::calibrated(info, SIZE, false).expect("the calibration is right");
+    let cells = Family::Tag16h5.cells(7).expect("the tag exists");
+    let mut image = draw("mono8", &[]);
+    let pixels = image.data.resize(SIZE[0] * SIZE[1]);
+    for (number, pixel) in pixels.iter_mut().enumerate() {
+        let mut sum = 0;
+        for part in 0..16 {
+            let place = [number % SIZE[0] * 4 + part % 4, number / SIZE[0] * 4 + part / 4];
+            let ray = camera
+                .ray(place.map(|quarter| (quarter as f64 + 0.5) / 4.0))
+                .expect("the lens shows it");
+            let [column, row] = [z * ray[0] - x, z * ray[1] - y].map(|away| 4.0 + away * 6.0 / 0.16);
+            let inside = (0.0..8.0).contains(&column) && (0.0..8.0).contains(&row);
+            sum += match inside.then(|| cells[row as usize * 8 + column as usize]) {
+                Some(true) => 250,
+                Some(false) => 10,
+                None => 180,
+            };
+        }
+        *pixel = (sum / 16) as u8;
+    }
+    image
+}
+
+#[test]
+fn a_calibrated_lens_gives_the_place_and_a_field_of_view_alone_does_not() {
+    with_large_stack(|| {
+        let place = [0.2, -0.13, 0.55];
+        let info = wide_lens();
+        let picture = draw_through_lens(&info, place);
+        let error = |bench: &mut Bench<Tags>| {
+            let position = show(bench, &picture).tags[0].pose.position;
+            [
+                position.x - place[0],
+                position.y - place[1],
+                position.z - place[2],
+            ]
+            .map(f64::abs)
+            .into_iter()
+            .fold(0.0, f64::max)
+        };
+        let mut bench = tags();
+        bench.set("field_of_view", 67_f64.to_radians());
+        let pinhole = error(&mut bench);
+        assert!(pinhole > 0.02, "{pinhole}");
+        let mut bench = calibrated();
+        bench.import("camera_info", &info);
+        let calibrated = error(&mut bench);
+        assert!(calibrated < 0.005, "{calibrated}");
+    });
+}
+
+#[test]
+fn a_camera_whose_calibration_is_unknown_or_of_others_shows_no_tags() {
+    with_large_stack(|| {
+        let picture = draw("mono8", &[(7, [56, 36])]);
+        let mut bench = calibrated();
+        bench.import("camera_info", &CameraInfo::pinhole([160, 120], FRAC_PI_2));
+        assert_eq!(show(&mut bench, &picture).tags.len(), 1);
+        bench.retract("camera_info");
+        bench.iterate().expect("it waits");
+        let seen: Option<TagDetections> = bench.exported("tags");
+        assert_eq!(seen, None);
+        bench.import("camera_info", &CameraInfo::pinhole([320, 240], FRAC_PI_2));
+        let error = bench
+            .iterate()
+            .expect_err("the pictures are of another size")
+            .to_string();
+        assert!(error.contains("these have 160 x 120"), "{error}");
     });
 }

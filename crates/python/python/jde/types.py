@@ -14,6 +14,7 @@ __all__ = [
     "BatteryState",
     "Body",
     "Bumpers",
+    "CameraInfo",
     "ColorBlob",
     "ColorBlobs",
     "CompressedImage",
@@ -53,6 +54,7 @@ __all__ = [
     "Quaternion",
     "Range",
     "RangeRing",
+    "RegionOfInterest",
     "Route",
     "Scenery",
     "SetBool_Request",
@@ -539,6 +541,66 @@ class CompressedImage:
 
     data: Sequence[int] = field(default_factory=list)
     """A file of that format."""
+
+
+@standard("sensor_msgs/msg/RegionOfInterest")
+class RegionOfInterest:
+    """A rectangle of the pixels of a camera."""
+
+    x_offset: int = 0
+    """First column. [px]"""
+
+    y_offset: int = 0
+    """First row. [px]"""
+
+    height: int = 0
+    """Rows; 0 for all. [px]"""
+
+    width: int = 0
+    """Columns; 0 for all. [px]"""
+
+    do_rectify: bool = False
+    """Whether the rectangle is of the rectified picture."""
+
+
+@standard("sensor_msgs/msg/CameraInfo")
+class CameraInfo:
+    """The calibration of a camera, as ROS has it beside its pictures (REP-104). The middle of the first pixel is at 0,
+    0.
+    """
+
+    header: Header = field(default_factory=Header)
+    """Time of the picture, and the frame of the camera."""
+
+    height: int = 0
+    """Rows of the pictures of the calibration. [px]"""
+
+    width: int = 0
+    """Columns of the pictures of the calibration. [px]"""
+
+    distortion_model: str = ""
+    """Model of the distortion: "plumb_bob", "rational_polynomial" or "equidistant"."""
+
+    d: Sequence[float] = field(default_factory=list)
+    """Coefficients of the distortion, in the order of OpenCV: k1, k2, p1, p2, k3, ..."""
+
+    k: Sequence[float] = field(default_factory=lambda: [0.0] * 9)
+    """Intrinsic matrix of the raw picture, row by row: fx, 0, cx, 0, fy, cy, 0, 0, 1. An fx of 0: uncalibrated."""
+
+    r: Sequence[float] = field(default_factory=lambda: [0.0] * 9)
+    """Rectification, row by row: the rotation to the frame of the rectified picture."""
+
+    p: Sequence[float] = field(default_factory=lambda: [0.0] * 12)
+    """Projection to the rectified picture, three rows of four: fx', 0, cx', Tx, 0, fy', cy', Ty, 0, 0, 1, 0."""
+
+    binning_x: int = 0
+    """Columns of the camera in a column of the picture; 0 and 1 are the same."""
+
+    binning_y: int = 0
+    """Rows of the camera in a row of the picture; 0 and 1 are the same."""
+
+    roi: RegionOfInterest = field(default_factory=RegionOfInterest)
+    """The part of the camera's pixels that the picture shows, before binning."""
 
 
 @standard("sensor_msgs/msg/PointField")

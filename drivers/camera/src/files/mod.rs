@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 
 use jde_picture::Picture;
 use jde_schema::prelude::*;
+use jde_schema::types::CameraInfo;
+
+use crate::calibration;
 
 /// Largest file that is read, bytes. A picture that fits has 0.9 MB uncompressed.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -24,13 +27,20 @@ pub struct Files {
     /// Whether it starts again after the last picture.
     #[modulation(default = Flag::TRUE, fixed)]
     repeat: Modulation<Flag>,
+    /// The calibration file of the camera, as ROS's `camera_calibration` writes it; empty for none.
+    #[modulation(default = "", unit = "file", fixed)]
+    calibration: Modulation<Text<1024>>,
     /// The pictures, in rgb8.
     #[export]
     image: Export<Image>,
+    /// The calibration of the file, with the time of the newest picture. None without `calibration`.
+    #[export]
+    camera_info: Export<CameraInfo>,
     /// Always connected. Its note names the pictures.
     #[export(lasting)]
     connection: Export<Connection>,
     sequence: Option<FileSequence>,
+    info: Option<CameraInfo>,
 }
 
 /// The files, and the current position among them.
@@ -52,6 +62,7 @@ impl Schema for Files {
             return Ok(());
         }
         let files = self.files(cx)?;
+        self.info = calibration::read(self.calibration.get(cx).as_str())?;
         let path = self.path.get(cx);
         let note = match &*files {
             [_] => format!("a picture of {path}"),
@@ -92,6 +103,10 @@ impl Schema for Files {
 
 impl Inspect for Files {
     fn inspect(&self, cx: &Context, problems: &mut Problems) {
+        problems.expect(
+            &self.calibration,
+            calibration::read(self.calibration.get(cx).as_str()),
+        );
         let Some(files) = problems.expect(&self.path, self.files(cx)) else {
             return;
         };
@@ -143,6 +158,8 @@ impl Files {
         let mut image = self.image.loan(cx);
         image.header = Header::new(cx.now(), "camera");
         picture.write_to(&mut image)?;
+        // Before the picture: whoever the picture wakes has both.
+        calibration::publish(cx, &mut self.camera_info, self.info.as_ref(), &image.header);
         image.publish();
         Ok(())
     }

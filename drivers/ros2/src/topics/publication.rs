@@ -5,10 +5,11 @@ use jde_ros_node::Topic;
 use jde_schema::ListedImport;
 use jde_schema::describe::Type;
 use jde_schema::prelude::*;
+use jde_schema::types::CameraInfo;
 
 use super::quality::quality;
 use super::settings::Publication;
-use crate::camera_info::{self, CameraInfo};
+use crate::camera_info;
 use crate::compressed::{self, Compressor};
 use crate::connection::RosConnection;
 use crate::described::DescribedCodec;
@@ -216,7 +217,7 @@ impl TopicPublication {
             }
             MessageForm::Picture(codec, info, field_of_view) => {
                 let message = codec.encode(&value, frame.as_str(), value.time(), clock);
-                let mut geometry = CameraInfo::of(&value, *field_of_view);
+                let mut geometry = camera_info::of(&value, *field_of_view);
                 if !frame.is_empty() {
                     geometry.header.frame_id = Frame::truncated(frame.as_str());
                 }

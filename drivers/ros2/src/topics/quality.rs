@@ -29,10 +29,11 @@ const DURABILITIES: [(&str, bool); 2] = [("volatile", false), ("transient_local"
 const MOST: u32 = 10_000;
 
 /// The types whose topics have the quality of sensors.
-const SENSORS: [&str; 12] = [
+const SENSORS: [&str; 13] = [
     "sensor_msgs/msg/LaserScan",
     "sensor_msgs/msg/Image",
     "sensor_msgs/msg/CompressedImage",
+    "sensor_msgs/msg/CameraInfo",
     "sensor_msgs/msg/PointCloud2",
     "sensor_msgs/msg/NavSatFix",
     "sensor_msgs/msg/Imu",

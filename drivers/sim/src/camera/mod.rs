@@ -4,6 +4,7 @@
 use core::time::Duration;
 
 use jde_schema::prelude::*;
+use jde_schema::types::CameraInfo;
 use jde_sim::{CameraConfig, CameraMount, DepthConfig, RobotId, World};
 
 use crate::worlds;
@@ -76,6 +77,9 @@ pub struct Camera {
     /// -∞ is too near (REP-118, REP-117). Frame and stamp are those of the picture. None without `with_depth`.
     #[export]
     depth: Export<Image>,
+    /// The calibration of its pictures, which have no distortion.
+    #[export]
+    camera_info: Export<CameraInfo>,
     /// The world of its robot; set when it wakes.
     key: Option<worlds::Key>,
     capture: CaptureState,
@@ -191,6 +195,7 @@ impl Camera {
             CaptureState::Published(_) => {
                 self.image.retract(cx);
                 self.depth.retract(cx);
+                self.camera_info.retract(cx);
                 CaptureState::Waiting(cx.now())
             }
             CaptureState::Waiting(since) if cx.now().saturating_sub(since) >= WARNING_DELAY => {
@@ -227,6 +232,12 @@ impl Camera {
         } else {
             world.picture(robot, &config, picture)?;
         }
+        let info = CameraInfo {
+            header: image.header,
+            ..CameraInfo::pinhole([image.width, image.height], config.field_of_view)
+        };
+        // Before the picture: whoever the picture wakes has both.
+        self.camera_info.write_at(cx, info, time);
         image.publish_at(time);
         Ok(())
     }

@@ -16,6 +16,7 @@ fn finder() -> Bench<Finder> {
     bench.set("field_of_view", FIELD_OF_VIEW);
     bench.set("radius", 0.1);
     bench.unbind("pan_tilt");
+    bench.unbind("camera_info");
     bench
 }
 
@@ -61,6 +62,7 @@ fn distance_is_proportional_to_the_radius() {
 fn angles_are_converted_to_the_frame_of_the_base() {
     with_large_stack(|| {
         let mut bench = Bench::<Finder>::new();
+        bench.unbind("camera_info");
         bench.set("field_of_view", FIELD_OF_VIEW);
         let head = PanTilt {
             pan: -0.8,

@@ -27,11 +27,9 @@ impl Hall {
         let robot = world
             .add_robot("second", RobotConfig::default())
             .expect("the robot fits");
-        Self {
-            world,
-            robot,
-            finder: Bench::new(),
-        }
+        let mut finder = Bench::new();
+        finder.unbind("camera_info");
+        Self { world, robot, finder }
     }
 
     /// Returns the ball that the finder publishes for a robot at this pose with this head position.
