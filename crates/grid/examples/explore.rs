@@ -61,12 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     )?;
     let mut truth = OccupancyGrid::filled(geometry, Occupancy::Unknown);
     for (index, cell) in map.cells.iter().enumerate() {
-        let state = match cell {
-            jde_map_file::Cell::Free => Occupancy::Free,
-            jde_map_file::Cell::Occupied => Occupancy::Occupied,
-            jde_map_file::Cell::Unknown => Occupancy::Unknown,
-        };
-        truth.set(geometry.cell(index), state);
+        truth.set(geometry.cell(index), Occupancy::from_ros(cell.to_ros()));
     }
     let start = geometry
         .cell_at((x.parse()?, y.parse()?))

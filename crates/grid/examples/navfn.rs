@@ -187,12 +187,7 @@ fn read_map(path: &Path) -> Result<OccupancyGrid> {
     let geometry = Geometry::new(map.width as u32, map.height as u32, map.resolution, (x, y, yaw))?;
     let mut grid = OccupancyGrid::filled(geometry, Occupancy::Free);
     for (index, cell) in map.cells.iter().enumerate() {
-        let state = match cell {
-            jde_map_file::Cell::Free => Occupancy::Free,
-            jde_map_file::Cell::Occupied => Occupancy::Occupied,
-            jde_map_file::Cell::Unknown => Occupancy::Unknown,
-        };
-        grid.set(geometry.cell(index), state);
+        grid.set(geometry.cell(index), Occupancy::from_ros(cell.to_ros()));
     }
     Ok(grid)
 }

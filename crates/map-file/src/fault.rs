@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub struct Fault {
     /// The file: a world, a map or the map's image.
     pub file: PathBuf,
-    /// The line, from 1; none when no line applies: the file could not be read, or is a PNG image.
+    /// The line, from 1; none when no line applies: the file could not be read, or is an image that is no text.
     pub line: Option<usize>,
     /// What is wrong, what was expected, and what to do.
     pub message: String,

@@ -1,35 +1,33 @@
 //! The files of ROS maps: the YAML of a map server and its image, read and written as cells.
 //!
-//! Trinary maps only. All faults of both files are reported at once, each with its line; nothing is repaired.
+//! They mean what they mean to the map server of Nav2. All faults of both files are reported at once, each with its line;
+//! nothing is repaired, and what is not read is named.
 
-mod bytes;
+mod cells;
 mod fault;
-mod pgm;
+mod kind;
+mod moving_ai;
 mod picture;
+mod pnm;
 mod similar;
 mod write;
 mod yaml;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 
-pub use bytes::read_text;
+use jde_files::LeftOut;
+
+pub use cells::Cell;
 pub use fault::Fault;
+pub use kind::Kind;
+pub use picture::{Picture, Shade};
 pub use similar::nearest;
 pub use write::is_yaml;
 
-use picture::Picture;
-use yaml::MapInfo;
-
-/// The content of a cell of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cell {
-    /// Nothing stands there.
-    Free,
-    /// Something stands there.
-    Occupied,
-    /// The map does not say.
-    Unknown,
-}
+/// Greatest YAML file of a map, or text of a world, in bytes: enough for thousands of things.
+pub const MAX_TEXT: u64 = 4 << 20;
 
 /// A map as its files state it.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +42,8 @@ pub struct MapFile {
     pub origin: [f64; 3],
     /// The cells by rows, from the lowest row.
     pub cells: Vec<Cell>,
+    /// The keys of the YAML file that say nothing.
+    pub left_out: LeftOut,
 }
 
 impl MapFile {
@@ -52,14 +52,23 @@ impl MapFile {
     /// # Errors
     /// All faults of both files.
     pub fn load(path: &Path) -> Result<Self, Vec<Fault>> {
-        let text = read_text(path).map_err(|error| {
+        let fault = |message| {
             vec![Fault {
                 file: path.to_owned(),
                 line: None,
-                message: format!("cannot read the map: {error}"),
+                message,
             }]
-        })?;
-        Self::parse(path, &text)
+        };
+        match jde_files::read_text(path, MAX_TEXT) {
+            Ok(text) => Self::parse(path, &text),
+            Err(error) => {
+                // What is no text may be the image of the map.
+                Err(fault(match Kind::of_file(path) {
+                    Some(kind) => format!("it is {kind}, and no ROS map: {}", kind.way_to_map()),
+                    None => format!("cannot read the map: {error}"),
+                }))
+            }
+        }
     }
 
     /// Reads the map with this text of the YAML file `path`, and the image that it names.
@@ -67,29 +76,26 @@ impl MapFile {
     /// # Errors
     /// All faults of both files.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Vec<Fault>> {
-        let info = yaml::read(path, text)?;
+        let (info, mut faults) = match yaml::read(path, text) {
+            Ok(info) => (Some(info), Vec::new()),
+            Err(faults) => (None, faults),
+        };
+        let image = match &info {
+            Some(info) => Some(info.image.clone()),
+            None => yaml::image(path, text),
+        };
+        let picture = image.map(|image| Picture::load(&image, Shade::Luminance));
+        let picture = picture.and_then(|picture| picture.map_err(|fault| faults.push(fault)).ok());
+        let (Some(info), Some(picture)) = (info, picture) else {
+            return Err(faults);
+        };
         Ok(Self {
-            width: info.picture.width,
-            height: info.picture.height,
+            width: picture.width,
+            height: picture.height,
             resolution: info.resolution,
             origin: info.origin,
-            cells: classify(&info),
+            cells: cells::classify(&picture, info.mode, info.thresholds),
+            left_out: info.left_out,
         })
     }
-}
-
-/// Classifies the shades: a darker cell is more likely occupied. `negate` inverts that.
-fn classify(info: &MapInfo) -> Vec<Cell> {
-    let cell = |&shade: &f32| {
-        let likely = f64::from(if info.negate { shade } else { 1.0 - shade });
-        if likely > info.occupied {
-            Cell::Occupied
-        } else if likely < info.free {
-            Cell::Free
-        } else {
-            Cell::Unknown
-        }
-    };
-    let Picture { width, shades, .. } = &info.picture;
-    shades.chunks_exact(*width).rev().flatten().map(cell).collect()
 }

@@ -1,11 +1,12 @@
 //! Writes a map as the files of a map server. It replaces older ones only when the new ones are whole.
 
-use std::ffi::{OsStr, OsString};
-use std::fs::File;
+use std::ffi::OsStr;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::{Cell, MapFile, read_text, yaml};
+use jde_files::{read_text, replace};
+
+use crate::{Cell, MAX_TEXT, MapFile, yaml};
 
 /// The shades of an image for free, unknown and occupied cells.
 const SHADES: [u8; 3] = [254, 205, 0];
@@ -33,41 +34,43 @@ impl MapFile {
             io::Error::new(io::ErrorKind::InvalidInput, message)
         })?;
         let [first, second] = [format!("{own}.pgm"), format!("{own}.2.pgm")];
-        let older = read_text(path).ok().and_then(|older| yaml::image(path, &older));
+        let older = read_text(path, MAX_TEXT).ok().and_then(|older| yaml::image(path, &older));
         let is_first = older.is_some_and(|image| image.ends_with(&first));
         let name = if is_first { second } else { first };
+        replace(&path.with_file_name(&name), |file| file.write_all(&self.image()))?;
+        replace(path, |file| file.write_all(self.yaml(&name).as_bytes()))
+    }
+
+    /// Returns the text of a YAML file that names an image as [`Self::image`] gives it.
+    #[must_use]
+    pub fn yaml(&self, image: &str) -> String {
         let [x, y, heading] = self.origin;
-        let text = format!(
-            "image: {name:?}\nmode: trinary\nresolution: {:?}\norigin: [{x:?}, {y:?}, {heading:?}]\nnegate: 0\n\
+        format!(
+            "image: {image:?}\nmode: trinary\nresolution: {:?}\norigin: [{x:?}, {y:?}, {heading:?}]\nnegate: 0\n\
              occupied_thresh: 0.65\nfree_thresh: 0.196\n",
             self.resolution
-        );
+        )
+    }
+
+    /// Returns the image as PGM. Probabilities are written as what they are decided to be.
+    #[must_use]
+    pub fn image(&self) -> Vec<u8> {
         let mut pixels = format!("P5\n{} {}\n255\n", self.width, self.height).into_bytes();
         for row in self.cells.chunks_exact(self.width.max(1)).rev() {
-            pixels.extend(row.iter().map(|cell| match cell {
+            pixels.extend(row.iter().map(|cell| match cell.decided() {
                 Cell::Free => SHADES[0],
-                Cell::Unknown => SHADES[1],
+                Cell::Unknown | Cell::Likely(_) => SHADES[1],
                 Cell::Occupied => SHADES[2],
             }));
         }
-        replace(&path.with_file_name(&name), &pixels)?;
-        replace(path, text.as_bytes())
+        pixels
     }
-}
-
-/// Writes a file beside an older one, and gives it that one's name when it is on the disk.
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut name = path.file_name().map(OsString::from).unwrap_or_default();
-    name.push(".new");
-    let new: PathBuf = path.with_file_name(name);
-    let mut file = File::create(&new)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    std::fs::rename(&new, path)
 }
 
 #[cfg(test)]
 mod tests {
+    use jde_files::LeftOut;
+
     use super::*;
 
     fn map() -> MapFile {
@@ -84,6 +87,7 @@ mod tests {
                 Cell::Free,
                 Cell::Free,
             ],
+            left_out: LeftOut::default(),
         }
     }
 
@@ -135,22 +139,6 @@ mod tests {
         (other.width, other.height) = (2, 3);
         (0..3).for_each(|_| other.save(&path).expect("it is written"));
         assert_eq!(MapFile::load(&by_hand), Ok(map()));
-    }
-
-    #[test]
-    fn a_save_that_fails_half_way_leaves_the_older_map() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("office.yaml");
-        map().save(&path).expect("it is written");
-        // The image can be written, and the YAML file cannot.
-        std::fs::create_dir(folder.path().join("office.yaml.new")).expect("a folder");
-        let mut other = map();
-        (other.width, other.height) = (2, 3);
-        assert!(other.save(&path).is_err());
-        assert_eq!(MapFile::load(&path), Ok(map()));
-        std::fs::remove_dir(folder.path().join("office.yaml.new")).expect("it is empty");
-        other.save(&path).expect("it is written");
-        assert_eq!(MapFile::load(&path), Ok(other));
     }
 
     #[test]

@@ -2,11 +2,11 @@
 
 use std::path::Path as FilePath;
 
-use jde_grid::{MAX_CELLS, Occupancy};
-use jde_map_file::{Cell, MapFile};
+use jde_grid::MAX_CELLS;
+use jde_map_file::MapFile;
 use jde_schema::prelude::*;
 
-/// Exports the map of a ROS map server's YAML file: a trinary map with an image in PGM or PNG.
+/// Exports the map of a ROS map server's YAML file, with the numbers that Nav2's map server publishes.
 ///
 /// It exports the map once after it awakes, in the frame "map".
 #[derive(Describe)]
@@ -24,7 +24,11 @@ pub struct File {
 
 impl Schema for File {
     fn awake(&mut self, cx: &Context) -> Result {
-        self.loaded = Some(load(self.file.get(cx).as_str())?);
+        let loaded = load(self.file.get(cx).as_str())?;
+        for line in loaded.left_out.lines() {
+            warn!(cx, "{}: {line}", self.file.get(cx).as_str());
+        }
+        self.loaded = Some(loaded);
         Ok(())
     }
 
@@ -45,12 +49,7 @@ impl Schema for File {
         };
         let numbers = map.data.resize(loaded.cells.len());
         for (number, cell) in numbers.iter_mut().zip(loaded.cells) {
-            let state = match cell {
-                Cell::Free => Occupancy::Free,
-                Cell::Occupied => Occupancy::Occupied,
-                Cell::Unknown => Occupancy::Unknown,
-            };
-            *number = state.to_ros();
+            *number = cell.to_ros();
         }
         map.publish();
         Ok(())

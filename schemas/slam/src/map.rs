@@ -111,6 +111,7 @@ impl Map {
             resolution: geometry.resolution(),
             origin: [x, y, heading],
             cells: numbers.iter().map(cell).collect(),
+            left_out: Default::default(),
         })
     }
 }

@@ -1,8 +1,9 @@
-//! A TOML text, read table by table. It collects every fault instead of stopping at the first.
+//! A TOML text, read table by table. It collects the faults instead of stopping at the first; beyond many it only counts
+//! them, so that the work is linear in the text whatever it contains.
 //!
 //! This module handles tables and keys. `values` checks values, and `fixtures` reads things.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ops::Range;
 use std::path::Path;
 
@@ -14,10 +15,16 @@ use crate::error::Fault;
 
 pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
 
+/// Most faults that are told: more than anybody corrects before trying again.
+const MAX_FAULTS: usize = 50;
+
 pub(crate) struct Document<'a> {
     path: &'a Path,
-    text: &'a str,
+    /// The ends of the lines, in bytes.
+    line_ends: Vec<usize>,
     faults: RefCell<Vec<Fault>>,
+    /// The number of faults beyond the most.
+    others: Cell<usize>,
 }
 
 /// A table whose keys have been checked against the known ones.
@@ -33,8 +40,9 @@ impl<'a> Document<'a> {
     pub(crate) fn new(path: &'a Path, text: &'a str) -> Self {
         Self {
             path,
-            text,
+            line_ends: text.match_indices('\n').map(|(end, _)| end).collect(),
             faults: RefCell::default(),
+            others: Cell::default(),
         }
     }
 
@@ -43,8 +51,7 @@ impl<'a> Document<'a> {
     }
 
     pub(crate) fn line(&self, span: &Range<usize>) -> usize {
-        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        1 + before.iter().filter(|&&byte| byte == b'\n').count()
+        1 + self.line_ends.partition_point(|end| *end < span.start)
     }
 
     /// Records a fault at a place in the text.
@@ -54,7 +61,16 @@ impl<'a> Document<'a> {
 
     /// Records a fault of another file.
     pub(crate) fn push(&self, fault: Fault) {
-        self.faults.borrow_mut().push(fault);
+        if !self.count_if_full() {
+            self.faults.borrow_mut().push(fault);
+        }
+    }
+
+    /// Counts a fault if there are too many to tell it.
+    pub(crate) fn count_if_full(&self) -> bool {
+        let is_full = self.faults.borrow().len() >= MAX_FAULTS;
+        self.others.update(|others| others + usize::from(is_full));
+        is_full
     }
 
     /// Creates a fault without recording it.
@@ -70,6 +86,14 @@ impl<'a> Document<'a> {
     pub(crate) fn into_faults(self) -> Vec<Fault> {
         let mut faults = self.faults.into_inner();
         faults.sort_by_key(|fault| (fault.file != self.path, fault.line));
+        let others = self.others.get();
+        if others > 0 {
+            faults.push(Fault {
+                file: self.path.to_owned(),
+                line: None,
+                message: format!("and {others} more faults; correct these first"),
+            });
+        }
         faults
     }
 }
@@ -83,6 +107,9 @@ impl<'a> Table<'a> {
         known: &[&str],
     ) -> Self {
         for key in keys.keys().filter(|key| !known.contains(&key.get_ref().as_ref())) {
+            if document.count_if_full() {
+                continue;
+            }
             let hint = match super::nearest(key.get_ref(), known.iter().copied()) {
                 Some(name) => format!("did you mean `{name}`?"),
                 None => format!("expected one of `{}`", known.join("`, `")),

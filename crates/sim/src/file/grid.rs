@@ -23,8 +23,8 @@ pub(crate) struct Block {
 
 impl Grid {
     /// Covers every occupied cell exactly once: runs of a row, merged upward while the next row has an
-    /// identical run.
-    pub(crate) fn blocks(&self) -> Vec<Block> {
+    /// identical run. Returns `None` if that takes more than `most` blocks.
+    pub(crate) fn blocks(&self, most: usize) -> Option<Vec<Block>> {
         let mut done = Vec::new();
         let mut open: Vec<Block> = Vec::new();
         for (row, cells) in self.cells.chunks_exact(self.width).enumerate() {
@@ -48,9 +48,12 @@ impl Grid {
                 }
             }
             done.extend(below);
+            if done.len() + open.len() > most {
+                return None;
+            }
         }
         done.extend(open);
-        done
+        Some(done)
     }
 }
 
@@ -86,7 +89,9 @@ mod tests {
 
     #[test]
     fn a_room_needs_one_block_a_side() {
-        let blocks = grid(&["#####", "#...#", "#...#", "#####"]).blocks();
+        let room = grid(&["#####", "#...#", "#...#", "#####"]);
+        assert_eq!(room.blocks(3), None);
+        let blocks = room.blocks(4).expect("four blocks");
         let block = |left, right, bottom, top| Block {
             left,
             right,
@@ -114,7 +119,7 @@ mod tests {
             let cells = cells.into_iter().map(|solid| if solid { Cell::Occupied } else { Cell::Free }).collect();
             let grid = Grid { width, height: 9, cells };
             let mut covered = vec![0; grid.cells.len()];
-            for block in grid.blocks() {
+            for block in grid.blocks(usize::MAX).expect("any number") {
                 for row in block.bottom..block.top {
                     for column in block.left..block.right {
                         covered[row * width + column] += 1;

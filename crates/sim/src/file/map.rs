@@ -1,10 +1,12 @@
 //! ROS occupancy maps: their walls and their place in the world.
 //!
-//! Occupied cells become solid. Unknown cells do not, but no robot starts on one.
+//! Occupied cells become solid. Unknown cells do not, but no robot starts on one. A probability is taken for what robots
+//! take it for.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use jde_map_file::{Cell, MapFile, read_text};
+use jde_files::{LeftOut, read_text};
+use jde_map_file::{Cell, MAX_TEXT, MapFile};
 
 use super::document::{Document, Table};
 use super::fixtures;
@@ -28,6 +30,9 @@ pub(crate) struct Map {
     grid: Grid,
     /// The rectangles that cover its occupied cells.
     blocks: Vec<Block>,
+    /// The path of its YAML file, and what that says for nothing.
+    path: PathBuf,
+    left_out: LeftOut,
 }
 
 /// Reads the map that the world names, if it names one.
@@ -37,7 +42,7 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
     };
     let name = root.required("map", values::text)?;
     let path = document.path().parent().unwrap_or(Path::new("")).join(&name);
-    let text = match read_text(&path) {
+    let text = match read_text(&path, MAX_TEXT) {
         Ok(text) => text,
         Err(error) => {
             root.fault(
@@ -48,16 +53,15 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
         }
     };
     match load(&name, &path, &text) {
-        Ok(map) if map.blocks.len() > MAX_BLOCKS => {
+        Ok(None) => {
             let message = format!(
-                "the map `{}` has {} separate walls, and at most {MAX_BLOCKS} are possible: clean the image of noise",
+                "the map `{}` has more than {MAX_BLOCKS} separate walls: clean the image of noise",
                 path.display(),
-                map.blocks.len()
             );
             root.fault(&item.span(), message);
             None
         }
-        Ok(map) => Some(Some(map)),
+        Ok(map) => Some(map),
         Err(faults) => {
             faults.into_iter().for_each(|fault| document.push(fault));
             None
@@ -76,6 +80,15 @@ impl Map {
                 angle: self.origin.heading,
             };
             fixtures::fixture(self.name.clone(), outline, fixtures::WALL)
+        })
+    }
+
+    /// Returns what the file of the map says for nothing.
+    pub(crate) fn warnings(&self) -> impl Iterator<Item = Fault> {
+        self.left_out.lines().map(|message| Fault {
+            file: self.path.clone(),
+            line: None,
+            message,
         })
     }
 
@@ -104,7 +117,7 @@ impl Map {
         match cell {
             Some(Cell::Free) => None,
             Some(Cell::Occupied) => Some(format!("inside `{}`: move it to free ground", self.name)),
-            Some(Cell::Unknown) => Some(format!("on unknown ground of `{}`", self.name)),
+            Some(Cell::Unknown | Cell::Likely(_)) => Some(format!("on unknown ground of `{}`", self.name)),
             None => Some(format!("outside the map `{}`", self.name)),
         }
     }
@@ -118,19 +131,23 @@ impl Map {
     }
 }
 
-fn load(name: &str, path: &Path, text: &str) -> Result<Map, Vec<Fault>> {
-    let file = MapFile::parse(path, text)?;
+/// Reads a map; `None` if it has too many walls.
+fn load(name: &str, path: &Path, text: &str) -> Result<Option<Map>, Vec<Fault>> {
+    let mut file = MapFile::parse(path, text)?;
+    file.cells.iter_mut().for_each(|cell| *cell = cell.decided());
     let grid = Grid {
         width: file.width,
         height: file.height,
         cells: file.cells,
     };
     let [x, y, heading] = file.origin;
-    Ok(Map {
-        blocks: grid.blocks(),
+    Ok(grid.blocks(MAX_BLOCKS).map(|blocks| Map {
+        blocks,
+        path: path.to_owned(),
+        left_out: file.left_out,
         name: name.to_owned(),
         resolution: file.resolution,
         origin: Pose2::new(x, y, heading),
         grid,
-    })
+    }))
 }

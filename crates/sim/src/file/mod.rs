@@ -39,12 +39,17 @@ pub(crate) use self::edits::read as read_edits;
 pub(crate) use self::fixtures::BoxPlan;
 pub(crate) use self::robot::read as read_robot;
 pub(crate) use jde_map_file::nearest;
+use jde_map_file::{Kind, MAX_TEXT};
 
 /// The distance between checks for things in the way of a mover, in metres. A very long way has
 /// [`MAX_SAMPLES`] checks.
 const STRIDE: f64 = 0.05;
 /// Most checks along a way: half a kilometre.
 const MAX_SAMPLES: usize = 10_000;
+/// Most checks along all ways.
+const MAX_ALL_SAMPLES: usize = 1_000_000;
+/// Most movers and people, and most things that can be pushed: each is compared with each.
+const MAX_MOVING: usize = 2000;
 
 /// A world whose files have no faults.
 pub(crate) struct WorldFile {
@@ -98,13 +103,28 @@ pub(crate) fn read(text: &str, path: &Path) -> Result<WorldFile, Vec<Fault>> {
 
 /// Returns the text of a file; `what` names its content in errors.
 pub(crate) fn load(path: &Path, what: &str) -> Result<String, WorldError> {
-    jde_map_file::read_text(path).map_err(|error| {
+    jde_files::read_text(path, MAX_TEXT).map_err(|error| {
+        // What is no text, or too long for one, may be of a known kind.
+        let kind = Kind::of_file(path);
         WorldError::Faults(vec![Fault {
             file: path.to_owned(),
             line: None,
-            message: format!("cannot read the {what}: {error}"),
+            message: match kind {
+                Some(kind) => other_kind(kind, path, what),
+                None => format!("cannot read the {what}: {error}"),
+            },
         }])
     })
+}
+
+/// Returns what to do with a file of another kind; `what` was expected.
+pub(crate) fn other_kind(kind: Kind, path: &Path, what: &str) -> String {
+    let way = match what {
+        "robot" => "`jde new robot NAME` writes a robot file",
+        _ => kind.way_to_world(),
+    };
+    let way = way.replace("FILE", &path.display().to_string());
+    format!("it is {kind}, and no {what} file: {way}")
 }
 
 /// Parses a text whose root has the given keys.
@@ -117,6 +137,11 @@ fn parse<T>(
 ) -> Result<T, Vec<Fault>> {
     let (root, errors) = DeTable::parse_recoverable(text);
     let document = Document::new(path, text);
+    let kind = Kind::of(text.as_bytes()).filter(|kind| *kind != Kind::Toml && !errors.is_empty());
+    if let Some(kind) = kind {
+        document.fault(&(0..0), other_kind(kind, path, what));
+        return Err(document.into_faults());
+    }
     for error in &errors {
         document.fault(&error.span().unwrap_or(0..0), error.message());
     }
@@ -162,6 +187,15 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         );
     }
     let mut is_valid = starts.len() <= MAX_ROBOTS;
+    for (count, what) in [
+        (movers.len(), "movers and people"),
+        (loose.len(), "balls and movable boxes"),
+    ] {
+        if count > MAX_MOVING {
+            root.fault(root.span(), format!("{count} {what}: expected at most {MAX_MOVING}"));
+            return None;
+        }
+    }
     fixtures.extend(map.iter().flat_map(map::Map::fixtures));
     let scene = Scene::new(fixtures);
     for (start, span) in &starts {
@@ -178,16 +212,23 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
     if !room::check(document, &scene, &movers_at_start, &loose) || !is_valid {
         return None;
     }
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<_> = map.iter().flat_map(map::Map::warnings).collect();
     if scene.is_empty() {
         warnings.push(document.fault_at(
             root.span(),
             "no walls: the world has no fixed things, and range sensors measure nothing",
         ));
     }
+    let mut samples = 0;
     for (mover, span) in &movers {
         let mut obstacles: Vec<&str> = Vec::new();
         let solids: Vec<_> = mover::Mover::along(mover, STRIDE, MAX_SAMPLES).collect();
+        samples += solids.len();
+        if samples > MAX_ALL_SAMPLES {
+            let length = MAX_ALL_SAMPLES as f64 * STRIDE / 1e3;
+            document.fault(span, format!("the ways of all movers have more than {length} km: shorten them"));
+            return None;
+        }
         obstacles.extend(solids.iter().flat_map(|solid| scene.near(solid, 0.0)));
         obstacles.sort_unstable();
         obstacles.dedup();

@@ -197,6 +197,33 @@ fn a_large_map_gives_few_shapes() {
     assert!((ranges[90] - (2.5 - 1.318)).abs() < 1e-5, "{}", ranges[90]);
 }
 
+#[test]
+fn a_map_of_noise_is_refused_before_its_walls_are_made() {
+    let side = 1100;
+    let mut raw = format!("P5 {side} {side} 255\n").into_bytes();
+    raw.extend((0..side * side).map(|index| if (index % side + index / side) % 2 == 0 { 0 } else { 254 }));
+    let error = world("chess", YAML, &raw).err().unwrap();
+    assert!(error.contains("more than 500000 separate walls"), "{error}");
+}
+
+#[test]
+fn a_probability_is_taken_for_what_robots_take_it_for() {
+    // 10 %, 50 % and 90 %, as their numbers.
+    let raw = b"P5 3 1 255\n\x0a\x32\x5a";
+    let yaml = format!("{YAML}mode: raw\nfloor: 2\n");
+    let start = |x| format!("[robots.r]\nstart = {{ x = {x}, y = 0.25 }}");
+    let world = world_with_robots("raw", &yaml, raw, &start(0.25)).unwrap();
+    assert_eq!(world.shapes().count(), 1);
+    let [warning] = world.warnings() else {
+        panic!("{:?}", world.warnings());
+    };
+    assert_eq!(warning.message, "the key `floor` is left out: no map server reads it (line 5)");
+    for (x, reason) in [(0.75, "on unknown ground"), (1.25, "inside `m.yaml`")] {
+        let error = world_with_robots("raw", &yaml, raw, &start(x)).err().unwrap();
+        assert!(error.contains(reason), "{error}");
+    }
+}
+
 /// Checks that there is one fault of the map, at `location`, and that its message contains `parts`.
 fn check(yaml: &str, image: &[u8], location: &str, parts: &[&str]) {
     let error = world("faults", yaml, image).err().expect("the map has a fault");
@@ -236,16 +263,16 @@ fn faults_of_the_yaml_are_reported_with_their_line() {
         &["`resolution` is missing", "`resoluton`"],
     );
     check(
-        &with("negate: 2"),
+        &with("negate: perhaps"),
         image,
         "/m.yaml:4: ",
-        &["`negate` is neither 0 nor 1"],
+        &["`negate` is no flag", "yes or no"],
     );
     check(
-        &with("mode: raw"),
+        &with("mode: colour"),
         image,
         "/m.yaml:4: ",
-        &["`mode` is not `trinary`"],
+        &["`mode` is none of `trinary`"],
     );
     check(
         &with("free_thresh: 0.9"),
@@ -281,8 +308,8 @@ fn faults_of_the_yaml_are_reported_with_their_line() {
 
 #[test]
 fn faults_of_a_graymap_are_reported_with_their_line() {
-    check(YAML, b"P6\n4 3\n255\n", "/m.pgm:1: ", &["P2 or P5"]);
-    check(YAML, b"", "/m.pgm:1: ", &["P2 or P5"]);
+    check(YAML, b"P7\n4 3\n255\n", "/m.pgm: ", &["no known kind", "PGM"]);
+    check(YAML, b"", "/m.pgm: ", &["no known kind"]);
     check(YAML, b"P2\n# c\nfour 3\n255\n", "/m.pgm:3: ", &["width missing"]);
     check(YAML, b"P2\n4 0\n255\n", "/m.pgm:2: ", &["height 0"]);
     check(
@@ -295,7 +322,7 @@ fn faults_of_a_graymap_are_reported_with_their_line() {
         YAML,
         b"P2\n4 3\n255\n1 2 3\n",
         "/m.pgm:3: ",
-        &["ends early", "12 pixels"],
+        &["ends early", "12 values"],
     );
     check(
         YAML,
@@ -315,6 +342,6 @@ fn faults_of_a_graymap_are_reported_with_their_line() {
         YAML,
         b"\x89PNG\r\n\x1a\nrubbish",
         "/m.pgm: ",
-        &["not a valid PNG"],
+        &["no valid PNG"],
     );
 }

@@ -301,7 +301,7 @@ fn include(
         return Err(place.fault(format!("more than {MAX_DEPTH} files include each other")));
     }
     let file = beside(path, name);
-    let text = jde_map_file::read_text(&file)
+    let text = jde_files::read_text(&file, jde_map_file::MAX_TEXT)
         .map_err(|error| place.fault(format!("cannot read `{}`: {error}", file.display())))?;
     read_tokens(&file, &text, depth + 1, tokens)
 }
