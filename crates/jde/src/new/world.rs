@@ -2,30 +2,46 @@
 
 use std::fs;
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use jde_files::LeftOut;
 use jde_sim::ImportedWorld;
 
 use super::{checked, create_folder, not_created, write_file};
 use crate::failure::{self, Failure};
 use crate::terminal::{self, FAINT, TITLE};
 
+/// Where Gazebo searches for models: lists of folders, of its present and earlier versions.
+const MODEL_PATHS: [&str; 4] = [
+    "GZ_SIM_RESOURCE_PATH",
+    "IGN_GAZEBO_RESOURCE_PATH",
+    "SDF_PATH",
+    "GAZEBO_MODEL_PATH",
+];
 /// The room of the templates.
 const ROOM: &str = include_str!("../../templates/room/world.toml");
 
 /// Writes a world as `NAME.toml` with the files that it names, or the worlds of a list into a folder `NAME`, and
-/// prints what was left out.
+/// prints what was left out. The models of SDF worlds are searched in the folders `models`, and then where Gazebo searches.
 ///
 /// # Errors
 /// The name is invalid, the file to convert has faults, or the worlds cannot be written.
-pub(crate) fn write_world(name: &str, from: Option<&Path>, folder: &Path) -> Result<(), Failure> {
+pub(crate) fn write_world(
+    name: &str,
+    from: Option<&Path>,
+    models: &[PathBuf],
+    folder: &Path,
+) -> Result<(), Failure> {
     let name = checked(name, |_| false)?.kebab;
     let worlds = match from {
-        Some(file) => jde_sim::import(file).map_err(|error| Failure::Broken(error.to_string()))?,
+        Some(file) => {
+            jde_sim::import(file, &searched(models)).map_err(|error| Failure::Broken(error.to_string()))?
+        }
         None => vec![ImportedWorld {
             name: name.clone(),
             text: ROOM.replace("\"room\"", &format!("{name:?}")),
             files: Vec::new(),
+            left_out: LeftOut::default(),
             notes: Vec::new(),
         }],
     };
@@ -52,10 +68,20 @@ pub(crate) fn write_world(name: &str, from: Option<&Path>, folder: &Path) -> Res
             write_file(&created.join(&world.name).with_extension("toml"), &world.text)?;
         }
     }
-    for note in worlds.iter().flat_map(|world| &world.notes) {
-        writeln!(out, "{FAINT}{note}{FAINT:#}")?;
+    for line in worlds.iter().flat_map(ImportedWorld::report) {
+        writeln!(out, "{FAINT}{line}{FAINT:#}")?;
     }
     let shown = failure::display_path(&created);
     writeln!(out, "{TITLE}{shown}{TITLE:#} is created")?;
     Ok(())
+}
+
+/// Returns the folders in which models are searched, in their order.
+fn searched(models: &[PathBuf]) -> Vec<PathBuf> {
+    let lists = MODEL_PATHS.into_iter().filter_map(std::env::var_os);
+    let stated: Vec<_> = lists
+        .flat_map(|list| std::env::split_paths(&list).collect::<Vec<_>>())
+        .collect();
+    let named = stated.into_iter().filter(|folder| !folder.as_os_str().is_empty());
+    models.iter().cloned().chain(named).collect()
 }

@@ -3,6 +3,8 @@
 
 use std::collections::HashSet;
 
+use jde_files::LeftOut;
+
 use super::writer::Draft;
 use super::{Faults, ImportedWorld};
 
@@ -32,6 +34,7 @@ pub(super) fn read(text: &str, stem: &str) -> Result<Vec<ImportedWorld>, Faults>
                     &format!("{stem} {index}"),
                 ),
                 files: Vec::new(),
+                left_out: LeftOut::default(),
                 notes: Vec::new(),
             }),
             Err(message) => faults.push((number, message)),

@@ -9,7 +9,9 @@ mod sdf;
 mod worldfile;
 mod writer;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use jde_files::LeftOut;
 
 use crate::error::{Fault, WorldError};
 use crate::file;
@@ -26,16 +28,26 @@ pub struct ImportedWorld {
     pub text: String,
     /// Files that it names, to be written beside it: name and contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What was left out or changed, in sentences.
+    /// What the file has and the world has not.
+    pub left_out: LeftOut,
+    /// What the world has in another form than the file, and advice, in sentences.
     pub notes: Vec<String>,
+}
+
+impl ImportedWorld {
+    /// Returns what a user is told of the conversion, a line each.
+    pub fn report(&self) -> impl Iterator<Item = String> {
+        self.notes.iter().cloned().chain(self.left_out.lines())
+    }
 }
 
 /// Converts the worlds of a file: one of an SDF file or of a world file of Stage, or all of a list in the form
 /// of the BARN challenge, in which a line has the number of a world and the centres `x,y` of its cylinders, m.
+/// `models` are folders in which the models of SDF worlds are searched.
 ///
 /// # Errors
 /// A file that cannot be read, is of no such kind or has faults, each with its line.
-pub fn import(path: &Path) -> Result<Vec<ImportedWorld>, WorldError> {
+pub fn import(path: &Path, models: &[PathBuf]) -> Result<Vec<ImportedWorld>, WorldError> {
     let text = file::load(path, "file")?;
     let stem = path
         .file_stem()

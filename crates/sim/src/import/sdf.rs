@@ -3,6 +3,7 @@
 //!
 //! It fetches no model from elsewhere, and it converts no mesh.
 
+use jde_files::LeftOut;
 use roxmltree::{Document, Node};
 
 use super::pose::Pose;
@@ -44,6 +45,7 @@ pub(super) fn read(text: &str, stem: String) -> Result<ImportedWorld, Faults> {
     Ok(ImportedWorld {
         text: reader.draft.write(&comment.replace(char::is_control, " "), &name),
         files: Vec::new(),
+        left_out: LeftOut::default(),
         notes: reader.notes,
         name: stem,
     })

@@ -12,7 +12,7 @@ fn import(name: &str, text: &str) -> Result<Vec<ImportedWorld>, WorldError> {
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join(name);
     fs::write(&file, text).unwrap();
-    jde_sim::import(&file)
+    jde_sim::import(&file, &[])
 }
 
 fn faults(name: &str, text: &str) -> Vec<String> {
@@ -148,7 +148,7 @@ fn faults_of_an_sdf_world_have_their_lines() {
         ["1: `html` is no SDF: expected <sdf>"]
     );
     assert_eq!(faults("cut.sdf", "<sdf>\n<world>").len(), 1);
-    let absent = jde_sim::import(Path::new("absent.sdf")).expect_err("there is no such file");
+    let absent = jde_sim::import(Path::new("absent.sdf"), &[]).expect_err("there is no such file");
     assert!(absent.to_string().contains("absent.sdf"), "{absent}");
 }
 

@@ -51,7 +51,7 @@ fn folder(name: &str) -> PathBuf {
 fn import(folder: &Path, text: &str) -> Result<ImportedWorld, WorldError> {
     let file = folder.join("lab.world");
     fs::write(&file, text).unwrap();
-    let [world] = <[_; 1]>::try_from(jde_sim::import(&file)?).expect("a file is one world");
+    let [world] = <[_; 1]>::try_from(jde_sim::import(&file, &[])?).expect("a file is one world");
     Ok(world)
 }
 

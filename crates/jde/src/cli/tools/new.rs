@@ -25,7 +25,7 @@ use crate::new::{self, Kind};
   jde new app patrol
   jde new world hall
   jde new world barn --from worlds.txt               a folder of worlds, one for each line
-  jde new world lab --from gazebo/lab.sdf
+  jde new world lab --from gazebo/lab.sdf --models gazebo/models
   jde new world cave --from stage/simple.world
   jde new robot trolley
   jde new robot my-pioneer --from pioneer-3dx"
@@ -85,6 +85,9 @@ enum What {
         /// Convert this file: a world in SDF or of Stage, or a list of worlds in the form of the BARN challenge.
         #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
         from: Option<PathBuf>,
+        /// Search the models of an SDF world in this folder, before the ones of GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH.
+        #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, requires = "from")]
+        models: Vec<PathBuf>,
     },
     /// A robot for the simulator: a small one, or a copy of a shipped one.
     Robot {
@@ -131,7 +134,9 @@ impl New {
             What::Driver { name, device } => (if device { Kind::Device } else { Kind::Driver }, name),
             What::Types { name } => (Kind::Types, name),
             What::App { name } => (Kind::Application, name),
-            What::World { name, from } => return new::write_world(&name.name, from.as_deref(), &self.path),
+            What::World { name, from, models } => {
+                return new::write_world(&name.name, from.as_deref(), &models, &self.path);
+            }
             What::Robot { name, from } => return new::write_robot(&name.name, from.as_deref(), &self.path),
         };
         new::write(kind, &name, &self.path)

@@ -8,6 +8,8 @@ mod syntax;
 
 use std::path::Path;
 
+use jde_files::LeftOut;
+
 use super::pose::Pose;
 use super::writer::{Draft, DraftBox, DraftWall};
 use super::{ImportedWorld, OVERHEAD};
@@ -91,6 +93,7 @@ pub(super) fn read(path: &Path, text: &str, stem: String) -> Result<ImportedWorl
     Ok(ImportedWorld {
         text: reader.draft.write(&comment, &stem),
         files,
+        left_out: LeftOut::default(),
         notes: reader.notes,
         name: stem,
     })
