@@ -6,6 +6,8 @@ mod checks;
 mod panel;
 #[path = "../../crates/player/tests/it/checks.rs"]
 mod player;
+#[path = "../../crates/sim/tests/it/checks.rs"]
+mod sim;
 
 /// Checks the receiver of packets with a stream of bytes.
 pub fn receiver(data: &[u8]) {
@@ -50,4 +52,14 @@ pub fn player_stream(data: &[u8]) {
 /// Checks the client's session with a Player server that sends arbitrary bytes.
 pub fn player_session(data: &[u8]) {
     player::session(data);
+}
+
+/// Checks the reader of ROS maps with a YAML file and, after a byte 0, its image `m`.
+pub fn map_file(data: &[u8]) {
+    sim::map(data);
+}
+
+/// Checks the readers of worlds of other programs with a file and, after a byte 0, the image `m` beside it.
+pub fn import(data: &[u8]) {
+    sim::import(data);
 }

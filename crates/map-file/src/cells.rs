@@ -89,14 +89,20 @@ pub(crate) struct Thresholds {
 pub(crate) fn classify(picture: &Picture, mode: Mode, thresholds: Thresholds) -> Vec<Cell> {
     let table: Vec<Cell> = (0..=u8::MAX).map(|shade| thresholds.cell(mode, shade)).collect();
     let Picture {
-        width, shades, transparent, ..
+        width,
+        shades,
+        transparent,
+        ..
     } = picture;
     let rows = shades.chunks_exact(*width).rev();
     let cells = rows.flatten().map(|&shade| table[usize::from(shade)]);
     let mut cells: Vec<Cell> = cells.collect();
     if mode != Mode::Raw {
         let is_transparent = transparent.chunks_exact(*width).rev().flatten();
-        let covered = cells.iter_mut().zip(is_transparent).filter(|(_, is_transparent)| **is_transparent);
+        let covered = cells
+            .iter_mut()
+            .zip(is_transparent)
+            .filter(|(_, is_transparent)| **is_transparent);
         covered.for_each(|(cell, _)| *cell = Cell::Unknown);
     }
     cells

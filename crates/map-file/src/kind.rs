@@ -59,7 +59,11 @@ impl Kind {
         // Others may have no end, or wait for a writer.
         let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
         let mut head = Vec::new();
-        File::open(path).ok()?.take(HEAD as u64).read_to_end(&mut head).ok()?;
+        File::open(path)
+            .ok()?
+            .take(HEAD as u64)
+            .read_to_end(&mut head)
+            .ok()?;
         Self::by_head(&head, about.len())
     }
 
@@ -83,6 +87,29 @@ impl Kind {
         by_lines(text)
     }
 
+    /// Whether a world can be made of such a file, or it may hold one.
+    #[must_use]
+    pub const fn becomes_world(self) -> bool {
+        match self {
+            Self::RosMap
+            | Self::MovingAi
+            | Self::Stage
+            | Self::Sdf
+            | Self::Cylinders
+            | Self::Xml
+            | Self::Archive => true,
+            Self::Empty
+            | Self::Toml
+            | Self::Picture
+            | Self::Webots
+            | Self::Urdf
+            | Self::Mesh
+            | Self::Usd
+            | Self::Dxf
+            | Self::Recording => false,
+        }
+    }
+
     /// Returns what somebody does who has such a file and needs a ROS map.
     #[must_use]
     pub const fn way_to_map(self) -> &'static str {
@@ -90,7 +117,9 @@ impl Kind {
             Self::Toml => "give the YAML file that its `map` names",
             Self::Picture => PICTURE,
             Self::MovingAi => "`jde new world NAME --from FILE` makes a world and a map of it",
-            Self::Recording => "make a map of its scans by an application with `slam`, and give the YAML file of that",
+            Self::Recording => {
+                "make a map of its scans by an application with `slam`, and give the YAML file of that"
+            }
             Self::Archive => "unpack it, and give the YAML file of the map",
             Self::Empty
             | Self::RosMap
@@ -120,13 +149,17 @@ impl Kind {
                 "its format is read by Webots alone; write its walls and boxes into a world file, or drive a robot with a laser \
                  through it, save the map that `slam` makes, and give the YAML file of that"
             }
-            Self::Urdf => "a robot is described by a robot file (`jde new robot NAME`) and put into a world by an application",
+            Self::Urdf => {
+                "a robot is described by a robot file (`jde new robot NAME`) and put into a world by an application"
+            }
             Self::Xml => "expected SDF, the format of Gazebo, with <sdf> around everything",
             Self::Mesh | Self::Usd | Self::Dxf => {
                 "a world has walls, boxes and circles, seen from above: write them into a world file, or draw what stands at the \
                  height of a laser as a picture, dark on white, and give the YAML file of a ROS map that names it"
             }
-            Self::Recording => "make a map of its scans by an application with `slam`, and give the YAML file of that",
+            Self::Recording => {
+                "make a map of its scans by an application with `slam`, and give the YAML file of that"
+            }
             Self::Archive => "unpack it, and give the world in it",
         }
     }
@@ -184,9 +217,14 @@ fn by_signature(bytes: &[u8], length: u64) -> Option<Kind> {
         (b"AutoCAD Binary DXF", Kind::Dxf),
     ];
     let known = SIGNATURES.iter().find(|(start, _)| bytes.starts_with(start));
-    let is_netpbm = matches!(bytes, [b'P', b'1'..=b'7', next, ..] if next.is_ascii_whitespace() || *next == b'#');
+    let is_netpbm =
+        matches!(bytes, [b'P', b'1'..=b'7', next, ..] if next.is_ascii_whitespace() || *next == b'#');
     // The size of the header follows that of the file and four bytes that are mostly 0.
-    let is_bmp = bytes.starts_with(b"BM") && matches!(bytes.get(14..18), Some([12 | 40 | 52 | 56 | 64 | 108 | 124, 0, 0, 0]));
+    let is_bmp = bytes.starts_with(b"BM")
+        && matches!(
+            bytes.get(14..18),
+            Some([12 | 40 | 52 | 56 | 64 | 108 | 124, 0, 0, 0])
+        );
     let triangles = bytes.get(80..).and_then(|rest| rest.first_chunk());
     let is_binary_stl = triangles.is_some_and(|count| {
         let count = u64::from(u32::from_le_bytes(*count));
@@ -225,7 +263,9 @@ fn by_root(mut text: &str) -> Kind {
 /// Returns the kind of another text, by its first lines.
 fn by_lines(text: &str) -> Option<Kind> {
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let mut content = lines.clone().filter(|line| !line.starts_with(['#', '%']) && *line != "---");
+    let mut content = lines
+        .clone()
+        .filter(|line| !line.starts_with(['#', '%']) && *line != "---");
     let (first, second) = (content.next()?, content.next().unwrap_or_default());
     let word = first.split_whitespace().next().unwrap_or_default();
     let is_key = |line: &str, key: &str| {
@@ -242,15 +282,22 @@ fn by_lines(text: &str) -> Option<Kind> {
         Some(Kind::Dxf)
     } else if first.starts_with('[') || is_assigned {
         Some(Kind::Toml)
-    } else if content.clone().chain([first, second]).any(|line| is_key(line, "image") || is_key(line, "occupied_thresh")) {
+    } else if content
+        .clone()
+        .chain([first, second])
+        .any(|line| is_key(line, "image") || is_key(line, "occupied_thresh"))
+    {
         Some(Kind::RosMap)
     } else if word == "solid" && text.contains("facet") || matches!(word, "v" | "vn" | "o" | "mtllib") {
         Some(Kind::Mesh)
-    } else if matches!(word, "PARAM" | "FLASER" | "RLASER" | "ODOM" | "ROBOTLASER1" | "RAWLASER1") {
+    } else if matches!(
+        word,
+        "PARAM" | "FLASER" | "RLASER" | "ODOM" | "ROBOTLASER1" | "RAWLASER1"
+    ) {
         Some(Kind::Recording)
     } else if word.starts_with(|letter: char| letter.is_ascii_digit()) && first.contains(',') {
         Some(Kind::Cylinders)
-    } else if first.starts_with(|letter: char| letter.is_ascii_alphabetic()) && is_stage(text) {
+    } else if first.starts_with(|letter: char| letter.is_ascii_alphabetic()) && has_entities(text) {
         Some(Kind::Stage)
     } else {
         None
@@ -258,8 +305,12 @@ fn by_lines(text: &str) -> Option<Kind> {
 }
 
 /// Whether a text has an entity of Stage, or includes and defines some: a word and `(`, at the start of a line.
-fn is_stage(text: &str) -> bool {
-    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty()).peekable();
+fn has_entities(text: &str) -> bool {
+    let mut lines = text
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+        .peekable();
     while let Some(line) = lines.next() {
         let is_word = |text: &str| {
             let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
@@ -286,8 +337,14 @@ mod tests {
             (b"---\n\"resolution\": 0.1\n'image' : m.pgm\n", Some(Kind::RosMap)),
             (b"# A world\nname = \"room\"\n", Some(Kind::Toml)),
             (b"[[walls]]\n", Some(Kind::Toml)),
-            (b"type octile\nheight 2\nwidth 2\nmap\n..\n..\n", Some(Kind::MovingAi)),
-            (b"<?xml version='1.0'?>\n<!-- <robot> -->\n<sdf version='1.6'>", Some(Kind::Sdf)),
+            (
+                b"type octile\nheight 2\nwidth 2\nmap\n..\n..\n",
+                Some(Kind::MovingAi),
+            ),
+            (
+                b"<?xml version='1.0'?>\n<!-- <robot> -->\n<sdf version='1.6'>",
+                Some(Kind::Sdf),
+            ),
             (b"<robot name='r'/>", Some(Kind::Urdf)),
             (b"<COLLADA/>", Some(Kind::Mesh)),
             (b"<launch/>", Some(Kind::Xml)),

@@ -10,10 +10,10 @@ mod moving_ai;
 mod picture;
 mod pnm;
 mod similar;
-mod write;
-mod yaml;
 #[cfg(test)]
 mod tests;
+mod write;
+mod yaml;
 
 use std::path::Path;
 

@@ -106,8 +106,14 @@ mod tests {
     #[test]
     fn faults_name_their_line() {
         for (text, expected) in [
-            ("type octile\nheight two\n", "arena.map:2: `two` is no number of cells"),
-            ("type octile\nheight 2\nmap\n..\n", "arena.map:1: has no line `width COLUMNS` before the cells"),
+            (
+                "type octile\nheight two\n",
+                "arena.map:2: `two` is no number of cells",
+            ),
+            (
+                "type octile\nheight 2\nmap\n..\n",
+                "arena.map:1: has no line `width COLUMNS` before the cells",
+            ),
             (
                 "type octile\nheight 2\nwidth 2\nmap\n..\n.x\n",
                 "arena.map:6: expected 2 letters of `.GS@OTW`",

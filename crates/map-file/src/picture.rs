@@ -77,7 +77,9 @@ impl Shade {
 }
 
 fn read(bytes: &[u8], shade: Shade) -> Result<Picture, Wrong> {
-    let other = |name, format| other(bytes, format, shade).map_err(|why| (None, format!("is no valid {name}: {why}")));
+    let other = |name, format| {
+        other(bytes, format, shade).map_err(|why| (None, format!("is no valid {name}: {why}")))
+    };
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => png(bytes, shade).map_err(|message| (None, message)),
         [0xff, 0xd8, ..] if !is_complete_jpeg(bytes) => Err((None, "is half a JPEG: its end is missing".to_owned())),
@@ -103,11 +105,19 @@ fn png(bytes: &[u8], shade: Shade) -> Result<Picture, String> {
     let mut reader = decoder.read_info().map_err(refuse)?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     let size = reader.output_buffer_size().filter(|size| *size <= MAX_SAMPLES);
-    let size = size.filter(|_| fits(width, height)).ok_or_else(|| too_large(width, height))?;
+    let size = size
+        .filter(|_| fits(width, height))
+        .ok_or_else(|| too_large(width, height))?;
     let mut samples = vec![0; size];
     let info = reader.next_frame(&mut samples).map_err(refuse)?;
     let channels = info.color_type.samples();
-    Ok(picture(width, height, channels, &samples[..info.buffer_size()], shade))
+    Ok(picture(
+        width,
+        height,
+        channels,
+        &samples[..info.buffer_size()],
+        shade,
+    ))
 }
 
 /// Reads the formats that the library `image` reads.
@@ -164,9 +174,13 @@ fn is_complete_jpeg(bytes: &[u8]) -> bool {
 }
 
 pub(crate) fn fits(width: usize, height: usize) -> bool {
-    width.checked_mul(height).is_some_and(|pixels| (1..=MAX_PIXELS).contains(&pixels))
+    width
+        .checked_mul(height)
+        .is_some_and(|pixels| (1..=MAX_PIXELS).contains(&pixels))
 }
 
 pub(crate) fn too_large(width: usize, height: usize) -> String {
-    format!("has {width} x {height} pixels, which are none or too many: expected at most {MAX_PIXELS}, in a gray PNG or PGM")
+    format!(
+        "has {width} x {height} pixels, which are none or too many: expected at most {MAX_PIXELS}, in a gray PNG or PGM"
+    )
 }

@@ -42,7 +42,9 @@ pub(crate) fn read(bytes: &[u8], shade: Shade) -> Result<Picture, PnmError> {
         (false, false) => scanner.raw(count, deepest),
     }?;
     let shades = match channels {
-        3 => (samples.as_chunks().0.iter()).map(|&color| shade.of(color)).collect(),
+        3 => (samples.as_chunks().0.iter())
+            .map(|&color| shade.of(color))
+            .collect(),
         _ => samples,
     };
     Ok(Picture {
@@ -110,7 +112,10 @@ impl Scanner<'_> {
     /// Refuses a file that is too short before memory is allocated.
     fn expect_bytes(&self, least: usize, count: usize) -> Result<(), PnmError> {
         if self.bytes.len() - self.position < least {
-            return Err((self.line, format!("ends early: expected {count} values of pixels")));
+            return Err((
+                self.line,
+                format!("ends early: expected {count} values of pixels"),
+            ));
         }
         Ok(())
     }
@@ -141,7 +146,9 @@ impl Scanner<'_> {
         let bytes = width.div_ceil(8);
         let rows = self.raster(bytes * height)?.0.chunks_exact(bytes);
         let row = |row: &[u8]| {
-            let bits = row.iter().flat_map(|byte| (0..8).rev().map(move |bit| byte >> bit & 1));
+            let bits = row
+                .iter()
+                .flat_map(|byte| (0..8).rev().map(move |bit| byte >> bit & 1));
             bits.take(width).map(ink).collect::<Vec<u8>>()
         };
         Ok(rows.flat_map(row).collect())
@@ -159,7 +166,9 @@ impl Scanner<'_> {
         };
         if is_wide {
             let values = raster.as_chunks().0.iter();
-            values.map(|pair| sample(u16::from_be_bytes(*pair).into())).collect()
+            values
+                .map(|pair| sample(u16::from_be_bytes(*pair).into()))
+                .collect()
         } else {
             raster.iter().map(|byte| sample((*byte).into())).collect()
         }

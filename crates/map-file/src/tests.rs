@@ -52,7 +52,9 @@ fn png(color: png::ColorType, depth: png::BitDepth, (width, height): (u32, u32),
 fn each_format_of_images_gives_the_same_cells() {
     let shades = [254, 0, 205, 254, 254, 0];
     let gray = || GrayImage::from_raw(3, 2, shades.to_vec()).expect("six pixels");
-    let color = || RgbImage::from_raw(3, 2, shades.iter().flat_map(|shade| [*shade; 3]).collect()).expect("six pixels");
+    let color = || {
+        RgbImage::from_raw(3, 2, shades.iter().flat_map(|shade| [*shade; 3]).collect()).expect("six pixels")
+    };
     let opaque = RgbaImage::from_fn(3, 2, |x, y| {
         let shade = shades[(y * 3 + x) as usize];
         image::Rgba([shade, shade, shade, 255])
@@ -63,7 +65,11 @@ fn each_format_of_images_gives_the_same_cells() {
     };
     let raw = |magic: &str, copies| {
         let header = format!("{magic}\n3 2\n255\n").into_bytes();
-        [header, shades.iter().flat_map(|shade| vec![*shade; copies]).collect()].concat()
+        [
+            header,
+            shades.iter().flat_map(|shade| vec![*shade; copies]).collect(),
+        ]
+        .concat()
     };
     let wide: Vec<u8> = shades.iter().flat_map(|shade| [*shade; 2]).collect();
     let files = [
@@ -79,7 +85,10 @@ fn each_format_of_images_gives_the_same_cells() {
         raw("P6", 3),
     ];
     for file in files {
-        assert_eq!(cells(YAML, &file), [Free, Free, Occupied, Free, Occupied, Unknown]);
+        assert_eq!(
+            cells(YAML, &file),
+            [Free, Free, Occupied, Free, Occupied, Unknown]
+        );
     }
     // A JPEG has losses, and here none that matter.
     let blocks = GrayImage::from_fn(16, 8, |x, _| image::Luma([if x < 8 { 0 } else { 254 }]));
@@ -91,21 +100,38 @@ fn each_format_of_images_gives_the_same_cells() {
 fn bits_are_black_where_they_are_1() {
     for file in [&b"P1\n9 1\n1000000 0\n#\n1\n"[..], b"P4 9 1\n\x80\x80"] {
         let cells = cells(YAML, file);
-        assert_eq!((cells.len(), cells[0], cells[7], cells[8]), (9, Occupied, Free, Occupied));
+        assert_eq!(
+            (cells.len(), cells[0], cells[7], cells[8]),
+            (9, Occupied, Free, Occupied)
+        );
     }
 }
 
 #[test]
 fn transparent_pixels_are_unknown() {
-    let rgba = RgbaImage::from_raw(2, 2, vec![0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255, 254, 255, 255, 255, 255]);
+    let rgba = RgbaImage::from_raw(
+        2,
+        2,
+        vec![0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255, 254, 255, 255, 255, 255],
+    );
     let file = encoded(rgba.clone().expect("four pixels"), ImageFormat::Tiff);
     assert_eq!(cells(YAML, &file), [Unknown, Free, Unknown, Occupied]);
     let gray = GrayAlphaImage::from_raw(2, 1, vec![0, 255, 0, 7]).expect("two pixels");
     let samples = gray.into_raw();
-    let file = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Eight, (2, 1), &samples);
+    let file = png(
+        png::ColorType::GrayscaleAlpha,
+        png::BitDepth::Eight,
+        (2, 1),
+        &samples,
+    );
     assert_eq!(cells(YAML, &file), [Occupied, Unknown]);
     assert_eq!(cells(&format!("{YAML}mode: raw"), &file), [Free, Free]);
-    let file = png(png::ColorType::Indexed, png::BitDepth::Two, (3, 1), &[0b_00_01_10_00]);
+    let file = png(
+        png::ColorType::Indexed,
+        png::BitDepth::Two,
+        (3, 1),
+        &[0b_00_01_10_00],
+    );
     assert_eq!(cells(YAML, &file), [Occupied, Unknown, Unknown]);
 }
 
@@ -182,9 +208,15 @@ fn a_file_of_another_kind_is_named_as_what_it_is() {
             &b"name = \"room\"\nmap = \"m.yaml\"\n"[..],
             "it is a TOML file, such as a world, and no ROS map: give the YAML file that its `map` names",
         ),
-        (b"P5 1 1 255\n\xff", "it is a picture, and no ROS map: a picture states no lengths"),
+        (
+            b"P5 1 1 255\n\xff",
+            "it is a picture, and no ROS map: a picture states no lengths",
+        ),
         (b"<sdf/>", "it is a world or a model in SDF, and no ROS map"),
-        (b"\x89MCAP0\r\n\xff", "it is a recording or a log of a robot, and no ROS map"),
+        (
+            b"\x89MCAP0\r\n\xff",
+            "it is a recording or a log of a robot, and no ROS map",
+        ),
     ] {
         let error = load(bytes, b"").expect_err("it is no map");
         assert!(error.contains(expected), "{error}");
@@ -216,7 +248,13 @@ fn a_small_file_that_states_a_large_image_is_refused() {
     let mut png = Vec::new();
     let writer = png::Encoder::new(&mut png, 20_000, 20_000).write_header();
     (writer.and_then(|mut writer| writer.write_chunk(png::chunk::IDAT, &[0]))).expect("it is written");
-    for file in [bmp, gif, png, b"P4 20000 20000\n".to_vec(), b"P1 1048577 1\n".to_vec()] {
+    for file in [
+        bmp,
+        gif,
+        png,
+        b"P4 20000 20000\n".to_vec(),
+        b"P1 1048577 1\n".to_vec(),
+    ] {
         let error = load(YAML, &file).expect_err("it is too large");
         assert!(error.starts_with("/m:") && error.lines().count() == 1, "{error}");
     }
@@ -231,7 +269,11 @@ fn a_small_text_takes_little_work_and_memory() {
     let map = load(YAML.to_owned() + &bomb, b"P5 1 1 255\n\0").expect("aliases are not followed");
     assert_eq!(map.left_out.count(), 30);
     let keys: String = (0..100_000).map(|key| format!("k{key}: 1\n")).collect();
-    assert!(load(YAML.to_owned() + &keys, b"").expect_err("many keys").contains("more than 1000 keys"));
+    assert!(
+        load(YAML.to_owned() + &keys, b"")
+            .expect_err("many keys")
+            .contains("more than 1000 keys")
+    );
     let deep = format!("{YAML}deep: {}", "[".repeat(100_000));
     assert!(load(deep, b"").expect_err("deep").contains("/m.yaml:4: "));
 }

@@ -34,7 +34,9 @@ impl MapFile {
             io::Error::new(io::ErrorKind::InvalidInput, message)
         })?;
         let [first, second] = [format!("{own}.pgm"), format!("{own}.2.pgm")];
-        let older = read_text(path, MAX_TEXT).ok().and_then(|older| yaml::image(path, &older));
+        let older = read_text(path, MAX_TEXT)
+            .ok()
+            .and_then(|older| yaml::image(path, &older));
         let is_first = older.is_some_and(|image| image.ends_with(&first));
         let name = if is_first { second } else { first };
         replace(&path.with_file_name(&name), |file| file.write_all(&self.image()))?;

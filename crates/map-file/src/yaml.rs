@@ -225,11 +225,18 @@ impl<'a> MapYaml<'a> {
             // A file of another kind may be YAML by chance.
             (Ok(Some(entries)), _) if entries.iter().any(|entry| KEYS.contains(&&*entry.key)) => {
                 let faults = Vec::new();
-                return Ok(Self { path, entries, faults });
+                return Ok(Self {
+                    path,
+                    entries,
+                    faults,
+                });
             }
             (_, Some(kind)) => (1, format!("it is {kind}, and no ROS map: {}", kind.way_to_map())),
             (Err(wrong), None) => wrong,
-            (Ok(_), None) => (1, "expected the YAML of a map: image, resolution, origin, ...".to_owned()),
+            (Ok(_), None) => (
+                1,
+                "expected the YAML of a map: image, resolution, origin, ...".to_owned(),
+            ),
         };
         Err(vec![Fault {
             file: path.to_owned(),
@@ -274,9 +281,7 @@ impl MapYaml<'_> {
             Some(_) => String::new(),
         };
         let lower = text.to_ascii_lowercase();
-        let is_word = text == lower
-            || text == text.to_ascii_uppercase()
-            || text.get(1..) == lower.get(1..);
+        let is_word = text == lower || text == text.to_ascii_uppercase() || text.get(1..) == lower.get(1..);
         match (text.parse::<i64>(), lower.as_str()) {
             (Ok(number), _) => Some(number != 0),
             (_, "true" | "yes" | "on" | "y") if is_word => Some(true),
@@ -365,7 +370,10 @@ impl MapYaml<'_> {
 
     fn fault(&mut self, key: &str, message: impl AsRef<str>) {
         let entry = self.entries.iter().find(|entry| entry.key == key);
-        self.push(entry.map_or(1, |entry| entry.line), format!("`{key}` {}", message.as_ref()));
+        self.push(
+            entry.map_or(1, |entry| entry.line),
+            format!("`{key}` {}", message.as_ref()),
+        );
     }
 
     fn push(&mut self, line: usize, message: String) {

@@ -4,9 +4,14 @@
 
 pub use jde_map_file::Fault;
 
+use std::path::PathBuf;
+
 use crate::geometry::{Bounds, Pose2, Twist2};
 use crate::head::HeadCommand;
 use crate::shipped::SHIPPED_ROBOTS;
+
+/// Most faults that are told: more than anybody corrects before trying again.
+pub(crate) const MAX_FAULTS: usize = 50;
 
 /// Why a world could not be created, or why it refused a request.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -197,6 +202,25 @@ pub(crate) fn check(
             value,
             expected,
         })
+    }
+}
+
+/// Returns the first faults, and one that says how many more there are.
+pub(crate) fn bounded(mut faults: Vec<Fault>) -> Vec<Fault> {
+    let others = faults.len().saturating_sub(MAX_FAULTS);
+    faults.truncate(MAX_FAULTS);
+    if let Some(last) = faults.last().filter(|_| others > 0) {
+        faults.push(more(last.file.clone(), others));
+    }
+    faults
+}
+
+/// Returns the fault that stands for those that are not told.
+pub(crate) fn more(file: PathBuf, others: usize) -> Fault {
+    Fault {
+        file,
+        line: None,
+        message: format!("and {others} more faults; correct these first"),
     }
 }
 

@@ -35,7 +35,8 @@ pub(crate) fn write_world(
     let name = checked(name, |_| false)?.kebab;
     let worlds = match from {
         Some(file) => {
-            jde_sim::import(file, &searched(models)).map_err(|error| Failure::Broken(error.to_string()))?
+            let worlds = jde_sim::import(file, &searched(models), &name);
+            worlds.map_err(|error| Failure::Broken(error.to_string()))?
         }
         None => vec![ImportedWorld {
             name: name.clone(),

@@ -11,12 +11,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::values::{Read, describe};
-use crate::error::Fault;
+use crate::error::{Fault, MAX_FAULTS, more};
 
 pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
-
-/// Most faults that are told: more than anybody corrects before trying again.
-const MAX_FAULTS: usize = 50;
 
 pub(crate) struct Document<'a> {
     path: &'a Path,
@@ -88,11 +85,7 @@ impl<'a> Document<'a> {
         faults.sort_by_key(|fault| (fault.file != self.path, fault.line));
         let others = self.others.get();
         if others > 0 {
-            faults.push(Fault {
-                file: self.path.to_owned(),
-                line: None,
-                message: format!("and {others} more faults; correct these first"),
-            });
+            faults.push(more(self.path.to_owned(), others));
         }
         faults
     }

@@ -192,7 +192,10 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         (loose.len(), "balls and movable boxes"),
     ] {
         if count > MAX_MOVING {
-            root.fault(root.span(), format!("{count} {what}: expected at most {MAX_MOVING}"));
+            root.fault(
+                root.span(),
+                format!("{count} {what}: expected at most {MAX_MOVING}"),
+            );
             return None;
         }
     }
@@ -226,7 +229,10 @@ fn parse_world(document: &Document<'_>, root: &Table<'_>) -> Option<WorldFile> {
         samples += solids.len();
         if samples > MAX_ALL_SAMPLES {
             let length = MAX_ALL_SAMPLES as f64 * STRIDE / 1e3;
-            document.fault(span, format!("the ways of all movers have more than {length} km: shorten them"));
+            document.fault(
+                span,
+                format!("the ways of all movers have more than {length} km: shorten them"),
+            );
             return None;
         }
         obstacles.extend(solids.iter().flat_map(|solid| scene.near(solid, 0.0)));

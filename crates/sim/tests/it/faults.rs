@@ -411,19 +411,32 @@ fn of_many_faults_the_first_are_told_and_the_others_counted() {
     let keys: String = (0..50_000).map(|key| format!("k{key} = 1\n")).collect();
     let faults = faults(&keys);
     assert_eq!(faults.len(), 51);
-    assert!(faults[0].starts_with("lab/w.toml:1: world: unknown key `k0`; expected one of `name`"), "{}", faults[0]);
+    assert!(
+        faults[0].starts_with("lab/w.toml:1: world: unknown key `k0`; expected one of `name`"),
+        "{}",
+        faults[0]
+    );
     assert!(faults[49].starts_with("lab/w.toml:50: "), "{}", faults[49]);
-    assert_eq!(faults[50], "lab/w.toml: and 49950 more faults; correct these first");
+    assert_eq!(
+        faults[50],
+        "lab/w.toml: and 49950 more faults; correct these first"
+    );
 }
 
 #[test]
 fn more_things_that_move_than_a_computer_can_compare_are_refused() {
     let balls = "{ center = [0, 0], radius = 0.1 },".repeat(2001);
     let balls = faults(&format!("balls = [{balls}]"));
-    assert_eq!(balls, ["lab/w.toml:1: world: 2001 balls and movable boxes: expected at most 2000"]);
+    assert_eq!(
+        balls,
+        ["lab/w.toml:1: world: 2001 balls and movable boxes: expected at most 2000"]
+    );
     let way = "{ way = [[0, 0], [1000, 0]], speed = 1, radius = 0.1 },".repeat(150);
     let ways = faults(&format!("movers = [{way}]"));
-    assert!(ways[0].contains("the ways of all movers have more than 50 km"), "{ways:?}");
+    assert!(
+        ways[0].contains("the ways of all movers have more than 50 km"),
+        "{ways:?}"
+    );
 }
 
 #[test]
@@ -431,12 +444,20 @@ fn a_file_of_another_kind_is_named_as_what_it_is() {
     let map = faults("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n");
     assert_eq!(
         map,
-        ["lab/w.toml:1: it is the YAML file of a ROS map, and no world file: `jde new world NAME --from lab/w.toml` makes a \
-          world of it"]
+        [
+            "lab/w.toml:1: it is the YAML file of a ROS map, and no world file: `jde new world NAME --from lab/w.toml` makes a \
+          world of it"
+        ]
     );
     for (text, expected) in [
-        ("<sdf version='1.6'/>", "it is a world or a model in SDF, and no world file: `jde new world"),
-        ("#VRML_SIM R2023b utf8\nWorldInfo {\n}\n", "it is a world of Webots"),
+        (
+            "<sdf version='1.6'/>",
+            "it is a world or a model in SDF, and no world file: `jde new world",
+        ),
+        (
+            "#VRML_SIM R2023b utf8\nWorldInfo {\n}\n",
+            "it is a world of Webots",
+        ),
         ("define floor model ( )\nfloor ( )\n", "it is a world of Stage"),
     ] {
         let faults = faults(text);
@@ -447,5 +468,8 @@ fn a_file_of_another_kind_is_named_as_what_it_is() {
     let error = World::load(&picture, 0).err().unwrap().to_string();
     assert!(error.contains("it is a picture, and no world file"), "{error}");
     let error = jde_sim::RobotModel::load(&picture).err().unwrap().to_string();
-    assert!(error.contains("and no robot file: `jde new robot NAME`"), "{error}");
+    assert!(
+        error.contains("and no robot file: `jde new robot NAME`"),
+        "{error}"
+    );
 }

@@ -12,7 +12,7 @@ fn import(name: &str, text: &str) -> Result<Vec<ImportedWorld>, WorldError> {
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join(name);
     fs::write(&file, text).unwrap();
-    jde_sim::import(&file, &[])
+    jde_sim::import(&file, &[], "lab")
 }
 
 fn faults(name: &str, text: &str) -> Vec<String> {
@@ -58,7 +58,116 @@ fn every_fault_of_a_list_has_its_line() {
     );
     assert_eq!(
         faults("empty.txt", "\n"),
-        ["1: has no world: expected lines `NUMBER X,Y X,Y ...`"]
+        ["0: it is an empty file, and no world file: give a world"]
+    );
+}
+
+#[test]
+fn a_ros_map_becomes_a_world_with_a_copy_of_it() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("imports");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(
+        folder.join("hall.ppm"),
+        "P3 3 3 1 0 0 0 0 0 0 0 0 0 0 0 0 1 1 1 0 0 0 0 0 0 0 0 0 0 0 0",
+    )
+    .unwrap();
+    let yaml = "\u{feff}image: hall.ppm\nresolution: '0.5'\norigin: [-1, 0, 0]\nfloor: 3\n";
+    let world = &import("hall.yaml", yaml).unwrap()[0];
+    let names: Vec<_> = world.files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        (world.name.as_str(), names),
+        ("lab", vec!["lab-map.yaml", "lab-map.pgm"])
+    );
+    let report: Vec<_> = world.report().collect();
+    assert_eq!(
+        report,
+        [
+            "The robot starts at (-0.25, 0.75).",
+            "the key `floor` is left out: no map server reads it (line 4)"
+        ]
+    );
+    let converted = folder.join("hall");
+    fs::create_dir_all(&converted).unwrap();
+    for (name, contents) in &world.files {
+        fs::write(converted.join(name), contents).unwrap();
+    }
+    let world = World::parse(&world.text, converted.join("lab.toml"), 1).unwrap();
+    assert_eq!(world.cast_ray([-0.25, 0.75], 0.0, 9.0, None), Some(0.25));
+}
+
+#[test]
+fn a_map_of_moving_ai_becomes_a_world_of_cells_of_a_metre() {
+    let text = "type octile\nheight 3\nwidth 4\nmap\n@@@@\n@..T\n@@@@\n";
+    let world = &import("arena.map", text).unwrap()[0];
+    let notes = ["The robot starts at (1.50, 1.50).", "A cell is 1 m wide"];
+    assert!(
+        world
+            .notes
+            .iter()
+            .zip(notes)
+            .all(|(note, start)| note.starts_with(start)),
+        "{:?}",
+        world.notes
+    );
+    assert!(world.text.contains("map = \"lab-map.yaml\""), "{}", world.text);
+}
+
+#[test]
+fn a_packed_file_is_converted_as_what_is_in_it() {
+    use std::io::Write;
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("imports");
+    fs::create_dir_all(&folder).unwrap();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all("\u{feff}0 1,2\n1 3,4\n".as_bytes()).unwrap();
+    let file = folder.join("list.gz");
+    fs::write(&file, packed.finish().unwrap()).unwrap();
+    assert_eq!(jde_sim::import(&file, &[], "lab").unwrap().len(), 2);
+}
+
+#[test]
+fn a_file_that_cannot_be_converted_is_named_as_what_it_is() {
+    for (text, expected) in [
+        (
+            "#VRML_SIM R2023b utf8\nWorldInfo {}\n",
+            "it is a world of Webots, and no world file: its format is read by Webots",
+        ),
+        (
+            "<robot name='r'/>",
+            "it is a robot in URDF or Xacro, and no world file: a robot is described by a robot file",
+        ),
+        ("<COLLADA/>", "it is a mesh, and no world file: a world has walls"),
+        ("solid a\nfacet normal 0 0 1\n", "it is a mesh"),
+        ("  0\nSECTION\n  2\nENTITIES\n", "it is a drawing in DXF"),
+        ("#usda 1.0\n", "it is a scene in USD"),
+        (
+            "P2 1 1 255 0\n",
+            "it is a picture, and no world file: a picture states no lengths: write a YAML file",
+        ),
+        (
+            "name = \"room\"\n",
+            "it is a TOML file, such as a world, and no world file: name it in an application",
+        ),
+        ("\u{1}\0", "it is a binary file of an unknown kind"),
+    ] {
+        let faults = faults("other", text);
+        assert!(faults.len() == 1 && faults[0].contains(expected), "{faults:?}");
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("imports/folder");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("hall.yaml"), "").unwrap();
+    let error = jde_sim::import(&folder, &[], "lab").unwrap_err().to_string();
+    assert!(
+        error.contains("it is a folder: give a file in it, such as `"),
+        "{error}"
+    );
+}
+
+#[test]
+fn of_many_faults_of_a_list_the_first_are_told() {
+    let faults = faults("long.txt", &"0 x,1\n".repeat(10_000));
+    assert_eq!(
+        (faults.len(), faults[50].as_str()),
+        (51, "0: and 9950 more faults; correct these first")
     );
 }
 
@@ -148,7 +257,7 @@ fn faults_of_an_sdf_world_have_their_lines() {
         ["1: `html` is no SDF: expected <sdf>"]
     );
     assert_eq!(faults("cut.sdf", "<sdf>\n<world>").len(), 1);
-    let absent = jde_sim::import(Path::new("absent.sdf"), &[]).expect_err("there is no such file");
+    let absent = jde_sim::import(Path::new("absent.sdf"), &[], "lab").expect_err("there is no such file");
     assert!(absent.to_string().contains("absent.sdf"), "{absent}");
 }
 

@@ -2,6 +2,7 @@
 
 mod bumpers;
 mod cameras;
+pub mod checks;
 mod depths;
 mod edits;
 mod faults;
@@ -17,6 +18,7 @@ mod models;
 mod motion;
 mod movers;
 mod mutants;
+mod noise;
 mod rays;
 mod robots;
 mod sensors;

@@ -201,7 +201,13 @@ fn a_large_map_gives_few_shapes() {
 fn a_map_of_noise_is_refused_before_its_walls_are_made() {
     let side = 1100;
     let mut raw = format!("P5 {side} {side} 255\n").into_bytes();
-    raw.extend((0..side * side).map(|index| if (index % side + index / side) % 2 == 0 { 0 } else { 254 }));
+    raw.extend((0..side * side).map(|index| {
+        if (index % side + index / side) % 2 == 0 {
+            0
+        } else {
+            254
+        }
+    }));
     let error = world("chess", YAML, &raw).err().unwrap();
     assert!(error.contains("more than 500000 separate walls"), "{error}");
 }
@@ -217,7 +223,10 @@ fn a_probability_is_taken_for_what_robots_take_it_for() {
     let [warning] = world.warnings() else {
         panic!("{:?}", world.warnings());
     };
-    assert_eq!(warning.message, "the key `floor` is left out: no map server reads it (line 5)");
+    assert_eq!(
+        warning.message,
+        "the key `floor` is left out: no map server reads it (line 5)"
+    );
     for (x, reason) in [(0.75, "on unknown ground"), (1.25, "inside `m.yaml`")] {
         let error = world_with_robots("raw", &yaml, raw, &start(x)).err().unwrap();
         assert!(error.contains(reason), "{error}");
@@ -338,10 +347,5 @@ fn faults_of_a_graymap_are_reported_with_their_line() {
         "/m.pgm:3: ",
         &["at most 100000000"],
     );
-    check(
-        YAML,
-        b"\x89PNG\r\n\x1a\nrubbish",
-        "/m.pgm: ",
-        &["no valid PNG"],
-    );
+    check(YAML, b"\x89PNG\r\n\x1a\nrubbish", "/m.pgm: ", &["no valid PNG"]);
 }

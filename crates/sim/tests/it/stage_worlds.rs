@@ -51,7 +51,7 @@ fn folder(name: &str) -> PathBuf {
 fn import(folder: &Path, text: &str) -> Result<ImportedWorld, WorldError> {
     let file = folder.join("lab.world");
     fs::write(&file, text).unwrap();
-    let [world] = <[_; 1]>::try_from(jde_sim::import(&file, &[])?).expect("a file is one world");
+    let [world] = <[_; 1]>::try_from(jde_sim::import(&file, &[], "lab")?).expect("a file is one world");
     Ok(world)
 }
 
@@ -113,13 +113,13 @@ fn models_stand_where_stage_puts_them() {
             "{range} m from {x}, {y} at {degrees}°"
         );
     }
-    let notes = [
-        "`goal` is a mark: nothing detects it, and it is left out.",
-        "`lamp.shade` is 0.70 m above the floor and is left out.",
-        "`lamp.camera` is a camera and is left out.",
+    let report = [
         "3 robots: their starts are kept, their bodies and sensors are left out.",
+        "`goal` is left out: it is a mark, which no laser sees and which stops no robot (lab.world:8)",
+        "`lamp.camera`, a camera, is left out: the robot of an application has the sensors (things.inc:10)",
+        "`lamp.shade` is left out: it is 0.70 m above the floor (things.inc:10)",
     ];
-    assert_eq!(imported.notes, notes);
+    assert_eq!(imported.report().collect::<Vec<_>>(), report);
 }
 
 #[test]
@@ -207,8 +207,8 @@ fn every_fault_names_its_file_and_line() {
     );
     one(
         "unit",
-        "unit_angle \"radians\"\nmodel ( )",
-        "lab.world:1: `unit_angle` is \"radians\", and only \"degrees\" is supported",
+        "unit_angle \"gon\"\nmodel ( )",
+        "lab.world:1: `unit_angle` is \"gon\": expected one of \"degrees\", \"radians\"",
     );
     let block = "a block needs `points`, 3 or more, and `point[0] [x y]` and so on";
     one(
@@ -236,23 +236,124 @@ fn every_fault_names_its_file_and_line() {
 #[test]
 fn endless_worlds_are_refused() {
     let itself = faults("itself", "include \"lab.world\"");
-    assert_eq!(itself, ["lab.world:1: more than 32 files include each other"]);
+    assert_eq!(itself, ["lab.world:1: more than 64 files include each other"]);
     let deep = faults("deep", &"model ( ".repeat(1000));
-    assert_eq!(deep, ["lab.world:1: has more than 32 levels of entities"]);
+    assert_eq!(
+        deep,
+        ["lab.world:1: has more than 64 levels of entities or definitions"]
+    );
     let doubled = |level: u32| format!("define m{} model ( m{level} ( ) m{level} ( ) )\n", level + 1);
-    let many: String = (1..40).map(doubled).collect();
-    let many = faults("many", &format!("define m1 model ( )\n{many}"));
-    assert!(many[0].contains("more than 100000 entities"), "{many:?}");
+    let many: String = (1..20).map(doubled).collect();
+    let many = faults("many", &format!("define m1 model ( )\n{many}m20 ( )\n"));
+    assert!(many[0].contains("too large with its definitions"), "{many:?}");
     let nested: String = (1..2000)
         .map(|level| format!("define m{} model ( m{level} ( ) )\n", level + 1))
         .collect();
-    let nested = faults("nested", &format!("define m1 model ( )\n{nested}"));
+    let nested = faults("nested", &format!("define m1 model ( )\n{nested}m1999 ( )\n"));
     assert!(
-        nested[0].ends_with("or more than 32 levels of them"),
+        nested[0].ends_with("more than 64 levels of entities or definitions"),
         "{nested:?}"
+    );
+    let folder = folder("included");
+    for level in 0..30 {
+        let twice = format!("include \"{}.inc\"\n", level + 1).repeat(2);
+        fs::write(folder.join(format!("{level}.inc")), twice).unwrap();
+    }
+    fs::write(folder.join("30.inc"), "speedup 1\n".repeat(100)).unwrap();
+    let included = faults("included", "include \"0.inc\"");
+    assert!(
+        included[0].contains("too large with its definitions"),
+        "{included:?}"
     );
     let wide = "model ( bitmap \"house.pgm\" size [ 1e9 1 1 ] )";
     assert!(faults("wide", wide)[0].contains("expected at most"));
+}
+
+/// One world with a bitmap of these pixels over 2 x 1 m, in colours.
+fn bitmap(name: &str, pixels: &[[u8; 3]]) -> Result<World, WorldError> {
+    let folder = folder(name);
+    let header = format!("P6 {} 1 255\n", pixels.len()).into_bytes();
+    fs::write(folder.join("lines.ppm"), [header, pixels.concat()].concat()).unwrap();
+    let text = format!("model ( bitmap \"lines.ppm\" size [ {} 1 1 ] )", pixels.len());
+    load(&folder, &import(&folder, &text)?)
+}
+
+#[test]
+fn a_pixel_is_a_wall_if_its_red_is_dark() {
+    let (black, red, blue, white) = ([0; 3], [255, 0, 0], [0, 0, 255], [255; 3]);
+    let world = bitmap("red", &[black, red, white, blue]).unwrap();
+    // The pixels are a metre wide, and the second and the third are free.
+    let range = |world: &World, heading| world.cast_ray([0.0, 0.0], heading, 9.0, None).unwrap();
+    assert!((range(&world, 0.0) - 1.0).abs() < 1e-6);
+    assert!((range(&world, std::f64::consts::PI) - 1.0).abs() < 1e-6);
+    let gray = bitmap("gray", &[[127; 3], [128; 3], [127; 3]]).unwrap();
+    assert!((range(&gray, 0.0) - 0.5).abs() < 1e-6);
+    assert!(bitmap("white", &[white]).is_err(), "nothing stands there");
+}
+
+#[test]
+fn names_of_older_versions_mean_what_they_meant() {
+    let folder = folder("older");
+    let text = "unit_length \"cm\"\nunit_angle \"radians\"\n\
+        model ( size3 [ 200 100 50 ] pose4 [ 300 0 0 1.5707963267948966 ] laser ( ) range_max 8 )\n\
+        model ( size [ 100 100 ] pose [ -300 0 0 ] laser_return 0 )\n";
+    let imported = import(&folder, text).unwrap();
+    let report: Vec<_> = imported.report().collect();
+    assert_eq!(
+        report,
+        [
+            "`model.laser`, a laser, is left out: the robot of an application has the sensors (lab.world:3)",
+            "`ranger_return` of `model` is left out: what stops robots is seen by lasers in a world, and what is seen stops \
+             them (lab.world:4)",
+            "the property `range_max` is left out: a world has no such thing (lab.world:3)",
+        ]
+    );
+    let world = load(&folder, &imported).unwrap();
+    let range = |degrees: f64| {
+        world
+            .cast_ray([0.0, 0.0], degrees.to_radians(), 9.0, None)
+            .unwrap()
+    };
+    assert!((range(0.0) - 2.5).abs() < 1e-6 && (range(180.0) - 2.5).abs() < 1e-6);
+}
+
+#[test]
+fn definitions_and_files_are_found_as_stage_finds_them() {
+    let folder = folder("found");
+    let inner = folder.join("inner");
+    fs::create_dir_all(&inner).unwrap();
+    // The file in the inner folder names others beside the world, and beside itself.
+    fs::write(
+        inner.join("a.inc"),
+        "include \"things.inc\"\rinclude \"b.inc\"\rdefine later crate ( size [ 2 1 1 ] )\r",
+    )
+    .unwrap();
+    fs::write(inner.join("b.inc"), b"# M\xfcller\nlater ( name \"first\" )").unwrap();
+    let text = "include \"inner/a.inc\"\ndefine later model ( )\nlater ( pose [ 0 5 0 0 ] )";
+    let late = faults("found", text);
+    assert_eq!(
+        late,
+        ["inner/b.inc:2: `later` is no model: define it, or include the file that does"]
+    );
+    fs::write(inner.join("b.inc"), "").unwrap();
+    let imported = import(&folder, text).unwrap();
+    let report: Vec<_> = imported.report().collect();
+    assert_eq!(
+        report,
+        ["the second definition of `later` is left out: the first one counts, as in Stage (lab.world:2)"]
+    );
+    // A crate of 2 m, whose origin is half a metre behind its centre.
+    let world = load(&folder, &imported).unwrap();
+    let range = world.cast_ray([-5.0, 5.0], 0.0, 9.0, None).unwrap();
+    assert!((range - 4.5).abs() < 1e-6, "{range}");
+}
+
+#[test]
+fn the_files_of_a_world_have_its_name() {
+    let folder = folder("named");
+    let imported = import(&folder, WORLD).unwrap();
+    let names: Vec<_> = imported.files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["lab-map.yaml", "lab-map.pgm"]);
 }
 
 proptest! {

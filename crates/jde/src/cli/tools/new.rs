@@ -27,6 +27,7 @@ use crate::new::{self, Kind};
   jde new world barn --from worlds.txt               a folder of worlds, one for each line
   jde new world lab --from gazebo/lab.sdf --models gazebo/models
   jde new world cave --from stage/simple.world
+  jde new world office --from office.yaml            a ROS map
   jde new robot trolley
   jde new robot my-pioneer --from pioneer-3dx"
 )]
@@ -82,7 +83,8 @@ enum What {
     World {
         #[command(flatten)]
         name: Name,
-        /// Convert this file: a world in SDF or of Stage, or a list of worlds in the form of the BARN challenge.
+        /// Convert this file: a world in SDF or of Stage, a ROS map (YAML) or one of MovingAI, or a list of worlds in the form of
+        /// the BARN challenge.
         #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
         from: Option<PathBuf>,
         /// Search the models of an SDF world in this folder, before the ones of GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH.

@@ -2,14 +2,18 @@
 //! the whole picture, over the size of its model.
 
 use std::path::Path;
+use std::rc::Rc;
 
-use jde_map_file::{Cell, MapFile};
+use jde_files::{Budget, Exceeded};
+use jde_map_file::{Picture, Shade};
 
 use crate::import::pose::Pose;
 
-/// The map that reads a bitmap: a pixel that is darker than half is a wall.
-const HEADER: &str =
-    "resolution: 1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.5\nfree_thresh: 0.499\n";
+/// The brightest wall. Stage looks at the first channel of a pixel alone, so that red lines are as white as the paper, and
+/// at no transparency.
+const DARK: u8 = 127;
+/// Pixels that are visited in the time of a step.
+const PER_STEP: usize = 16;
 /// Most cells of a map.
 const MAX_CELLS: f64 = 2.5e7;
 /// What a robot has around its start, m.
@@ -21,8 +25,8 @@ const WALL: u8 = 0;
 /// A bitmap on the floor.
 #[derive(Debug)]
 pub(super) struct Bitmap {
-    picture: MapFile,
-    /// The first column and row with a dark pixel, and the numbers of columns and rows up to the last one.
+    picture: Rc<Picture>,
+    /// The first column and row from the top with a dark pixel, and the numbers of columns and rows up to the last one.
     first: [usize; 2],
     count: [usize; 2],
     /// The middle of the dark pixels.
@@ -42,40 +46,48 @@ pub(super) struct Raster {
 }
 
 impl Bitmap {
-    /// Reads a bitmap, a PNG or PGM file.
+    /// Reads the picture of a bitmap.
     ///
     /// # Errors
     /// What is wrong with it.
-    pub(super) fn load(path: &Path, pose: Pose, size: [f64; 2]) -> Result<Self, String> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let text = format!("image: {name:?}\n{HEADER}");
-        let picture = MapFile::parse(&path.with_extension("yaml"), &text).map_err(|faults| {
-            faults
+    pub(super) fn picture(path: &Path) -> Result<Picture, String> {
+        Picture::load(path, Shade::Red).map_err(|fault| fault.to_string())
+    }
+
+    /// Puts a picture into the world; `None` if it has no dark pixel.
+    ///
+    /// # Errors
+    /// Too much is read already.
+    pub(super) fn new(
+        picture: Rc<Picture>,
+        pose: Pose,
+        size: [f64; 2],
+        budget: &mut Budget,
+    ) -> Result<Option<Self>, Exceeded> {
+        let pixels = picture.shades.len();
+        budget.work(pixels / PER_STEP)?;
+        let (mut first, mut last) = ([usize::MAX; 2], [0; 2]);
+        for (row, shades) in picture.shades.chunks_exact(picture.width).enumerate() {
+            let is_dark = |shade: &u8| *shade <= DARK;
+            let ends = shades
                 .iter()
-                .map(ToString::to_string)
-                .collect::<Vec<_>>()
-                .join("; ")
-        })?;
-        let is_dark = |index: &usize| picture.cells[*index] == Cell::Occupied;
-        let dark: Vec<usize> = (0..picture.cells.len()).filter(is_dark).collect();
-        let (columns, rows) = (
-            dark.iter().map(|index| index % picture.width),
-            dark.iter().map(|index| index / picture.width),
-        );
-        let (Some(left), Some(right)) = (columns.clone().min(), columns.max()) else {
-            return Err(format!("the bitmap {name:?} has no dark pixel"));
-        };
-        let (bottom, top) = (
-            rows.clone().min().unwrap_or_default(),
-            rows.max().unwrap_or_default(),
-        );
-        Ok(Self {
-            first: [left, bottom],
-            count: [right - left + 1, top - bottom + 1],
+                .position(is_dark)
+                .zip(shades.iter().rposition(is_dark));
+            if let Some((left, right)) = ends {
+                first = [first[0].min(left), first[1].min(row)];
+                last = [last[0].max(right), row];
+            }
+        }
+        if first[0] > last[0] {
+            return Ok(None);
+        }
+        Ok(Some(Self {
+            count: [0, 1].map(|axis| last[axis] - first[axis] + 1),
+            first,
             picture,
             pose,
             size,
-        })
+        }))
     }
 
     fn pixel_sizes(&self) -> [f64; 2] {
@@ -94,12 +106,14 @@ impl Bitmap {
             let part = local[axis] / self.size[axis] + 0.5;
             let index = (part * self.count[axis] as f64).floor();
             let is_inside = index >= 0.0 && index < self.count[axis] as f64;
-            is_inside.then(|| self.first[axis] + index as usize)
+            is_inside.then_some(index as usize)
         });
         let [Some(column), Some(row)] = cell else {
             return false;
         };
-        self.picture.cells[row * self.picture.width + column] == Cell::Occupied
+        // The rows of a picture begin at its top.
+        let row = self.first[1] + self.count[1] - 1 - row;
+        self.picture.shades[row * self.picture.width + self.first[0] + column] <= DARK
     }
 }
 
@@ -108,8 +122,12 @@ impl Raster {
     /// free cells around the starts of robots, because none may start outside.
     ///
     /// # Errors
-    /// If the map would be too large.
-    pub(super) fn draw(bitmaps: &[Bitmap], starts: &[[f64; 2]]) -> Result<Option<Self>, String> {
+    /// If the map would be too large, or too many bitmaps lie upon each other.
+    pub(super) fn draw(
+        bitmaps: &[Bitmap],
+        starts: &[[f64; 2]],
+        budget: &mut Budget,
+    ) -> Result<Option<Self>, String> {
         let corners: Vec<_> = bitmaps.iter().flat_map(Bitmap::corners).collect();
         let sizes = bitmaps.iter().flat_map(Bitmap::pixel_sizes);
         let Some(resolution) = sizes.reduce(f64::min) else {
@@ -139,15 +157,34 @@ impl Raster {
                 "the bitmaps need {width} x {height} cells: expected at most {MAX_CELLS} in all"
             ));
         }
-        let mut pgm = format!("P5\n{width} {height}\n255\n").into_bytes();
+        let (columns, rows) = (width as usize, height as usize);
+        let mut cells = vec![FREE; columns * rows];
         let center = |start: f64, index: usize| start + (index as f64 + 0.5) * resolution;
-        for row in (0..height as usize).rev() {
-            for column in 0..width as usize {
-                let place = [center(left, column), center(bottom, row)];
-                let is_dark = bitmaps.iter().any(|bitmap| bitmap.is_dark(place));
-                pgm.push(if is_dark { WALL } else { FREE });
+        for bitmap in bitmaps {
+            let corners = bitmap.corners();
+            // The cells around the bitmap along an axis.
+            let around = |axis: usize, start: f64, count: usize| {
+                let along = corners.iter().map(|corner| (corner[axis] - start) / resolution);
+                let lower = along.clone().fold(f64::INFINITY, f64::min).floor().max(0.0);
+                let upper = along.fold(0.0, f64::max).ceil();
+                lower as usize..(upper as usize).min(count)
+            };
+            let (columns_around, rows_around) = (around(0, left, columns), around(1, bottom, rows));
+            let visited = columns_around.len() * rows_around.len();
+            let counted = budget.work(visited);
+            counted.map_err(|exceeded| format!("the bitmaps are too large: {exceeded}"))?;
+            for row in rows_around {
+                // The rows of a picture begin at its top.
+                let cells = &mut cells[(rows - 1 - row) * columns..][..columns];
+                for column in columns_around.clone() {
+                    if bitmap.is_dark([center(left, column), center(bottom, row)]) {
+                        cells[column] = WALL;
+                    }
+                }
             }
         }
+        let mut pgm = format!("P5\n{columns} {rows}\n255\n").into_bytes();
+        pgm.extend(cells);
         Ok(Some(Self {
             resolution,
             origin: [left, bottom],

@@ -1,16 +1,21 @@
-//! The syntax of Stage's world files: words, numbers, texts, tuples in brackets, entities in parentheses,
-//! `define` and `include`. It knows no entity.
+//! The syntax of Stage's world files (`worldfile.cc` of Stage 4.3): words, numbers, texts, tuples in brackets, entities in
+//! parentheses, `define` and `include`. It knows no entity.
+//!
+//! As in Stage, a definition is read where it is used, so that it may use later ones, the first of two with one name
+//! counts, and files are named relative to the world or else to the file that names them.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use jde_files::{Budget, Exceeded, LeftOut};
+use jde_map_file::MAX_TEXT;
+
 use crate::error::Fault;
 
-/// Most entities of a world, with those that definitions repeat.
-const MAX_ENTITIES: usize = 100_000;
-/// The greatest depth of files that include others, and of entities within entities.
-const MAX_DEPTH: usize = 32;
+/// The greatest depth of files that include others, of definitions that use others, and of entities within entities.
+const MAX_DEPTH: usize = 64;
 
 /// A place in a file.
 #[derive(Clone, Debug)]
@@ -29,15 +34,20 @@ pub(super) struct Entity {
     pub(super) place: Place,
     properties: Vec<(String, Value)>,
     pub(super) children: Vec<Entity>,
-    /// Number of entities, and of levels: itself and all below.
-    size: usize,
-    depth: usize,
 }
 
 #[derive(Clone, Debug)]
 enum Value {
     Text(String, Place),
     Numbers(Vec<f64>, Place),
+}
+
+/// A definition: where its entity begins, and the type of that.
+#[derive(Clone, Debug)]
+struct Definition {
+    base: String,
+    /// The number of the token `(`.
+    start: usize,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -55,18 +65,24 @@ enum Token {
 ///
 /// # Errors
 /// The first fault of the file, or of one that it includes.
-pub(super) fn parse(path: &Path, text: &str) -> Result<Entity, Fault> {
-    let mut tokens = Vec::new();
-    read_tokens(path, text, 0, &mut tokens)?;
+pub(super) fn parse(
+    path: &Path,
+    text: &str,
+    budget: &mut Budget,
+    left_out: &mut LeftOut,
+) -> Result<Entity, Fault> {
     let start = Place {
         file: path.into(),
         line: 1,
     };
     let mut parser = Parser {
-        tokens,
+        tokens: Vec::new(),
         next: 0,
         definitions: HashMap::new(),
+        budget,
+        left_out,
     };
+    parser.read_tokens(path, path, text, 0)?;
     let mut root = Entity::new("world", start);
     parser.body(&mut root, 0)?;
     Ok(root)
@@ -81,6 +97,22 @@ impl Place {
             message: message.into(),
         }
     }
+
+    /// Returns a file that is named here: beside the world, as in Stage, or else beside the file that names it.
+    fn named(&self, world: &Path, name: &str) -> PathBuf {
+        let folder = |path: &Path| path.parent().unwrap_or(Path::new("")).join(name);
+        Some(folder(world))
+            .filter(|path| path.is_file())
+            .unwrap_or_else(|| folder(&self.file))
+    }
+}
+
+/// As in a report: the file and the line.
+impl core::fmt::Display for Place {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let name = self.file.file_name().unwrap_or_default().to_string_lossy();
+        write!(f, "{name}:{}", self.line)
+    }
 }
 
 impl Entity {
@@ -91,8 +123,6 @@ impl Entity {
             place,
             properties: Vec::new(),
             children: Vec::new(),
-            size: 1,
-            depth: 1,
         }
     }
 
@@ -105,12 +135,25 @@ impl Entity {
         }
     }
 
-    /// Returns the path of a file that a property names: relative to the file with the property.
-    pub(super) fn path(&self, key: &str) -> Option<(PathBuf, &Place)> {
+    /// Whether a property is stated.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.value(key).is_some()
+    }
+
+    /// Returns the path of a file that a property names.
+    pub(super) fn path(&self, key: &str, world: &Path) -> Option<(PathBuf, &Place)> {
         match self.value(key)? {
-            Value::Text(text, place) => Some((beside(&place.file, text), place)),
+            Value::Text(text, place) => Some((place.named(world, text), place)),
             Value::Numbers(..) => None,
         }
+    }
+
+    /// Returns the names of all properties, and where they are stated.
+    pub(super) fn keys(&self) -> impl Iterator<Item = (&str, &Place)> {
+        self.properties.iter().map(|(name, value)| {
+            let (Value::Text(_, place) | Value::Numbers(_, place)) = value;
+            (name.as_str(), place)
+        })
     }
 
     /// Returns numbers.
@@ -145,13 +188,15 @@ impl Entity {
     }
 }
 
-struct Parser {
+struct Parser<'p> {
     tokens: Vec<(Token, Place)>,
     next: usize,
-    definitions: HashMap<String, Entity>,
+    definitions: HashMap<String, Definition>,
+    budget: &'p mut Budget,
+    left_out: &'p mut LeftOut,
 }
 
-impl Parser {
+impl Parser<'_> {
     fn take(&mut self) -> Option<(Token, Place)> {
         let token = self.tokens.get(self.next).cloned();
         self.next += 1;
@@ -162,6 +207,12 @@ impl Parser {
         self.tokens.get(self.next).is_some_and(|(next, _)| next == token)
     }
 
+    /// Counts what is read, and what is kept of it.
+    fn count(&mut self, place: &Place, bytes: usize) -> Result<(), Fault> {
+        let counted = self.budget.work(1).and_then(|()| self.budget.hold(bytes));
+        counted.map_err(|exceeded| refused(place, exceeded))
+    }
+
     /// Reads properties and entities into an entity, up to its end.
     fn body(&mut self, entity: &mut Entity, depth: usize) -> Result<(), Fault> {
         while let Some((token, place)) = self.take() {
@@ -169,15 +220,7 @@ impl Parser {
                 Token::Close if depth > 0 => return Ok(()),
                 Token::Word(word) if word == "define" => self.define(&place)?,
                 Token::Word(word) if self.is_next(&Token::Open) => {
-                    let child = self.entity(&word, place.clone(), depth)?;
-                    entity.size += child.size;
-                    entity.depth = entity.depth.max(child.depth + 1);
-                    if entity.size > MAX_ENTITIES || entity.depth > MAX_DEPTH {
-                        let message = format!(
-                            "has more than {MAX_ENTITIES} entities, or more than {MAX_DEPTH} levels of them"
-                        );
-                        return Err(place.fault(message));
-                    }
+                    let child = self.entity(&word, place, depth)?;
                     entity.children.push(child);
                 }
                 Token::Word(word) => self.property(entity, word, place)?,
@@ -191,26 +234,59 @@ impl Parser {
         }
     }
 
+    /// Remembers where a definition is, up to its end.
     fn define(&mut self, place: &Place) -> Result<(), Fault> {
         let (name, base) = (self.take(), self.take());
         let (Some((Token::Word(name), _)), Some((Token::Word(base), _))) = (name, base) else {
             return Err(place.fault("`define` needs a new name, a known one and `(`"));
         };
+        let start = self.next;
         if !self.is_next(&Token::Open) {
             return Err(place.fault("`define` needs a new name, a known one and `(`"));
         }
-        let definition = self.entity(&base, place.clone(), 0)?;
-        self.definitions.insert(name, definition);
+        let mut depth = 0_usize;
+        loop {
+            match self.take() {
+                Some((Token::Open, _)) => depth += 1,
+                Some((Token::Close, _)) => depth -= 1,
+                Some((Token::Word(_) | Token::Text(_) | Token::Number(_), _)) => {}
+                Some((Token::OpenTuple | Token::CloseTuple, _)) => {}
+                None => return Err(place.fault(format!("the definition of `{name}` has no `)` at its end"))),
+            }
+            if depth == 0 {
+                break;
+            }
+        }
+        self.count(place, size_of::<Definition>() + name.len() + base.len())?;
+        match self.definitions.entry(name) {
+            Entry::Vacant(free) => {
+                free.insert(Definition { base, start });
+            }
+            Entry::Occupied(first) => {
+                let what = format!("the second definition of `{}`", first.key());
+                let why = "the first one counts, as in Stage";
+                self.left_out.add(what, Some(place), why);
+            }
+        }
         Ok(())
     }
 
     /// Reads an entity from its `(` to its `)`.
     fn entity(&mut self, kind: &str, place: Place, depth: usize) -> Result<Entity, Fault> {
         if depth >= MAX_DEPTH {
-            return Err(place.fault(format!("has more than {MAX_DEPTH} levels of entities")));
+            let message = format!("has more than {MAX_DEPTH} levels of entities or definitions");
+            return Err(place.fault(message));
         }
-        let definition = self.definitions.get(kind).cloned();
-        let mut entity = definition.unwrap_or_else(|| Entity::new(kind, place.clone()));
+        self.count(&place, 2 * (size_of::<Entity>() + kind.len()))?;
+        let mut entity = match self.definitions.get(kind).cloned() {
+            None => Entity::new(kind, place.clone()),
+            Some(Definition { base, start }) => {
+                let back = core::mem::replace(&mut self.next, start);
+                let entity = self.entity(&base, place.clone(), depth + 1)?;
+                self.next = back;
+                entity
+            }
+        };
         (entity.kind, entity.place) = (kind.to_owned(), place);
         self.take();
         self.body(&mut entity, depth + 1)?;
@@ -221,9 +297,11 @@ impl Parser {
         let mut numbers = Vec::new();
         let mut in_tuple = false;
         while let Some((token, _)) = self.tokens.get(self.next) {
+            let mut held = size_of::<f64>();
             match token {
                 Token::Number(number) => numbers.push(*number),
                 Token::Text(text) => {
+                    held += text.len();
                     let value = Value::Text(text.clone(), place.clone());
                     entity.properties.push((name.clone(), value));
                 }
@@ -232,16 +310,74 @@ impl Parser {
                 Token::Word(_) if in_tuple => {}
                 _ => break,
             }
+            self.count(&place, held)?;
             self.next += 1;
         }
         if in_tuple {
             return Err(place.fault(format!("`{name}` has no `]` at its end")));
         }
+        self.count(&place, size_of::<(String, Value)>() + name.len())?;
         if !numbers.is_empty() {
             entity.properties.push((name, Value::Numbers(numbers, place)));
         }
         Ok(())
     }
+
+    /// Appends the tokens of a file, and those of the files that it includes in their place.
+    fn read_tokens(&mut self, world: &Path, path: &Path, text: &str, depth: usize) -> Result<(), Fault> {
+        let file: Rc<Path> = path.into();
+        // Stage ends lines as any system does.
+        let lines = text
+            .split('\n')
+            .flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'));
+        for (line, text) in (1..).zip(lines) {
+            let place = Place {
+                file: file.clone(),
+                line,
+            };
+            let mut rest = text.trim_start();
+            let mut is_include = false;
+            while let Some(first) = rest.chars().next().filter(|first| *first != '#') {
+                let (token, length) = token(rest, first).map_err(|message| place.fault(message))?;
+                rest = rest[length..].trim_start();
+                self.count(&place, size_of::<(Token, Place)>() + length)?;
+                match token {
+                    Token::Text(name) if is_include => self.include(world, &name, &place, depth)?,
+                    _ if is_include => {
+                        return Err(place.fault("`include` needs the name of a file in quotes"));
+                    }
+                    Token::Word(word) if word == "include" => {
+                        is_include = true;
+                        continue;
+                    }
+                    token => self.tokens.push((token, place.clone())),
+                }
+                is_include = false;
+            }
+            if is_include {
+                return Err(place.fault("`include` needs the name of a file in quotes"));
+            }
+        }
+        Ok(())
+    }
+
+    fn include(&mut self, world: &Path, name: &str, place: &Place, depth: usize) -> Result<(), Fault> {
+        if depth >= MAX_DEPTH {
+            return Err(place.fault(format!("more than {MAX_DEPTH} files include each other")));
+        }
+        let file = place.named(world, name);
+        let bytes = jde_files::read_unpacked(&file, MAX_TEXT)
+            .map_err(|error| place.fault(format!("cannot read `{}`: {error}", file.display())))?;
+        // A file is read each time that it is included: what it takes counts as often.
+        self.count(place, bytes.len())?;
+        self.read_tokens(world, &file, &String::from_utf8_lossy(&bytes), depth + 1)
+    }
+}
+
+fn refused(place: &Place, exceeded: Exceeded) -> Fault {
+    place.fault(format!(
+        "the world is too large with its definitions and included files: {exceeded}"
+    ))
 }
 
 /// As it is written.
@@ -257,58 +393,6 @@ impl core::fmt::Display for Token {
             Self::CloseTuple => write!(f, "`]`"),
         }
     }
-}
-
-/// Appends the tokens of a file, and those of the files that it includes in their place.
-fn read_tokens(path: &Path, text: &str, depth: usize, tokens: &mut Vec<(Token, Place)>) -> Result<(), Fault> {
-    let file: Rc<Path> = path.into();
-    for (line, text) in (1..).zip(text.lines()) {
-        let place = Place {
-            file: file.clone(),
-            line,
-        };
-        let mut rest = text.trim_start();
-        let mut is_include = false;
-        while let Some(first) = rest.chars().next().filter(|first| *first != '#') {
-            let (token, length) = token(rest, first).map_err(|message| place.fault(message))?;
-            rest = rest[length..].trim_start();
-            match token {
-                Token::Text(name) if is_include => include(path, &name, &place, depth, tokens)?,
-                _ if is_include => return Err(place.fault("`include` needs the name of a file in quotes")),
-                Token::Word(word) if word == "include" => {
-                    is_include = true;
-                    continue;
-                }
-                token => tokens.push((token, place.clone())),
-            }
-            is_include = false;
-        }
-        if is_include {
-            return Err(place.fault("`include` needs the name of a file in quotes"));
-        }
-    }
-    Ok(())
-}
-
-fn include(
-    path: &Path,
-    name: &str,
-    place: &Place,
-    depth: usize,
-    tokens: &mut Vec<(Token, Place)>,
-) -> Result<(), Fault> {
-    if depth >= MAX_DEPTH {
-        return Err(place.fault(format!("more than {MAX_DEPTH} files include each other")));
-    }
-    let file = beside(path, name);
-    let text = jde_files::read_text(&file, jde_map_file::MAX_TEXT)
-        .map_err(|error| place.fault(format!("cannot read `{}`: {error}", file.display())))?;
-    read_tokens(&file, &text, depth + 1, tokens)
-}
-
-/// Returns a file named in another one.
-fn beside(path: &Path, name: &str) -> PathBuf {
-    path.parent().unwrap_or(Path::new("")).join(name)
 }
 
 /// Returns the token at the start of a text that begins with `first`, and its length in bytes.
