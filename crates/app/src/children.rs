@@ -1,5 +1,7 @@
 //! The children of a father: their roles, and what the father writes to them. It does not form groups.
 
+use std::collections::{HashMap, HashSet};
+
 use jde_abi::describe::{Kind, Port, Role, Scalar, Type};
 
 use super::drafts::{Drafts, InstanceContext};
@@ -25,23 +27,29 @@ pub(super) struct NamedChild<'a> {
 pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usize) -> Vec<NamedChild<'a>> {
     let section = &drafts.list[index].section;
     let what = section.key("children");
+    let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
+    let mut places = HashMap::new();
+    for (place, role) in roles.iter().enumerate() {
+        places.entry(role.name.as_str()).or_insert(place);
+    }
     let mut all: Vec<NamedChild> = Vec::new();
+    let mut known = HashSet::new();
     for (role, name) in section.pairs(report, "children") {
         let what_role = format!("{} in {what}", quote(role.text));
         let Some(child) = drafts.find(report, &what_role, name.text, &name.span) else {
             continue;
         };
-        let twice = all.iter().any(|earlier| earlier.child == child);
+        let twice = !known.insert(child);
         if twice {
             let message = format!("{what_role} names {} a second time", quote(name.text));
             report
                 .fault(&name.span, message)
                 .advise("a schema can have only one role: define a second instance of the same type");
         }
-        let role = find_role(report, drafts, index, &role, child, &name).filter(|_| !twice);
+        let place = places.get(role.text).copied();
+        let role = find_role(report, drafts, index, (&role, place), child, &name).filter(|_| !twice);
         all.push(NamedChild { role, child, name });
     }
-    let roles = drafts.schema(index).map_or(&[][..], |schema| &schema.children);
     if roles.iter().any(|role| role.many) {
         // The members of the groups give the order of children that the type does not name.
         all.sort_by_key(|child| child.role);
@@ -58,18 +66,18 @@ pub(super) fn read<'a>(report: &mut FaultReport, drafts: &Drafts<'a>, index: usi
     all
 }
 
-/// Returns the role of that name, if the father's type has it and the child fits it.
+/// Returns the role at `place`, if the father's type has it and the child fits it.
 fn find_role(
     report: &mut FaultReport,
     drafts: &Drafts,
     father: usize,
-    role: &Text,
+    (role, place): (&Text, Option<usize>),
     child: usize,
     name: &Text,
 ) -> Option<usize> {
     let what = drafts.list[father].section.key("children");
     let roles = &drafts.schema(father)?.children;
-    let Some(place) = roles.iter().position(|known| known.name == role.text) else {
+    let Some(place) = place else {
         report
             .fault(
                 &role.span,
@@ -101,10 +109,11 @@ pub(super) fn bind_modulations(
     children: &[NamedChild],
     bindings: &mut [Binding],
 ) {
+    let of_role: HashMap<_, _> = children.iter().map(|child| (child.role, child)).collect();
     for (port, binding) in instance.schema.ports.iter().zip(bindings) {
         if let (Role::ChildModulation { child: role }, Binding::ChildModulation { target }) =
             (&port.role, binding)
-            && let Some(child) = children.iter().find(|child| child.role == Some(*role))
+            && let Some(child) = of_role.get(&Some(*role))
         {
             *target = modulation_target(report, instance, port, *role, child);
         }

@@ -8,6 +8,19 @@ pub(super) type Edge = (usize, Range<usize>);
 /// The most cycles that are returned. Each may be as long as the file, and breaking some may break all.
 const MAX_CYCLES: usize = 20;
 
+/// The most names of a cycle that are shown.
+const MAX_SHOWN: usize = 12;
+
+/// Formats the names of a cycle: `a -> b -> a`.
+pub(super) fn in_words(cycle: &[usize], name: impl Fn(usize) -> String) -> String {
+    let mut names: Vec<_> = cycle.iter().take(MAX_SHOWN).map(|node| name(*node)).collect();
+    if cycle.len() > MAX_SHOWN {
+        names[MAX_SHOWN - 1] = format!("{} more", cycle.len() - MAX_SHOWN);
+        names.extend(cycle.last().map(|node| name(*node)));
+    }
+    names.join(" -> ")
+}
+
 /// Returns the cycles closed by edges, at most [`MAX_CYCLES`]: the nodes of the cycle, with the first again at the
 /// end, and the position of the closing edge.
 pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)> {
@@ -31,9 +44,9 @@ pub(super) fn find_cycles(edges: &[Vec<Edge>]) -> Vec<(Vec<usize>, Range<usize>)
             };
             *next += 1;
             if on_path[*to] {
-                let from = path.iter().position(|(node, _)| node == to).unwrap_or_default();
-                let cycle = path[from..].iter().map(|(node, _)| *node).chain([*to]);
                 if found.len() < MAX_CYCLES {
+                    let from = path.iter().position(|(node, _)| node == to).unwrap_or_default();
+                    let cycle = path[from..].iter().map(|(node, _)| *node).chain([*to]);
                     found.push((cycle.collect(), span.clone()));
                 }
             } else if !done[*to] {

@@ -12,9 +12,6 @@ use toml::de::DeValue;
 use jde_document::section::{Section, Text, report_wrong_shape};
 use jde_document::{FaultReport, quote};
 
-/// The most schemas of one application. A thousand light ones occupy a processor, so more than this is a
-/// fault of the program that wrote the file.
-const MAX_SCHEMAS: usize = 10_000;
 /// The longest name of a schema or a link, as for every name in a plugin.
 pub(super) const MAX_NAME_LENGTH: usize = 64;
 
@@ -85,12 +82,6 @@ impl<'a> Drafts<'a> {
                 continue;
             };
             refuse_bad_name(report, &name, "a schema");
-            if drafts.list.len() == MAX_SCHEMAS {
-                report.file_fault(format!(
-                    "it defines more than {MAX_SCHEMAS} schemas, which is as many as one application may have"
-                ));
-                break;
-            }
             drafts.indices.insert(name.text, drafts.list.len());
             drafts.list.push(Draft {
                 name: name.text,

@@ -1,5 +1,7 @@
 //! Groups: which schemas compete with each other. `group_settings` reads how they compete.
 
+use std::collections::HashMap;
+
 use jde_abi::describe::Child;
 
 use super::GroupConfig;
@@ -45,13 +47,26 @@ pub(super) fn of_father(
     let sections = section.section(report, "groups", section.key("groups"));
     let many = schema.children.iter().any(|child| child.many);
     let mut known: Vec<&str> = Vec::new();
+    // Of each group, the members with their places among the children.
+    let mut members: HashMap<&str, Vec<(usize, &Child, usize)>> = HashMap::new();
     for role in schema.children.iter().filter(|role| role.motor) {
-        if !known.contains(&role.group.as_str()) {
+        members.entry(&role.group).or_insert_with(|| {
             known.push(&role.group);
+            Vec::new()
+        });
+    }
+    for (place, child) in children.iter().enumerate() {
+        if let Some(role) = child.role.map(|role| &schema.children[role])
+            && let Some(members) = members.get_mut(role.group.as_str()).filter(|_| role.motor)
+        {
+            members.push((place, role, child.child));
         }
     }
     if let Some(sections) = &sections {
-        for (name, node) in sections.entries().filter(|(name, _)| !known.contains(&name.text)) {
+        for (name, node) in sections
+            .entries()
+            .filter(|(name, _)| !members.contains_key(name.text))
+        {
             if many && node.get_ref().get("members").is_some() {
                 // None of its members is a child, which has been reported.
                 continue;
@@ -69,14 +84,10 @@ pub(super) fn of_father(
     }
     let mut groups = Vec::new();
     for group in known {
-        let members: Vec<(&Child, usize)> = children
-            .iter()
-            .filter_map(|child| Some((&schema.children[child.role?], child.child)))
-            .filter(|(role, _)| role.motor && role.group == group)
-            .collect();
+        let members = &members[group];
         let names: Vec<_> = members
             .iter()
-            .map(|(role, child)| (role.name.as_str(), *child))
+            .map(|(_, role, child)| (role.name.as_str(), *child))
             .collect();
         let what = format!("group {} of {}", quote(group), section.label);
         let group_section = sections
@@ -90,20 +101,12 @@ pub(super) fn of_father(
             members: &names,
         };
         let settings = GroupSettings::read(report, group_section.as_ref(), &context);
-        if !members.is_empty() {
+        if let Some((first, ..)) = members.first() {
             let name = format!("{}/{group}", drafts.list[father].name);
-            let members = members.into_iter().map(|(_, child)| child).collect();
-            groups.push((
-                first_member_position(children, &names),
-                settings.group(name, Some(father), members),
-            ));
+            let members = names.iter().map(|(_, child)| *child).collect();
+            groups.push((*first, settings.group(name, Some(father), members)));
         }
     }
     groups.sort_by_key(|(place, _)| *place);
     groups.into_iter().map(|(_, group)| group).collect()
-}
-
-fn first_member_position(children: &[NamedChild], members: &[(&str, usize)]) -> Option<usize> {
-    let (_, first) = members.first()?;
-    children.iter().position(|child| child.child == *first)
 }

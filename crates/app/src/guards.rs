@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::drafts::Drafts;
+use super::hierarchy::MAX_DEPTH;
 use super::{Application, Binding, GroupConfig, InstanceConfig};
 use jde_document::section::Section;
 use jde_document::{FaultReport, quote, quote_all};
@@ -45,6 +46,7 @@ pub(super) fn refuse_mismatches(
     instances: &[Option<InstanceConfig>],
     groups: &[GroupConfig],
 ) {
+    let commands = judged_commands(drafts, instances, groups);
     for (index, group) in groups.iter().enumerate() {
         let Some((guard, instance)) = group
             .guard
@@ -64,21 +66,7 @@ pub(super) fn refuse_mismatches(
                 )
                 .advise("remove `isolate`; the schemas that it guards may be isolated");
         }
-        let above = |member: usize| above(instances, groups, member).any(|above| above == index);
-        let members = instances.iter().enumerate().filter(|(member, _)| above(*member));
-        let commands = members
-            .filter_map(|(_, member)| member.as_ref())
-            .flat_map(|member| {
-                member.bindings.iter().filter_map(|binding| match binding {
-                    Binding::Actuator { target } => *target,
-                    _ => None,
-                })
-            });
-        let is_judged = |(driver, port): &(usize, usize)| {
-            let driver = drafts.schema(*driver);
-            driver.is_some_and(|driver| driver.ports[*port].value_type.same_as(&judged.command))
-        };
-        let commands: BTreeSet<_> = commands.filter(is_judged).collect();
+        let commands = &commands[index];
         if commands.len() == 1 {
             continue;
         }
@@ -175,6 +163,36 @@ impl Application {
     }
 }
 
+/// Returns, for each group, the commands of its schemas, and of those below, that its guard judges.
+fn judged_commands(
+    drafts: &Drafts,
+    instances: &[Option<InstanceConfig>],
+    groups: &[GroupConfig],
+) -> Vec<BTreeSet<(usize, usize)>> {
+    let judged: Vec<_> = groups
+        .iter()
+        .map(|group| drafts.schema(group.guard?)?.guard.as_ref())
+        .collect();
+    let mut commands = vec![BTreeSet::new(); groups.len()];
+    for (schema, instance) in instances.iter().enumerate() {
+        for binding in instance.iter().flat_map(|instance| &instance.bindings) {
+            let Binding::Actuator { target: Some(target) } = *binding else {
+                continue;
+            };
+            let Some(driver) = drafts.schema(target.0) else {
+                continue;
+            };
+            let command = &driver.ports[target.1].value_type;
+            for group in above(instances, groups, schema) {
+                if judged[group].is_some_and(|judged| judged.command.same_as(command)) {
+                    commands[group].insert(target);
+                }
+            }
+        }
+    }
+    commands
+}
+
 /// The groups in which a schema and its fathers compete, from its own upwards.
 fn above(
     instances: &[Option<InstanceConfig>],
@@ -182,5 +200,6 @@ fn above(
     schema: usize,
 ) -> impl Iterator<Item = usize> {
     let group_of = |schema: usize| instances[schema].as_ref()?.group;
-    std::iter::successors(group_of(schema), move |group| group_of(groups[*group].father?))
+    // A cycle, which is reported elsewhere, has no end.
+    std::iter::successors(group_of(schema), move |group| group_of(groups[*group].father?)).take(MAX_DEPTH)
 }

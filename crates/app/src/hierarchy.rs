@@ -1,13 +1,18 @@
 //! The father of each schema. Checks that every motor schema has exactly one place to compete in.
 
+use std::collections::HashSet;
+
 use jde_abi::describe::Kind;
 
 use super::children::{self, NamedChild};
-use super::cycle::{Edge, find_cycles};
+use super::cycle::{Edge, find_cycles, in_words};
 use super::drafts::Drafts;
 use super::outline::Roots;
 use jde_document::section::Text;
 use jde_document::{FaultReport, quote};
+
+/// The most schemas above each other, of which a robot has five. Tools draw them as a tree.
+pub(super) const MAX_DEPTH: usize = 256;
 
 /// Fathers and children, as the file states them.
 pub(super) struct DeclaredHierarchy<'a> {
@@ -67,6 +72,34 @@ impl<'a> DeclaredHierarchy<'a> {
         fathers
     }
 
+    /// Reports the first schema below too many fathers. Returns whether there is one. In a cycle there is none.
+    pub(super) fn is_too_deep(
+        &self,
+        report: &mut FaultReport,
+        drafts: &Drafts,
+        fathers: &[Option<usize>],
+    ) -> bool {
+        let mut reached: Vec<bool> = fathers.iter().map(Option::is_none).collect();
+        let mut level: Vec<usize> = (0..fathers.len()).filter(|index| reached[*index]).collect();
+        for _ in 0..MAX_DEPTH {
+            let children = level.iter().flat_map(|father| &self.children[*father]);
+            level = children
+                .map(|child| child.child)
+                .filter(|child| !std::mem::replace(&mut reached[*child], true))
+                .collect();
+        }
+        let Some(deepest) = level.first().map(|index| &drafts.list[*index]) else {
+            return false;
+        };
+        let what = &deepest.section.label;
+        let message = format!(
+            "{what} is below {MAX_DEPTH} others, and at most {} may be",
+            MAX_DEPTH - 1
+        );
+        report.fault(&deepest.section.span, message);
+        true
+    }
+
     fn refuse_cycles(&self, report: &mut FaultReport, drafts: &Drafts) {
         let edges: Vec<Vec<Edge>> = self
             .children
@@ -79,11 +112,11 @@ impl<'a> DeclaredHierarchy<'a> {
             })
             .collect();
         for (cycle, span) in find_cycles(&edges) {
-            let names: Vec<_> = cycle.iter().map(|index| drafts.list[*index].name).collect();
+            let names = in_words(&cycle, |index| drafts.list[index].name.to_owned());
             report
                 .fault(
                     &span,
-                    format!("{} is its own father: {}", quote(names[0]), names.join(" -> ")),
+                    format!("{} is its own father: {names}", drafts.quoted(cycle[0])),
                 )
                 .advise("remove one of them from its father's `children`");
         }
@@ -114,7 +147,7 @@ impl<'a> DeclaredHierarchy<'a> {
 }
 
 fn read_roots(report: &mut FaultReport, drafts: &Drafts, written: &Roots) -> Vec<Vec<Edge>> {
-    let mut known: Vec<usize> = Vec::new();
+    let mut known = HashSet::new();
     let levels = written.levels.iter();
     levels
         .map(|level| read_level(report, drafts, &level.members, &mut known))
@@ -126,7 +159,7 @@ fn read_level(
     report: &mut FaultReport,
     drafts: &Drafts,
     names: &[Text],
-    known: &mut Vec<usize>,
+    known: &mut HashSet<usize>,
 ) -> Vec<Edge> {
     let mut roots: Vec<Edge> = Vec::new();
     for root in names {
@@ -154,7 +187,7 @@ fn read_level(
                 .advise("remove it from `roots`; it is awake while a schema that needs it is");
             continue;
         }
-        known.push(index);
+        known.insert(index);
         roots.push((index, root.span.clone()));
     }
     roots

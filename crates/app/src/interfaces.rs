@@ -4,12 +4,16 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use jde_abi::describe::{Plugin, Type};
 use jde_document::quote;
 use jde_ros::definition::{UNBOUNDED_CAPACITY, action_result, gather, read_interface};
+
+/// The largest file of a definition, bytes: as much as is read of one.
+const MAX_DEFINITION: u64 = 1 << 20;
 
 /// Where types are found.
 #[derive(Clone, Copy)]
@@ -19,6 +23,8 @@ pub(super) struct Types<'s> {
     pub(super) recorded: &'s BTreeMap<String, String>,
     /// The folders that the application states.
     pub(super) folders: &'s [PathBuf],
+    /// The last file of them that could not be read, and why.
+    pub(super) unreadable: &'s RefCell<Option<String>>,
 }
 
 /// The most elements or bytes of the fields without a bound.
@@ -91,13 +97,14 @@ impl Types<'_> {
             return Ok(Some(Arc::new(found.clone())));
         }
         let Some(text) = self.text_of(name) else {
-            return Ok(None);
+            return self.unreadable.take().map_or(Ok(None), Err);
         };
         let find = |inner: &str| match inner == name {
             true => Some(text.clone()),
             false => self.text_of(inner),
         };
-        let gathered = gather(name, find, |inner| own(inner).is_some()).map_err(|error| error.to_string())?;
+        let gathered = gather(name, find, |inner| own(inner).is_some())
+            .map_err(|error| self.unreadable.take().unwrap_or_else(|| error.to_string()))?;
         let unbounded = RefCell::new(BTreeSet::new());
         let capacity = |field: &str| {
             unbounded.borrow_mut().insert(field.to_owned());
@@ -151,6 +158,15 @@ impl Types<'_> {
         let folders = self.folders.iter().cloned().chain(installed);
         let file = Path::new(package).join(kind).join(format!("{short}.{kind}"));
         let mut files = folders.map(|folder| folder.join(&file));
-        files.find_map(|file| std::fs::read_to_string(file).ok())
+        files.find_map(|file| match jde_files::read_text(&file, MAX_DEFINITION) {
+            Ok(text) => Some(text),
+            Err(error) => {
+                if !matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) {
+                    self.unreadable
+                        .replace(Some(format!("{}: {error}", file.display())));
+                }
+                None
+            }
+        })
     }
 }

@@ -2,6 +2,7 @@
 //! import has the type of the variable that it reads. The two others have the type of the first port that is bound to
 //! them, or the one that the file states. Only completes the type of an instance; `wiring` binds the imports.
 
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -33,12 +34,16 @@ pub(super) struct Sources<'s> {
     pub(super) folder: &'s Path,
 }
 
+/// The most entries of the lists of one schema: more topics than a robot has.
+const MAX_PORTS: usize = 4096;
+
 /// The largest capacity that an entry states.
 const MOST_ELEMENTS: usize = 1 << 26;
 
 /// Gives every schema whose type has lists the ports that the file states. Imports come last: one of a list may read an
 /// export of another list.
 pub(super) fn state_ports(report: &mut FaultReport, drafts: &mut Drafts, sources: Sources<'_>) {
+    let bound = [EXPORT, COMMAND].map(|usage| Bound::of(drafts, usage));
     for imports in [false, true] {
         for index in 0..drafts.list.len() {
             let Some(schema) = drafts.schema(index).map(Arc::clone) else {
@@ -46,7 +51,7 @@ pub(super) fn state_ports(report: &mut FaultReport, drafts: &mut Drafts, sources
             };
             for (number, list) in schema.lists.iter().enumerate() {
                 if (list.kind == ListKind::Imports) == imports {
-                    state_list(report, drafts, index, (number, list), sources);
+                    state_list(report, drafts, index, (number, list), (sources, &bound));
                 }
             }
         }
@@ -70,14 +75,25 @@ fn state_list(
     drafts: &mut Drafts,
     index: usize,
     (number, list): (usize, &PortList),
-    sources: Sources<'_>,
+    (sources, [exports, commands]): (Sources<'_>, &[Bound; 2]),
 ) {
     let section = &drafts.list[index].section;
     let key = section.key(&list.name);
     if let Some(node) = section.get(&list.name) {
         expect(report, &key, "a table", node, node.get_ref().as_table());
     }
-    for entry in entries(section, list) {
+    let entries = entries(section, list);
+    let mut known = Known::of(drafts, index);
+    if known.listed + entries.len() > MAX_PORTS {
+        let message = format!(
+            "the lists of {} have more than {MAX_PORTS} entries",
+            section.label
+        );
+        report.fault(&section.key_span(&list.name), message);
+        return;
+    }
+    let (mut ports, mut listed) = (Vec::new(), Vec::new());
+    for entry in entries {
         let what = format!("{} in {key}", quote(entry.label.text));
         let found = entry.node.get_ref();
         if !found.is_str() && !found.is_table() {
@@ -90,16 +106,28 @@ fn state_list(
             continue;
         }
         let port = match list.kind {
-            ListKind::Imports => import(report, drafts, index, &list.name, (&what, &entry)),
+            ListKind::Imports => import(report, drafts, index, (&list.name, &known), (&what, &entry)),
             ListKind::Exports { validity } => {
-                let port = variable(report, drafts, index, (&what, &entry), (EXPORT, sources.types));
+                let port = variable(
+                    report,
+                    drafts,
+                    (index, &known),
+                    (&what, &entry),
+                    (exports, sources.types),
+                );
                 port.map(|port| Port {
                     role: Role::Export { validity },
                     ..port
                 })
             }
             ListKind::Commands { validity_ns } => {
-                let port = variable(report, drafts, index, (&what, &entry), (COMMAND, sources.types));
+                let port = variable(
+                    report,
+                    drafts,
+                    (index, &known),
+                    (&what, &entry),
+                    (commands, sources.types),
+                );
                 port.map(|port| Port {
                     role: Role::Command {
                         neutral: vec![0; port.value_type.bytes],
@@ -111,17 +139,51 @@ fn state_list(
             }
         };
         let settings = settings(report, (&what, &key), list, &entry, sources.folder);
-        if let (Some(port), Some(settings)) = (port, settings)
-            && let Some(resolved) = &mut drafts.list[index].resolved
-        {
-            resolved.listed.push(ListedPort {
+        if let (Some(port), Some(settings)) = (port, settings) {
+            listed.push(ListedPort {
                 list: number,
                 label: entry.label.text.to_owned(),
                 value_type: Arc::clone(&port.value_type),
                 settings,
             });
-            resolved.schema = Arc::new(resolved.schema.with_ports([port]));
+            known.add(&port, true);
+            ports.push(port);
         }
+    }
+    if let Some(resolved) = &mut drafts.list[index].resolved {
+        resolved.listed.extend(listed);
+        resolved.schema = Arc::new(resolved.schema.with_ports(ports));
+    }
+}
+
+/// The names of an instance's ports, those of its lists among them.
+#[derive(Default)]
+struct Known {
+    imports: HashSet<String>,
+    listed_imports: HashSet<String>,
+    variables: HashSet<String>,
+    listed: usize,
+}
+
+impl Known {
+    fn of(drafts: &Drafts, index: usize) -> Self {
+        let mut known = Self::default();
+        let ports = drafts.schema(index).map_or(&[][..], |schema| &schema.ports);
+        let own = ports.len() - drafts.listed(index).len();
+        for (place, port) in ports.iter().enumerate() {
+            known.add(port, place >= own);
+        }
+        known
+    }
+
+    fn add(&mut self, port: &Port, is_listed: bool) {
+        let names = match (matches!(port.role, Role::Import { .. }), is_listed) {
+            (false, _) => &mut self.variables,
+            (true, false) => &mut self.imports,
+            (true, true) => &mut self.listed_imports,
+        };
+        names.insert(port.name.clone());
+        self.listed += usize::from(is_listed);
     }
 }
 
@@ -162,21 +224,15 @@ fn import(
     report: &mut FaultReport,
     drafts: &Drafts,
     index: usize,
-    list: &str,
+    (list, known): (&str, &Known),
     (what, entry): (&str, &Entry),
 ) -> Option<Port> {
     let draft = &drafts.list[index];
-    let ports = &drafts.schema(index)?.ports;
-    let (own, listed) = ports.split_at(ports.len() - drafts.listed(index).len());
-    let has = |ports: &[Port], name: &str| {
-        let mut imports = ports.iter().filter(|port| (EXPORT.is_port)(port));
-        imports.any(|port| port.name == name)
-    };
-    let name = match has(listed, entry.label.text) {
+    let name = match known.listed_imports.contains(entry.label.text) {
         true => format!("{list}.{}", entry.label.text),
         false => entry.label.text.to_owned(),
     };
-    if has(own, entry.label.text) || has(listed, &name) {
+    if known.imports.contains(entry.label.text) || known.listed_imports.contains(&name) {
         let message = format!(
             "{what}: {} has an import {} already",
             draft.section.label,
@@ -259,10 +315,11 @@ const COMMAND: Use = Use {
 fn variable(
     report: &mut FaultReport,
     drafts: &Drafts,
-    index: usize,
+    (index, known): (usize, &Known),
     (what, entry): (&str, &Entry),
-    (usage, types): (Use, Types<'_>),
+    (bound, types): (&Bound, Types<'_>),
 ) -> Option<Port> {
+    let usage = bound.usage;
     let draft = &drafts.list[index];
     let stated = |report: &mut FaultReport, key: &str| {
         let node = entry.node.get_ref().as_table()?.get(key)?;
@@ -282,10 +339,7 @@ fn variable(
     if !refuse_bad_name(report, &name, usage.noun) {
         return None;
     }
-    let mut known = drafts.schema(index)?.ports.iter();
-    if name.text == PERIOD
-        || known.any(|port| port.name == name.text && !matches!(port.role, Role::Import { .. }))
-    {
+    if name.text == PERIOD || known.variables.contains(name.text) {
         let message = format!(
             "{what}: {} has a variable {} already",
             draft.section.label,
@@ -298,7 +352,7 @@ fn variable(
     let full = format!("{}.{}", draft.name, name.text);
     let capacities = capacities(report, (what, entry))?;
     let stated = (type_name, &name.span);
-    let value_type = value_type(report, drafts, (what, &full), stated, (usage, types, capacities))?;
+    let value_type = value_type(report, drafts, (what, &full), stated, (bound, types, capacities))?;
     Some(Port {
         name: name.text.to_owned(),
         doc: format!("{} `{}`.", usage.direction, entry.label.text),
@@ -317,9 +371,11 @@ fn value_type(
     drafts: &Drafts,
     (what, variable): (&str, &str),
     (stated, span): (Option<Text>, &Range<usize>),
-    (usage, types, capacities): (Use, Types<'_>, Capacities),
+    (bound, types, capacities): (&Bound, Types<'_>, Capacities),
 ) -> Option<Arc<Type>> {
-    if let Some(value_type) = bound_type(drafts, variable, usage)
+    let usage = bound.usage;
+    if let Some(value_type) = bound
+        .value_type(drafts, variable)
         .filter(|found| stated.as_ref().is_none_or(|stated| stated.text == found.name))
     {
         if let Err(error) = capacities.refuse_all("the port that is bound to it") {
@@ -391,25 +447,39 @@ fn capacities(report: &mut FaultReport, (what, entry): (&str, &Entry)) -> Option
     fields.collect::<Option<_>>().map(Capacities::Some)
 }
 
-/// Returns the type of the first port that is bound to a variable.
-fn bound_type(drafts: &Drafts, variable: &str, usage: Use) -> Option<Arc<Type>> {
-    (0..drafts.list.len()).find_map(|index| {
-        let table = drafts.list[index]
-            .section
-            .get(usage.table)?
-            .get_ref()
-            .as_table()?;
-        let table = Section::new("", 0..0, table);
-        let mut entries = table.entries();
-        let (role, _) = entries.find(|(_, node)| {
-            let from = match node.get_ref() {
-                DeValue::Table(table) => table.get("from").and_then(|node| node.get_ref().as_str()),
-                other => other.as_str(),
-            };
-            from == Some(variable)
-        })?;
-        port_type(drafts.schema(index)?, role.text, usage)
-    })
+/// What the file binds to each variable: instances, and the names of their ports.
+struct Bound {
+    usage: Use,
+    ports: HashMap<String, Vec<(usize, String)>>,
+}
+
+impl Bound {
+    fn of(drafts: &Drafts, usage: Use) -> Self {
+        let mut ports: HashMap<String, Vec<(usize, String)>> = HashMap::new();
+        for (index, draft) in drafts.list.iter().enumerate() {
+            let table = draft.section.get(usage.table);
+            let table = table.and_then(|node| node.get_ref().as_table());
+            for (role, node) in table.into_iter().flat_map(DeTable::iter) {
+                let from = match node.get_ref() {
+                    DeValue::Table(table) => table.get("from").and_then(|node| node.get_ref().as_str()),
+                    other => other.as_str(),
+                };
+                let Some(from) = from else { continue };
+                let bound = ports.entry(from.to_owned()).or_default();
+                // The first of each instance counts.
+                if bound.last().is_none_or(|(last, _)| *last != index) {
+                    bound.push((index, role.get_ref().to_string()));
+                }
+            }
+        }
+        Self { usage, ports }
+    }
+
+    /// Returns the type of the first port that is bound to a variable.
+    fn value_type(&self, drafts: &Drafts, variable: &str) -> Option<Arc<Type>> {
+        let mut ports = self.ports.get(variable)?.iter();
+        ports.find_map(|(index, role)| port_type(drafts.schema(*index)?, role, self.usage))
+    }
 }
 
 fn port_type(schema: &Schema, role: &str, usage: Use) -> Option<Arc<Type>> {

@@ -1,6 +1,7 @@
 //! Turns a file into an application. Runs every check independently of the results of the others, so that all
 //! faults are reported at once. Starts nothing.
 
+use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -67,11 +68,13 @@ fn read(
     let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
     variadic::name_children(&mut report, &mut outline.drafts);
     let folder = file.parent().unwrap_or(Path::new("/"));
+    let unreadable = RefCell::new(None);
     let plugins_and_folder = lists::Sources {
         types: Types {
             plugins: &plugins,
             recorded: &outline.recorded,
             folders: &outline.interfaces,
+            unreadable: &unreadable,
         },
         folder,
     };
@@ -115,6 +118,9 @@ fn check(
     modulations::refuse_unknown_schemas(report, drafts, input.overrides);
     let hierarchy = DeclaredHierarchy::read(report, drafts, &outline.roots);
     let fathers = hierarchy.fathers(report, drafts);
+    if hierarchy.is_too_deep(report, drafts, &fathers) {
+        return None;
+    }
     let levels = outline.roots.levels.iter().zip(&hierarchy.roots);
     let mut groups: Vec<_> = levels
         .map(|(level, roots)| groups::of_roots(report, drafts, level, roots))

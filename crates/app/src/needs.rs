@@ -1,9 +1,11 @@
 //! Which schemas keep each other awake (R6), and the check that perceptive schemas and drivers do not keep
 //! each other awake for ever.
 
+use std::collections::HashSet;
+
 use jde_abi::describe::{Kind, Role, Schema};
 
-use super::cycle::{Edge, find_cycles};
+use super::cycle::{Edge, find_cycles, in_words};
 use super::drafts::Drafts;
 use super::{Binding, ImportSource, InstanceConfig};
 use jde_document::section::Text;
@@ -17,7 +19,7 @@ pub(super) fn keeps_awake(schema: &Schema, port: usize) -> bool {
 
 /// Returns the perceptive schemas and drivers that `awake` names; reports other names.
 pub(super) fn of_the_roots(report: &mut FaultReport, drafts: &Drafts, awake: &[Text]) -> Vec<usize> {
-    let mut needed = Vec::new();
+    let (mut needed, mut known) = (Vec::new(), HashSet::new());
     for name in awake {
         let Some(index) = drafts.find(report, "`awake` of the application", name.text, &name.span) else {
             continue;
@@ -32,7 +34,7 @@ pub(super) fn of_the_roots(report: &mut FaultReport, drafts: &Drafts, awake: &[T
                     format!("`awake` names {}, which is a motor schema", drafts.quoted(index)),
                 )
                 .advise("name it among the `roots`, or as the child of a father");
-        } else if !needed.contains(&index) {
+        } else if known.insert(index) {
             needed.push(index);
         }
     }
@@ -52,14 +54,11 @@ pub(super) fn refuse_cycles(report: &mut FaultReport, drafts: &Drafts, instances
         })
         .collect();
     for (cycle, span) in find_cycles(&edges) {
-        let names: Vec<_> = cycle.iter().map(|index| drafts.list[*index].name).collect();
+        let names = in_words(&cycle, |index| drafts.list[index].name.to_owned());
         report
             .fault(
                 &span,
-                format!(
-                    "these schemas would keep each other awake for ever: {}",
-                    names.join(" -> ")
-                ),
+                format!("these schemas would keep each other awake for ever: {names}"),
             )
             .advise("break the cycle: let one of them read another variable, or none; of a driver, a second one can take what they export");
     }

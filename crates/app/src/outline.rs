@@ -28,6 +28,9 @@ const KEYS: &[&str] = &[
     "link",
 ];
 
+/// The most folders of one list: each name is searched for in each folder.
+const MAX_FOLDERS: usize = 100;
+
 /// The contents of the top level.
 pub(super) struct Outline<'a> {
     pub(super) name: String,
@@ -78,8 +81,8 @@ impl<'a> Outline<'a> {
             .text(report, "name")
             .map_or_else(|| stem.into_owned(), |name| name.text.to_owned());
         let (mission, mission_stalls_ns) = mission(report, &top);
-        let folders = |stated: Vec<Text>| stated.iter().map(|dir| folder.join(dir.text)).collect();
-        let interfaces = top.texts(report, "interfaces").unwrap_or_default().into_iter();
+        let plugin_dirs = folders(report, &top, "plugins");
+        let interfaces = folders(report, &top, "interfaces").into_iter();
         let (recordings, interfaces): (Vec<_>, Vec<_>) =
             interfaces.partition(|stated| stated.text.ends_with(".mcap"));
         Self {
@@ -91,7 +94,7 @@ impl<'a> Outline<'a> {
                 .unwrap_or_default(),
             roots: roots(report, &top),
             awake: top.texts(report, "awake").unwrap_or_default(),
-            plugin_dirs: folders(top.texts(report, "plugins").unwrap_or_default()),
+            plugin_dirs: plugin_dirs.iter().map(|dir| folder.join(dir.text)).collect(),
             recorded: recorded::definitions(report, &recordings, folder),
             interfaces: interface_folders(report, &interfaces, folder),
             seed: seed(report, &top),
@@ -102,6 +105,17 @@ impl<'a> Outline<'a> {
             check_files: false,
         }
     }
+}
+
+/// Returns a list of folders in which things are searched for.
+fn folders<'a>(report: &mut FaultReport, top: &Section<'a>, key: &str) -> Vec<Text<'a>> {
+    let mut stated = top.texts(report, key).unwrap_or_default();
+    if stated.len() > MAX_FOLDERS {
+        let message = format!("{} has more than {MAX_FOLDERS} entries", top.key(key));
+        report.fault(&top.key_span(key), message);
+        stated.truncate(MAX_FOLDERS);
+    }
+    stated
 }
 
 /// Returns the folders of definitions that exist.

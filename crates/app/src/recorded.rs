@@ -2,7 +2,6 @@
 //! reads whole recordings, `jde-log`, is above this crate and takes a library.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -14,6 +13,8 @@ use jde_ros::definition::split;
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 /// The bytes of the footer: kind, length, two places, a checksum; and those after it.
 const END: usize = 1 + 8 + 20 + MAGIC.len();
+/// The largest summary that is read, bytes. One has as much as the definitions of its topics.
+const MAX_SUMMARY: u64 = 64 << 20;
 /// Kinds of records.
 const FOOTER: u64 = 2;
 const SCHEMA: u64 = 3;
@@ -47,7 +48,7 @@ pub(super) fn definitions(
 
 /// Reads the summary of a recording; `None` if there is none.
 fn summary(path: &Path) -> io::Result<Option<Vec<u8>>> {
-    let mut file = File::open(path)?;
+    let mut file = jde_files::open(path)?;
     let Some(before_end) = file.metadata()?.len().checked_sub(END as u64) else {
         return Ok(None);
     };
@@ -60,6 +61,10 @@ fn summary(path: &Path) -> io::Result<Option<Vec<u8>>> {
     let (Some(start), Some(FOOTER), true) = (start, kind, end.ends_with(&MAGIC)) else {
         return Ok(None);
     };
+    if before_end - start > MAX_SUMMARY {
+        let message = format!("its summary has more than {} MiB", MAX_SUMMARY >> 20);
+        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+    }
     let mut summary = Vec::new();
     file.seek(SeekFrom::Start(start))?;
     file.take(before_end - start).read_to_end(&mut summary)?;

@@ -1,6 +1,7 @@
 //! Imports of variables that another application exports: `robot2:pioneer.odometry`. Their types are those of
 //! the importing ports. Whether the other application has such a variable is known only once it is connected.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -55,6 +56,8 @@ pub(super) struct ImportEntry<'a> {
 pub(super) struct RemoteVariables<'l> {
     link: &'l Link,
     list: Vec<RemoteImport>,
+    /// Their places in the list, by their full local names.
+    places: HashMap<String, usize>,
 }
 
 struct RemoteImport {
@@ -118,8 +121,8 @@ impl ImportEntry<'_> {
 
 impl<'l> RemoteVariables<'l> {
     pub(super) fn new(link: &'l Link) -> Self {
-        let list = Vec::new();
-        Self { link, list }
+        let (list, places) = (Vec::new(), HashMap::new());
+        Self { link, list, places }
     }
 
     pub(super) fn into_list(self) -> Vec<RemoteVariable> {
@@ -137,7 +140,8 @@ impl<'l> RemoteVariables<'l> {
         let (peer, name) = self.parse_name(report, what, &entry.from)?;
         let local = format!("{peer}:{name}");
         let unit = variable::unit(port).unwrap_or_default();
-        let Some(place) = self.list.iter().position(|found| found.remote.local == local) else {
+        let Some(place) = self.places.get(&local).copied() else {
+            self.places.insert(local.clone(), self.list.len());
             let stale_ns = entry
                 .stale
                 .as_ref()

@@ -3,7 +3,7 @@
 
 use jde_abi::describe::Role;
 
-use super::cycle::{Edge, find_cycles};
+use super::cycle::{Edge, find_cycles, in_words};
 use super::{Application, Binding, ImportSource};
 
 impl Application {
@@ -13,13 +13,11 @@ impl Application {
             .map(|index| self.triggers(index))
             .collect();
         find_cycles(&edges).into_iter().map(|(circle, _)| {
-            let name = |index: &usize| self.instances[*index].name.as_str();
-            let names: Vec<_> = circle.iter().map(name).collect();
+            let names = in_words(&circle, |index| self.instances[index].name.clone());
             let line = self.instances[circle[0]].line;
             format!(
-                "line {line}: these schemas trigger each other: {}. If each exports in its check, they check without end, for up to half \
-                 of the time. Leave one of these imports out of `triggers`",
-                names.join(" -> ")
+                "line {line}: these schemas trigger each other: {names}. If each exports in its check, they check without end, for up to \
+                 half of the time. Leave one of these imports out of `triggers`"
             )
         })
     }

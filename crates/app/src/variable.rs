@@ -134,7 +134,7 @@ pub(super) fn can_bind(
                 .advise("build both plugins with the same definition of the type, from a crate or a header that both use");
         } else {
             let fault = report.fault(span, format!("{what} is {takes}, and {full} is {has}"));
-            fault.help = help();
+            fault.suggest_by(help);
         }
         return false;
     }
@@ -147,7 +147,7 @@ pub(super) fn can_bind(
         format!("is in {}", quote(has))
     };
     let fault = report.fault(span, format!("{what} is in {}, and {full} {has}", quote(takes)));
-    fault.help = help();
+    fault.suggest_by(help);
     false
 }
 

@@ -2,6 +2,7 @@
 //! compete with each other. Only completes the type for this application; the usual checks decide whether the
 //! children fit.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::drafts::{Drafts, refuse_bad_name};
@@ -17,16 +18,11 @@ pub(super) fn name_children(report: &mut FaultReport, drafts: &mut Drafts) {
         let Some(role) = found.schema.children.iter().find(|child| child.many) else {
             continue;
         };
-        let of_the_type = |name: &str| {
-            found
-                .schema
-                .children
-                .iter()
-                .any(|child| child.name == name && !child.many)
-        };
+        let own = found.schema.children.iter().filter(|child| !child.many);
+        let own: HashSet<&str> = own.map(|child| child.name.as_str()).collect();
         let section = &draft.section;
         let mut names = child_names(section);
-        names.retain(|name| !of_the_type(name.text));
+        names.retain(|name| !own.contains(name.text));
         if names.is_empty() {
             report
                 .fault(
@@ -38,12 +34,9 @@ pub(super) fn name_children(report: &mut FaultReport, drafts: &mut Drafts) {
         for name in &names {
             refuse_bad_name(report, name, "a child");
         }
-        let mut children = group_members(report, section, &names);
-        let rest = names
-            .iter()
-            .filter(|name| !children.iter().any(|(child, _)| *child == name.text));
-        let rest: Vec<_> = rest.map(|name| (name.text, role.group.as_str())).collect();
-        children.extend(rest);
+        let (mut children, grouped) = group_members(report, section, &names);
+        let rest = names.iter().filter(|name| !grouped.contains_key(name.text));
+        children.extend(rest.map(|name| (name.text, role.group.as_str())));
         if names.is_empty() {
             continue;
         }
@@ -60,16 +53,17 @@ fn child_names<'a>(section: &Section<'a>) -> Vec<Text<'a>> {
     })
 }
 
-/// Returns the children that groups name as members, each with its group, in the file's order.
+/// Returns the children that groups name as members, each with its group: in the file's order, and by name.
 fn group_members<'a>(
     report: &mut FaultReport,
     section: &Section<'a>,
     names: &[Text<'a>],
-) -> Vec<(&'a str, &'a str)> {
-    let mut children: Vec<(&str, &str)> = Vec::new();
+) -> (Vec<(&'a str, &'a str)>, HashMap<&'a str, &'a str>) {
+    let (mut children, mut grouped) = (Vec::new(), HashMap::new());
     let Some(groups) = section.get("groups").and_then(|node| node.get_ref().as_table()) else {
-        return children;
+        return (children, grouped);
     };
+    let known: HashSet<&str> = names.iter().map(|name| name.text).collect();
     let groups = Section::new("", 0..0, groups);
     for (group, node) in groups.entries() {
         let Some(entries) = node.get_ref().as_table() else {
@@ -79,8 +73,7 @@ fn group_members<'a>(
         refuse_bad_name(report, &group, "a group");
         let settings = Section::new(what, group.span.clone(), entries);
         for member in settings.texts(report, "members").unwrap_or_default() {
-            let twice = children.iter().find(|(child, _)| *child == member.text);
-            if let Some((_, other)) = twice {
+            if let Some(other) = grouped.get(member.text) {
                 report
                     .fault(
                         &member.span,
@@ -92,8 +85,9 @@ fn group_members<'a>(
                         ),
                     )
                     .advise("a child competes in one group: remove one");
-            } else if names.iter().any(|name| name.text == member.text) {
+            } else if known.contains(member.text) {
                 children.push((member.text, group.text));
+                grouped.insert(member.text, group.text);
             } else {
                 report
                     .fault(
@@ -108,5 +102,5 @@ fn group_members<'a>(
             }
         }
     }
-    children
+    (children, grouped)
 }

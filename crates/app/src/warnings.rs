@@ -2,7 +2,7 @@
 //! although they share no actuator, a period far from the type's, a C++ plugin that may throw, what is valid for too long or too
 //! short a time, commands that no guard judges, and schemas that trigger each other.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use jde_core::Nanos;
 
@@ -17,8 +17,8 @@ const NEAR: Nanos = 10;
 /// The ratio of a unit of time to the next smaller one.
 const NEXT_UNIT: Nanos = 1000;
 
-/// Roots, and the commands that they share.
-type RootCommands = (Vec<usize>, BTreeSet<(usize, usize)>);
+/// Instances and ports of commands.
+type Commands = BTreeSet<(usize, usize)>;
 
 impl Application {
     /// Returns warnings about settings that are valid but may not be intended: a sentence or two each, with
@@ -26,7 +26,8 @@ impl Application {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let levels = self.groups.iter().filter(|group| group.father.is_none());
-        let disjoint_roots = levels.filter_map(|level| self.warn_of_disjoint_roots(level));
+        let mut below = self.commands_below();
+        let disjoint_roots = levels.filter_map(|level| self.warn_of_disjoint_roots(level, &mut below));
         disjoint_roots
             .chain(self.instances.iter().filter_map(warn_of_period))
             .chain(self.warn_of_exceptions())
@@ -55,9 +56,9 @@ impl Application {
         })
     }
 
-    /// Warns of a level whose members share no actuator.
-    fn warn_of_disjoint_roots(&self, level: &GroupConfig) -> Option<String> {
-        let mut below: HashMap<usize, BTreeSet<(usize, usize)>> = HashMap::new();
+    /// Returns, for each root, the commands that it and the schemas below it are bound to.
+    fn commands_below(&self) -> HashMap<usize, Commands> {
+        let mut below: HashMap<usize, Commands> = HashMap::new();
         for (number, instance) in self.instances.iter().enumerate() {
             let commands = instance.bindings.iter().filter_map(|binding| match binding {
                 Binding::Actuator { target } => *target,
@@ -65,33 +66,50 @@ impl Application {
             });
             below.entry(self.root(number)).or_default().extend(commands);
         }
-        let mut parts: Vec<RootCommands> = Vec::new();
-        for root in &level.members {
-            let Some(mut commands) = below.remove(root).filter(|commands| !commands.is_empty()) else {
-                continue;
-            };
-            let mut roots = Vec::new();
-            let (same, other) = parts
-                .into_iter()
-                .partition(|(_, theirs)| !theirs.is_disjoint(&commands));
-            parts = other;
-            let same: Vec<RootCommands> = same;
-            for (others, theirs) in same {
-                roots.extend(others);
-                commands.extend(theirs);
+        below
+    }
+
+    /// Warns of a level whose members share no actuator. Takes the commands of its members.
+    fn warn_of_disjoint_roots(
+        &self,
+        level: &GroupConfig,
+        below: &mut HashMap<usize, Commands>,
+    ) -> Option<String> {
+        // Members that share a command are one part, which its last member names.
+        let mut user_of: HashMap<(usize, usize), usize> = HashMap::new();
+        let mut newer: Vec<usize> = Vec::new();
+        let last = |newer: &mut Vec<usize>, mut member: usize| {
+            while newer[member] != member {
+                newer[member] = newer[newer[member]];
+                member = newer[member];
             }
-            roots.push(*root);
-            parts.push((roots, commands));
+            member
+        };
+        let used = level.members.iter().filter_map(|root| below.remove_entry(root));
+        let members: Vec<_> = used.filter(|(_, commands)| !commands.is_empty()).collect();
+        for (member, (_, commands)) in members.iter().enumerate() {
+            newer.push(member);
+            for command in commands {
+                if let Some(other) = user_of.insert(*command, member) {
+                    let other = last(&mut newer, other);
+                    newer[other] = member;
+                }
+            }
+        }
+        let mut parts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (member, (root, _)) in members.iter().enumerate() {
+            let part = last(&mut newer, member);
+            parts.entry(part).or_default().push(*root);
         }
         if parts.len() < 2 {
             return None;
         }
         let name = |root: &usize| self.instances[*root].name.as_str();
-        let mut names = parts.iter().map(|(roots, _)| quote_all(roots.iter().map(name)));
+        let mut names = parts.values().map(|roots| quote_all(roots.iter().map(name)));
         let (first, rest) = (names.next()?, names.collect::<Vec<_>>().join(", nor with "));
         let line = parts
-            .iter()
-            .filter_map(|(roots, _)| roots.first())
+            .values()
+            .filter_map(|roots| roots.first())
             .map(|root| self.instances[*root].line)
             .min()?;
         Some(format!(

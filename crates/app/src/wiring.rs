@@ -1,8 +1,9 @@
 //! Binds the imports and actuators of an instance to variables of other instances, and sets its triggers.
 //! Children are bound in `children`.
 
+use std::collections::HashMap;
+
 use jde_abi::describe::{ListKind, Port, Role, Schema};
-use jde_abi::lists::ListedPort;
 
 use super::drafts::{Drafts, InstanceContext};
 use super::lists;
@@ -92,11 +93,14 @@ fn listed_imports(
 ) {
     let listed = instance.listed();
     let own = instance.schema.ports.len() - listed.len();
+    let places = listed.iter().enumerate();
+    let places: HashMap<_, _> = places
+        .map(|(place, port)| ((port.list, port.label.as_str()), place))
+        .collect();
     let lists = instance.schema.lists.iter().enumerate();
     for (number, list) in lists.filter(|(_, list)| list.kind == ListKind::Imports) {
         for entry in lists::entries(instance.section(), list) {
-            let is_entry = |port: &ListedPort| port.list == number && port.label == entry.label.text;
-            let Some(place) = listed.iter().position(is_entry) else {
+            let Some(place) = places.get(&(number, entry.label.text)) else {
                 continue;
             };
             let what = format!(
@@ -107,8 +111,9 @@ fn listed_imports(
             let Some(from) = lists::source(report, (&what, &entry)) else {
                 continue;
             };
-            let found = table.find(report, instance, &what, &from, own + place);
-            if let Binding::Import { source, .. } = &mut bindings[own + place] {
+            let place = own + place;
+            let found = table.find(report, instance, &what, &from, place);
+            if let Binding::Import { source, .. } = &mut bindings[place] {
                 *source = found.map(|(instance, port)| ImportSource::Local(instance, port));
             }
         }
@@ -262,12 +267,11 @@ fn report_missing(
         quote(&port.name),
         quote(&port.value_type.name)
     );
-    report
-        .fault(&section.key_span(key), message)
-        .advise(match candidates(instance, port, kind).next() {
-            Some(candidate) => format!("add {key}.{} = \"{candidate}\"", port.name),
-            None => NO_CANDIDATE.to_owned(),
-        });
+    report.fault(&section.key_span(key), message).suggest_by(|| {
+        let candidate = candidates(instance, port, kind).next();
+        let add = candidate.map(|candidate| format!("add {key}.{} = \"{candidate}\"", port.name));
+        Some(add.unwrap_or_else(|| NO_CANDIDATE.to_owned()))
+    });
 }
 
 /// Returns the variables of other schemas to which a port can be bound.

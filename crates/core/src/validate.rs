@@ -144,13 +144,13 @@ impl Spec {
     }
 
     fn check_father_cycles(&self, faults: &mut Vec<SpecError>) {
-        let children = |id: SchemaId| {
-            self.groups
-                .iter()
-                .filter(move |g| g.father == Some(id))
-                .flat_map(|g| g.members.iter().copied())
-                .collect()
-        };
+        let mut children: BTreeMap<SchemaId, Vec<SchemaId>> = BTreeMap::new();
+        for group in &self.groups {
+            if let Some(father) = group.father {
+                children.entry(father).or_default().extend(&group.members);
+            }
+        }
+        let children = |id: SchemaId| children.get(&id).cloned().unwrap_or_default();
         if let Some(path) = self.find_cycle(children) {
             faults.push(SpecError::FatherCycle { path });
         }
@@ -174,28 +174,33 @@ impl Spec {
     /// Returns the first cycle along `next`, found by a depth-first search without recursion.
     fn find_cycle(&self, next: impl Fn(SchemaId) -> Vec<SchemaId>) -> Option<Vec<String>> {
         let mut done = vec![false; self.schemas.len()];
+        let mut on_path = done.clone();
         for start in 0..self.schemas.len() {
             let start = SchemaId(u32::try_from(start).ok()?);
             if done[start.index()] {
                 continue;
             }
             let mut path = vec![(start, next(start))];
+            on_path[start.index()] = true;
             while let Some((current, rest)) = path.last_mut() {
                 let current = *current;
                 let Some(successor) = rest.pop() else {
                     done[current.index()] = true;
+                    on_path[current.index()] = false;
                     path.pop();
                     continue;
                 };
                 if successor.index() >= done.len() || done[successor.index()] {
                     continue;
                 }
-                if let Some(start) = path.iter().position(|&(id, _)| id == successor) {
+                if on_path[successor.index()] {
+                    let start = path.iter().position(|&(id, _)| id == successor)?;
                     let mut labels: Vec<String> =
                         path[start..].iter().map(|&(id, _)| self.name(id)).collect();
                     labels.push(self.name(successor));
                     return Some(labels);
                 }
+                on_path[successor.index()] = true;
                 path.push((successor, next(successor)));
             }
         }

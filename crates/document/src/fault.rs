@@ -12,7 +12,7 @@ use super::report::{quote, quote_all};
 pub const MAX_LISTED: usize = 12;
 
 /// The most faults in one text; the others are counted.
-const MAX_SHOWN: usize = 40;
+pub(super) const MAX_SHOWN: usize = 40;
 
 /// One fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,8 +23,8 @@ pub struct Fault {
     pub message: String,
     /// How to correct it.
     pub help: Option<String>,
-    /// It is only counted and never shown.
-    pub(super) counted: bool,
+    /// Whether similar names are searched for, which takes long in long lists.
+    pub(super) suggests: bool,
 }
 
 /// The place of a fault.
@@ -86,7 +86,7 @@ impl Fault {
             location: place,
             message,
             help: None,
-            counted: false,
+            suggests: true,
         }
     }
 
@@ -105,9 +105,16 @@ impl Fault {
         self
     }
 
+    /// Adds how to correct it, which takes a search.
+    pub fn suggest_by(&mut self, help: impl FnOnce() -> Option<String>) {
+        if self.suggests {
+            self.help = help();
+        }
+    }
+
     /// Suggests the most similar known name; if there is none and the names are few, all of them.
     pub fn suggest<'n>(&mut self, name: &str, what: &str, known: impl IntoIterator<Item = &'n str>) {
-        if self.counted {
+        if !self.suggests {
             return;
         }
         let known: Vec<_> = known.into_iter().collect();

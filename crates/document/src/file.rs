@@ -1,7 +1,6 @@
 //! Reads the text of a file, or reports why that is impossible. Does not parse it.
 
-use std::fs::File;
-use std::io::{ErrorKind, Read};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use jde_board::nearest;
@@ -32,33 +31,26 @@ pub fn read(path: &Path, what: &str) -> Result<String, Faults> {
 }
 
 fn bytes(path: &Path, what: &str) -> Result<Vec<u8>, Faults> {
-    let mut bytes = Vec::new();
-    let reading = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    let error = match jde_files::read(path, MAX_BYTES) {
+        Ok(bytes) => return Ok(bytes),
+        Err(error) => error,
+    };
     let mut report = FaultReport::new(path, "");
-    match reading {
-        Ok(_) if bytes.len() as u64 <= MAX_BYTES => return Ok(bytes),
-        Ok(_) => {
-            let most = MAX_BYTES >> 20;
-            report
-                .file_fault(format!(
-                    "the file has more than {most} MiB, and no {what} file is that large"
-                ))
-                .advise(format!("give the path of an {what} file"));
+    if error.kind() == ErrorKind::NotFound {
+        let fault = report.file_fault("there is no such file");
+        if let Some(near) = similar_file(path) {
+            fault.advise(format!("did you mean {}?", quote(&near.to_string_lossy())));
         }
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            let fault = report.file_fault("there is no such file");
-            if let Some(near) = similar_file(path) {
-                fault.advise(format!("did you mean {}?", quote(&near.to_string_lossy())));
-            }
-        }
-        Err(error) if error.kind() == ErrorKind::IsADirectory => {
-            report
-                .file_fault("this is a folder")
-                .advise(format!("give the path of an {what} file in it"));
-        }
-        Err(error) => {
-            report.file_fault(format!("the file cannot be read: {error}"));
-        }
+    } else if path.is_dir() {
+        report
+            .file_fault("this is a folder")
+            .advise(format!("give the path of an {what} file in it"));
+    } else if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::InvalidData) {
+        report
+            .file_fault(format!("{error}, so this is no {what} file"))
+            .advise(format!("give the path of an {what} file"));
+    } else {
+        report.file_fault(format!("the file cannot be read: {error}"));
     }
     Err(report.into_faults())
 }

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::fault::{Fault, FaultLocation, Faults};
+use super::fault::{Fault, FaultLocation, Faults, MAX_SHOWN};
 
 /// The most faults that are kept with a message and a position, which may take long to compute. Further
 /// ones are only counted, because users correct few at once.
@@ -129,12 +129,11 @@ impl<'a> FaultReport<'a> {
     }
 
     fn push(&mut self, place: FaultLocation, message: String) -> &mut Fault {
-        let counted = self.faults.len() == MAX_FAULTS;
         let fault = Fault {
-            counted,
+            suggests: self.faults.len() < MAX_SHOWN,
             ..Fault::new(place, message)
         };
-        if counted {
+        if self.faults.len() == MAX_FAULTS {
             self.omitted += 1;
             return self.last_counted.insert(fault);
         }

@@ -11,6 +11,9 @@ use jde_core::Nanos;
 use crate::report::{FaultReport, quote};
 use crate::time;
 
+/// The most texts of one list, which names schemas: as many as an application has.
+const MAX_TEXTS: usize = 10_000;
+
 /// A value and its position.
 pub type Node<'a> = Spanned<DeValue<'a>>;
 
@@ -98,6 +101,11 @@ impl<'a> Section<'a> {
     pub fn texts(&self, report: &mut FaultReport, key: &str) -> Option<Vec<Text<'a>>> {
         let (what, node) = (self.key(key), self.get(key)?);
         let list = expect(report, &what, "a list of texts", node, node.get_ref().as_array())?;
+        if list.len() > MAX_TEXTS {
+            let message = format!("{what} has {} texts, and may have {MAX_TEXTS}", list.len());
+            report.fault(&node.span(), message);
+            return None;
+        }
         let what = format!("each of {what}");
         Some(
             list.iter()

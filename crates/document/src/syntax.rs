@@ -2,7 +2,7 @@
 //! errors of the parser, so consequential errors are left out.
 
 use toml::Spanned;
-use toml::de::{DeTable, Error};
+use toml::de::{DeTable, DeValue, Error};
 
 use super::report::{FaultReport, quote};
 
@@ -13,12 +13,35 @@ const DUPLICATE: &str = "duplicate key";
 /// The parser's terms for an error inside a list or an inline table.
 const NOT_CLOSED: [&str; 2] = ["array", "inline table"];
 
+/// The most entries of one table. A thousand light schemas occupy a processor, so more than this is a fault of the
+/// program that wrote the file.
+const MAX_ENTRIES: usize = 10_000;
+
 /// Parses a text. Reports the syntax errors and returns `None` if it is not TOML, because the recovered
-/// document is not the intended one, and faults in it would be misleading.
+/// document is not the intended one, and faults in it would be misleading. The same for tables that are too long. The
+/// parser limits how deep values contain each other.
 pub fn parse<'t>(report: &mut FaultReport, text: &'t str) -> Option<Spanned<DeTable<'t>>> {
     let (document, errors) = DeTable::parse_recoverable(text);
     report_errors(report, text, &errors);
-    errors.is_empty().then_some(document)
+    let complete = errors.is_empty() && !refuse_long(report, document.get_ref(), ("the file", 0));
+    complete.then_some(document)
+}
+
+/// Reports the first table with too many entries. Returns whether there is one.
+fn refuse_long(report: &mut FaultReport, table: &DeTable, (name, at): (&str, usize)) -> bool {
+    if table.len() > MAX_ENTRIES {
+        let message = format!(
+            "{name} has {} entries, and one table may have {MAX_ENTRIES}",
+            table.len()
+        );
+        report.fault(&(at..at), message);
+        return true;
+    }
+    let mut tables = table.iter().filter_map(|(key, value)| match value.get_ref() {
+        DeValue::Table(inner) => Some((inner, quote(key.get_ref()), key.span().start)),
+        _ => None,
+    });
+    tables.any(|(inner, name, at)| refuse_long(report, inner, (&name, at)))
 }
 
 /// Reports the parser's errors.

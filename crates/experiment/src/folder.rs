@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Read as _, Write};
 use std::path::{Path, PathBuf};
 
 use jde_abi::describe::Role;
@@ -20,6 +20,8 @@ const RESULTS: &str = "results.jsonl";
 
 /// The file that states what a folder belongs to.
 const STATE: &str = "experiment.json";
+/// The largest file of the state, bytes.
+const MAX_STATE: u64 = 1 << 20;
 
 /// What a folder of results belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,7 +169,7 @@ impl FolderState {
     /// It holds no results.
     pub fn read(folder: &Path) -> Result<Self, FolderError> {
         let path = folder.join(STATE);
-        match fs::read_to_string(&path) {
+        match jde_files::read_text(&path, MAX_STATE) {
             Ok(text) => serde_json::from_str(&text).map_err(|error| FolderError::File {
                 error: io::Error::other(error),
                 path,
@@ -220,7 +222,7 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
     let mut digest = Sha256::new();
     digest.update(env!("CARGO_PKG_VERSION"));
     for file in files(experiment, applications)? {
-        digest.update(Sha256::digest(fs::read(&file)?));
+        digest.update(digest_of(&file)?);
     }
     let hex = digest
         .finalize()
@@ -228,6 +230,18 @@ pub fn fingerprint(experiment: &Experiment, applications: &mut Applications) -> 
         .map(|byte| format!("{byte:02x}"))
         .collect();
     Ok(hex)
+}
+
+/// Returns the digest of a file, which may be longer than the memory.
+fn digest_of(path: &Path) -> io::Result<impl AsRef<[u8]>> {
+    let (mut file, mut digest) = (jde_files::open(path)?, Sha256::new());
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok(digest.finalize()),
+            length => digest.update(&piece[..length]),
+        }
+    }
 }
 
 /// Returns the files that determine the results: the experiment, the application, the plugins, and the files

@@ -3,7 +3,6 @@
 //!
 //! It joins nothing and decides nothing about results that are there twice.
 
-use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -33,13 +32,16 @@ pub enum ReadResultsError {
     },
 }
 
+/// The largest file of results, bytes: hundreds of thousands of drives.
+const MAX_RESULTS: u64 = 512 << 20;
+
 /// Reads the results of an experiment with these columns, in the order of the file. The last line is left out
 /// if it has no end: its writer was interrupted.
 ///
 /// # Errors
 /// [`ReadResultsError`].
 pub fn read_results(path: &Path, columns: &Columns) -> Result<Vec<DriveResult>, ReadResultsError> {
-    let bytes = fs::read(path).map_err(|error| ReadResultsError::File {
+    let bytes = jde_files::read(path, MAX_RESULTS).map_err(|error| ReadResultsError::File {
         path: path.to_owned(),
         error,
     })?;
@@ -97,6 +99,8 @@ pub(crate) fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Res
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use serde_json::json;
 
     use super::*;

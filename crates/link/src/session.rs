@@ -1,8 +1,6 @@
 //! Zenoh sessions without multicast, gossip, ports, shared memory or admin space unless requested. A session
 //! uses only the endpoints given to it, and only their protocols. Knows nothing of applications.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 use std::sync::mpsc;
 use std::time::Duration;
@@ -76,13 +74,8 @@ impl Login {
             file: file.to_owned(),
             reason,
         };
-        let mut text = String::new();
-        File::open(file)
-            .and_then(|opened| opened.take(MAX_PASSWORD_FILE + 1).read_to_string(&mut text))
-            .map_err(|error| unusable(error.to_string()))?;
-        if text.len() as u64 > MAX_PASSWORD_FILE {
-            return Err(unusable(format!("it has more than {MAX_PASSWORD_FILE} bytes")));
-        }
+        let text =
+            jde_files::read_text(file, MAX_PASSWORD_FILE).map_err(|error| unusable(error.to_string()))?;
         let login = Self {
             user: user.to_owned(),
             password: text.lines().next().unwrap_or_default().to_owned(),

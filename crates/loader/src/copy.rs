@@ -16,6 +16,8 @@ use super::python::is_python;
 
 /// Copies are called `jde-<process>-<plugin>-<random>` with the extension of the original.
 const PREFIX: &str = "jde-";
+/// The largest plugin, bytes: several times a debug build. A sparse file would fill the disk with its copy.
+const MAX_FILE: u64 = 1 << 30;
 /// Bytes that are compared at once.
 const PIECE: usize = 1 << 16;
 
@@ -42,7 +44,13 @@ pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
     let name = original.file_stem().unwrap_or_default().to_string_lossy();
     let prefix = format!("{PREFIX}{}-{name}-", std::process::id());
     let suffix = if is_python(original) { ".py" } else { ".so" };
-    let mut file = open_regular(original)?;
+    let mut file = jde_files::open(original)?;
+    if file.metadata()?.len() > MAX_FILE {
+        return Err(LoadError::Invalid(format!(
+            "it has more than {} MiB, and no plugin is that large",
+            MAX_FILE >> 20
+        )));
+    }
     let copied = tempfile::Builder::new()
         .prefix(&prefix)
         .suffix(suffix)
@@ -57,18 +65,6 @@ pub(super) fn create(original: &Path) -> Result<PrivateCopy, LoadError> {
         folder: std::env::temp_dir(),
         error,
     })
-}
-
-/// Opens a regular file only: not a device, nor a pipe, on which opening would wait for a writer.
-pub(super) fn open_regular(path: &Path) -> io::Result<File> {
-    if fs::metadata(path)?.is_file() {
-        File::open(path)
-    } else {
-        Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "it is not a regular file",
-        ))
-    }
 }
 
 impl PrivateCopy {

@@ -11,6 +11,10 @@ use object::read::{ReadCache, ReadRef};
 /// A file of which only the needed parts are read.
 pub(super) type ElfFile = ReadCache<File>;
 
+/// The most segments, and the most sections. A library has some dozens.
+const MAX_PARTS: u32 = 1 << 16;
+/// The largest table of exported symbols, bytes. It is read as a whole.
+const MAX_SYMBOLS: u64 = 64 << 20;
 /// The number of bytes of a symbol that are read: the magic number of a plugin and its version.
 const HEAD: usize = 16;
 
@@ -43,6 +47,10 @@ pub(super) fn check(parts: &ElfFile) -> Result<(), String> {
             own_machine()
         ));
     }
+    let (segments, sections) = (header.phnum(endian, parts), header.shnum(endian, parts));
+    if segments.is_ok_and(|count| count > MAX_PARTS) || sections.is_ok_and(|count| count > MAX_PARTS) {
+        return Err(format!("it has more than {MAX_PARTS} sections or segments"));
+    }
     let is_within = |offset: u64, size: u64| offset.checked_add(size).is_some_and(|end| end <= length);
     let segments = header
         .program_headers(endian, parts)
@@ -58,6 +66,12 @@ pub(super) fn check(parts: &ElfFile) -> Result<(), String> {
         let has_content = section.sh_type(endian) != SHT_NOBITS;
         if has_content && !is_within(section.sh_offset(endian), section.sh_size(endian)) {
             return Err(truncated(length));
+        }
+        if section.sh_type(endian) == SHT_DYNSYM && section.sh_size(endian) > MAX_SYMBOLS {
+            return Err(format!(
+                "its exported symbols need more than {} MiB",
+                MAX_SYMBOLS >> 20
+            ));
         }
     }
     Ok(())

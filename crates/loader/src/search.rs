@@ -1,11 +1,11 @@
 //! The folders in which plugins are searched for, and their order. It loads nothing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use jde_abi::raw;
 
-use super::{copy, elf, python};
+use super::{elf, python};
 
 /// Folders in which plugins are searched for; the first that contains a plugin wins.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -78,6 +78,17 @@ impl SearchPath {
         }
     }
 
+    /// Returns the path that searches these folders first.
+    pub(crate) fn after(&self, first: &[PathBuf], reason: &'static str) -> Self {
+        let first = first.iter().map(|folder| (folder, reason));
+        let rest = self.folders.iter().map(|(folder, reason)| (folder, *reason));
+        let mut known = HashSet::new();
+        let all = first.chain(rest).filter(|(folder, _)| known.insert(*folder));
+        Self {
+            folders: all.map(|(folder, reason)| (folder.clone(), reason)).collect(),
+        }
+    }
+
     /// Returns the folders, each with the reason for searching it.
     pub fn folders(&self) -> impl Iterator<Item = (&Path, &'static str)> {
         self.folders
@@ -121,7 +132,7 @@ impl SearchPath {
 }
 
 fn is_plugin_file(path: &Path) -> bool {
-    copy::open_regular(path).is_ok_and(|file| {
+    jde_files::open(path).is_ok_and(|file| {
         elf::is_plugin(
             &elf::ElfFile::new(file),
             raw::ENTRY_SYMBOL,

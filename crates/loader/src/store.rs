@@ -22,6 +22,9 @@ use super::{LoadError, LoadedPlugin, PluginFile, SearchPath, copy};
 /// can spare.
 pub const MAX_BUILDS: usize = 256;
 
+/// The most folders that a message lists.
+const MAX_LISTED: usize = 12;
+
 /// Plugins by name; each is loaded on first use.
 #[derive(Debug, Default)]
 pub struct Plugins {
@@ -58,7 +61,7 @@ pub struct RefreshedPlugin {
 #[derive(Debug, thiserror::Error)]
 pub enum PluginError {
     /// No folder contains its file.
-    #[error("there is no plugin `{name}` in{}", folders.iter().map(|folder| format!("\n    {folder}")).collect::<String>())]
+    #[error("there is no plugin `{name}` in{}", lines(folders))]
     Missing {
         /// The requested name.
         name: String,
@@ -326,14 +329,7 @@ impl Plugins {
     }
 
     fn search_path_with(&self, extra: &[PathBuf]) -> SearchPath {
-        let mut path = SearchPath::default();
-        for folder in extra {
-            path.push(folder, "named in the application");
-        }
-        for (folder, reason) in self.path.folders() {
-            path.push(folder, reason);
-        }
-        path
+        self.path.after(extra, "named in the application")
     }
 }
 
@@ -443,6 +439,16 @@ fn count_replacements(loaded: &BTreeMap<PathBuf, Vec<LoadedPlugin>>) -> ExtraBui
         builds: sum.builds + 1,
         bytes: sum.bytes + build.bytes(),
     })
+}
+
+/// Lists the folders that were searched, each on its line.
+fn lines(folders: &[String]) -> String {
+    let shown = folders.iter().take(MAX_LISTED);
+    let mut lines: String = shown.map(|folder| format!("\n    {folder}")).collect();
+    if let Some(more @ 1..) = folders.len().checked_sub(MAX_LISTED) {
+        lines += &format!("\n    and {more} more");
+    }
+    lines
 }
 
 fn unusable(file: &Path) -> impl FnOnce(LoadError) -> PluginError {

@@ -7,6 +7,9 @@ use jde_app::Application;
 
 use crate::RecordedHierarchy;
 
+/// The largest application file, bytes.
+const MAX_FILE: u64 = 2 << 20;
+
 /// The origin of a recording. The recording contains it as metadata, and the application's file as an
 /// attachment.
 #[derive(Clone, Debug)]
@@ -41,7 +44,7 @@ impl Origin {
                 .parent()
                 .map(|folder| folder.display().to_string())
                 .filter(|folder| !folder.is_empty()),
-            file: name.zip(std::fs::read(&application.path).ok()),
+            file: name.zip(jde_files::read(&application.path, MAX_FILE).ok()),
             hierarchy: Some(RecordedHierarchy::of(application, lockstep)),
         }
     }

@@ -15,6 +15,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::style::Units;
 
+/// The largest file of settings that is read, bytes.
+const MAX_SETTINGS: u64 = 16 << 20;
+
 /// The user's settings for all applications.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
@@ -86,7 +89,15 @@ impl SettingsStore {
     /// that cannot be parsed is renamed to `*.unreadable` and logged.
     pub(crate) fn take<T: DeserializeOwned>(&self, name: &str) -> Option<T> {
         let path = self.path(name)?;
-        let text = fs::read_to_string(&path).ok()?;
+        let text = match jde_files::read_text(&path, MAX_SETTINGS) {
+            Ok(text) => text,
+            Err(error) => {
+                if error.kind() != io::ErrorKind::NotFound {
+                    tracing::warn!("{} cannot be read: {error}", path.display());
+                }
+                return None;
+            }
+        };
         match serde_json::from_str(&text) {
             Ok(saved) => Some(saved),
             Err(error) => {

@@ -76,6 +76,9 @@ impl Inspect for Pioneer {
     }
 }
 
+/// The largest file of a model, bytes.
+const MAX_MODEL: u64 = 1 << 20;
+
 /// Returns the model of a name or of a file; `None` for the model that the robot reports.
 fn model(text: &str) -> Result<Option<Model>> {
     if text.is_empty() {
@@ -84,6 +87,7 @@ fn model(text: &str) -> Result<Option<Model>> {
     if !text.ends_with(".toml") {
         return Ok(Some(Model::named(text)?));
     }
-    let file = std::fs::read_to_string(text).map_err(|error| format!("model = \"{text}\": {error}"))?;
+    let file = jde_files::read_text(text.as_ref(), MAX_MODEL)
+        .map_err(|error| format!("model = \"{text}\": {error}"))?;
     Ok(Some(Model::parse(&file, text)?))
 }

@@ -78,7 +78,7 @@ fn a_file_that_is_too_large_is_refused_with_one_fault() {
     assert_eq!(
         refused(&file).to_string(),
         format!(
-            "{}: the file has more than 2 MiB, and no application file is that large\n    help: give the path of an application file",
+            "{}: it has more than 2 MiB, so this is no application file\n    help: give the path of an application file",
             file.display()
         )
     );
@@ -199,7 +199,7 @@ fn an_application_with_too_many_schemas_is_refused() {
         faults
             .list()
             .iter()
-            .any(|fault| fault.message.contains("more than 10000 schemas")),
+            .any(|fault| fault.message.contains("`schemas` has 10001 entries")),
         "{faults}"
     );
 }

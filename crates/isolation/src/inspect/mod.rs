@@ -118,7 +118,13 @@ enum RequestError {
 pub struct Inspector {
     libraries: InspectorSlot,
     python: InspectorSlot,
+    /// What Python said when it was asked first. It takes a quarter of a second to start, which a file that names many
+    /// missing plugins would pay for each.
+    entry_points: Mutex<Option<Result<EntryPoints, String>>>,
 }
+
+/// Names and files of plugins.
+type EntryPoints = Vec<(String, PathBuf)>;
 
 /// A program, and the process that runs it.
 #[derive(Debug)]
@@ -146,7 +152,30 @@ impl Inspector {
         Self {
             python: InspectorSlot::new(python::inspector(&program.path)),
             libraries: InspectorSlot::new(program),
+            entry_points: Mutex::default(),
         }
+    }
+
+    /// Returns the entry points, or why Python cannot be asked. Asks once.
+    fn ask_for_entry_points(&self) -> Result<EntryPoints, String> {
+        let mut known = self.entry_points.lock().unwrap_or_else(PoisonError::into_inner);
+        let ask = || match self.python.request(DESCRIBE_TIMEOUT, |child| {
+            child.request(&InspectorRequest::EntryPoints)
+        }) {
+            Ok(InspectorResponse::EntryPoints(found)) => Ok(found),
+            Ok(_) => Err(String::from("its process sent an invalid reply")),
+            Err(RequestError::NotStarted(error)) => {
+                Err(python::describe_start_error(&self.python.program, &error))
+            }
+            Err(RequestError::Died(text)) => Err(text),
+        };
+        known.get_or_insert_with(ask).clone()
+    }
+
+    /// Returns why Python cannot be asked, if that is known.
+    fn unusable_python(&self) -> Option<String> {
+        let known = self.entry_points.lock().unwrap_or_else(PoisonError::into_inner);
+        known.as_ref()?.as_ref().err().cloned()
     }
 
     fn slot(&self, path: &Path) -> &InspectorSlot {
@@ -204,6 +233,9 @@ impl Inspect for Inspector {
             path: path.to_owned(),
         };
         let is_python = is_python(path);
+        if let Some(reason) = self.unusable_python().filter(|_| is_python) {
+            return Err(LoadError::Python(reason));
+        }
         match self
             .slot(path)
             .request(DESCRIBE_TIMEOUT, |child| child.request(&request))
@@ -227,7 +259,11 @@ impl Inspect for Inspector {
                 )))
             }
             Err(RequestError::NotStarted(error)) => Err(LoadError::InspectorUnavailable(error)),
-            Err(RequestError::Died(text)) if is_python => Err(LoadError::Python(text)),
+            Err(RequestError::Died(text)) if is_python => {
+                // Is it this file alone, or every one?
+                let _ = self.ask_for_entry_points();
+                Err(LoadError::Python(text))
+            }
             Err(RequestError::Died(text)) => Err(LoadError::InspectionFailed(text)),
         }
     }
@@ -269,20 +305,18 @@ impl Inspect for Inspector {
     }
 
     fn entry_points(&self) -> Vec<(String, PathBuf)> {
-        let request = InspectorRequest::EntryPoints;
-        match self
-            .python
-            .request(DESCRIBE_TIMEOUT, |child| child.request(&request))
-        {
-            Ok(InspectorResponse::EntryPoints(found)) => found,
-            Ok(_) | Err(_) => Vec::new(),
-        }
+        self.ask_for_entry_points().unwrap_or_default()
     }
 
     fn stop(&self) {
         for slot in [&self.libraries, &self.python] {
             slot.process.lock().unwrap_or_else(PoisonError::into_inner).take();
         }
+        // Packages may be installed until the next request.
+        self.entry_points
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
     }
 }
 

@@ -10,6 +10,7 @@ mod demo;
 mod disk;
 mod exhausted;
 mod experimenting;
+mod hostile;
 mod inspecting;
 mod inspections;
 mod installed;

@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
+use rustix::fs::OFlags;
+
 use crate::Error;
 use crate::keys;
 use crate::message::About;
@@ -421,7 +423,8 @@ enum AnnouncementState {
 fn read_announcement(path: &Path) -> AnnouncementState {
     let Ok(mut file) = OpenOptions::new()
         .read(true)
-        .custom_flags(rustix::fs::OFlags::NOFOLLOW.bits().cast_signed())
+        // A pipe would wait for its writer.
+        .custom_flags((OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed())
         .open(path)
     else {
         return AnnouncementState::Unreadable;

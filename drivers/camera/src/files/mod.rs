@@ -195,13 +195,7 @@ fn list(path: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 fn read(file: &Path) -> Result<Picture, String> {
-    let size = fs::metadata(file).map_err(|error| error.to_string())?.len();
-    if size > LARGEST_FILE {
-        return Err(format!(
-            "it has {size} bytes, and no picture that fits has more than {LARGEST_FILE}"
-        ));
-    }
-    let bytes = fs::read(file).map_err(|error| error.to_string())?;
+    let bytes = jde_files::read(file, LARGEST_FILE).map_err(|error| error.to_string())?;
     Picture::read(&bytes).map_err(|error| error.to_string())
 }
 

@@ -133,10 +133,13 @@ fn modulations<'a>(
     })
 }
 
+/// The largest application file, bytes.
+const MAX_FILE: u64 = 2 << 20;
+
 /// Returns the name of an application, which is that of its node. The faults of its file are found later.
 fn application_name(given: &Path) -> String {
     let file = paths::find_application(given).unwrap_or_else(|_| given.to_owned());
-    let text = std::fs::read_to_string(&file).unwrap_or_default();
+    let text = jde_files::read_text(&file, MAX_FILE).unwrap_or_default();
     let stated = toml::from_str::<toml::Table>(&text).ok();
     let stated = stated.and_then(|table| Some(table.get("name")?.as_str()?.to_owned()));
     let stem = file.file_stem().unwrap_or_default();

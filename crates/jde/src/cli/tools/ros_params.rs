@@ -19,6 +19,9 @@ pub(super) enum Parameter {
     SimTime(bool),
 }
 
+/// The largest file of parameters, bytes: thousands of nodes.
+const MAX_FILE: u64 = 1 << 20;
+
 /// The parameters of a node in a file, in its order.
 struct ParameterFile<'f> {
     file: &'f Path,
@@ -32,7 +35,8 @@ struct ParameterFile<'f> {
 /// # Errors
 /// The file cannot be read, or is no file of parameters: where, and why.
 pub(super) fn read(file: &Path, node: &str) -> Result<Vec<Parameter>, String> {
-    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let text =
+        jde_files::read_text(file, MAX_FILE).map_err(|error| format!("{}: {error}", file.display()))?;
     parse(file, node, &text)
 }
 

@@ -228,13 +228,16 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     })
 }
 
+/// The largest file of a model, bytes.
+const MAX_MODEL: u64 = 1 << 20;
+
 fn model(text: &str) -> Result<(String, Model), Failure> {
     let wrong = |message: String| Failure::usage(message, "write ROBOT=MODEL, such as second=amigo");
     let (robot, model) = text
         .split_once('=')
         .ok_or_else(|| wrong(format!("`{text}` is not ROBOT=MODEL")))?;
     let model = if model.contains('/') || model.ends_with(".toml") {
-        let text = std::fs::read_to_string(model).map_err(Failure::file(model.as_ref()))?;
+        let text = jde_files::read_text(model.as_ref(), MAX_MODEL).map_err(Failure::file(model.as_ref()))?;
         Model::parse(&text, model)
     } else {
         Model::named(model)

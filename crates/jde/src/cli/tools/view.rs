@@ -1,8 +1,8 @@
 //! `jde view`: opens windows on a running application or a recording.
 
+use std::env;
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
-use std::{env, fs};
 
 use clap::{Args, ValueHint};
 use jde_view::Opening;
@@ -84,7 +84,7 @@ impl View {
                 ));
             }
             // Open the file here to report an unreadable one on the command line.
-            fs::File::open(&file).map_err(Failure::file(&file))?;
+            jde_files::open(&file).map_err(Failure::file(&file))?;
             return Ok((Some(file), None));
         }
         let name = source.to_str().ok_or_else(|| {

@@ -1,7 +1,6 @@
 //! Selects the application of a verb and the connection to it.
 
 use std::cell::RefCell;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
@@ -165,8 +164,11 @@ fn normalize_endpoint(text: &str) -> String {
     }
 }
 
+/// The largest file of a key, bytes.
+const MAX_KEY: u64 = 64 << 10;
+
 fn read_key(file: &Path) -> Result<(Option<Login>, Option<Tls>), Failure> {
-    let text = fs::read_to_string(file).map_err(Failure::file(file))?;
+    let text = jde_files::read_text(file, MAX_KEY).map_err(Failure::file(file))?;
     let key: Key = toml::from_str(&text).map_err(|error| {
         Failure::usage(
             format!("{}: {}", file.display(), error.message()),
