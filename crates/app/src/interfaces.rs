@@ -4,7 +4,6 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,8 +11,8 @@ use jde_abi::describe::{Plugin, Type};
 use jde_document::quote;
 use jde_ros::definition::{UNBOUNDED_CAPACITY, action_result, gather, read_interface};
 
-/// The largest file of a definition, bytes: as much as is read of one.
-const MAX_DEFINITION: u64 = 1 << 20;
+/// The largest file of a definition, bytes: as much as is read of a whole one.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Where types are found.
 #[derive(Clone, Copy)]
@@ -23,8 +22,6 @@ pub(super) struct Types<'s> {
     pub(super) recorded: &'s BTreeMap<String, String>,
     /// The folders that the application states.
     pub(super) folders: &'s [PathBuf],
-    /// The last file of them that could not be read, and why.
-    pub(super) unreadable: &'s RefCell<Option<String>>,
 }
 
 /// The most elements or bytes of the fields without a bound.
@@ -96,15 +93,14 @@ impl Types<'_> {
             capacities.refuse_all("a standard interface")?;
             return Ok(Some(Arc::new(found.clone())));
         }
-        let Some(text) = self.text_of(name) else {
-            return self.unreadable.take().map_or(Ok(None), Err);
+        let Some(text) = self.text_of(name)? else {
+            return Ok(None);
         };
         let find = |inner: &str| match inner == name {
-            true => Some(text.clone()),
+            true => Ok(Some(text.clone())),
             false => self.text_of(inner),
         };
-        let gathered = gather(name, find, |inner| own(inner).is_some())
-            .map_err(|error| self.unreadable.take().unwrap_or_else(|| error.to_string()))?;
+        let gathered = gather(name, find, |inner| own(inner).is_some()).map_err(|error| error.to_string())?;
         let unbounded = RefCell::new(BTreeSet::new());
         let capacity = |field: &str| {
             unbounded.borrow_mut().insert(field.to_owned());
@@ -117,56 +113,90 @@ impl Types<'_> {
     }
 
     /// Returns the text that defines a message.
-    fn text_of(&self, name: &str) -> Option<String> {
-        self.recorded.get(name).cloned().or_else(|| self.file(name))
+    ///
+    /// # Errors
+    /// The file that defines it cannot be read, or has not the parts of its kind.
+    fn text_of(&self, name: &str) -> Result<Option<String>, String> {
+        match self.recorded.get(name) {
+            Some(text) => Ok(Some(text.clone())),
+            None => self.file(name),
+        }
     }
 
     /// Returns the text of the file that defines a message, or of the part of the file of a service or an action that does.
-    fn file(&self, name: &str) -> Option<String> {
+    fn file(&self, name: &str) -> Result<Option<String>, String> {
         if let Some((package, short)) = name.split_once("/msg/") {
-            return self.text(package, "msg", short);
+            return Ok(text(&self.folders(), [package, "msg", short])?.map(|(_, text)| text));
         }
         if let Some((package, short)) = name.split_once("/action/") {
             if let Some(action) = short.strip_suffix("_GetResult_Response") {
-                self.text(package, "action", action)?;
-                return Some(action_result(&format!("{package}/{action}")));
+                let file = text(&self.folders(), [package, "action", action])?;
+                return Ok(file.map(|_| action_result(&format!("{package}/{action}"))));
             }
             return self.part(package, "action", short, &["Goal", "Result", "Feedback"]);
         }
-        let (package, short) = name.split_once("/srv/")?;
-        self.part(package, "srv", short, &["Request", "Response"])
+        match name.split_once("/srv/") {
+            Some((package, short)) => self.part(package, "srv", short, &["Request", "Response"]),
+            None => Ok(None),
+        }
     }
 
     /// Returns one part of a file, by the name of the whole and the part's own.
-    fn part(&self, package: &str, kind: &str, short: &str, parts: &[&str]) -> Option<String> {
-        let (whole, part) = short.rsplit_once('_')?;
-        let place = parts.iter().position(|known| *known == part)?;
-        let text = self.text(package, kind, whole)?;
+    fn part(&self, package: &str, kind: &str, short: &str, parts: &[&str]) -> Result<Option<String>, String> {
+        let of_part = || {
+            let (whole, part) = short.rsplit_once('_')?;
+            Some((whole, parts.iter().position(|known| *known == part)?))
+        };
+        let Some((whole, place)) = of_part() else {
+            return Ok(None);
+        };
+        let Some((file, text)) = text(&self.folders(), [package, kind, whole])? else {
+            return Ok(None);
+        };
         let lines: Vec<_> = text.lines().collect();
-        let mut parts = lines.split(|line| line.trim() == "---");
-        parts.nth(place).map(|lines| lines.join("\n"))
+        let found: Vec<_> = lines.split(|line| line.trim() == "---").collect();
+        if found.len() != parts.len() {
+            return Err(format!(
+                "{} has {} lines `---`, and {} are between its parts: {}",
+                file.display(),
+                found.len() - 1,
+                parts.len() - 1,
+                parts.join(", ")
+            ));
+        }
+        Ok(Some(found[place].join("\n")))
     }
 
-    fn text(&self, package: &str, kind: &str, short: &str) -> Option<String> {
-        let is_name =
-            |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        if !is_name(package) || !is_name(short) {
-            return None;
-        }
+    /// The folders of packages.
+    fn folders(&self) -> Vec<PathBuf> {
         let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
         let installed = std::env::split_paths(&prefixes).map(|prefix| prefix.join("share"));
-        let folders = self.folders.iter().cloned().chain(installed);
-        let file = Path::new(package).join(kind).join(format!("{short}.{kind}"));
-        let mut files = folders.map(|folder| folder.join(&file));
-        files.find_map(|file| match jde_files::read_text(&file, MAX_DEFINITION) {
-            Ok(text) => Some(text),
-            Err(error) => {
-                if !matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) {
-                    self.unreadable
-                        .replace(Some(format!("{}: {error}", file.display())));
-                }
-                None
-            }
-        })
+        self.folders.iter().cloned().chain(installed).collect()
     }
+}
+
+/// Returns the file that defines an interface of a package, by its kind and name, and its text.
+fn text(folders: &[PathBuf], [package, kind, name]: [&str; 3]) -> Result<Option<(PathBuf, String)>, String> {
+    let is_name =
+        |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if !is_name(package) || !is_name(name) {
+        return Ok(None);
+    }
+    let find = |ending: &str| {
+        let file = Path::new(package).join(kind).join(format!("{name}.{ending}"));
+        let mut files = folders.iter().map(|folder| folder.join(&file));
+        files.find(|file| file.exists())
+    };
+    let Some(file) = find(kind) else {
+        return find("idl").map_or(Ok(None), |file| {
+            Err(format!(
+                "{} is in IDL, which is not read: write its fields into {name}.{kind}",
+                file.display()
+            ))
+        });
+    };
+    let bytes = jde_files::read(&file, MOST_BYTES).map_err(|error| format!("{}: {error}", file.display()))?;
+    // A comment may be in any encoding.
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    Ok(Some((file, text)))
 }

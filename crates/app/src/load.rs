@@ -1,7 +1,6 @@
 //! Turns a file into an application. Runs every check independently of the results of the others, so that all
 //! faults are reported at once. Starts nothing.
 
-use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -68,13 +67,11 @@ fn read(
     let plugins = types::resolve(&mut report, &mut outline.drafts, catalogue, &outline.plugin_dirs);
     variadic::name_children(&mut report, &mut outline.drafts);
     let folder = file.parent().unwrap_or(Path::new("/"));
-    let unreadable = RefCell::new(None);
     let plugins_and_folder = lists::Sources {
         types: Types {
             plugins: &plugins,
             recorded: &outline.recorded,
             folders: &outline.interfaces,
-            unreadable: &unreadable,
         },
         folder,
     };

@@ -117,7 +117,7 @@ fn foreign_type(name: &str, text: &str, standard: impl Fn(&str) -> Option<Type>)
     let recorded = definition::split(name, text);
     let known = |inner: &str| {
         let standard = standard(inner)?;
-        let find = |name: &str| recorded.get(name).cloned();
+        let find = |name: &str| Ok(recorded.get(name).cloned());
         let own = definition::gather(inner, find, |_| false).ok()?;
         definition::has_fields(&own, &standard).then(|| Arc::new(standard))
     };

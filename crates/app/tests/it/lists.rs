@@ -238,9 +238,17 @@ fn a_type_without_a_reader_is_that_of_its_file_with_the_stated_capacities() {
         ),
         ("Point", "float64 x\nfloat64 y\n"),
         ("Wide", "wstring name\n"),
+        ("Nested", "float64 pressure # tyre [bar]\nWide[] wides\n"),
+        ("Lost", "Nothing what\n"),
     ] {
         std::fs::write(messages.join(format!("{name}.msg")), text).unwrap();
     }
+    // A comment in Latin-1, and one whose unit is none of jde.
+    let tyre = b"float64 heat # [\xb0C]\nfloat64 pressure # [bar]\nfloat64 speed # [m/s]\n";
+    std::fs::write(messages.join("Tyre.msg"), tyre).unwrap();
+    std::fs::write(messages.join("Modern.idl"), "module my_msgs {};").unwrap();
+    std::fs::create_dir_all(folder.path().join("my_msgs/srv")).unwrap();
+    std::fs::write(folder.path().join("my_msgs/srv/Half.srv"), "int8 x\n").unwrap();
     let text = |name: &str, capacity: &str| {
         let entry = format!(
             "subscribe = {{ \"/there\" = \"there\", \"/c\" = {{ as = \"c\", type = \"my_msgs/msg/{name}\"{capacity} }} }}"
@@ -264,7 +272,25 @@ fn a_type_without_a_reader_is_that_of_its_file_with_the_stated_capacities() {
         [("header", 1), ("points", 100), ("weights", 256), ("name", 20)]
     );
     let of = |name: &str, capacity: &str| read(&text(name, capacity), &[]).unwrap_err().to_string();
+    let tyre = read(&text("Tyre", ""), &[]).unwrap();
+    let tyre = &tyre.instances[tyre.instance("topics").unwrap()].listed[1].value_type;
+    let units: Vec<_> = tyre.fields.iter().map(|field| &*field.unit).collect();
+    assert_eq!(units, ["", "", "m/s"]);
     assert!(of("Wide", "").contains("`my_msgs/msg/Wide` cannot be used: line 1"));
+    assert!(of("Nested", "").contains("cannot be used: `my_msgs/Wide`: line 1: a field of `wstring`"));
+    let lost = of("Lost", "");
+    assert!(
+        lost.contains("`my_msgs/msg/Nothing` is not defined, and `my_msgs/msg/Lost` contains it"),
+        "{lost}"
+    );
+    let idl = of("Modern", "");
+    assert!(idl.contains("Modern.idl is in IDL, which is not read"), "{idl}");
+    let half = text("Cloud", "").replace("my_msgs/msg/Cloud", "my_msgs/srv/Half_Request");
+    let half = read(&half, &[]).unwrap_err().to_string();
+    assert!(
+        half.contains("Half.srv has 0 lines `---`, and 1 are between its parts: Request, Response"),
+        "{half}"
+    );
     assert!(of("Cloud", ", capacity = 0").contains("must be 1 to 67108864, not 0"));
     let other = of("Cloud", ", capacity = { pionts = 9 }");
     assert!(

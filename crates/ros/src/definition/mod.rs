@@ -7,6 +7,7 @@ mod read;
 pub use gather::{GatherError, gather, split};
 pub use read::{ReadError, has_fields, read, read_interface};
 
+use read::OF_ROS_1;
 pub(crate) use read::scalar;
 
 use std::collections::BTreeSet;
@@ -45,6 +46,12 @@ fn full(package: &str, name: &str) -> String {
         _ => "msg",
     };
     format!("{package}/{folder}/{name}")
+}
+
+/// Returns the lines of a text, which end as on any system, without the byte order mark.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    text.lines().flat_map(|line| line.split('\r'))
 }
 
 /// Returns the definition of a type and of all types that it contains, with docs and units as comments.

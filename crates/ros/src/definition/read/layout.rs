@@ -33,6 +33,9 @@ pub(super) enum Shape {
     Text(Bound),
 }
 
+/// Types of fields that ROS 2 has no more.
+pub(in super::super) const OF_ROS_1: [&str; 2] = ["time", "duration"];
+
 /// Returns a field's elements, and their number. Without capacities, each text and each sequence must have a bound, which is
 /// none in ROS 2.
 pub(super) fn shape<'a>(
@@ -92,6 +95,9 @@ pub(super) fn shape<'a>(
         (Some(bound), Shape::One) => Ok((Element::Number(Scalar::U8), Shape::Text(bound))),
         (Some(bound), count) => Ok((Element::Text(bound), count)),
         (None, _) if element.starts_with("wstring") => Err(error("texts are UTF-8, as in `string<=64`")),
+        (None, _) if OF_ROS_1.contains(&element) => Err(error(
+            "it is of ROS 1; ROS 2 has `builtin_interfaces/Time` and `builtin_interfaces/Duration`",
+        )),
         (None, count) => Ok((
             scalar(element).map_or(Element::Structure(element), Element::Number),
             count,

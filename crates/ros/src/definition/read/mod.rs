@@ -13,9 +13,10 @@ use std::sync::Arc;
 use jde_abi::describe::{FieldKind, Type};
 
 use super::{definition, full, parts};
+pub(super) use layout::OF_ROS_1;
 pub(crate) use layout::scalar;
 use layout::{Capacity, Element, Layout, shape, text};
-use section::{Line, Section, sections};
+use section::{Comments, Line, Section, sections};
 
 /// The longest definition, in bytes; the standard types need 5 kB at most.
 const MAX_TEXT: usize = 1 << 20;
@@ -25,6 +26,10 @@ const MAX_DEPTH: usize = 16;
 /// The maximum number of fields. Those of contained types count at each occurrence, so it bounds every walk
 /// through a type.
 const MAX_FIELDS: usize = 1 << 16;
+/// The most fields of one structure. A plugin takes 4096 entries, and there may be a gap before each field.
+const MAX_OWN_FIELDS: usize = 2048;
+/// The longest part of a line in a message, in characters.
+const SHOWN: usize = 80;
 
 /// Why a text does not define a type that can be shared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,6 +41,14 @@ pub enum ReadError {
         line: usize,
         /// Its text.
         text: String,
+    },
+    /// The name of a field is too long.
+    #[error("line {line}: the name of the field has {length} letters; at most 64 are possible")]
+    Name {
+        /// Its number, from 1.
+        line: usize,
+        /// The length of the name, bytes.
+        length: usize,
     },
     /// The type of a field is not possible in a shared value.
     #[error("line {line}: a field of `{kind}` cannot be shared; {reason}")]
@@ -69,9 +82,45 @@ pub enum ReadError {
     /// A type exceeds the limits of size or fields.
     #[error("`{0}` is too large; at most {MAX_BYTES} bytes and {MAX_FIELDS} fields are shared")]
     TooLarge(String),
+    /// A structure has more fields than a plugin takes.
+    #[error("`{0}` has more than {MAX_OWN_FIELDS} fields")]
+    TooWide(String),
+    /// The fault is in the definition of a type that another one contains. Its lines are counted from its own beginning.
+    #[error("`{name}`: {error}")]
+    Inside {
+        /// The name of the type.
+        name: String,
+        /// The fault.
+        error: Box<Self>,
+    },
     /// The text has this many bytes, which is too long.
     #[error("the definition has {0} bytes; at most {MAX_TEXT} are read")]
     TooLong(usize),
+}
+
+impl ReadError {
+    fn line(line: usize, text: &str) -> Self {
+        Self::Line {
+            line,
+            text: text.chars().take(SHOWN).collect(),
+        }
+    }
+
+    /// Returns the error of a line of a definition that `before` lines of others precede.
+    fn inside(self, name: &str, before: usize) -> Self {
+        match self {
+            Self::TooDeep(_)
+            | Self::TooLarge(_)
+            | Self::TooWide(_)
+            | Self::TooLong(_)
+            | Self::Inside { .. } => self,
+            error if before == 0 => error,
+            error => Self::Inside {
+                name: name.to_owned(),
+                error: Box::new(error),
+            },
+        }
+    }
 }
 
 /// Returns the type that a definition describes. This inverts [`definition`](super::definition()), apart from
@@ -88,7 +137,8 @@ pub fn read(name: &str, text: &str) -> Result<Type, ReadError> {
 }
 
 /// As [`read`], for a definition of ROS 2: its bounds are part of the type there. `capacity` returns the most elements or
-/// bytes of the field of that name if it has no bound. `known` returns types that need no definition, by names as
+/// bytes of the field of that name if it has no bound. Its comments are those of a person: only a unit that jde knows, behind the
+/// comment on a number, is one. `known` returns types that need no definition, by names as
 /// `std_msgs/msg/Header`.
 ///
 /// # Errors
@@ -111,7 +161,11 @@ fn read_with(
     if text.len() > MAX_TEXT {
         return Err(ReadError::TooLong(text.len()));
     }
-    let sections = sections(name, text)?;
+    let whose = match capacities {
+        None => Comments::Own,
+        Some(_) => Comments::Foreign,
+    };
+    let sections = sections(name, text, whose)?;
     let root = short(name);
     let mut reader = Reader {
         sections: &sections,
@@ -131,7 +185,7 @@ fn read_with(
 #[must_use]
 pub fn has_fields(text: &str, value_type: &Type) -> bool {
     let ours = definition(value_type);
-    let [ours, theirs] = [&ours, text].map(|text| sections(&value_type.name, text));
+    let [ours, theirs] = [&ours, text].map(|text| sections(&value_type.name, text, Comments::Foreign));
     let (Ok(ours), Ok(theirs)) = (ours, theirs) else {
         return false;
     };
@@ -206,6 +260,13 @@ impl Reader<'_> {
         }
         let sections = self.sections;
         let section = &sections[title];
+        let parsed = self.fields(title, section, depth);
+        let parsed = parsed.map_err(|error| error.inside(title, section.before))?;
+        self.parsed.insert(title.to_owned(), parsed.clone());
+        Ok(parsed)
+    }
+
+    fn fields(&mut self, title: &str, section: &Section<'_>, depth: usize) -> Result<ParsedType, ReadError> {
         let mut layout = Layout::default();
         let mut names = BTreeSet::new();
         let (mut height, mut count) = (0, 0_usize);
@@ -235,6 +296,9 @@ impl Reader<'_> {
             count = count.saturating_add(1);
             layout.push(line, kind, shape).ok_or_else(too_large)?;
         }
+        if section.fields.len() > MAX_OWN_FIELDS {
+            return Err(ReadError::TooWide(title.to_owned()));
+        }
         if height > MAX_DEPTH {
             return Err(ReadError::TooDeep(title.to_owned()));
         }
@@ -242,13 +306,11 @@ impl Reader<'_> {
             return Err(too_large());
         }
         let (package, name) = parts(title);
-        let parsed = ParsedType {
+        Ok(ParsedType {
             value_type: Arc::new(layout.finish(full(&package, &name), section.doc.clone())),
             height,
             fields: count,
-        };
-        self.parsed.insert(title.to_owned(), parsed.clone());
-        Ok(parsed)
+        })
     }
 
     /// Returns the structure that is the type of a field.

@@ -2,19 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use super::super::parts;
-use super::{ReadError, short};
+use jde_abi::describe::Scalar;
+use jde_abi::unit;
+
+use super::super::{lines, parts};
+use super::{ReadError, scalar, short};
 
 /// One definition of the text.
 #[derive(Default)]
 pub(super) struct Section<'a> {
     pub(super) package: String,
+    /// The number of lines before it, 0 for that of the root.
+    pub(super) before: usize,
     pub(super) doc: String,
     pub(super) fields: Vec<Line<'a>>,
 }
 
 /// A field as its line states it.
 pub(super) struct Line<'a> {
+    /// Its number within the definition, from 1.
     pub(super) number: usize,
     pub(super) kind: &'a str,
     pub(super) name: &'a str,
@@ -22,29 +28,44 @@ pub(super) struct Line<'a> {
     pub(super) unit: String,
 }
 
-pub(super) fn sections<'a>(name: &str, text: &'a str) -> Result<BTreeMap<String, Section<'a>>, ReadError> {
+/// Whose comments a definition has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Comments {
+    /// Those of a type of jde, which end with the unit.
+    Own,
+    /// Those of a person, who may put anything into brackets.
+    Foreign,
+}
+
+pub(super) fn sections<'a>(
+    name: &str,
+    text: &'a str,
+    whose: Comments,
+) -> Result<BTreeMap<String, Section<'a>>, ReadError> {
     let mut sections = BTreeMap::new();
     let mut title = short(name);
     let mut section = Section::of(name);
+    // The number of lines before it.
+    let mut before = 0;
     let mut comments = Vec::new();
-    let mut lines = text.lines().enumerate();
+    let mut lines = lines(text).enumerate();
     while let Some((index, line)) = lines.next() {
         let line = line.trim();
         if line.len() < 3 || line.bytes().any(|byte| byte != b'=') {
-            section.line(index + 1, line, &mut comments)?;
+            let read = section.line(index + 1 - before, line, &mut comments, whose);
+            read.map_err(|error| error.inside(&title, before))?;
             continue;
         }
         comments.clear();
         sections.insert(title, section);
         let (number, next) = lines.next().unwrap_or((index, line));
         let Some(next_name) = next.trim().strip_prefix("MSG:").map(str::trim) else {
-            return Err(ReadError::Line {
-                line: number + 1,
-                text: next.to_owned(),
-            });
+            return Err(ReadError::line(number + 1, next));
         };
         title = short(next_name);
         section = Section::of(next_name);
+        section.before = number + 1;
+        before = section.before;
         if sections.contains_key(&title) {
             return Err(ReadError::Duplicate {
                 line: number + 1,
@@ -74,7 +95,13 @@ impl<'a> Section<'a> {
     }
 
     /// Processes one line. `comments` are those since the last field or empty line.
-    fn line(&mut self, number: usize, line: &'a str, comments: &mut Vec<&'a str>) -> Result<(), ReadError> {
+    fn line(
+        &mut self,
+        number: usize,
+        line: &'a str,
+        comments: &mut Vec<&'a str>,
+        whose: Comments,
+    ) -> Result<(), ReadError> {
         if line.is_empty() {
             if self.fields.is_empty() && self.doc.is_empty() {
                 self.doc = comments.join("\n");
@@ -82,35 +109,42 @@ impl<'a> Section<'a> {
             comments.clear();
             return Ok(());
         }
-        if let Some(comment) = line.strip_prefix('#') {
-            comments.push(comment.trim());
+        // As in ROS 2, `#` begins a comment even within a text.
+        let (code, comment) = match line.split_once('#') {
+            Some((code, comment)) => (code.trim_end(), Some(comment.trim())),
+            None => (line, None),
+        };
+        if code.is_empty() {
+            comments.extend(comment);
             return Ok(());
         }
-        let error = || ReadError::Line {
-            line: number,
-            text: line.to_owned(),
-        };
-        let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(error)?;
+        let error = || ReadError::line(number, line);
+        let (kind, rest) = code.split_once(char::is_whitespace).ok_or_else(error)?;
         let rest = rest.trim_start();
         let end = rest
-            .find(|letter: char| letter.is_whitespace() || "=#".contains(letter))
+            .find(|letter: char| letter.is_whitespace() || letter == '=')
             .unwrap_or(rest.len());
         let (name, rest) = rest.split_at(end);
-        let rest = rest.trim_start();
-        if rest.starts_with('=') {
+        if rest.trim_start().starts_with('=') {
             comments.clear();
             return Ok(());
         }
         let legal = |letter: char| letter.is_ascii_alphanumeric() || letter == '_' || letter == '-';
-        if name.is_empty() || name.len() > 64 || !name.chars().all(legal) {
+        if name.is_empty() || !name.chars().all(legal) {
             return Err(error());
         }
-        if let Some(comment) = rest.strip_prefix('#')
-            && comments.is_empty()
-        {
-            comments.push(comment.trim());
+        if name.len() > MAX_NAME {
+            return Err(ReadError::Name {
+                line: number,
+                length: name.len(),
+            });
         }
-        let unit = comments.last_mut().map_or("", take_unit);
+        if comments.is_empty() {
+            comments.extend(comment);
+        }
+        let unit = comments
+            .last_mut()
+            .map_or("", |comment| take_unit(comment, kind, whose));
         if comments.last() == Some(&"") {
             comments.pop();
         }
@@ -126,15 +160,27 @@ impl<'a> Section<'a> {
     }
 }
 
-/// Removes the unit in brackets from the end of a comment and returns it.
-fn take_unit<'a>(comment: &mut &'a str) -> &'a str {
-    let Some((before, unit)) = comment.strip_suffix(']').and_then(|inner| inner.rsplit_once('[')) else {
+/// The longest name of a field, bytes.
+const MAX_NAME: usize = 64;
+
+/// Removes the unit in brackets from the end of a comment on a field of a type, and returns it. What is no unit that jde
+/// knows stays a part of the comment.
+fn take_unit<'a>(comment: &mut &'a str, kind: &str, whose: Comments) -> &'a str {
+    let Some((before, stated)) = comment.strip_suffix(']').and_then(|inner| inner.rsplit_once('[')) else {
         return "";
     };
-    if unit.is_empty() || unit.contains(char::is_whitespace) || !(before.is_empty() || before.ends_with(' '))
+    let is_of_number = || {
+        let element = kind.split('[').next().and_then(scalar);
+        // `[1]` is a reference.
+        element.is_some_and(|scalar| scalar != Scalar::Bool) && stated != "1"
+    };
+    if stated.is_empty()
+        || !(before.is_empty() || before.ends_with(' '))
+        || unit::check(stated).is_err()
+        || whose == Comments::Foreign && !is_of_number()
     {
         return "";
     }
     *comment = before.trim_end();
-    unit
+    stated
 }

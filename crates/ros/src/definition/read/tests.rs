@@ -141,6 +141,94 @@ fn a_list_of_texts_is_one_of_ros() {
     assert!(!has_fields("jde_msgs/Name[] names\nstring[2] pair\n", &names));
 }
 
+#[test]
+fn a_comment_of_others_has_a_unit_only_if_jde_knows_it() {
+    // Comments of PX4, of SBG and of others.
+    let text = "\
+float64 pressure # tyre [bar]
+float32 temperature\t\t# [°C]
+float32 quality # [-]
+float32 share # [0-1]
+float32 level 0.5 # after a default [%]
+bool valid # as in [1] [m]
+int32 choice # [@enum COLOR]
+int32 reference # as in [1]
+float32[3] rates # body rates [rad/s]
+string name # [m]
+Inner inner # [m]
+# Above it.
+float32 far # [m]
+";
+    let text = format!("{text}===\nMSG: a/Inner\nfloat32 x # [s]\n");
+    let read = read_interface("a/msg/A", &text, |_| 8, |_| None).unwrap();
+    let fields: Vec<_> = read
+        .fields
+        .iter()
+        .map(|field| (&*field.doc, &*field.unit))
+        .collect();
+    assert_eq!(
+        fields,
+        [
+            ("tyre [bar]", ""),
+            ("[°C]", ""),
+            ("[-]", ""),
+            ("[0-1]", ""),
+            ("after a default", "%"),
+            ("as in [1] [m]", ""),
+            ("[@enum COLOR]", ""),
+            ("as in [1]", ""),
+            ("body rates", "rad/s"),
+            ("[m]", ""),
+            ("[m]", ""),
+            ("Above it.", ""),
+        ]
+    );
+}
+
+#[test]
+fn a_structure_has_no_more_fields_than_a_plugin_takes() {
+    let fields = |count: usize| -> String { (0..count).map(|number| format!("bool a{number}\n")).collect() };
+    assert!(read("a/msg/A", &fields(2048)).is_ok());
+    assert_refused(&fields(2049), "`a/A` has more than 2048 fields");
+}
+
+#[test]
+fn all_that_ros_accepts_is_read() {
+    let text = "\u{feff}# A file of Windows.\r\n\r\n\tuint8\tX=1\r\nstring<=10 s\t'a \\'b'\r\nwchar w\rint8 BIG = 0x7F # a\r\n\
+                string<=5[<=2] list [\"a, b\", 'c']\nbyte[+04] bytes\nchar c 65\n\n\nunicode u # \u{e9}\u{1f916}\n\
+                ===\nMSG: a/wchar\nint8 x\n===\nMSG: a/unicode\nint8 x\n";
+    let read = read_interface("a/msg/A", text, |_| 9, |_| None).unwrap();
+    let names: Vec<_> = read.fields.iter().map(|field| &*field.name).collect();
+    assert_eq!(names, ["s", "w", "list", "bytes", "c", "u"]);
+    assert_eq!(read.fields[5].doc, "\u{e9}\u{1f916}");
+}
+
+#[test]
+fn a_fault_is_named_with_the_type_and_its_own_line() {
+    let error = |text: &str| {
+        let read = read_interface("a/msg/A", text, |_| 9, |_| None);
+        read.unwrap_err().to_string()
+    };
+    let nested = "b/B b\n\n===\nMSG: b/B\nint8 x\n";
+    assert_eq!(
+        error(&format!("{nested}wstring name")),
+        "`b/B`: line 2: a field of `wstring` cannot be shared; texts are UTF-8, as in `string<=64`"
+    );
+    assert_eq!(
+        error(&format!("{nested}C c")),
+        "`b/B`: line 2: `b/C` is not defined; expected it behind a line `MSG: b/C`"
+    );
+    assert_eq!(
+        error(&format!("{nested}int8 x")),
+        "`b/B`: line 2: there is a `x` already"
+    );
+    assert!(error(&format!("{nested}x")).starts_with("`b/B`: line 2: `x` is no field"));
+    assert!(error("int8 x\ntime t").contains("line 2: a field of `time` cannot be shared; it is of ROS 1"));
+    let long = format!("int8 {}", "x".repeat(65));
+    assert!(error(&long).starts_with("line 1: the name of the field has 65 letters"));
+    assert!(error(&"-".repeat(1000)).len() < 200);
+}
+
 #[track_caller]
 fn assert_refused(text: &str, message: &str) {
     let error = read("a/msg/A", text).unwrap_err().to_string();
