@@ -32,7 +32,7 @@
 //! ```toml
 //! name   = "shed"                           # default: the name of the file
 //! bounds = { min = [0, 0], max = [6, 4] }   # no robot starts outside; pictures show this part
-//! map    = "rooms.yaml"                     # a trinary ROS map, beside this file
+//! map    = "rooms.yaml"                     # a ROS map, beside this file
 //!
 //! # For cameras: what is visible where there is no thing, and the direction of the light. Colours are
 //! # "#rrggbb" or names: white, silver, gray, black, red, orange, yellow, green, teal, blue, purple, pink,

@@ -374,19 +374,27 @@ fn a_new_world_is_a_room_or_is_converted_and_never_replaces_a_file() {
     assert!(text("narrow/003.toml").contains("[-2.25, 8]"));
     assert!(text("narrow/004.toml").contains("[-2.25, 9]"));
 
-    let taken = new("stage", Some(&stage));
+    let map = folder.path().join("rock-map.pgm");
+    std::fs::write(&map, "mine").unwrap();
+    let taken = new("rock", Some(&stage));
     assert_eq!(
         taken.status,
         Some(2),
-        "the map would replace the bitmap: {}",
+        "the map would replace a file: {}",
         taken.err
     );
-    assert!(!folder.path().join("stage.toml").exists() && !folder.path().join("cave.yaml").exists());
-    let other = folder.path().join("rock.world");
-    std::fs::rename(&stage, &other).unwrap();
-    assert_eq!(new("stage", Some(&other)).status, Some(0));
-    assert!(text("stage.toml").contains("map = \"rock.yaml\""));
-    assert!(text("rock.yaml").contains("rock.pgm") && folder.path().join("rock.pgm").exists());
+    assert!(taken.err.contains("choose another name"), "{}", taken.err);
+    assert!(!folder.path().join("rock.toml").exists() && text("rock-map.pgm") == "mine");
+    assert_eq!(
+        new("cave", Some(&stage)).status,
+        Some(0),
+        "the bitmap beside it stays"
+    );
+    assert!(text("cave.toml").contains("map = \"cave-map.yaml\""));
+    assert!(text("cave-map.yaml").contains("cave-map.pgm") && text("cave.pgm").starts_with("P2"));
+    let copied = new("copy", Some(&folder.path().join("cave-map.yaml")));
+    assert_eq!(copied.status, Some(0), "{}", copied.err);
+    assert!(text("copy.toml").contains("map = \"copy-map.yaml\""));
 
     let faulty = new("lab", Some(&sdf));
     assert_eq!(faulty.status, Some(1));

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use jde_files::{LeftOut, read_text};
-use jde_map_file::{Cell, MAX_TEXT, MapFile};
+use jde_map_file::{Cell, Kind, MAX_TEXT, MapFile};
 
 use super::document::{Document, Table};
 use super::fixtures;
@@ -45,10 +45,12 @@ pub(crate) fn read(document: &Document<'_>, root: &Table<'_>) -> Option<Option<M
     let text = match read_text(&path, MAX_TEXT) {
         Ok(text) => text,
         Err(error) => {
-            root.fault(
-                &item.span(),
-                format!("cannot read the map `{}`: {error}", path.display()),
-            );
+            let shown = path.display();
+            let message = match Kind::of_file(&path) {
+                Some(kind) => format!("`{shown}` is {kind}, and no ROS map: {}", kind.way_to_map()),
+                None => format!("cannot read the map `{shown}`: {error}"),
+            };
+            root.fault(&item.span(), message);
             return None;
         }
     };

@@ -316,6 +316,20 @@ fn faults_of_the_yaml_are_reported_with_their_line() {
 }
 
 #[test]
+fn a_world_that_names_the_image_of_a_map_is_told_so() {
+    let folder = folder("image");
+    fs::write(folder.join("m.pgm"), b"P5 1 1 255\n\xff").unwrap();
+    let error = World::parse("map = 'm.pgm'", folder.join("w.toml"), 0)
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(
+        error.contains("m.pgm` is a picture, and no ROS map: a picture states no lengths"),
+        "{error}"
+    );
+}
+
+#[test]
 fn faults_of_a_graymap_are_reported_with_their_line() {
     check(YAML, b"P7\n4 3\n255\n", "/m.pgm: ", &["no known kind", "PGM"]);
     check(YAML, b"", "/m.pgm: ", &["no known kind"]);

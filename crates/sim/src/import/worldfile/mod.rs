@@ -19,7 +19,7 @@ use super::pose::Pose;
 use super::writer::{Draft, DraftBox, DraftWall};
 use super::{ImportedWorld, OVERHEAD};
 use crate::error::{Fault, bounded};
-use raster::{Bitmap, Raster};
+use raster::Bitmap;
 use syntax::Entity;
 
 /// The size of a model that states none, m.
@@ -85,12 +85,12 @@ pub(super) fn read(path: &Path, text: &str, stem: String) -> Result<ImportedWorl
     let starts: Vec<_> = (reader.draft.starts.iter())
         .map(|(_, [x, y, _])| [*x, *y])
         .collect();
-    match Raster::draw(&reader.bitmaps, &starts, &mut reader.budget) {
+    match raster::draw(&reader.bitmaps, &starts, &mut reader.budget) {
         Ok(None) => {}
-        Ok(Some(raster)) => {
+        Ok(Some(drawn)) => {
             let (map, picture) = super::map_files(&stem);
-            files.push((map.clone(), raster.yaml(&picture).into_bytes()));
-            files.push((picture, raster.pgm));
+            files.push((map.clone(), drawn.yaml(&picture).into_bytes()));
+            files.push((picture, drawn.image()));
             reader.draft.map = Some(map);
         }
         Err(message) => reader.faults.push(root.place.fault(message)),

@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::rc::Rc;
 
-use jde_files::{Budget, Exceeded};
-use jde_map_file::{Picture, Shade};
+use jde_files::{Budget, Exceeded, LeftOut};
+use jde_map_file::{Cell, MapFile, Picture, Shade};
 
 use crate::import::pose::Pose;
 
@@ -18,9 +18,6 @@ const PER_STEP: usize = 16;
 const MAX_CELLS: f64 = 2.5e7;
 /// What a robot has around its start, m.
 const AROUND: f64 = 1.0;
-/// Grey values of free cells and of walls.
-const FREE: u8 = 254;
-const WALL: u8 = 0;
 
 /// A bitmap on the floor.
 #[derive(Debug)]
@@ -32,17 +29,6 @@ pub(super) struct Bitmap {
     /// The middle of the dark pixels.
     pose: Pose,
     size: [f64; 2],
-}
-
-/// The map of all bitmaps.
-#[derive(Debug)]
-pub(super) struct Raster {
-    /// Length of a cell's side, m.
-    pub(super) resolution: f64,
-    /// The lower left corner, m.
-    pub(super) origin: [f64; 2],
-    /// The picture as a PGM file.
-    pub(super) pgm: Vec<u8>,
 }
 
 impl Bitmap {
@@ -117,87 +103,76 @@ impl Bitmap {
     }
 }
 
-impl Raster {
-    /// Draws bitmaps with cells as large as the smallest pixel side; `None` without bitmaps. The map also has
-    /// free cells around the starts of robots, because none may start outside.
-    ///
-    /// # Errors
-    /// If the map would be too large, or too many bitmaps lie upon each other.
-    pub(super) fn draw(
-        bitmaps: &[Bitmap],
-        starts: &[[f64; 2]],
-        budget: &mut Budget,
-    ) -> Result<Option<Self>, String> {
-        let corners: Vec<_> = bitmaps.iter().flat_map(Bitmap::corners).collect();
-        let sizes = bitmaps.iter().flat_map(Bitmap::pixel_sizes);
-        let Some(resolution) = sizes.reduce(f64::min) else {
-            return Ok(None);
+/// Draws bitmaps into a map with cells as large as the smallest pixel side; `None` without bitmaps. The map also has
+/// free cells around the starts of robots, because none may start outside.
+///
+/// # Errors
+/// The map would be too large, or too many bitmaps lie upon each other.
+pub(super) fn draw(
+    bitmaps: &[Bitmap],
+    starts: &[[f64; 2]],
+    budget: &mut Budget,
+) -> Result<Option<MapFile>, String> {
+    let corners: Vec<_> = bitmaps.iter().flat_map(Bitmap::corners).collect();
+    let sizes = bitmaps.iter().flat_map(Bitmap::pixel_sizes);
+    let Some(resolution) = sizes.reduce(f64::min) else {
+        return Ok(None);
+    };
+    // The lower end of an axis, and the number of cells along it. The corner of the bitmaps is that of a
+    // cell.
+    let span = |axis: usize| {
+        let along = corners.iter().map(|corner| corner[axis]);
+        let starts = starts.iter().map(|start| start[axis]);
+        let lower = along.clone().fold(f64::INFINITY, f64::min);
+        let upper = along
+            .chain(starts.clone().map(|start| start + AROUND))
+            .fold(lower, f64::max);
+        let below = starts
+            .map(|start| (lower - (start - AROUND)) / resolution)
+            .fold(0.0, f64::max)
+            .ceil();
+        // The rounding of a side that is a whole number of cells adds none.
+        let cells = ((upper - lower) / resolution - 1e-6).ceil().max(1.0);
+        (lower - below * resolution, cells + below)
+    };
+    let ((left, width), (bottom, height)) = (span(0), span(1));
+    let cells: f64 = width * height;
+    if !cells.is_finite() || cells > MAX_CELLS {
+        return Err(format!(
+            "the bitmaps need {width} x {height} cells: expected at most {MAX_CELLS} in all"
+        ));
+    }
+    let (columns, rows) = (width as usize, height as usize);
+    let mut cells = vec![Cell::Free; columns * rows];
+    let center = |start: f64, index: usize| start + (index as f64 + 0.5) * resolution;
+    for bitmap in bitmaps {
+        let corners = bitmap.corners();
+        // The cells around the bitmap along an axis.
+        let around = |axis: usize, start: f64, count: usize| {
+            let along = corners.iter().map(|corner| (corner[axis] - start) / resolution);
+            let lower = along.clone().fold(f64::INFINITY, f64::min).floor().max(0.0);
+            let upper = along.fold(0.0, f64::max).ceil();
+            lower as usize..(upper as usize).min(count)
         };
-        // The lower end of an axis, and the number of cells along it. The corner of the bitmaps is that of a
-        // cell.
-        let span = |axis: usize| {
-            let along = corners.iter().map(|corner| corner[axis]);
-            let starts = starts.iter().map(|start| start[axis]);
-            let lower = along.clone().fold(f64::INFINITY, f64::min);
-            let upper = along
-                .chain(starts.clone().map(|start| start + AROUND))
-                .fold(lower, f64::max);
-            let below = starts
-                .map(|start| (lower - (start - AROUND)) / resolution)
-                .fold(0.0, f64::max)
-                .ceil();
-            // The rounding of a side that is a whole number of cells adds none.
-            let cells = ((upper - lower) / resolution - 1e-6).ceil().max(1.0);
-            (lower - below * resolution, cells + below)
-        };
-        let ((left, width), (bottom, height)) = (span(0), span(1));
-        let cells: f64 = width * height;
-        if !cells.is_finite() || cells > MAX_CELLS {
-            return Err(format!(
-                "the bitmaps need {width} x {height} cells: expected at most {MAX_CELLS} in all"
-            ));
-        }
-        let (columns, rows) = (width as usize, height as usize);
-        let mut cells = vec![FREE; columns * rows];
-        let center = |start: f64, index: usize| start + (index as f64 + 0.5) * resolution;
-        for bitmap in bitmaps {
-            let corners = bitmap.corners();
-            // The cells around the bitmap along an axis.
-            let around = |axis: usize, start: f64, count: usize| {
-                let along = corners.iter().map(|corner| (corner[axis] - start) / resolution);
-                let lower = along.clone().fold(f64::INFINITY, f64::min).floor().max(0.0);
-                let upper = along.fold(0.0, f64::max).ceil();
-                lower as usize..(upper as usize).min(count)
-            };
-            let (columns_around, rows_around) = (around(0, left, columns), around(1, bottom, rows));
-            let visited = columns_around.len() * rows_around.len();
-            let counted = budget.work(visited);
-            counted.map_err(|exceeded| format!("the bitmaps are too large: {exceeded}"))?;
-            for row in rows_around {
-                // The rows of a picture begin at its top.
-                let cells = &mut cells[(rows - 1 - row) * columns..][..columns];
-                for column in columns_around.clone() {
-                    if bitmap.is_dark([center(left, column), center(bottom, row)]) {
-                        cells[column] = WALL;
-                    }
+        let (columns_around, rows_around) = (around(0, left, columns), around(1, bottom, rows));
+        let visited = columns_around.len() * rows_around.len();
+        let counted = budget.work(visited);
+        counted.map_err(|exceeded| format!("the bitmaps are too large: {exceeded}"))?;
+        for row in rows_around {
+            let cells = &mut cells[row * columns..][..columns];
+            for column in columns_around.clone() {
+                if bitmap.is_dark([center(left, column), center(bottom, row)]) {
+                    cells[column] = Cell::Occupied;
                 }
             }
         }
-        let mut pgm = format!("P5\n{columns} {rows}\n255\n").into_bytes();
-        pgm.extend(cells);
-        Ok(Some(Self {
-            resolution,
-            origin: [left, bottom],
-            pgm,
-        }))
     }
-
-    /// Returns the text of the map's YAML file, which names the picture.
-    pub(super) fn yaml(&self, picture: &str) -> String {
-        let [x, y] = self.origin;
-        format!(
-            "image: {picture:?}\nresolution: {}\norigin: [{x}, {y}, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
-            self.resolution
-        )
-    }
+    Ok(Some(MapFile {
+        width: columns,
+        height: rows,
+        resolution,
+        origin: [left, bottom, 0.0],
+        cells,
+        left_out: LeftOut::default(),
+    }))
 }
