@@ -2,7 +2,7 @@
 //! changes, and builds the copy.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context as _, Result, ensure};
@@ -46,17 +46,24 @@ pub(crate) fn run(context: &Context) -> Result<StepOutcome> {
         shell::run(&mut git, context.paint)
             .with_context(|| format!("{PAGE}, {}: its change does not fit any more", extension.title))?;
     }
-    // In a target folder of its own, which later runs use again. Cargo takes equal packages of two folders for
-    // the same.
-    let target = context.target.join("extending-build");
-    let check = context.cargo(&["check", "--lib", "--package", "jde", "--package", "sim"]);
+    // The whole workspace, so that the libraries have the features of the step before, and are not checked again.
+    let target = target(context);
+    let check = context.cargo(&["check", "--lib", "--workspace"]);
     let test = context.cargo(&["test", "--lib", "--package", "jde-core"]);
     for mut cargo in [check, test] {
         cargo.current_dir(&copy).arg("--target-dir").arg(&target);
         shell::run(&mut cargo, context.paint)?;
     }
-    context.discard(&target)?;
     Ok(StepOutcome::Passed)
+}
+
+/// Returns the target folder of the copy: one of its own, since cargo takes equal packages of two folders for the same,
+/// and would later take those of the copy for those of the project. In CI no build follows.
+fn target(context: &Context) -> PathBuf {
+    match context.ci {
+        true => context.target.clone(),
+        false => context.target.join("extending-build"),
+    }
 }
 
 /// Copies the project.

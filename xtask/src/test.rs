@@ -193,14 +193,6 @@ const STEPS: &[Step<Context>] = &[
         run: package::trial::run,
     },
     Step {
-        name: "extending",
-        title: "the changes that docs/extending.md shows, in a copy of the project",
-        help: "change the page with the code; `git diff` of a trial writes a new change",
-        is_heavy: true,
-        needs: &["build"],
-        run: extending::run,
-    },
-    Step {
         name: "manual",
         title: "the manual, and every link of it",
         help: "see the links above; `cargo xtask manual` builds it again",
@@ -215,6 +207,14 @@ const STEPS: &[Step<Context>] = &[
         is_heavy: true,
         needs: &["build"],
         run: docs,
+    },
+    Step {
+        name: "extending",
+        title: "the changes that docs/extending.md shows, in a copy of the project",
+        help: "change the page with the code; `git diff` of a trial writes a new change",
+        is_heavy: true,
+        needs: &["build"],
+        run: extending::run,
     },
 ];
 
