@@ -51,7 +51,7 @@ impl Announcements {
                 let place = (direction, number);
                 if config.name.is_bridged() {
                     shared.set_passing(place, self.is_passing(place, topic, &topics));
-                } else if !self.is_due(place, topic, &topics) {
+                } else if !self.is_due(shared, place, topic, &topics) {
                     self.tokens.remove(&place);
                 } else if let Entry::Vacant(entry) = self.tokens.entry(place) {
                     let token = token(config, session, place, topic);
@@ -66,9 +66,10 @@ impl Announcements {
     }
 
     /// Whether a topic is announced.
-    fn is_due(&self, place: Place, topic: &Topic, topics: &[Topic]) -> bool {
+    fn is_due(&self, shared: &Shared, place: Place, topic: &Topic, topics: &[Topic]) -> bool {
         match topic.announced {
             Announced::Always => true,
+            Announced::WhileWanted => shared.is_wanted(place.1),
             Announced::OnceMet => self.is_met(place),
             Announced::Preferably => self.is_met(place) || !self.has_met_other(place, topic, topics),
         }
@@ -77,7 +78,7 @@ impl Announcements {
     /// Whether messages of a topic pass a bridge.
     fn is_passing(&self, place: Place, topic: &Topic, topics: &[Topic]) -> bool {
         match topic.announced {
-            Announced::Always => true,
+            Announced::Always | Announced::WhileWanted => true,
             Announced::OnceMet => self.is_met(place),
             Announced::Preferably => !self.has_met_other(place, topic, topics),
         }

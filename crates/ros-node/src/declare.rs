@@ -1,5 +1,7 @@
 //! What a node declares in its session: its topics and services, and the tokens by which others discover them.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use zenoh::liveliness::LivelinessToken;
@@ -11,7 +13,7 @@ use zenoh::{Session, Wait};
 
 use crate::announcements::Announcements;
 use crate::attachment::gid;
-use crate::keys::{Announced, Direction, Topic, mismatch, rival};
+use crate::keys::{Announced, Direction, Topic, mismatch, rival, source};
 use crate::latched::{self, Cache};
 use crate::node::NodeConfig;
 use crate::own::OwnCommands;
@@ -24,6 +26,8 @@ use crate::shared::Shared;
 pub(crate) struct Declared {
     pub(crate) publishers: Vec<DeclaredPublisher>,
     _subscribers: Vec<Subscriber<()>>,
+    /// Those of subscriptions that the owner does not always want.
+    wanted: BTreeMap<usize, Subscriber<()>>,
     _services: Vec<Queryable<()>>,
     _node: Option<LivelinessToken>,
     pub(crate) announcements: Announcements,
@@ -45,6 +49,7 @@ pub(crate) fn declare(
     let mut declared = Declared {
         publishers: Vec::new(),
         _subscribers: Vec::new(),
+        wanted: BTreeMap::new(),
         _services: Vec::new(),
         _node: token.transpose()?,
         announcements: Announcements::default(),
@@ -58,6 +63,7 @@ pub(crate) fn declare(
                     let publisher = publish(shared, config, session, (number, topic), key)?;
                     declared.publishers.push(publisher);
                 }
+                Direction::Subscribe if topic.announced == Announced::WhileWanted => {}
                 Direction::Subscribe => {
                     if topic.quality.latched {
                         let caches = latched::find_caches(session, &key, shared, number)?;
@@ -75,6 +81,7 @@ pub(crate) fn declare(
             }
         }
     }
+    declared.subscribe_wanted(shared, config, session)?;
     declared.announcements.update(shared, config, session)?;
     let shared = Arc::clone(shared);
     let all_tokens = session
@@ -86,6 +93,11 @@ pub(crate) fn declare(
             all_topics.iter().for_each(|(direction, topics)| {
                 let token = sample.key_expr();
                 compare(&shared, *direction, topics, token, appears);
+                if *direction == Direction::Subscribe {
+                    for (number, name) in source(topics, token) {
+                        shared.set_source(number, gid(token), appears.then_some(name));
+                    }
+                }
                 if appears
                     && *direction == Direction::Publish
                     && let Some(remark) = rival(topics, token)
@@ -97,6 +109,31 @@ pub(crate) fn declare(
         .wait()?;
     declared._subscribers.push(all_tokens);
     Ok(declared)
+}
+
+impl Declared {
+    /// Subscribes to what the owner wants, and to nothing else of what it does not always want.
+    ///
+    /// # Errors
+    /// Of Zenoh, at the first topic.
+    pub(crate) fn subscribe_wanted(
+        &mut self,
+        shared: &Arc<Shared>,
+        config: &NodeConfig,
+        session: &Session,
+    ) -> zenoh::Result<()> {
+        for (number, topic) in config.subscriptions.iter().enumerate() {
+            if topic.announced != Announced::WhileWanted {
+                continue;
+            }
+            if !shared.is_wanted(number) {
+                self.wanted.remove(&number);
+            } else if let Entry::Vacant(entry) = self.wanted.entry(number) {
+                entry.insert(subscribe(shared, session, number, topic.key(&config.name))?);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Compares the token of another node that appears or disappears with own topics of a direction.

@@ -17,11 +17,13 @@ mod outbox;
 mod own;
 mod publishers;
 mod remaps;
+mod requests;
 mod send_queue;
 mod services;
 mod session;
 mod settings;
 mod shared;
+mod sources;
 
 pub use action::{Action, ActionClient, ActionServer, GoalEvent, GoalId, GoalStatus, ServerEvent};
 pub use clock::{Clock, Measured};

@@ -35,6 +35,8 @@ pub struct NodeConfig {
     pub subscriptions: Vec<Topic>,
     /// What it offers; a service's number is its index.
     pub services: Vec<Service>,
+    /// The number of the service whose requests wait for no others, if there is one.
+    pub urgent_service: Option<usize>,
     /// What it calls; a client's number is its index.
     pub clients: Vec<Client>,
     /// The rules that replace names of its topics and services when it starts.
@@ -103,6 +105,7 @@ impl NodeConfig {
             publications: Vec::new(),
             subscriptions: Vec::new(),
             services: Vec::new(),
+            urgent_service: None,
             clients: Vec::new(),
             remaps: Remaps::default(),
             arrival: Arrival::default(),
@@ -231,15 +234,36 @@ impl Node {
         self.0.take_all(subscription)
     }
 
-    /// Takes the next request to a service. Waits for one for at most `timeout`. A request that is dropped has
-    /// no response.
-    pub fn take_request(&self, timeout: Duration) -> Option<Request> {
-        self.0.take_request(timeout)
+    /// Sets whether messages of a subscription are wanted that is announced [`Announced::WhileWanted`](crate::Announced).
+    pub fn want(&self, subscription: usize, is_wanted: bool) {
+        self.0.want(subscription, is_wanted);
     }
 
-    /// Takes the next request to the service of that number.
+    /// Whether several nodes send the messages of a subscription that has one source. It receives none of them then.
+    pub fn is_contradicted(&self, subscription: usize) -> bool {
+        self.0.is_contradicted(subscription)
+    }
+
+    /// Takes the next request to a service that is not urgent, from each service in turn. Waits for one for at most `timeout`.
+    /// A request that is dropped has no response.
+    pub fn take_request(&self, timeout: Duration) -> Option<Request> {
+        self.0.requests.take(timeout)
+    }
+
+    /// Takes the next request to the service of that number, which is not urgent.
     pub fn take_request_of(&self, service: usize) -> Option<Request> {
-        self.0.take_request_of(service)
+        self.0.requests.take_of(service)
+    }
+
+    /// Takes all requests to the urgent service. Waits for one for at most `timeout`.
+    pub fn take_urgent(&self, timeout: Duration) -> Vec<Request> {
+        self.0.requests.take_urgent(timeout)
+    }
+
+    /// Sends the response to a request on the calling thread, which waits for the network.
+    pub fn reply_at_once(request: Request, message: Vec<u8>) {
+        // Without a connection nobody waits for it any more.
+        let _ = request.reply(Ok(message));
     }
 
     /// Submits the response to a request.
@@ -279,7 +303,7 @@ impl Node {
     }
 
     /// Ends the node after the submitted messages are sent, and waits for that for 300 ms at most.
-    pub fn close(self) {
+    pub fn close(&self) {
         if self.0.sends {
             self.0.finish(CLOSE_TIMEOUT);
         }

@@ -19,6 +19,8 @@ pub(crate) struct SendQueue {
     pub(crate) caches: Vec<(usize, String)>,
     /// What other nodes have, or no longer have.
     pub(crate) met: Vec<Meeting>,
+    /// Whether the owner has begun or ceased to want a subscription.
+    pub(crate) is_rewired: bool,
     /// Whether the owner waits until messages are taken.
     pub(crate) is_awaited: bool,
     pub(crate) ending: bool,
@@ -47,6 +49,8 @@ pub(crate) struct Work {
     pub(crate) caches: Vec<(usize, String)>,
     /// What other nodes have, or no longer have.
     pub(crate) met: Vec<Meeting>,
+    /// Whether the owner has begun or ceased to want a subscription.
+    pub(crate) is_rewired: bool,
     /// Whether the node must end afterwards.
     pub(crate) ending: bool,
 }
@@ -59,6 +63,7 @@ impl SendQueue {
             replies: Vec::new(),
             caches: Vec::new(),
             met: Vec::new(),
+            is_rewired: false,
             is_awaited: false,
             ending: false,
             ended: false,
@@ -70,7 +75,8 @@ impl SendQueue {
         let has_requests = !self.met.is_empty()
             || !self.calls.is_empty()
             || !self.replies.is_empty()
-            || !self.caches.is_empty();
+            || !self.caches.is_empty()
+            || self.is_rewired;
         if self.ending || has_requests {
             return Duration::ZERO;
         }

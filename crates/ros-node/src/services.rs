@@ -10,7 +10,7 @@ use zenoh::{Session, Wait};
 
 use crate::attachment::{Gid, attachment_now, parse};
 use crate::keys::Service;
-use crate::shared::{MAX_WAITING, Shared, lock};
+use crate::shared::{Shared, lock};
 
 /// A service that the node calls.
 #[derive(Clone, Debug)]
@@ -85,9 +85,9 @@ pub(crate) fn serve(
             let attachment = query.attachment().map(ZBytes::to_bytes);
             if query.payload().is_some()
                 && attachment.as_deref().and_then(parse).is_some()
-                && let Some(request) = shared.request(Request::new(service, query))
+                && let Some((request, waiting)) = shared.request(Request::new(service, query))
             {
-                let _ = request.reply(Err(format!("{MAX_WAITING} requests wait already")));
+                let _ = request.reply(Err(format!("{waiting} requests wait already")));
             }
         })
         .wait()

@@ -104,9 +104,14 @@ fn serve(shared: &Arc<Shared>, config: &NodeConfig, session: &Session, mut decla
             replies,
             caches,
             met,
+            is_rewired,
             ending,
         } = shared.work(CHECK_PERIOD);
-        if !met.is_empty() {
+        if is_rewired {
+            // What fails is tried again with the next session.
+            let _ = declared.subscribe_wanted(shared, config, session);
+        }
+        if is_rewired || !met.is_empty() {
             met.into_iter()
                 .for_each(|meeting| declared.announcements.record(meeting));
             // What cannot be announced is tried again at the next meeting.

@@ -15,12 +15,14 @@ use crate::node::{Arrival, NodeConfig, NodeState, ReceivedMessage};
 use crate::outbox::Outbox;
 use crate::own::OwnCommands;
 use crate::publishers::Publishers;
+use crate::requests::Requests;
 use crate::send_queue::{Meeting, SendQueue, Work};
 use crate::services::{Request, Response};
+use crate::sources::{Sources, Verdict};
 
 /// Most remarks per node. They are remembered so that none is repeated.
 const MAX_REMARKS: usize = 64;
-/// Most requests or responses of one service that wait. Further requests are refused; further responses replace the
+/// Most requests or responses of one service that wait, but for the urgent one. Further requests are refused; further responses replace the
 /// oldest.
 pub(crate) const MAX_WAITING: usize = 10;
 /// Most publications of a latched topic whose order is known.
@@ -38,8 +40,9 @@ pub(crate) struct Shared {
     /// The bytes at the end of each publication's messages that are not sent.
     missing: Vec<usize>,
     arrived: Vec<Mutex<Inbox>>,
-    requests: Mutex<VecDeque<Request>>,
-    requested: Condvar,
+    pub(crate) requests: Requests,
+    /// Whether the owner wants the messages of each subscription.
+    wanted: Vec<AtomicBool>,
     clients: Vec<Mutex<ClientState>>,
     /// Whether the node sends anything: messages, requests or responses.
     pub(crate) sends: bool,
@@ -57,6 +60,8 @@ struct Inbox {
     commands: Option<String>,
     /// See [`ReceivedMessage`].
     missing: &'static [u8],
+    /// Its name and publications, if one node alone sends its messages.
+    sources: Option<(String, Sources)>,
     /// The numbers of the newest messages of a latched topic, by publication.
     newest: BTreeMap<Gid, i64>,
 }
@@ -106,12 +111,19 @@ impl Shared {
                         is_latched: topic.quality.latched,
                         commands: topic.is_command.then(|| topic.name.clone()),
                         missing: missing(&config.name, topic),
+                        sources: topic
+                            .has_one_source
+                            .then(|| (topic.name.clone(), Sources::default())),
                         newest: BTreeMap::new(),
                     })
                 })
                 .collect(),
-            requests: Mutex::default(),
-            requested: Condvar::new(),
+            requests: Requests::new(config.urgent_service),
+            wanted: config
+                .subscriptions
+                .iter()
+                .map(|topic| AtomicBool::new(topic.announced != Announced::WhileWanted))
+                .collect(),
             clients: config.clients.iter().map(|_| Mutex::default()).collect(),
             sends: !(publications.is_empty() && config.clients.is_empty() && config.services.is_empty()),
             arrival: config.arrival.clone(),
@@ -210,20 +222,35 @@ impl Shared {
         std::mem::take(&mut lock(&self.arrived[subscription]).messages)
     }
 
-    /// Takes the next request. Waits for one for at most `timeout`.
-    pub(crate) fn take_request(&self, timeout: Duration) -> Option<Request> {
-        let mut requests = lock(&self.requests);
-        if requests.is_empty() && !timeout.is_zero() {
-            requests = wait(&self.requested, requests, timeout);
-        }
-        requests.pop_front()
+    /// Whether the owner wants the messages of a subscription.
+    pub(crate) fn is_wanted(&self, subscription: usize) -> bool {
+        self.wanted[subscription].load(Ordering::Relaxed)
     }
 
-    /// Takes the next request to a service.
-    pub(crate) fn take_request_of(&self, service: usize) -> Option<Request> {
-        let mut requests = lock(&self.requests);
-        let place = requests.iter().position(|request| request.service == service)?;
-        requests.remove(place)
+    /// Sets whether the owner wants them.
+    pub(crate) fn want(&self, subscription: usize, is_wanted: bool) {
+        if self.wanted[subscription].swap(is_wanted, Ordering::Relaxed) != is_wanted {
+            lock(&self.arrived[subscription]).messages.clear();
+            lock(&self.queue).is_rewired = true;
+            self.changed.notify_one();
+        }
+    }
+
+    /// Whether several nodes send the messages of a subscription that has one source.
+    pub(crate) fn is_contradicted(&self, subscription: usize) -> bool {
+        let mut inbox = lock(&self.arrived[subscription]);
+        let sources = inbox.sources.as_mut();
+        sources.is_some_and(|(_, sources)| sources.contradict(Instant::now()))
+    }
+
+    /// Records that a publication of a subscription's topic begins, with the name of its node, or ends.
+    pub(crate) fn set_source(&self, subscription: usize, publication: Gid, name: Option<String>) {
+        if let Some((_, sources)) = &mut lock(&self.arrived[subscription]).sources {
+            match name {
+                Some(name) => sources.appear(publication, name),
+                None => sources.disappear(publication),
+            }
+        }
     }
 
     pub(crate) fn take_response(&self, client: usize) -> Option<Response> {
@@ -269,11 +296,13 @@ impl Shared {
         let calls = std::mem::take(&mut queue.calls);
         let replies = std::mem::take(&mut queue.replies);
         let caches = std::mem::take(&mut queue.caches);
+        let is_rewired = std::mem::take(&mut queue.is_rewired);
         Work {
             met,
             calls,
             replies,
             caches,
+            is_rewired,
             ending: queue.ending,
         }
     }
@@ -331,7 +360,7 @@ impl Shared {
     /// Stores a message. One of the past, from a cache, is dropped if a newer one of its publication came before, and so is
     /// a command of this process.
     pub(crate) fn arrive(&self, subscription: usize, sample: &Sample, is_past: bool) {
-        if !self.passing[1][subscription].load(Ordering::Relaxed) {
+        if !self.passing[1][subscription].load(Ordering::Relaxed) || !self.is_wanted(subscription) {
             return;
         }
         let mut inbox = lock(&self.arrived[subscription]);
@@ -344,6 +373,22 @@ impl Shared {
                 "this application itself publishes {topic}, and ignores that: state the topic of another program"
             ));
             return;
+        }
+        if let (Some((topic, sources)), Some((_, gid))) = (&mut inbox.sources, source) {
+            match sources.judge(topic, gid, Instant::now()) {
+                Verdict::Only => {}
+                Verdict::Late => return,
+                Verdict::Contradicted(remark) => {
+                    inbox.messages.clear();
+                    drop(inbox);
+                    if let Some(remark) = remark {
+                        self.remark(remark);
+                    }
+                    // The owner has to end what it has.
+                    self.arrival.call_for(subscription);
+                    return;
+                }
+            }
         }
         if let Some((sequence, gid)) = source
             && inbox.is_latched
@@ -369,18 +414,11 @@ impl Shared {
         self.arrival.call_for(subscription);
     }
 
-    /// Stores a request, or returns it if too many wait.
-    pub(crate) fn request(&self, request: Request) -> Option<Request> {
-        let mut requests = lock(&self.requests);
-        let of_service = |other: &&Request| other.service == request.service;
-        if requests.iter().filter(of_service).count() >= MAX_WAITING {
-            return Some(request);
-        }
-        requests.push_back(request);
-        drop(requests);
-        self.requested.notify_one();
+    /// Stores a request, or returns it with the number of those that wait, if these are too many.
+    pub(crate) fn request(&self, request: Request) -> Option<(Request, usize)> {
+        let refused = self.requests.push(request);
         self.arrival.call();
-        None
+        refused
     }
 
     /// Stores the outcome of a request of this node.
@@ -448,7 +486,11 @@ pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn wait<'a, T>(changed: &Condvar, guard: MutexGuard<'a, T>, timeout: Duration) -> MutexGuard<'a, T> {
+pub(crate) fn wait<'a, T>(
+    changed: &Condvar,
+    guard: MutexGuard<'a, T>,
+    timeout: Duration,
+) -> MutexGuard<'a, T> {
     let waited = changed.wait_timeout(guard, timeout);
     waited.unwrap_or_else(PoisonError::into_inner).0
 }

@@ -5,11 +5,13 @@ use core::time::Duration;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use jde_device::{ConnectionReport, ConnectionState};
-use jde_ros_node::{Arrival, Clock, Measured, Node, NodeConfig, NodeState, Quality, ReceivedMessage};
+use jde_ros_node::{
+    Announced, Arrival, Clock, Measured, Node, NodeConfig, NodeState, Quality, ReceivedMessage, Topic,
+};
 use jde_schema::ListedExport;
 use jde_schema::prelude::*;
 
-use crate::clock_source::{self, ClockMessage, ClockSource};
+use crate::clock_source::{self, ClockMessage, ClockSource, ClockWatch, Tick};
 use crate::described::DescribedCodec;
 use crate::messages::Codec;
 
@@ -20,19 +22,18 @@ const MAX_WARNINGS: usize = 32;
 pub(crate) struct RosConnection {
     pub(crate) node: Node,
     pub(crate) clock: Clock,
-    time: TimeSource,
+    source: ClockSource,
+    /// The topic of the time of a simulation, which is subscribed to while it is followed.
+    followed: Option<TopicSubscription<ClockMessage>>,
+    watch: ClockWatch,
+    /// The publication of the time of the application, if that is the one of ROS 2.
+    published: Option<(usize, Codec<ClockMessage>)>,
+    /// Whether the time of ROS 2 has jumped in this turn.
+    jumped: bool,
     report: ConnectionReport,
     warnings: Vec<String>,
     /// Its name, domain and address, for messages.
     description: String,
-}
-
-/// Where the time of ROS 2 comes from.
-enum TimeSource {
-    Wall,
-    Followed(TopicSubscription<ClockMessage>),
-    /// That of the application, published on the topic of this number.
-    Published(usize, Codec<ClockMessage>),
 }
 
 /// A subscription.
@@ -56,63 +57,132 @@ pub(crate) fn arrival(cx: &Context) -> Arrival {
 impl RosConnection {
     pub(crate) fn start(mut config: NodeConfig, source: ClockSource) -> Result<Self> {
         let (codec, name) = (Codec::new(), clock_source::TOPIC.to_owned());
-        let time = match source {
-            ClockSource::Wall => TimeSource::Wall,
-            ClockSource::Follow => {
-                let topic = codec.topic(name.clone(), Quality::SENSOR_DATA);
-                config.subscriptions.push(topic);
-                let number = config.subscriptions.len() - 1;
-                // A clock of 1 kHz is no reason for as many iterations.
-                config.arrival = config.arrival.except(number);
-                TimeSource::Followed(TopicSubscription::new(number, name, codec))
-            }
-            ClockSource::Publish => {
-                config.publications.push(codec.topic(name, Quality::DEFAULT));
-                TimeSource::Published(config.publications.len() - 1, codec)
-            }
-        };
+        let number = config.subscriptions.len();
+        config.subscriptions.push(Topic {
+            announced: Announced::WhileWanted,
+            has_one_source: true,
+            ..codec.topic(name.clone(), Quality::SENSOR_DATA)
+        });
+        // A clock of 1 kHz is no reason for as many iterations.
+        config.arrival = config.arrival.except(number);
+        let followed = TopicSubscription::new(number, name.clone(), codec);
+        let published = (source == ClockSource::Publish).then(|| {
+            let codec = Codec::new();
+            config.publications.push(codec.topic(name, Quality::DEFAULT));
+            (config.publications.len() - 1, codec)
+        });
         let description = format!(
             "node {}, domain {}, {}",
             config.name.full(),
             config.name.domain,
             config.endpoint
         );
+        let node = Node::start(config)?;
+        node.want(number, source == ClockSource::Follow);
         Ok(Self {
-            node: Node::start(config)?,
+            node,
             clock: Clock::default(),
-            time,
+            source,
+            followed: Some(followed),
+            watch: ClockWatch::default(),
+            published,
+            jumped: false,
             report: ConnectionReport::default(),
             warnings: Vec::new(),
             description,
         })
     }
 
-    /// Compares the clocks and logs new remarks. Called first in each iteration. Returns whether the time of ROS 2 has
-    /// jumped back.
-    pub(crate) fn begin(&mut self, cx: &Context) -> bool {
+    /// Compares the clocks and logs new remarks. Called first in each iteration, with the clock that the schema states now.
+    /// Returns whether the time of ROS 2 has jumped, or is another one.
+    pub(crate) fn begin(&mut self, cx: &Context, source: ClockSource) -> bool {
         for remark in self.node.remarks() {
             warn!(cx, "{remark}");
         }
+        let is_chosen = self.choose(cx, source);
         let now = cx.now();
-        let mut time = core::mem::replace(&mut self.time, TimeSource::Wall);
-        let times = match &mut time {
-            TimeSource::Wall => Some((
-                now,
-                SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default(),
-            )),
-            TimeSource::Followed(subscription) => {
-                let mut message = ClockMessage::default();
-                let arrived = self.receive(cx, subscription, &mut message);
-                arrived.map(|arrived| (arrived, message.clock.into()))
+        let jumped = match self.source {
+            ClockSource::Wall => {
+                let time = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+                self.clock.compare(now, time)
             }
-            TimeSource::Published(number, codec) => {
-                let message = ClockMessage { clock: now.into() };
-                self.node.publish(*number, vec![codec.encode(&message)]);
-                Some((now, now))
+            ClockSource::Follow => self.follow(cx),
+            ClockSource::Publish => {
+                if let Some((number, codec)) = &self.published {
+                    let message = ClockMessage { clock: now.into() };
+                    self.node.publish(*number, vec![codec.encode(&message)]);
+                }
+                self.clock.compare(now, now)
             }
         };
-        self.time = time;
-        times.is_some_and(|(now, time)| self.clock.compare(now, time))
+        self.jumped = jumped || is_chosen;
+        self.jumped
+    }
+
+    /// Takes another clock while the schema is awake. Returns whether it is another one.
+    fn choose(&mut self, cx: &Context, source: ClockSource) -> bool {
+        if source == self.source {
+            return false;
+        }
+        if [source, self.source].contains(&ClockSource::Publish) {
+            let message = "clock = \"publish\" begins and ends when the schema awakes, not while it is awake";
+            self.warn_once(cx, message.to_owned());
+            return false;
+        }
+        self.source = source;
+        if let Some(followed) = &self.followed {
+            self.node.want(followed.number, source == ClockSource::Follow);
+        }
+        (self.clock, self.watch) = (Clock::default(), ClockWatch::default());
+        true
+    }
+
+    /// Follows the time of a simulation. Returns whether it has jumped.
+    fn follow(&mut self, cx: &Context) -> bool {
+        let Some(followed) = self.followed.take() else {
+            return false;
+        };
+        let mut message = ClockMessage::default();
+        let arrived = self.receive(cx, &followed, &mut message);
+        self.followed = Some(followed);
+        let time = message.clock.into();
+        let tick = arrived.map_or(Tick::Same, |arrived| self.watch.take(arrived, time));
+        let (jumped, step, direction) = match tick {
+            Tick::Onward => (false, Duration::ZERO, ""),
+            Tick::Forward(step) => (true, step, "forward"),
+            Tick::Back(step) => (true, step, "back"),
+            Tick::Same => {
+                if self.watch.ends(cx.now()) {
+                    self.clock = Clock::default();
+                    let message = "the time on /clock stands: nothing with a stamp is taken or published until it goes on; is the \
+                                   simulation paused, or has it ended?";
+                    self.warn_once(cx, message.to_owned());
+                }
+                return false;
+            }
+        };
+        if jumped {
+            self.clock = Clock::default();
+            let prefix = format!("the time on /clock has jumped {direction}, ");
+            if !self.warnings.iter().any(|warning| warning.starts_with(&prefix)) {
+                let step = step.as_secs_f64();
+                let message = format!("{prefix}by {step:.1} s: what was measured before has ended");
+                self.warn_once(cx, message);
+            }
+        }
+        self.clock.compare(arrived.unwrap_or_default(), time);
+        jumped
+    }
+
+    /// Whether there is no time of ROS 2 with which stamps can be compared.
+    fn is_timeless(&self) -> bool {
+        self.source == ClockSource::Follow && !self.clock.is_known()
+    }
+
+    /// Whether what came from the subscription of that number has ended: the time of ROS 2 has jumped in this turn or is none,
+    /// or several nodes send its messages.
+    pub(crate) fn has_ended(&self, number: usize) -> bool {
+        self.jumped || self.is_timeless() || self.node.is_contradicted(number)
     }
 
     /// Warns of an invalid message, once per text.
@@ -157,10 +227,10 @@ impl RosConnection {
     }
 
     fn arrived(&self, cx: &Context, received: &ReceivedMessage) -> Duration {
-        match self.time {
+        match self.source {
             // Time that is not that of the machine passes otherwise.
-            TimeSource::Published(..) => cx.now(),
-            TimeSource::Wall | TimeSource::Followed(_) => {
+            ClockSource::Publish => cx.now(),
+            ClockSource::Wall | ClockSource::Follow => {
                 cx.now().saturating_sub(received.received_at.elapsed())
             }
         }
@@ -218,7 +288,7 @@ impl RosConnection {
     }
 
     /// Returns whether a message of a topic was measured at most `stale` before its arrival, and says once if it was not.
-    /// One without such a limit always was.
+    /// One without such a limit always was. None was while there is no time with which stamps can be compared.
     pub(crate) fn is_fresh(
         &mut self,
         cx: &Context,
@@ -226,6 +296,9 @@ impl RosConnection {
         (measured, arrived): (Duration, Duration),
         stale: Option<Duration>,
     ) -> bool {
+        if self.is_timeless() {
+            return false;
+        }
         let age = arrived.saturating_sub(measured);
         let Some(stale) = stale.filter(|stale| age > *stale) else {
             return true;
@@ -306,6 +379,11 @@ impl<T: Value> TopicSubscription<T> {
         }
     }
 
+    /// Its number.
+    pub(crate) fn number(&self) -> usize {
+        self.number
+    }
+
     /// The name of its topic.
     pub(crate) fn topic(&self) -> &str {
         &self.topic
@@ -326,11 +404,16 @@ impl<T: Value> TopicSubscription<T> {
         self.last_received.is_some()
     }
 
-    /// Returns whether its newest message has just become older than `timeout`.
-    pub(crate) fn falls_silent(&mut self, now: Duration, timeout: Duration) -> bool {
+    /// Returns whether its newest message has just ended, or become older than `timeout`.
+    pub(crate) fn falls_silent(
+        &mut self,
+        cx: &Context,
+        connection: &RosConnection,
+        timeout: Duration,
+    ) -> bool {
         let silent = self
             .last_received
-            .is_some_and(|received| now > received + timeout);
+            .is_some_and(|received| cx.now() > received + timeout || connection.has_ended(self.number));
         if silent {
             self.last_received = None;
         }

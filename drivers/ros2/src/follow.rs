@@ -54,7 +54,7 @@ impl Schema for Follow {
 
     fn check(&mut self, cx: &Context) -> Result<Precondition> {
         if let Some(active) = &mut self.active {
-            active.connection.begin(cx);
+            active.connection.begin(cx, ClockSource::Wall);
             let received = active.subscription.receive(cx, &mut active.connection);
             active.newest = received.or(active.newest);
             active

@@ -83,12 +83,17 @@ pub(crate) fn stamped(pose: Pose2D, frame: &str, stamp: Time) -> Json {
     })
 }
 
-/// Returns a pose in the frame of the targets, or without a frame.
+/// Returns a pose in the frame of the targets.
 ///
 /// # Errors
 /// Why it cannot be driven to.
 pub(crate) fn check(stated: &str, pose: Pose2D, frame: &str) -> Result<Pose2D, String> {
-    if !stated.is_empty() && stated.trim_start_matches('/') != frame {
+    if stated.is_empty() {
+        return Err(format!(
+            "its frame_id is empty, and targets here are in \"{frame}\": state the frame"
+        ));
+    }
+    if stated.trim_start_matches('/') != frame {
         return Err(format!(
             "it is in the frame \"{stated}\", and targets here are in \"{frame}\""
         ));
@@ -97,7 +102,7 @@ pub(crate) fn check(stated: &str, pose: Pose2D, frame: &str) -> Result<Pose2D, S
     is_finite.ok_or_else(|| "its numbers are not finite".to_owned())
 }
 
-/// The pose of a `geometry_msgs/msg/PoseStamped`, in that frame or without one.
+/// The pose of a `geometry_msgs/msg/PoseStamped`, in that frame.
 ///
 /// # Errors
 /// Why it cannot be driven to.
@@ -128,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pose_survives_and_another_frame_is_refused() {
+    fn a_pose_survives_and_another_frame_or_none_is_refused() {
         let expected = Pose2D::new(1.0, -2.0, 0.5);
         let value = stamped(expected, "map", Time { sec: 3, nanosec: 4 });
         let interface = "geometry_msgs/msg/PoseStamped";
@@ -138,6 +143,10 @@ mod tests {
         assert!(found.distance_to(&expected) < 1e-12 && (found.theta - 0.5).abs() < 1e-12);
         let error = pose(&value, "odom").expect_err("another frame");
         assert!(error.contains("\"map\"") && error.contains("\"odom\""), "{error}");
+        let nothing = standard().encode(interface, &json!({})).expect("it is one");
+        let nothing = standard().decode(interface, &nothing).expect("it is one");
+        let error = pose(&nothing, "map").expect_err("a goal that states nothing is none");
+        assert!(error.contains("frame_id is empty"), "{error}");
         let mut endless = value;
         endless["pose"]["position"]["x"] = Json::Null;
         assert!(pose(&endless, "map").is_err());

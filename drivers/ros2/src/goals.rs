@@ -4,7 +4,7 @@ use jde_ros_node::{ActionServer, GoalId, GoalStatus, Middleware, Quality, Server
 use jde_schema::prelude::*;
 use serde_json::json;
 
-use crate::clock_source::ClockSource;
+use crate::clock_source::FollowedClock;
 use crate::connection::{RosConnection, TopicSubscription};
 use crate::goal;
 use crate::messages::Codec;
@@ -29,6 +29,9 @@ node_schema! {
         /// The topic of poses to drive to, `geometry_msgs/msg/PoseStamped`; empty for none.
         #[modulation(default = "goal_pose", fixed)]
         topic: Modulation<Text<128>>,
+        /// The clock of the stamps: `wall`, or `follow` for that of `/clock`.
+        #[modulation(default = FollowedClock::Wall)]
+        clock: Modulation<FollowedClock>,
         /// The frame of the targets. Those in another one are refused.
         #[modulation(default = "map")]
         frame: Modulation<Text<52>>,
@@ -83,7 +86,7 @@ impl Schema for Goals {
         let Some(active) = &mut self.active else {
             return Err("it is not awake".into());
         };
-        active.connection.begin(cx);
+        active.connection.begin(cx, self.clock.get(cx).into());
         let before = active.exported();
         active.take_requests(cx, frame.as_str());
         active.take_pose(cx, frame.as_str());
@@ -141,7 +144,7 @@ impl Goals {
         Ok(ActiveGoals {
             middleware,
             server: ActionServer::declare(action, &mut config),
-            connection: RosConnection::start(config, ClockSource::Wall)?,
+            connection: RosConnection::start(config, self.clock.get(cx).into())?,
             poses,
             current: None,
         })
@@ -246,7 +249,7 @@ impl ActiveGoals {
         }
     }
 
-    /// Sends the feedback of the goal.
+    /// Sends the feedback of the goal, as soon as the distance is known: a mission states 0 until then.
     fn report(
         &mut self,
         cx: &Context,
@@ -262,11 +265,18 @@ impl ActiveGoals {
             return;
         };
         let Some(id) = current.id else { return };
+        let is_known = |mission: &Sample<'_, Mission>| {
+            let is_of_it = mission.time() > current.since && mission.target == current.pose;
+            current.is_exported && is_of_it && mission.distance > 0.0
+        };
+        let Some(mission) = mission.filter(is_known) else {
+            return;
+        };
         current.feedback_at = cx.now() + FEEDBACK;
         let time = cx.now().saturating_sub(current.since);
         let mut feedback = json!({
             "navigation_time": { "sec": time.as_secs(), "nanosec": time.subsec_nanos() },
-            "distance_remaining": mission.map_or(0.0, |mission| mission.distance),
+            "distance_remaining": mission.distance,
         });
         if let Some(pose) = pose {
             let stamp = self.connection.clock.stamp(pose.time());

@@ -4,7 +4,7 @@ use jde_ros_node::{ActionClient, GoalEvent, GoalStatus, Middleware, NodeConfig, 
 use jde_schema::prelude::*;
 use serde_json::json;
 
-use crate::clock_source::ClockSource;
+use crate::clock_source::FollowedClock;
 use crate::connection::RosConnection;
 use crate::goal;
 use crate::settings::node_schema;
@@ -35,6 +35,9 @@ node_schema! {
         /// The topic of Nav2's velocities, which must not reach the base by another way.
         #[modulation(default = "nav/cmd_vel", fixed)]
         topic: Modulation<Text<128>>,
+        /// The clock of the stamps: `wall`, or `follow` for that of `/clock`.
+        #[modulation(default = FollowedClock::Wall)]
+        clock: Modulation<FollowedClock>,
         /// The frame of the target.
         #[modulation(default = "map")]
         frame: Modulation<Text<52>>,
@@ -100,7 +103,7 @@ impl Schema for Navigate {
         let Some(active) = &mut self.active else {
             return Ok(false.into());
         };
-        active.connection.begin(cx);
+        active.connection.begin(cx, self.clock.get(cx).into());
         active.choose(target);
         active.receive(cx);
         active.checks += 1;
@@ -200,7 +203,7 @@ impl Navigate {
             client: ActionClient::declare(action, ACCEPTED, &mut config),
             middleware,
             velocities: VelocitySubscription::new(0, &topic),
-            connection: RosConnection::start(config, ClockSource::Wall)?,
+            connection: RosConnection::start(config, self.clock.get(cx).into())?,
             newest: None,
             target: None,
             is_sent: false,

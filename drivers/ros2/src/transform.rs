@@ -7,7 +7,7 @@ use jde_ros_node::{NodeConfig, Quality, Settings, names};
 use jde_schema::prelude::*;
 use jde_schema::types::{Transform as Tf, TransformStamped};
 
-use crate::clock_source::FollowedClock;
+use crate::clock_source::{ClockSource, FollowedClock};
 use crate::connection::RosConnection;
 use crate::messages::{Codec, measured};
 use crate::settings::node_schema;
@@ -34,7 +34,7 @@ node_schema! {
     #[schema(driver, period = "20ms", budget = "20ms")]
     pub struct Transform {
         /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
-        #[modulation(default = FollowedClock::Wall, fixed)]
+        #[modulation(default = FollowedClock::Wall)]
         clock: Modulation<FollowedClock>,
         /// Topic of the transforms that change.
         #[modulation(default = "/tf", fixed)]
@@ -111,7 +111,7 @@ impl Schema for Transform {
         let Some(active) = &mut self.active else {
             return Err("it is not awake".into());
         };
-        active.begin(cx);
+        active.begin(cx, self.clock.get(cx).into());
         let laser = self.laser.get(cx);
         let frames = [self.target.get(cx), source(self.source.get(cx), laser)];
         let stale = Duration::from_secs_f64(self.stale.get(cx));
@@ -234,12 +234,9 @@ impl Transform {
 
 impl ActiveTransform {
     /// Takes what arrived.
-    fn begin(&mut self, cx: &Context) {
-        if self.connection.begin(cx) {
-            warn!(
-                cx,
-                "the time of ROS 2 has jumped back: only static transforms stay"
-            );
+    fn begin(&mut self, cx: &Context, clock: ClockSource) {
+        if self.connection.begin(cx, clock) {
+            info!(cx, "the time of ROS 2 has jumped: only static transforms stay");
             self.listener.tree.forget_moving();
             self.scans.clear();
         }

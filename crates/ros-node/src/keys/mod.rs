@@ -72,6 +72,8 @@ pub struct Topic {
     /// Whether its messages command a robot. Those of this process are not received, since they would repeat themselves, and
     /// another node that publishes them is remarked.
     pub is_command: bool,
+    /// Whether one node alone sends its messages, as those of a sensor. While two do, none is received, and a remark names both.
+    pub has_one_source: bool,
 }
 
 /// When other nodes discover a topic.
@@ -84,6 +86,8 @@ pub enum Announced {
     Preferably,
     /// Once another node has the topic in the opposite direction.
     OnceMet,
+    /// While the owner [wants](crate::Node::want) its messages; a subscription only.
+    WhileWanted,
 }
 
 /// A service that the node offers or calls.
@@ -170,6 +174,7 @@ impl Topic {
             gap: Duration::ZERO,
             is_large: value_type.bytes > BATCH_BYTES,
             is_command: false,
+            has_one_source: false,
         }
     }
 
@@ -190,6 +195,7 @@ impl Topic {
             gap: Duration::ZERO,
             is_large: false,
             is_command: false,
+            has_one_source: false,
         })
     }
 
@@ -344,6 +350,7 @@ impl Service {
             gap: Duration::ZERO,
             is_large: false,
             is_command: false,
+            has_one_source: false,
         }
     }
 }
@@ -364,6 +371,21 @@ pub(crate) fn mismatch(topics: &[Topic], direction: Direction, token: &str) -> O
 /// Returns a remark if a node publishes a topic that commands a robot, and a token announces that another node does too.
 pub(crate) fn rival(topics: &[Topic], token: &str) -> Option<String> {
     topics.iter().find_map(|topic| topic.rival(token))
+}
+
+/// Returns the topics that have one source and that a token announces as published, by their numbers, with the name of the
+/// node.
+pub(crate) fn source<'t>(
+    topics: &'t [Topic],
+    token: &str,
+) -> impl Iterator<Item = (usize, String)> + use<'t> {
+    let token = EntityToken::parse(token).filter(|token| token.kind == Direction::Publish.kind());
+    let source = token.map(|token| (token.topic.to_owned(), token.full_name()));
+    topics.iter().enumerate().filter_map(move |(number, topic)| {
+        let (name, node) = source.as_ref()?;
+        let is_source = topic.has_one_source && encode_name(&topic.name) == *name;
+        is_source.then(|| (number, node.clone()))
+    })
 }
 
 impl Direction {

@@ -28,7 +28,7 @@ node_schema! {
     #[schema(driver, period = "20ms", budget = "20ms")]
     pub struct Actions {
         /// The clock of the stamps in goals, feedback and results: `wall`, or `follow` for that of `/clock`.
-        #[modulation(default = FollowedClock::Wall, fixed)]
+        #[modulation(default = FollowedClock::Wall)]
         clock: Modulation<FollowedClock>,
         /// The goals of other nodes' actions: one is sent when it comes into force, and canceled when it is no longer in force.
         #[commands(default = Timed::DEFAULT, validity = "500ms")]
@@ -77,7 +77,7 @@ impl Schema for Actions {
             return Err("it is not awake".into());
         };
         let connection = &mut active.connection;
-        connection.begin(cx);
+        connection.begin(cx, self.clock.get(cx).into());
         if connection.clock.is_known() {
             for ((sender, [feedback, result]), goal) in active.senders.iter_mut().zip(self.send_goal.iter()) {
                 let exports = (&mut self.take_feedback[*feedback], &mut self.take_result[*result]);

@@ -73,7 +73,7 @@ node_schema! {
         #[modulation(default = "cmd_vel", fixed)]
         velocity_topic: Modulation<Text<128>>,
         /// The clock of the stamps: `wall`, or `follow` for that of `/clock`, which a simulator of ROS 2 publishes.
-        #[modulation(default = FollowedClock::Wall, fixed)]
+        #[modulation(default = FollowedClock::Wall)]
         clock: Modulation<FollowedClock>,
         /// Angle by which the laser is turned to the left on the base.
         #[modulation(default = 0.0, unit = "rad", fixed)]
@@ -137,7 +137,7 @@ impl Schema for Base {
         let Some(active) = &mut self.active else {
             return Err("it is not awake".into());
         };
-        active.connection.begin(cx);
+        active.connection.begin(cx, self.clock.get(cx).into());
         active.stale = Duration::from_secs_f64(self.stale.get(cx));
         active.publish_scan(cx, &mut self.laser, self.laser_yaw.get(cx) as f32);
         active.publish_odometry(cx, &mut self.odometry);
@@ -146,15 +146,19 @@ impl Schema for Base {
         active.publish_position(cx, &mut self.position);
         active.publish_battery(cx, &mut self.battery);
         active.publish_bumpers(cx, &mut self.bumpers);
-        let (now, stale) = (cx.now(), active.stale);
-        retract_if_silent(&mut active.laser, now, stale, || self.laser.retract(cx));
-        retract_if_silent(&mut active.odometry, now, stale, || self.odometry.retract(cx));
-        retract_if_silent(&mut active.image, now, stale, || self.image.retract(cx));
-        retract_if_silent(&mut active.depth, now, stale, || self.depth.retract(cx));
-        retract_if_silent(&mut active.imu, now, stale, || self.imu.retract(cx));
-        retract_if_silent(&mut active.position, now, stale, || self.position.retract(cx));
-        retract_if_silent(&mut active.hazards, now, stale, || self.bumpers.retract(cx));
-        retract_if_silent(&mut active.battery, now, stale * BATTERY, || {
+        let (from, stale) = (&active.connection, active.stale);
+        retract_if_silent(cx, from, &mut active.laser, stale, || self.laser.retract(cx));
+        retract_if_silent(cx, from, &mut active.odometry, stale, || {
+            self.odometry.retract(cx)
+        });
+        retract_if_silent(cx, from, &mut active.image, stale, || self.image.retract(cx));
+        retract_if_silent(cx, from, &mut active.depth, stale, || self.depth.retract(cx));
+        retract_if_silent(cx, from, &mut active.imu, stale, || self.imu.retract(cx));
+        retract_if_silent(cx, from, &mut active.position, stale, || {
+            self.position.retract(cx)
+        });
+        retract_if_silent(cx, from, &mut active.hazards, stale, || self.bumpers.retract(cx));
+        retract_if_silent(cx, from, &mut active.battery, stale * BATTERY, || {
             self.battery.retract(cx)
         });
         let sonars = &mut active.sonars;
@@ -280,20 +284,24 @@ fn subscription<T: Value>(
         .into());
     }
     let codec = Codec::new();
-    topics.push(codec.topic(topic.clone(), Quality::SENSOR_DATA));
+    topics.push(Topic {
+        has_one_source: true,
+        ..codec.topic(topic.clone(), Quality::SENSOR_DATA)
+    });
     Ok(Some(TopicSubscription::new(topics.len() - 1, topic, codec)))
 }
 
-/// Retracts an export if its topic has just fallen silent.
+/// Retracts an export if its topic has just fallen silent, or what came from it has ended.
 fn retract_if_silent<T: Value>(
+    cx: &Context,
+    connection: &RosConnection,
     subscription: &mut Option<TopicSubscription<T>>,
-    now: Duration,
     timeout: Duration,
     retract: impl FnOnce(),
 ) {
     if subscription
         .as_mut()
-        .is_some_and(|subscription| subscription.falls_silent(now, timeout))
+        .is_some_and(|subscription| subscription.falls_silent(cx, connection, timeout))
     {
         retract();
     }

@@ -66,7 +66,7 @@ impl Sonars {
                 self.ring.radiation_type = message.radiation_type;
                 self.ring.field_of_view = message.field_of_view;
                 (self.ring.min_range, self.ring.max_range) = (message.min_range, message.max_range);
-            } else if topic.falls_silent(cx.now(), stale) {
+            } else if topic.falls_silent(cx, connection, stale) {
                 (*range, is_silent) = (f32::NAN, true);
             }
         }

@@ -28,7 +28,7 @@ node_schema! {
     #[schema(driver, period = "20ms", budget = "20ms")]
     pub struct Services {
         /// The clock of the stamps in requests and responses: `wall`, or `follow` for that of `/clock`.
-        #[modulation(default = FollowedClock::Wall, fixed)]
+        #[modulation(default = FollowedClock::Wall)]
         clock: Modulation<FollowedClock>,
         /// The requests to other nodes: each new value is one.
         #[imports(default = Timed::DEFAULT)]
@@ -81,7 +81,7 @@ impl Schema for Services {
             return Err("it is not awake".into());
         };
         let connection = &mut active.connection;
-        connection.begin(cx);
+        connection.begin(cx, self.clock.get(cx).into());
         if connection.clock.is_known() {
             let requests = self.send_request.iter().zip(&mut self.requested);
             for ((client, place), (request, requested)) in active.clients.iter_mut().zip(requests) {

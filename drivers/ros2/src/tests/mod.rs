@@ -6,6 +6,7 @@ mod bridge;
 mod commands;
 mod connections;
 mod goals;
+mod neighbours;
 mod pictures;
 mod services;
 mod standard;

@@ -38,7 +38,7 @@ node_schema! {
         tf_static_topic: Modulation<Text<128>>,
         /// The clock of the stamps: `wall`, `follow` for that of `/clock`, or `publish` for the time of the application,
         /// which is then published there.
-        #[modulation(default = ClockSource::Wall, fixed)]
+        #[modulation(default = ClockSource::Wall)]
         clock: Modulation<ClockSource>,
         /// The variables to publish.
         #[imports(default = Publication::DEFAULT)]
@@ -78,7 +78,7 @@ impl Schema for Topics {
         let Some(active) = &mut self.active else {
             return Err("it is not awake".into());
         };
-        active.connection.begin(cx);
+        active.connection.begin(cx, self.clock.get(cx));
         if active.connection.clock.is_known() {
             for (publication, import) in active.publications.iter_mut().zip(self.publish.iter()) {
                 publication.publish(cx, &mut active.connection, import);

@@ -46,6 +46,29 @@ enum MessageForm {
     Velocity(VelocitySubscription),
 }
 
+impl MessageForm {
+    /// The subscription of a measurement, whose values end with the time of ROS 2.
+    fn measurement(&self) -> Option<usize> {
+        match self {
+            Self::Described(number, ..) | Self::Compressed(number, ..) => Some(*number),
+            Self::Scan(subscription, ..) => Some(subscription.number()),
+            Self::Position(subscription) => Some(subscription.number()),
+            Self::Velocity(_) => None,
+        }
+    }
+}
+
+/// Whether one node alone sends messages of a type, because those of two contradict each other.
+fn has_one_source(value_type: &Type) -> bool {
+    is_of::<LaserScan>(value_type)
+        || is_of::<Odometry>(value_type)
+        || is_of::<PositionFix>(value_type)
+        || is_of::<Image>(value_type)
+        || is_of::<Imu>(value_type)
+        || is_of::<NavSatFix>(value_type)
+        || is_of::<PointCloud2>(value_type)
+}
+
 /// Returns what is wrong with a value whose message is well-formed.
 type Check = fn(&[u8]) -> Result<(), &'static str>;
 
@@ -132,6 +155,11 @@ impl TopicExport {
             topics.push(codec.topic(name.clone(), quality));
             MessageForm::Described(number, codec, check_of(value_type))
         };
+        if has_one_source(value_type) {
+            topics[number..]
+                .iter_mut()
+                .for_each(|topic| topic.has_one_source = true);
+        }
         Ok(Self {
             name,
             form,
@@ -150,7 +178,9 @@ impl TopicExport {
         if let Some(arrived) = self.take(cx, connection, export) {
             self.last_received = Some(arrived);
         }
-        let is_stale = |(received, stale): (Duration, Duration)| cx.now() > received + stale;
+        let ended = |number: Option<usize>| number.is_some_and(|number| connection.has_ended(number));
+        let has_ended = ended(self.form.measurement());
+        let is_stale = |(received, stale): (Duration, Duration)| has_ended || cx.now() > received + stale;
         if self.last_received.zip(self.stale).is_some_and(is_stale) {
             self.last_received = None;
             export.retract(cx);

@@ -17,6 +17,8 @@ use zenoh::{Session, Wait};
 
 use super::*;
 
+mod neighbours;
+
 const TRIGGER: &str = "std_srvs/srv/Trigger";
 
 /// A router at an unused address.
@@ -111,6 +113,12 @@ fn client(timeout: Duration) -> Client {
         service: stop(),
         timeout,
     }
+}
+
+fn twist() -> Vec<u8> {
+    let mut message = Vec::new();
+    jde_ros::cdr::encode(&Twist::describe(), Twist::ZERO.as_bytes(), &mut message);
+    message
 }
 
 fn request() -> Vec<u8> {
