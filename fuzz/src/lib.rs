@@ -8,6 +8,13 @@ mod panel;
 mod player;
 #[path = "../../crates/sim/tests/it/checks.rs"]
 mod sim;
+#[path = "../../crates/vision/tests/it/checks.rs"]
+mod vision;
+
+/// Checks the reader of calibrations of cameras with a file.
+pub fn calibration(data: &[u8]) {
+    vision::calibration(data);
+}
 
 /// Checks the receiver of packets with a stream of bytes.
 pub fn receiver(data: &[u8]) {

@@ -93,13 +93,17 @@ fn shown(info: &CameraInfo) -> RegionOfInterest {
 pub fn read_calibration(path: &Path) -> Result<CameraInfo, String> {
     let text = jde_files::read_text(path, MAX_BYTES)
         .map_err(|error| format!("cannot read the calibration {}: {error}", path.display()))?;
-    parse(&text).map_err(|(line, message)| format!("{}:{line}: {message}", path.display()))
+    parse_calibration(&text).map_err(|(line, message)| format!("{}:{line}: {message}", path.display()))
 }
 
 /// A line, and what is wrong there.
 type Fault = (usize, String);
 
-pub(crate) fn parse(text: &str) -> Result<CameraInfo, Fault> {
+/// Reads the text of a calibration file; see [`read_calibration`].
+///
+/// # Errors
+/// It is no calibration: the line, and what is expected.
+pub fn parse_calibration(text: &str) -> Result<CameraInfo, Fault> {
     // OpenCV writes a directive that YAML does not have. Its line stays, so that lines are counted right.
     let text = match text.strip_prefix("%YAML:") {
         Some(rest) => &rest[rest.find('\n').unwrap_or(rest.len())..],
@@ -250,7 +254,7 @@ projection_matrix:
 
     #[test]
     fn a_file_of_ros_gives_the_raw_and_the_rectified_camera() {
-        let info = parse(FILE).unwrap();
+        let info = parse_calibration(FILE).unwrap();
         assert_eq!(
             (info.width, info.height, info.distortion_model.as_str()),
             (640, 480, "plumb_bob")
@@ -269,13 +273,13 @@ projection_matrix:
         let text = FILE
             .replace("camera_matrix:\n", "camera_matrix: !!opencv-matrix\n")
             .replace("distortion_model: plumb_bob\n", "");
-        let info = parse(&format!("%YAML:1.0\n---\n{text}")).unwrap();
-        assert_eq!(info.k, parse(FILE).unwrap().k);
+        let info = parse_calibration(&format!("%YAML:1.0\n---\n{text}")).unwrap();
+        assert_eq!(info.k, parse_calibration(FILE).unwrap().k);
     }
 
     #[test]
     fn pictures_of_another_size_or_of_a_part_are_no_surprise() {
-        let mut info = parse(FILE).unwrap();
+        let mut info = parse_calibration(FILE).unwrap();
         let message = CameraModel::calibrated(&info, [320, 240], false).unwrap_err();
         assert!(
             message.contains("640 x 480 pixels, and these have 320 x 240"),
@@ -300,7 +304,7 @@ projection_matrix:
 
     #[test]
     fn what_is_no_calibration_is_refused_with_its_line() {
-        let wrong = |from: &str, to: &str| parse(&FILE.replace(from, to)).unwrap_err();
+        let wrong = |from: &str, to: &str| parse_calibration(&FILE.replace(from, to)).unwrap_err();
         let (line, message) = wrong("data: [600., 0., 319.5", "data: [0., 0., 319.5");
         assert!(
             message.contains("focal lengths [0.0, 610.0]") && line == 5,
@@ -317,10 +321,10 @@ projection_matrix:
             message.contains("`fov` is unknown") && line > 8,
             "{line}: {message}"
         );
-        let (_, message) = parse("image: map.pgm\nresolution: 0.05").unwrap_err();
+        let (_, message) = parse_calibration("image: map.pgm\nresolution: 0.05").unwrap_err();
         assert!(message.contains("it has no `image_width`"), "{message}");
-        assert!(parse("a: [").unwrap_err().1.contains("invalid YAML"));
-        assert!(parse("").unwrap_err().1.contains("no calibration"));
+        assert!(parse_calibration("a: [").unwrap_err().1.contains("invalid YAML"));
+        assert!(parse_calibration("").unwrap_err().1.contains("no calibration"));
         let uncalibrated = CameraInfo {
             width: 2,
             height: 2,

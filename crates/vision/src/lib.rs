@@ -13,7 +13,7 @@ mod mount;
 mod pixels;
 
 pub use blob::{Blobs, Component, Run};
-pub use calibration::read_calibration;
+pub use calibration::{parse_calibration, read_calibration};
 pub use camera::{CameraModel, Observation};
 pub use color::{ColorRange, Hsv};
 pub use geometry::CameraGeometry;
