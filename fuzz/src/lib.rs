@@ -1,7 +1,11 @@
 //! The checks that the fuzz targets run. They are the checks of the ordinary tests, and no others.
 
+#[path = "../../drivers/carmen/src/tests/checks.rs"]
+mod carmen;
 #[path = "../../crates/p2os/tests/it/checks.rs"]
 mod checks;
+#[path = "../../drivers/carmen/src/log/mod.rs"]
+mod log;
 #[path = "../../crates/panel/tests/it/checks.rs"]
 mod panel;
 #[path = "../../crates/player/tests/it/checks.rs"]
@@ -69,4 +73,9 @@ pub fn map_file(data: &[u8]) {
 /// Checks the readers of worlds of other programs with a file and, after a byte 0, the image `m` beside it.
 pub fn import(data: &[u8]) {
     sim::import(data);
+}
+
+/// Checks the reader of CARMEN's logs with arbitrary bytes.
+pub fn carmen_log(data: &[u8]) {
+    carmen::log(data);
 }

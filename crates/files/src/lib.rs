@@ -10,5 +10,5 @@ mod replace;
 
 pub use budget::{Budget, Exceeded};
 pub use left_out::LeftOut;
-pub use read::{open, read, read_text, read_unpacked};
+pub use read::{open, read, read_text, read_undamaged, read_unpacked};
 pub use replace::replace;

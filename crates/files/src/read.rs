@@ -29,6 +29,23 @@ pub fn read_unpacked(path: &Path, most: u64) -> Result<Vec<u8>> {
     limited(MultiGzDecoder::new(bytes.as_slice()), most)
 }
 
+/// Returns the bytes of a file, unpacked if it is a gzip file, up to where a gzip file is damaged or cut short, and what is
+/// wrong there: at most `most` bytes in both forms.
+///
+/// # Errors
+/// It cannot be read, is no regular file, or is larger.
+pub fn read_undamaged(path: &Path, most: u64) -> Result<(Vec<u8>, Option<Error>)> {
+    let packed = read(path, most)?;
+    if !packed.starts_with(&GZIP) {
+        return Ok((packed, None));
+    }
+    let mut bytes = Vec::new();
+    let mut unpacked = MultiGzDecoder::new(packed.as_slice()).take(most.saturating_add(1));
+    let damage = unpacked.read_to_end(&mut bytes).err();
+    check_size(&bytes, most)?;
+    Ok((bytes, damage))
+}
+
 /// Returns the text of a file of at most `most` bytes, without the byte order mark.
 ///
 /// # Errors
@@ -58,10 +75,15 @@ pub fn open(path: &Path) -> Result<File> {
 fn limited(source: impl Read, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     source.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most {
-        return Err(invalid(format!("it has more than {}", size(most))));
-    }
+    check_size(&bytes, most)?;
     Ok(bytes)
+}
+
+fn check_size(bytes: &[u8], most: u64) -> Result<()> {
+    match bytes.len() as u64 > most {
+        true => Err(invalid(format!("it has more than {}", size(most)))),
+        false => Ok(()),
+    }
 }
 
 fn size(bytes: u64) -> String {
@@ -107,6 +129,29 @@ mod tests {
         std::fs::write(&path, packed.finish().unwrap()).unwrap();
         assert_eq!(read_unpacked(&path, 3 << 20).unwrap().len(), 3 << 20);
         assert_eq!(message(read_unpacked(&path, 2 << 20)), "it has more than 2 MiB");
+    }
+
+    #[test]
+    fn a_packed_file_that_is_cut_short_is_read_up_to_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lines.gz");
+        let text: String = (0..20_000).map(|line| format!("{line}\n")).collect();
+        let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+        packed.write_all(text.as_bytes()).unwrap();
+        let packed = packed.finish().unwrap();
+        for (end, is_damaged) in [(packed.len(), false), (packed.len() / 2, true)] {
+            std::fs::write(&path, &packed[..end]).unwrap();
+            let (bytes, damage) = read_undamaged(&path, 1 << 20).unwrap();
+            assert!(text.as_bytes().starts_with(&bytes) && bytes.len() > text.len() / 4);
+            assert_eq!(
+                (damage.is_some(), bytes.len() < text.len()),
+                (is_damaged, is_damaged)
+            );
+        }
+        assert_eq!(
+            message(read_undamaged(&path, 10 << 10)),
+            "it has more than 10 KiB"
+        );
     }
 
     #[test]

@@ -3,19 +3,26 @@
 //! decided, not how the robot would have moved.
 
 mod log;
-mod record;
 
 use core::time::Duration;
+use std::path::Path;
 
 use jde_schema::prelude::*;
+use jde_schema::types::{Body, Mount};
 
-use log::LogFile as Recording;
-use record::Scan;
+use log::{LogError, LogFile as Recording, Scan};
+
+/// Most bytes of a log, unpacked: an hour of 361 beams, 37 times a second.
+const MAX_BYTES: u64 = 256 << 20;
+/// The name of the laser's frame.
+const LASER: &str = "laser";
 
 /// A robot that drives as it did when the log was written.
 ///
-/// It reads `FLASER` and `ODOM` lines, plain or gzip, and ignores all others. A log whose clock does not advance
-/// is played at the rate of `interval`. The mission is done when the log ends.
+/// It reads the scans of one laser (`FLASER`, `ROBOTLASER1`, else `RAWLASER1` or those of the rear) and the `ODOM` lines,
+/// plain or gzip, and names all others. The scans are in the frame of the laser, and `body` states where that is on the
+/// robot. A log whose clocks do not tell its time is played at the rate of `interval`. The mission is done when the log
+/// ends.
 #[derive(Describe)]
 #[schema(driver, period = "20ms", budget = "20ms")]
 pub struct Log {
@@ -25,7 +32,7 @@ pub struct Log {
     /// Ranges from this one on count as beams without a return.
     #[modulation(default = 80.0, unit = "m", min = 0.1, fixed)]
     laser_range: Modulation<f64>,
-    /// Time between scans in a log whose clock does not advance.
+    /// Least time between scans in a log whose clocks do not tell its time.
     #[modulation(default = 0.2, unit = "s", min = 0.001, max = 3600.0, fixed)]
     interval: Modulation<f64>,
     /// Speeds of the base, which have no effect.
@@ -34,12 +41,15 @@ pub struct Log {
     /// The command in force, for display and recording.
     #[export]
     wanted: Export<Twist>,
-    /// The scan of the laser, in the frame of the robot.
+    /// The scan of the laser, in its own frame.
     #[export(validity = "1s")]
     laser: Export<LaserScan>,
-    /// The robot's pose in the log.
+    /// The robot's pose in the log. Between two that are far apart, it is interpolated.
     #[export(validity = "1s")]
     odometry: Export<Odometry>,
+    /// Where the laser is on the robot.
+    #[export(lasting)]
+    body: Export<Body>,
     /// Scans played, and their total.
     #[export(lasting)]
     mission: Export<Mission>,
@@ -50,7 +60,8 @@ pub struct Log {
 
 impl Schema for Log {
     fn awake(&mut self, cx: &Context) -> Result {
-        if self.recording.is_some() {
+        if let Some(recording) = &self.recording {
+            self.body.write(cx, body(cx.now(), recording));
             return Ok(());
         }
         let recording = self.recording(cx)?;
@@ -63,6 +74,7 @@ impl Schema for Log {
             recording.scans(),
             recording.duration().as_secs_f64()
         );
+        self.body.write(cx, body(cx.now(), &recording));
         self.recording = Some(recording);
         Ok(())
     }
@@ -85,8 +97,12 @@ impl Schema for Log {
             );
             if let Some(scan) = &record.scan {
                 self.scans += 1;
-                self.publish(cx, record.time, scan)?;
+                self.publish(cx, record.time, scan, recording.no_return())?;
             }
+        }
+        if let Some(pose) = recording.pose_between(self.next, cx.now()) {
+            let odometry = Odometry::planar(cx.now(), pose, Twist::ZERO);
+            self.odometry.write_at(cx, odometry, cx.now());
         }
         let ended = self.next == recording.records().len();
         let mission = Mission {
@@ -117,16 +133,23 @@ impl Log {
             );
         }
         let interval = Duration::from_secs_f64(self.interval.get(cx));
-        Ok(Recording::read(path.as_str(), interval)?)
+        let path = path.as_str();
+        let (bytes, damage) =
+            jde_files::read_undamaged(Path::new(path), MAX_BYTES).map_err(|error| LogError::Io {
+                path: path.to_owned(),
+                error,
+            })?;
+        Ok(Recording::of(&bytes, damage, path, interval)?)
     }
 
-    fn publish(&mut self, cx: &Context, time: Duration, scan: &Scan) -> Result {
-        let max_range = self.laser_range.get(cx) as f32;
+    fn publish(&mut self, cx: &Context, time: Duration, scan: &Scan, no_return: Option<f32>) -> Result {
+        let max_range = (self.laser_range.get(cx) as f32)
+            .min(scan.reach)
+            .min(no_return.unwrap_or(f32::INFINITY));
         let mut laser = self.laser.loan(cx);
-        laser.header = Header::new(time, "laser");
-        laser.angle_min = scan.angle_min() as f32;
-        laser.angle_increment = scan.angle_increment() as f32;
-        laser.angle_max = (scan.angle_min() + scan.angle_increment() * (scan.ranges.len() - 1) as f64) as f32;
+        laser.header = Header::new(time, LASER);
+        laser.angle_min = scan.angle_min as f32;
+        laser.angle_increment = scan.angle_increment as f32;
         laser.time_increment = 0.0;
         laser.scan_time = 0.0;
         laser.range_min = 0.0;
@@ -142,8 +165,22 @@ impl Log {
         {
             *range = f32::INFINITY;
         }
+        laser.state_last_angle();
         laser.publish_at(time);
         Ok(())
+    }
+}
+
+/// Returns where the laser is; the outline of the robot is not known.
+fn body(now: Duration, recording: &Recording) -> Body {
+    let laser = Mount {
+        frame: Text::new(LASER),
+        pose: recording.mount(),
+    };
+    Body {
+        header: Header::new(now, "base_link"),
+        lasers: [laser].into_iter().collect(),
+        ..Body::default()
     }
 }
 

@@ -5,7 +5,7 @@ use jde_grid::{Geometry, GeometryError, OccupancyGrid as Grid};
 use jde_mcl::{Beams, Doubt, Field, Limits, Localizer, Model, MotionNoise, Sensor, Settings, State};
 use jde_motion::{arc, is_jump, jumped};
 use jde_schema::prelude::*;
-use jde_schema::types::Start;
+use jde_schema::types::{Body, Start};
 
 /// The most time between a scan and the odometry that the velocity bridges, s.
 const BRIDGED: f64 = 0.5;
@@ -36,6 +36,9 @@ pub struct Mcl {
     /// The pose and velocity by the odometry.
     #[import]
     odometry: Import<Odometry>,
+    /// The body of the robot. If it is bound, it states where the laser is, and `mount` does not count.
+    #[import(optional)]
+    body: Import<Body>,
     /// Where the robot is when the schema awakes first and whenever this is written, in the frame of the map:
     /// `[[3.55, 1.6, "90 deg"]]`. Without a pose it is searched.
     #[modulation(default = Start::NONE)]
@@ -301,17 +304,27 @@ impl Mcl {
         self.known = None;
     }
 
+    /// Returns where the laser of a scan is on the base.
+    pub(crate) fn mounted(&self, cx: &Context, laser: &LaserScan) -> Pose2D {
+        let body = self.body.get(cx);
+        body.map_or_else(
+            || self.mount.get(cx),
+            |body| body.laser(laser.header.frame_id.as_str()),
+        )
+    }
+
     /// Takes a scan that is new, and notices when there has been none for too long.
     fn look(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>) {
         let (settings, measured) = (self.settings(cx), odometry.pose2d());
+        let laser = self.laser.get(cx);
+        let mount = (laser.as_ref()).map_or(Pose2D::ORIGIN, |laser| self.mounted(cx, laser));
         let Some(localizer) = &mut self.localizer else {
             return;
         };
-        let laser = self.laser.get(cx);
         let laser = laser
             .filter(|laser| core::mem::replace(&mut self.scan_number, laser.sequence()) != laser.sequence());
         let laser = laser.filter(|laser| {
-            self.blind = match self.scan_beams.update(laser, &self.mount.get(cx)) {
+            self.blind = match self.scan_beams.update(laser, &mount) {
                 Ok(()) => String::new(),
                 Err(blind) => format!(": {blind}"),
             };

@@ -30,7 +30,7 @@ impl Panel for Mcl {
                 return;
             };
             if let Some(laser) = self.laser.get(cx) {
-                let sensor = pose.transform(&self.mount.get(cx));
+                let sensor = pose.transform(&self.mounted(cx, &laser));
                 let place = |point: LaserPoint| sensor.transform(&Pose2D::new(point.x, point.y, 0.0));
                 area.points(laser.points().map(place)).ink(Ink::Seen).width(2.5);
             }

@@ -10,6 +10,7 @@ use std::sync::mpsc::TryRecvError;
 
 use jde_motion::{arc, is_jump, jumped};
 use jde_schema::prelude::*;
+use jde_schema::types::Body;
 use jde_slam::{Anchor, Continuation, Scan, Settings, State};
 
 use file::{Loading, Saving, begun, hold, load};
@@ -35,6 +36,9 @@ pub struct Slam {
     /// The pose and velocity by the odometry.
     #[import]
     odometry: Import<Odometry>,
+    /// The body of the robot. If it is bound, it states where the laser is, and `mount` does not count.
+    #[import(optional)]
+    body: Import<Body>,
     /// Where the robot is in the frame of the map when it takes its first scan; on a map that is continued, to 0.3 m.
     #[modulation(default = Pose2D::ORIGIN, fixed)]
     initial: Modulation<Pose2D>,
@@ -320,6 +324,15 @@ impl Slam {
         self.correction.write_at(cx, correction, odometry.time());
     }
 
+    /// Returns where the laser of a scan is on the base.
+    pub(crate) fn mounted(&self, cx: &Context, laser: &LaserScan) -> Pose2D {
+        let body = self.body.get(cx);
+        body.map_or_else(
+            || self.mount.get(cx),
+            |body| body.laser(laser.header.frame_id.as_str()),
+        )
+    }
+
     /// Takes a scan that is new.
     fn look(&mut self, cx: &Context, odometry: &Sample<'_, Odometry>) {
         let Some(laser) = self.laser.get(cx) else { return };
@@ -327,7 +340,7 @@ impl Slam {
             return;
         }
         let (beams, reach) = (self.beams.get(cx) as usize, self.reach.get(cx));
-        let scan = Scan::new(&laser, &self.mount.get(cx), beams, reach);
+        let scan = Scan::new(&laser, &self.mounted(cx, &laser), beams, reach);
         // Where the base was at the time of the scan.
         let measured = odometry.pose2d();
         let since = laser.time().as_secs_f64() - odometry.time().as_secs_f64();

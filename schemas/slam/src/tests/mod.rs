@@ -6,6 +6,7 @@ use jde_schema::bench::Bench;
 
 use super::Slam;
 use jde_schema::prelude::*;
+use jde_schema::types::{Body, Mount};
 
 /// The room and a pillar in it, lower left and upper right corners, m.
 const ROOM: [f64; 4] = [0.0, 0.0, 6.0, 4.0];
@@ -376,6 +377,29 @@ fn a_mount_far_from_the_base_is_refused() {
         assert_eq!(bench.inspect().expect("it inspects").len(), count, "{x}");
         assert_eq!(bench.awake().is_err(), count > 0, "{x}");
     }
+}
+
+#[test]
+fn a_body_takes_the_place_of_the_mount() {
+    let mount = Pose2D::new(0.4, 0.1, 0.5);
+    let laser = Mount {
+        pose: mount,
+        ..Mount::default()
+    };
+    let body = Body {
+        lasers: [laser].into_iter().collect(),
+        ..Body::default()
+    };
+    let map = |set: &dyn Fn(&mut Bench<Slam>)| {
+        let mut robot = Robot::with(|bench| set(bench));
+        robot.look(&scan(&START.transform(&mount)));
+        (0..20).for_each(|_| robot.iterate());
+        let map: &OccupancyGrid = robot.bench.exported_in_place("map").expect("a map");
+        map.data.to_vec()
+    };
+    let stated = map(&|bench| bench.set("mount", mount));
+    assert_ne!(stated, map(&|_| {}), "the mount counts");
+    assert_eq!(stated, map(&|bench| bench.import("body", &body)));
 }
 
 #[test]

@@ -1,6 +1,9 @@
-//! Logs of all formats, with faulty clocks, truncated files, files that are not logs, and two real logs.
+//! Logs that are played, truncated files, files that are not logs, and real logs.
 
-use core::f64::consts::{FRAC_PI_2, PI};
+mod checks;
+mod clocks;
+mod formats;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -84,7 +87,7 @@ fn flaser(ranges: &[f64], (x, y, theta): (f64, f64, f64), clock: f64) -> String 
     let ranges: Vec<String> = ranges.iter().map(f64::to_string).collect();
     let count = ranges.len();
     format!(
-        "FLASER {count} {} {x} {y} {theta} 9 9 9 {clock} host {clock}\n",
+        "FLASER {count} {} {x} {y} {theta} {x} {y} {theta} {clock} host {clock}\n",
         ranges.join(" ")
     )
 }
@@ -163,23 +166,6 @@ fn gzip_plain_and_windows_lines_give_the_same_drive() {
 }
 
 #[test]
-fn beams_go_from_right_to_left_over_half_a_turn() {
-    for (beams, last) in [(180, 89.0), (181, 90.0), (360, 89.5), (361, 90.0)] {
-        let mut player = Player::new(flaser(&vec![1.0; beams], (0.0, 0.0, 0.0), 1.0)).awake();
-        player.at(0.0);
-        let scan = player.laser();
-        assert!((scan.angle(0) + FRAC_PI_2).abs() < 1e-6);
-        assert!(
-            (scan.angle(beams - 1) - f64::to_radians(last)).abs() < 1e-5,
-            "{beams} beams"
-        );
-        assert!((f64::from(scan.angle_max) - scan.angle(beams - 1)).abs() < 1e-5);
-    }
-    let one = Scan { ranges: vec![1.0] };
-    assert_eq!(one.angle_increment(), PI, "a single beam does not divide by 0");
-}
-
-#[test]
 fn a_command_is_exported_while_it_is_in_force() {
     let mut player = Player::new(drive()).awake();
     player.at(0.0);
@@ -210,95 +196,26 @@ fn a_sleep_does_not_reset_the_position() {
 }
 
 #[test]
-fn a_clock_that_does_not_advance_is_replaced_by_a_rate() {
-    let scan = |x| flaser(&[1.0], (x, 0.0, 0.0), 7.0);
-    let mut player = Player::new([scan(0.0), scan(1.0), scan(2.0)].concat());
-    player.bench.set("interval", 0.5);
-    let mut player = player.awake();
-    player.assert_warned("its clock stands still at 7 s; the scans are played 0.5 s apart");
-    assert_eq!(player.at(0.0).reached, 1);
-    assert_eq!(player.at(0.99).reached, 2);
-    let mission = player.at(1.0);
-    assert_eq!((mission.state, mission.reached), (Mission::DONE, 3));
-}
-
-#[test]
-fn a_clock_that_goes_back_is_ignored() {
-    let scan = |x, clock| flaser(&[1.0], (x, 0.0, 0.0), clock);
-    let mut player = Player::new(
-        [
-            scan(0.0, 100.0),
-            scan(1.0, 102.0),
-            scan(2.0, 90.0),
-            scan(3.0, 103.0),
-        ]
-        .concat(),
-    )
-    .awake();
-    assert_eq!(player.at(1.9).reached, 1);
-    // A scan stamped before the start is played with the record before it.
-    assert_eq!(player.at(2.0).reached, 3);
-    assert_eq!(player.bench.exported_at("laser"), Some(Duration::from_secs(2)));
-    assert_eq!(player.at(3.0).state, Mission::DONE);
-}
-
-#[test]
-fn a_line_before_the_clock_was_set_does_not_count_from_the_epoch() {
-    let scan = |x, clock| flaser(&[1.0], (x, 0.0, 0.0), clock);
-    let mut player = Player::new([scan(0.0, 0.0), scan(1.0, 1.1e9), scan(2.0, 1.1e9 + 0.5)].concat()).awake();
-    assert_eq!(player.at(0.0).reached, 2);
-    assert_eq!(player.at(0.5).state, Mission::DONE);
-}
-
-#[test]
-fn unreadable_lines_are_skipped_with_warnings() {
+fn unreadable_lines_are_left_out_with_their_place() {
     let good = flaser(&[1.0, 2.0], (1.0, 0.0, 0.0), 5.0);
     let bad = [
         "FLASER 3 1.0 2.0\n",
         "FLASER 2 1.0 two 0 0 0 0 0 0 1 host 1\n",
         "FLASER 0 0 0 0 0 0 0 1 host 1\n",
-        "FLASER 1089 1\n",
+        "FLASER 99999 1\n",
         "FLASER 2.5 1 2 0 0 0 0 0 0 1 host 1\n",
-        "FLASER 1 -1 0 0 0 0 0 0 1 host 1\n",
-        "FLASER 1 NaN 0 0 0 0 0 0 1 host 1\n",
         "ODOM 1 2\n",
-        "FLASER\n",
+        "NEFF 30 1 host 1\n",
+        "FLASER 9\n",
+        "\u{1b}[2J\n",
     ];
     let mut player = Player::new(format!("{}{good}", bad.concat())).awake();
     assert_eq!(player.at(0.0).total, 1);
-    player.assert_warned("line 1 is left out: it ends before a range");
-    player.assert_warned("line 2 is left out: `two` is not a range");
-    player.assert_warned("line 3 is left out: 0 beams; a scan has 1 to 1088");
-    player.assert_warned("9 lines in all are left out");
-    assert_eq!(player.warnings().len(), 4, "the number of warnings is limited");
-}
-
-#[test]
-fn each_error_of_a_line_has_its_message() {
-    let error = |line: &str| {
-        record::parse(line)
-            .expect("a line of a known kind")
-            .expect_err("an invalid line")
-    };
-    assert_eq!(error("FLASER 2.5 1 2"), "2.5 beams; a scan has 1 to 1088");
-    assert_eq!(error("FLASER 1 -1 0"), "a range of -1 m");
-    assert_eq!(error("FLASER 1 NaN 0"), "`NaN` is not a range");
-    assert_eq!(
-        error("FLASER 1 1 0 0 0 0 0 0 1"),
-        "it ends before the host's name"
-    );
-    assert_eq!(
-        error("FLASER 1 1 0 0 0 0 0 0 1 host"),
-        "it ends before the logger's time"
-    );
-    assert_eq!(error("ODOM 1 2 3 4"), "it ends before a turn rate");
-    assert_eq!(
-        error("ODOM 1 x\u{1b}[2J 3"),
-        "`x\\u{1b}[2J` is not y",
-        "control characters of a file are escaped"
-    );
-    assert_eq!(record::parse("RLASER1 3 1 2 3"), None);
-    assert_eq!(record::parse(""), None);
+    player.assert_warned("a FLASER line is left out: it ends before a range (line 1, and 1 more)");
+    player.assert_warned("a FLASER line is left out: `two` is not a range (line 2)");
+    player.assert_warned("NEFF is left out: it has neither a scan nor the pose of the robot (line 7)");
+    player.assert_warned("a line without the name of a message is left out");
+    assert_eq!(player.warnings().len(), 8);
 }
 
 #[test]
@@ -320,7 +237,7 @@ fn a_truncated_log_is_played_to_its_end() {
     assert_eq!((mission.state, mission.total), (Mission::DONE, mission.reached));
 
     let mut player = Player::new(&plain[..plain.len() - 40]).awake();
-    player.assert_warned("line 199 is left out");
+    player.assert_warned("it ends before a range (line 199)");
     assert_eq!(player.at(1000.0).reached, 198);
 }
 
@@ -339,12 +256,14 @@ fn refused(player: Player) -> String {
 fn a_file_that_is_not_a_log_is_refused_by_its_name() {
     let reason = refused(Player::new(""));
     assert!(
-        reason.ends_with("drive.log has no scan: not one of its 0 lines is a FLASER line that can be read"),
+        reason.ends_with(
+            "drive.log has no scan: not one of its 0 lines is a FLASER or ROBOTLASER1 line that can be read"
+        ),
         "{reason}"
     );
     let reason = refused(Player::new("ODOM 1 2 3 0 0 0 1 host 1\nFLASER 2 1\n"));
     assert!(
-        reason.ends_with("can be read; line 2 is left out: it ends before a range"),
+        reason.ends_with("can be read; a FLASER line is left out: it ends before a range (line 2)"),
         "{reason}"
     );
     let noise: Vec<u8> = (0..100_000_u32)
@@ -357,6 +276,59 @@ fn a_file_that_is_not_a_log_is_refused_by_its_name() {
         reason.starts_with("cannot read the log") && reason.contains("drive.log"),
         "{reason}"
     );
+}
+
+#[test]
+fn a_log_of_which_nothing_can_be_used_is_refused() {
+    let blind = |range: f64| {
+        let scan = |clock| flaser(&[range; 9], (clock, 0.0, 0.0), clock);
+        refused(Player::new([scan(1.0), scan(2.0)].concat()))
+    };
+    for range in [0.0, -1.0, f64::NAN] {
+        let reason = blind(range);
+        assert!(
+            reason.ends_with("no beam of its 2 scans ends at an object"),
+            "{reason}"
+        );
+    }
+    let reason = refused(Player::new("RAWLASER1 0 -1 2 1 50 0.01 0 3 1 1 1 0 1 host 1\n"));
+    assert!(
+        reason.ends_with("its scans have no poses, and it has no ODOM line"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn any_bytes_are_a_log_or_none() {
+    let folder = PathBuf::from(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../fuzz/corpus/carmen_log"
+    ));
+    let entries = fs::read_dir(folder).expect("the corpus");
+    let logs: Vec<Vec<u8>> = entries
+        .map(|entry| fs::read(entry.unwrap().path()).unwrap())
+        .collect();
+    assert!(logs.len() > 3);
+    let mut random = 1_u32;
+    let mut next = |below: usize| {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (random >> 8) as usize % below
+    };
+    for log in &logs {
+        checks::log(log);
+        for _ in 0..100 {
+            let mut log = log.clone();
+            for _ in 0..=next(4) {
+                let at = next(log.len());
+                match next(3) {
+                    0 => log[at] = next(256) as u8,
+                    1 => drop(log.drain(at..log.len().min(at + next(40)))),
+                    _ => log.insert(at, b"0123456789.-e \nFO"[next(17)]),
+                }
+            }
+            checks::log(&log);
+        }
+    }
 }
 
 #[test]
@@ -373,8 +345,9 @@ fn a_missing_log_is_reported_by_its_name() {
     assert!(reason.contains("--set NAME.path=drive.log.gz"), "{reason}");
 }
 
-/// Plays a log of the Radish data sets to its end. The data sets are not part of the project.
-fn play_real_log(name: &str, beams: usize, scans: u32) {
+/// Plays a real log to its end, which takes at least so long: no log is played in an instant, whatever its clocks say. The
+/// data sets are not part of the project.
+fn play_real_log(name: &str, beams: usize, scans: u32, least_seconds: f64) {
     let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).join(name);
     if !path.exists() {
         eprintln!("skipped: there is no {}", path.display());
@@ -383,30 +356,45 @@ fn play_real_log(name: &str, beams: usize, scans: u32) {
     let mut player = Player::new("");
     player.bench.set("path", text(&path));
     let mut player = player.awake();
-    let (mut played, mut last, mut seconds) = (0, Duration::ZERO, 0.0);
+    let (mut played, mut last, mut seconds) = (0, None, 0.0);
+    let mut way = 0.0;
     loop {
         let mission = player.at(seconds);
         if mission.reached > played {
+            assert!(
+                mission.reached - played <= 4,
+                "scans are played one after the other"
+            );
             played = mission.reached;
             assert_eq!(player.laser().ranges.len(), beams);
             let time = player.bench.exported_at("laser").expect("it has played a scan");
-            assert!(time >= last, "time does not go back");
-            last = time;
+            let pose = player.pose();
+            if let Some((before, from)) = last.replace((time, pose)) {
+                assert!(time > before, "time goes on");
+                way += pose.distance_to(&from);
+            }
         }
         if mission.state == Mission::DONE {
             break;
         }
-        seconds += 0.5;
+        seconds += 0.4;
     }
     assert_eq!(played, scans);
+    assert!(seconds >= least_seconds, "{seconds} s");
+    assert!((100.0..1000.0).contains(&way), "{way} m");
 }
 
 #[test]
 fn a_real_building_of_180_beams() {
-    play_real_log("intel-corrected.log.gz", 180, 910);
+    play_real_log("intel-corrected.log.gz", 180, 910, 2600.0);
 }
 
 #[test]
-fn a_real_building_of_361_beams() {
-    play_real_log("csail-corrected.log.gz", 361, 406);
+fn a_real_building_of_361_beams_with_a_rounded_clock() {
+    play_real_log("csail-corrected.log.gz", 361, 406, 200.0);
+}
+
+#[test]
+fn a_real_building_in_the_newer_message() {
+    play_real_log("flirt/fr079.log.gz", 360, 1464, 900.0);
 }
