@@ -85,7 +85,14 @@ impl MapFile {
             None => yaml::image(path, text),
         };
         let picture = image.map(|image| Picture::load(&image, Shade::Luminance));
-        let picture = picture.and_then(|picture| picture.map_err(|fault| faults.push(fault)).ok());
+        let picture = picture.and_then(|picture| {
+            picture
+                .map_err(|mut fault| {
+                    fault.message += &elsewhere(path, &fault.file);
+                    faults.push(fault);
+                })
+                .ok()
+        });
         let (Some(info), Some(picture)) = (info, picture) else {
             return Err(faults);
         };
@@ -97,5 +104,15 @@ impl MapFile {
             cells: cells::classify(&picture, info.mode, info.thresholds),
             left_out: info.left_out,
         })
+    }
+}
+
+/// Returns where the image of a map may be that is not where the YAML file says, as after a copy from another computer.
+fn elsewhere(yaml: &Path, image: &Path) -> String {
+    let name = image.file_name().unwrap_or_default();
+    let beside = yaml.with_file_name(name);
+    match !image.exists() && beside.is_file() {
+        true => format!("; `image: {}` is the one beside the YAML file", name.display()),
+        false => String::new(),
     }
 }

@@ -202,6 +202,22 @@ fn an_image_may_be_packed_and_anywhere() {
 }
 
 #[test]
+fn an_image_that_is_not_found_is_searched_beside_the_yaml_file() {
+    let yaml = |image: &str| format!("image: {image}\nresolution: 1\norigin: [0, 0, 0]\n");
+    let error = load(yaml("/home/other/maps/m"), b"P5 1 1 255\n\0").expect_err("another computer's path");
+    assert!(
+        error.starts_with("/home/other/maps/m: cannot read the image: "),
+        "{error}"
+    );
+    assert!(
+        error.ends_with("; `image: m` is the one beside the YAML file"),
+        "{error}"
+    );
+    let error = load(yaml("~/m"), b"P5 1 1 255\n\0").expect_err("no home");
+    assert!(error.contains("m.yaml:1: `image` begins with `~`"), "{error}");
+}
+
+#[test]
 fn a_file_of_another_kind_is_named_as_what_it_is() {
     for (bytes, expected) in [
         (

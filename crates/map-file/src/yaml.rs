@@ -251,6 +251,11 @@ impl MapYaml<'_> {
     fn image(&mut self) -> Option<PathBuf> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         match self.get("image")? {
+            Value::Text(name) if name.starts_with("~/") => {
+                let message = "begins with `~`, which stands for nothing in a map: write the whole path";
+                self.fault("image", message);
+                None
+            }
             Value::Text(name) if !name.is_empty() => Some(folder.join(&**name)),
             _ => {
                 self.fault("image", "is not the name of a file");
