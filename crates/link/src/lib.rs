@@ -26,6 +26,8 @@ pub use jde_board::nearest;
 pub use keys::{PROTOCOL, Rate, as_name, is_name};
 #[cfg(feature = "host")]
 pub use server::Running;
-pub use server::{Access, Events, Link, OnDrawn, PanelViewer, Settings, Subject, SubjectInfo, schemas};
+pub use server::{
+    Access, Events, Link, OnDrawn, PanelViewer, Settings, Subject, SubjectInfo, TokenBucket, schemas,
+};
 pub use session::{Login, Tls};
 pub use whoami::operator;

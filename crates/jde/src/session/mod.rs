@@ -66,7 +66,7 @@ pub(crate) use progress::{ProgressMode, format_progress};
 pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_failure};
 pub(crate) use recording_summary::{RecordedFile, RecordingSummary};
 #[cfg(feature = "tools")]
-pub(crate) use ros::{RosOptions, node_name as ros_node_name};
+pub(crate) use ros::{CLOCK, RosOptions, SIM_TIME, SimTime, node_name as ros_node_name};
 pub(crate) use sampler::MissionProgress;
 pub(crate) use trace::{DriveTrace, PathSample};
 

@@ -228,6 +228,11 @@ impl RunSummary {
         self.groups.iter().map(|group| group.late_takeovers).sum()
     }
 
+    /// Whether the run was asked to end.
+    pub(crate) fn was_stopped(&self) -> bool {
+        self.outcome == Ending::Stopped
+    }
+
     /// Whether the run achieved its purpose: its mission is done, or it has none and neither failed nor
     /// broke.
     pub(crate) fn is_fulfilled(&self) -> bool {

@@ -23,6 +23,7 @@ mod plot_and_report;
 mod recording;
 mod reloading;
 mod replaying;
+mod ros_limits;
 mod ros_node;
 mod running;
 mod screen;

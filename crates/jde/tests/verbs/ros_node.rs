@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::attached::{Running, Sandbox};
 use crate::support::jde_with_plugins;
 
-const SERVICES: [(&str, &str); 9] = [
+const SERVICES: [(&str, &str); 10] = [
     ("list_parameters", "rcl_interfaces/srv/ListParameters"),
     ("get_parameters", "rcl_interfaces/srv/GetParameters"),
     ("describe_parameters", "rcl_interfaces/srv/DescribeParameters"),
@@ -21,6 +21,7 @@ const SERVICES: [(&str, &str); 9] = [
     ),
     ("get_state", "lifecycle_msgs/srv/GetState"),
     ("change_state", "lifecycle_msgs/srv/ChangeState"),
+    ("stop", "std_srvs/srv/Trigger"),
     ("release", "std_srvs/srv/Trigger"),
     ("enable", "std_srvs/srv/SetBool"),
 ];
@@ -45,14 +46,14 @@ const TOPICS: [(&str, &str, Quality); 5] = [
 ];
 
 /// Another node, which is also the router.
-struct Peer {
-    node: Node,
-    services: BTreeMap<&'static str, usize>,
+pub(crate) struct Peer {
+    pub(crate) node: Node,
+    pub(crate) services: BTreeMap<&'static str, usize>,
 }
 
 impl Peer {
     /// `middleware` comes before the addresses of a driver.
-    fn open(sandbox: &Sandbox, address: &str, middleware: &str) -> Self {
+    pub(crate) fn open(sandbox: &Sandbox, address: &str, middleware: &str) -> Self {
         let file = sandbox.folder().join("router.json5");
         let config = format!(
             "{{ mode: \"router\", listen: {{ endpoints: [\"{address}\"] }}, scouting: {{ multicast: {{ enabled: false }} }} }}"
@@ -87,17 +88,24 @@ impl Peer {
         }
     }
 
-    /// Calls a service of the application, as soon as it is there.
-    fn call(&self, name: &str, request: Value) -> Value {
+    /// Sends a request to a service of the application, as soon as it is there. Returns its number.
+    pub(crate) fn request(&self, name: &str, request: &Value) -> i64 {
         let number = self.services[name];
         let kind = SERVICES[number].1;
         let message = standard()
-            .encode(&format!("{kind}_Request"), &request)
+            .encode(&format!("{kind}_Request"), request)
             .expect("a request");
         while !self.node.has_server(number) {
             std::thread::yield_now();
         }
-        let sequence = self.node.call(number, message);
+        self.node.call(number, message)
+    }
+
+    /// Calls a service of the application, as soon as it is there.
+    pub(crate) fn call(&self, name: &str, request: Value) -> Value {
+        let sequence = self.request(name, &request);
+        let number = self.services[name];
+        let kind = SERVICES[number].1;
         let response = loop {
             match self.node.take_response(number) {
                 Some(response) => break response,
@@ -128,11 +136,11 @@ impl Peer {
         }
     }
 
-    fn get(&self, name: &str) -> Value {
+    pub(crate) fn get(&self, name: &str) -> Value {
         self.call("get_parameters", json!({ "names": [name] }))["values"][0].take()
     }
 
-    fn state(&self) -> Value {
+    pub(crate) fn state(&self) -> Value {
         self.call("get_state", json!({}))["current_state"]["label"].take()
     }
 
@@ -145,17 +153,20 @@ impl Peer {
 }
 
 /// Starts a peer, and an application with these options.
-fn open(sandbox: &Sandbox, options: &[&str]) -> (Peer, Running) {
+pub(crate) fn open(sandbox: &Sandbox, options: &[&str]) -> (Peer, Running) {
     open_with(sandbox, options, "jazzy", "")
 }
 
 /// As `open`, in a terminal of this distribution.
 fn open_with(sandbox: &Sandbox, options: &[&str], distribution: &str, middleware: &str) -> (Peer, Running) {
-    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = format!("tcp/{}", socket.local_addr().expect("the socket has an address"));
-    drop(socket);
+    let address = unused_address();
     let peer = Peer::open(sandbox, &address, middleware);
     (peer, start(sandbox, &address, options, distribution))
+}
+
+pub(crate) fn unused_address() -> String {
+    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    format!("tcp/{}", socket.local_addr().expect("the socket has an address"))
 }
 
 fn start(sandbox: &Sandbox, address: &str, options: &[&str], distribution: &str) -> Running {
@@ -189,7 +200,7 @@ fn start(sandbox: &Sandbox, address: &str, options: &[&str], distribution: &str)
     sandbox.spawn(command, &[&["--ros-args"][..], &names].concat())
 }
 
-fn double(name: &str, value: f64) -> Value {
+pub(crate) fn double(name: &str, value: f64) -> Value {
     json!({ "name": name, "value": { "type": 3, "double_value": value } })
 }
 
@@ -300,7 +311,7 @@ fn r14_a_node_of_ros_operates_the_application() {
 fn r14_a_manager_of_life_cycles_brings_the_application_up_and_down() {
     let (configure, cleanup, activate, deactivate, shutdown) = (1, 2, 3, 4, 5);
     let sandbox = Sandbox::new();
-    let (peer, _robot) = open(&sandbox, &["--stopped"]);
+    let (peer, mut robot) = open(&sandbox, &["--stopped"]);
     assert_eq!(peer.state(), "unconfigured");
     let schemas = sandbox.json(&["ps"])["schemas"].take();
     let mut schemas = schemas.as_array().expect("schemas").iter();
@@ -335,7 +346,11 @@ fn r14_a_manager_of_life_cycles_brings_the_application_up_and_down() {
     });
     let expected = [&up_and_down[..], &up_and_down, &["shutdown"]].concat();
     assert_eq!(transitions, expected, "each has its event");
-    while !sandbox.apps().is_empty() {}
+    assert_eq!(
+        robot.wait(),
+        Some(0),
+        "it ended as requested, whatever its mission"
+    );
 }
 
 #[test]
@@ -348,9 +363,7 @@ fn a_node_in_a_terminal_of_humble_speaks_to_nodes_of_humble() {
 #[test]
 fn a_run_without_a_router_is_the_same_and_says_so_once() {
     let sandbox = Sandbox::new();
-    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = format!("tcp/{}", socket.local_addr().expect("the socket has an address"));
-    drop(socket);
+    let address = unused_address();
     let mut command = sandbox.command(jde_with_plugins(&[
         "run",
         "apps/safe-navigation.toml",

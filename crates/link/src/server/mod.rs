@@ -31,6 +31,7 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+pub use bucket::TokenBucket;
 pub use description::schemas;
 pub use events::Events;
 #[cfg(feature = "host")]

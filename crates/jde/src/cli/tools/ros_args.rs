@@ -12,15 +12,14 @@ use super::ros_params::{self, Parameter, parameter};
 use crate::failure::Failure;
 use crate::log::Filter;
 use crate::paths;
-use crate::session::ros_node_name;
+use crate::session::{CLOCK, SimTime, ros_node_name};
 
 /// What is accepted, for messages.
 const ACCEPTED: &str = "-r __node:=NAME, -r __ns:=/NAMESPACE, -r FROM:=TO, -p SCHEMA.MODULATION:=VALUE, \
                         --params-file FILE, --log-level LEVEL";
 /// The modulation of a schema that takes rules for names.
 const REMAP: &str = "remap";
-/// The modulation of a schema that chooses its clock, and the choice of `/clock`.
-const CLOCK: &str = "clock";
+/// The choice of `/clock`.
 const FOLLOW: &str = "follow";
 
 /// The application as a node of ROS 2.
@@ -62,16 +61,16 @@ impl RosArgs {
 
 impl ParsedRosArgs {
     /// Gives the rules to each schema of the plugin `ros2`, before those that the application states, and the clock to each
-    /// that states none.
+    /// that states none. Returns these.
     ///
     /// # Errors
     /// The rules are too long.
-    pub(crate) fn apply(&self, application: &mut Application) -> Result<(), Failure> {
+    pub(crate) fn apply(&self, application: &mut Application) -> Result<SimTime, Failure> {
         self.remap(application)?;
-        if self.sim_time {
-            follow_clock(application);
-        }
-        Ok(())
+        Ok(SimTime {
+            is_simulated: self.sim_time,
+            schemas: choose_clock(application, self.sim_time),
+        })
     }
 
     fn remap(&self, application: &mut Application) -> Result<(), Failure> {
@@ -96,18 +95,21 @@ impl ParsedRosArgs {
     }
 }
 
-/// Lets each schema of the plugin `ros2` that states no clock follow `/clock`.
-fn follow_clock(application: &mut Application) {
-    for (_, port, initial, set) in modulations(application, CLOCK) {
+/// Returns the schemas of the plugin `ros2` that can follow `/clock` and state no clock. They do if the time is simulated.
+fn choose_clock(application: &mut Application, is_simulated: bool) -> Vec<String> {
+    let mut schemas = Vec::new();
+    for (schema, port, initial, set) in modulations(application, CLOCK) {
         let Role::Modulation { limits, .. } = &port.role else {
             continue;
         };
         let follow = limits.choices.iter().position(|choice| choice == FOLLOW);
         if let Some(number) = follow.filter(|_| !*set) {
+            schemas.push(schema.to_owned());
             // The number of a choice fits its type.
-            *set = encode(&port.value_type, &Value::UInt(number as u64), initial).is_ok();
+            *set = is_simulated && encode(&port.value_type, &Value::UInt(number as u64), initial).is_ok();
         }
     }
+    schemas
 }
 
 /// A modulation: its schema, its port, its initial value, and whether the application states that.

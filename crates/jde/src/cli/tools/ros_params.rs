@@ -5,10 +5,10 @@ use std::path::Path;
 use jde_app::Override;
 use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
 
+use crate::session::SIM_TIME;
+
 /// The key of the parameters of a node.
 const PARAMETERS: &str = "ros__parameters";
-/// The parameter of every node of ROS 2 that chooses its clock.
-const SIM_TIME: &str = "use_sim_time";
 
 /// A parameter of a node.
 #[derive(Debug)]

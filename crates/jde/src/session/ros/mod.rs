@@ -1,10 +1,13 @@
 //! The application as a node of ROS 2: its modulations are parameters, its operators' requests are services, and
 //! its log and health are topics. A thread of normal priority serves it, at most 100 requests of at most 64 KiB
-//! per second, because it takes the engine's lock. No schema waits for it.
+//! per second, because it takes the engine's lock. Of what they set, 100 parameters per second are accepted. `stop` has a thread
+//! of its own. No schema waits for them.
 
 mod lifecycle;
 mod parameters;
 mod reports;
+mod sim_time;
+mod stopper;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -14,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use jde_host::{Handle, StartHook};
 use jde_link::message::Action;
-use jde_link::{Running, Subject as _, SubjectInfo};
+use jde_link::{Running, Subject as _, SubjectInfo, TokenBucket};
 use jde_loader::Plugins;
 use jde_records::event::{Event, Observer};
 use jde_ros::interface::standard;
@@ -31,11 +34,15 @@ use crate::lock::lock;
 use crate::log::{Log, LogRecord};
 use lifecycle::Lifecycle;
 use parameters::Parameters;
+pub(crate) use sim_time::{CLOCK, SIM_TIME, SimTime};
 
 /// The operator's name of what is requested over ROS 2 (R14).
 const OPERATOR: &str = "ros2";
-/// The shortest time between two requests that are answered.
+/// The shortest time between two requests that are answered. It is as long as the first one took, if that is longer, so that
+/// requests take at most half of a processor.
 const REQUEST_INTERVAL: Duration = Duration::from_millis(10);
+/// Parameters that are set per second: each is an action of an operator, which takes the engine's lock and is recorded.
+const SETTINGS_PER_SECOND: f64 = 100.0;
 /// The greatest size of a request, bytes.
 const MAX_REQUEST: usize = 1 << 16;
 /// How often changes are published.
@@ -44,6 +51,9 @@ const CHANGE_INTERVAL: Duration = Duration::from_millis(100);
 const DIAGNOSTICS_INTERVAL: Duration = Duration::from_secs(1);
 /// Most lines of the log that wait; further ones are dropped.
 const MAX_LINES: usize = 256;
+
+/// The place of `stop` in [`SERVICES`].
+const STOP: usize = 11;
 
 /// The services below the node's own name, and their types.
 const SERVICES: [(&str, &str); 15] = [
@@ -111,6 +121,8 @@ const TOPICS: [(&str, &str, Quality); 5] = [
 pub(crate) struct RosOptions {
     /// Its names, and other names of its topics and services.
     pub(crate) remaps: Remaps,
+    /// The clock of its drivers.
+    pub(crate) sim_time: SimTime,
     /// The log that is published.
     pub(crate) log: Log,
 }
@@ -119,6 +131,7 @@ pub(crate) struct RosOptions {
 struct RunNode {
     config: NodeConfig,
     info: SubjectInfo,
+    sim_time: SimTime,
     log: Log,
     stop: Arc<AtomicBool>,
     thread: Arc<Mutex<Option<JoinHandle<()>>>>,
@@ -141,6 +154,7 @@ impl Extension for RosOptions {
         Ok(Some(Box::new(RunNode {
             config,
             info: SubjectInfo::new(context.application, context.speed),
+            sim_time: self.sim_time.clone(),
             log: self.log.clone(),
             stop: Arc::default(),
             thread: Arc::default(),
@@ -179,6 +193,7 @@ impl RosOptions {
         Ok(NodeConfig {
             publications: topics.collect::<Result<_, _>>()?,
             services: services.collect::<Result<_, _>>()?,
+            urgent_service: Some(STOP),
             remaps: self.remaps.clone(),
             ..NodeConfig::new(name, environment_connection()?)
         })
@@ -192,12 +207,12 @@ impl PreparedExtension for RunNode {
 
     /// The hook starts the node and the thread that serves it.
     fn before_start(&self, _: &Arc<Plugins>) -> StartHook {
-        let (config, info) = (self.config.clone(), self.info.clone());
+        let (config, info, sim_time) = (self.config.clone(), self.info.clone(), self.sim_time.clone());
         let (stop, thread, log) = (Arc::clone(&self.stop), Arc::clone(&self.thread), self.log.clone());
         Box::new(move |handle: &Handle| {
             let (sender, lines) = sync_channel(MAX_LINES);
             log.forward(sender);
-            let server = Server::new(handle.clone(), info, config, lines)?;
+            let server = Server::new(handle.clone(), (info, sim_time), config, lines)?;
             let serve = std::thread::Builder::new()
                 .name("ros-node".to_owned())
                 .spawn(move || server.run(&stop))?;
@@ -218,11 +233,13 @@ impl PreparedExtension for RunNode {
 /// Serves the node until the run ends.
 struct Server {
     handle: Handle,
-    subject: Running,
-    node: Node,
+    subject: Arc<Running>,
+    node: Arc<Node>,
     name: NodeName,
     parameters: Parameters,
     lifecycle: Lifecycle,
+    /// How many parameters may be set now.
+    settings: TokenBucket,
     lines: Receiver<LogRecord>,
     /// Whether the log says that the node is not connected.
     is_lost: bool,
@@ -231,16 +248,20 @@ struct Server {
 impl Server {
     fn new(
         handle: Handle,
-        info: SubjectInfo,
+        (info, sim_time): (SubjectInfo, SimTime),
         config: NodeConfig,
         lines: Receiver<LogRecord>,
     ) -> std::io::Result<Self> {
-        let subject = Running::new(handle.clone(), info);
+        let subject = Arc::new(Running::new(handle.clone(), info));
+        let parameters = Parameters::new(&subject, sim_time);
+        // A file of all parameters is loaded at once.
+        let burst = SETTINGS_PER_SECOND.max(parameters.len() as f64);
         Ok(Self {
-            parameters: Parameters::new(&subject),
+            parameters,
+            settings: TokenBucket::with_burst(SETTINGS_PER_SECOND, burst, Instant::now()),
             lifecycle: Lifecycle::new(&subject),
             name: config.name.clone(),
-            node: Node::start(config)?,
+            node: Arc::new(Node::start(config)?),
             handle,
             subject,
             lines,
@@ -248,7 +269,22 @@ impl Server {
         })
     }
 
-    fn run(mut self, stop: &AtomicBool) {
+    /// Serves the node until `end`.
+    fn run(mut self, end: &AtomicBool) {
+        let (node, subject) = (Arc::clone(&self.node), Arc::clone(&self.subject));
+        std::thread::scope(|scope| {
+            let stopper = std::thread::Builder::new()
+                .name("ros-stop".to_owned())
+                .spawn_scoped(scope, || stopper::run(&node, &subject, end));
+            if let Err(error) = stopper {
+                tracing::error!("ROS 2: there is no thread to stop everything: {error}");
+            }
+            self.serve(end);
+        });
+        self.node.close();
+    }
+
+    fn serve(&mut self, stop: &AtomicBool) {
         let mut next_request = Instant::now();
         let (mut next_change, mut next_diagnostics) = (next_request, next_request);
         while !stop.load(Ordering::Relaxed) {
@@ -256,8 +292,10 @@ impl Server {
             if now < next_request {
                 std::thread::sleep(next_request - now);
             } else if let Some(request) = self.node.take_request(next_change.saturating_duration_since(now)) {
-                next_request = Instant::now() + REQUEST_INTERVAL;
+                let begun = Instant::now();
                 self.answer(request);
+                let ended = Instant::now();
+                next_request = (begun + REQUEST_INTERVAL).max(ended + (ended - begun));
             }
             let now = Instant::now();
             if now >= next_change {
@@ -273,7 +311,6 @@ impl Server {
         // What was said at the end is sent, too.
         self.lifecycle.finalize();
         self.publish_changes();
-        self.node.close();
     }
 
     fn publish(&self, publication: Publication, value: &Value) {
@@ -355,25 +392,28 @@ impl Server {
             "get_parameters" => self.parameters.get(request),
             "get_parameter_types" => self.parameters.types(request),
             "describe_parameters" => self.parameters.describe(request),
-            "set_parameters" => self.parameters.set(&self.subject, request),
-            "set_parameters_atomically" => self.parameters.set_atomically(&self.subject, request),
+            "set_parameters" => self.parameters.set(&self.subject, &mut self.settings, request),
+            "set_parameters_atomically" => {
+                self.parameters
+                    .set_atomically(&self.subject, &mut self.settings, request)
+            }
             "get_state" => self.lifecycle.state(&self.subject),
             "change_state" => self.lifecycle.change(&self.subject, &self.handle, request),
             "get_available_states" => lifecycle::states(),
             "get_available_transitions" => self.lifecycle.available(&self.subject),
             "get_transition_graph" => lifecycle::graph(),
-            "enable" if request["data"] == true => self.act(&Action::ReleaseAll),
             "get_type_description" => describe_type(request),
-            "stop" | "enable" => self.act(&Action::StopAll),
-            _ => self.act(&Action::ReleaseAll),
+            "enable" if request["data"] == true => act(&self.subject, &Action::ReleaseAll),
+            "stop" | "enable" => act(&self.subject, &Action::StopAll),
+            _ => act(&self.subject, &Action::ReleaseAll),
         }
     }
+}
 
-    fn act(&self, action: &Action) -> Value {
-        match self.subject.act(OPERATOR, action) {
-            Ok(()) => json!({ "success": true, "message": "" }),
-            Err(refusal) => json!({ "success": false, "message": refusal.error }),
-        }
+fn act(subject: &Running, action: &Action) -> Value {
+    match subject.act(OPERATOR, action) {
+        Ok(()) => json!({ "success": true, "message": "" }),
+        Err(refusal) => json!({ "success": false, "message": refusal.error }),
     }
 }
 

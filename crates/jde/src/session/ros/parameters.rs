@@ -1,22 +1,25 @@
-//! The parameters of the node: each modulation, a structure field by field. A list of structures is none.
+//! The parameters of the node: each modulation, a structure field by field. A list of structures is none. As of every node
+//! of ROS 2, one is `use_sim_time`.
 //!
 //! A parameter that is set is a modulation by an operator (R14), within the limits of its type (R8).
 
 use std::collections::BTreeSet;
+use std::time::Instant;
 
 use jde_abi::describe::{FieldKind, Form, Limits, Scalar, Type};
 use jde_board::value::decode;
 use jde_board::{Access, Reader};
 use jde_link::message::Action;
-use jde_link::{Running, Subject as _, value};
+use jde_link::{Running, Subject as _, TokenBucket, value};
 use serde_json::{Value, json};
 
 use super::OPERATOR;
 use super::reports::stamp;
+use super::sim_time::{SIM_TIME, SimTime};
 
 /// Numbers of types in `rcl_interfaces/msg/ParameterType`.
 const NOT_SET: usize = 0;
-const BOOL: usize = 1;
+pub(super) const BOOL: usize = 1;
 const INTEGER: usize = 2;
 const DOUBLE: usize = 3;
 const STRING: usize = 4;
@@ -36,8 +39,14 @@ const TYPES: [(&str, &str); 9] = [
     ("a list of doubles", "double_array_value"),
 ];
 
+/// Why a parameter is not set that exceeds the rate.
+const TOO_MANY: &str = "more than 100 parameters are set in a second: it keeps its value; set it again later";
+
 /// The parameters, in the order of the application.
 pub(super) struct Parameters {
+    sim_time: SimTime,
+    /// Its value in the last event.
+    published_sim_time: Option<bool>,
     parameters: Vec<Parameter>,
     modulations: Vec<Modulation>,
 }
@@ -69,8 +78,10 @@ impl Modulation {
 }
 
 impl Parameters {
-    pub(super) fn new(subject: &Running) -> Self {
+    pub(super) fn new(subject: &Running, sim_time: SimTime) -> Self {
         let mut this = Self {
+            sim_time,
+            published_sim_time: None,
             parameters: Vec::new(),
             modulations: Vec::new(),
         };
@@ -115,8 +126,7 @@ impl Parameters {
                 prefixes.any(|prefix| within(prefix).is_some())
             }
         };
-        let names = self.parameters.iter().map(|parameter| parameter.name.as_str());
-        let names: Vec<_> = names.filter(is_listed).collect();
+        let names: Vec<_> = self.names().filter(is_listed).collect();
         let before = names
             .iter()
             .filter_map(|name| name.rsplit_once('.').map(|(before, _)| before));
@@ -128,19 +138,17 @@ impl Parameters {
         let names = texts(&request["names"]);
         let values: Vec<_> = names
             .iter()
-            .map(|name| match self.find(name) {
-                Some(place) => self.value(place),
-                None => json!({ "type": NOT_SET }),
-            })
+            .map(|name| self.value_of(name).unwrap_or_else(|| json!({ "type": NOT_SET })))
             .collect();
         json!({ "values": values })
     }
 
     /// The response to `get_parameter_types`.
     pub(super) fn types(&self, request: &Value) -> Value {
-        let kind = |name: &&str| {
-            self.find(name)
-                .map_or(NOT_SET, |place| self.parameters[place].kind)
+        let kind = |name: &&str| match self.find(name) {
+            _ if *name == SIM_TIME => BOOL,
+            Some(place) => self.parameters[place].kind,
+            None => NOT_SET,
         };
         json!({ "types": texts(&request["names"]).iter().map(kind).collect::<Vec<_>>() })
     }
@@ -148,27 +156,48 @@ impl Parameters {
     /// The response to `describe_parameters`.
     pub(super) fn describe(&self, request: &Value) -> Value {
         let describe = |name: &&str| match self.find(name) {
+            _ if *name == SIM_TIME => SimTime::descriptor(),
             Some(place) => self.descriptor(&self.parameters[place]),
             None => json!({ "name": name, "type": NOT_SET }),
         };
         json!({ "descriptors": texts(&request["names"]).iter().map(describe).collect::<Vec<_>>() })
     }
 
-    /// Sets parameters one by one, and returns the response to `set_parameters`.
-    pub(super) fn set(&mut self, subject: &Running, request: &Value) -> Value {
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// Sets parameters one by one, as many as `limit` permits, and returns the response to `set_parameters`.
+    pub(super) fn set(&mut self, subject: &Running, limit: &mut TokenBucket, request: &Value) -> Value {
         let parameters = request["parameters"].as_array().into_iter().flatten();
-        let results = parameters.map(|parameter| result(self.set_one(subject, parameter)));
+        let results = parameters.map(|parameter| {
+            let is_allowed = limit.try_take(Instant::now());
+            result(match is_allowed {
+                true => self.set_one(subject, parameter),
+                false => Err(TOO_MANY.to_owned()),
+            })
+        });
         json!({ "results": results.collect::<Vec<_>>() })
     }
 
     /// Sets all parameters or none, and returns the response to `set_parameters_atomically`. If one is refused,
-    /// those before it have their values again.
-    pub(super) fn set_atomically(&mut self, subject: &Running, request: &Value) -> Value {
+    /// those before it have their values again. `limit` permits all or none.
+    pub(super) fn set_atomically(
+        &mut self,
+        subject: &Running,
+        limit: &mut TokenBucket,
+        request: &Value,
+    ) -> Value {
+        let count = request["parameters"].as_array().map_or(0, Vec::len);
+        if !limit.try_take_all(count, Instant::now()) {
+            return json!({ "result": result(Err(TOO_MANY.to_owned())) });
+        }
         let mut before = Vec::new();
         let mut outcome = Ok(());
         for parameter in request["parameters"].as_array().into_iter().flatten() {
             let name = parameter["name"].as_str().unwrap_or_default();
-            let old = self.find(name).map(|place| self.value(place));
+            let old = self.value_of(name);
             outcome = self.set_one(subject, parameter);
             if outcome.is_err() {
                 break;
@@ -189,6 +218,13 @@ impl Parameters {
     pub(super) fn event(&mut self, node: &str) -> Option<Value> {
         let is_written: Vec<bool> = self.modulations.iter_mut().map(Modulation::is_written).collect();
         let (mut new, mut changed) = (Vec::new(), Vec::new());
+        let sim_time = self.sim_time.is_simulated;
+        let entry = json!({ "name": SIM_TIME, "value": self.sim_time.value() });
+        match self.published_sim_time.replace(sim_time) {
+            None => new.push(entry),
+            Some(old) if old != sim_time => changed.push(entry),
+            Some(_) => {}
+        }
         for place in 0..self.parameters.len() {
             if !is_written[self.parameters[place].modulation] {
                 continue;
@@ -212,6 +248,20 @@ impl Parameters {
             "new_parameters": new,
             "changed_parameters": changed,
         }))
+    }
+
+    /// The names of all parameters.
+    fn names(&self) -> impl Iterator<Item = &str> {
+        let modulations = self.parameters.iter().map(|parameter| parameter.name.as_str());
+        std::iter::once(SIM_TIME).chain(modulations)
+    }
+
+    /// Returns the present value of the parameter of that name, if there is one.
+    fn value_of(&mut self, name: &str) -> Option<Value> {
+        if name == SIM_TIME {
+            return Some(self.sim_time.value());
+        }
+        self.find(name).map(|place| self.value(place))
     }
 
     fn find(&self, name: &str) -> Option<usize> {
@@ -270,15 +320,17 @@ impl Parameters {
         descriptor
     }
 
-    fn set_one(&self, subject: &Running, parameter: &Value) -> Result<(), String> {
+    fn set_one(&mut self, subject: &Running, parameter: &Value) -> Result<(), String> {
         let name = parameter["name"].as_str().unwrap_or_default();
-        let place = self.find(name).ok_or_else(|| {
-            let names = self.parameters.iter().map(|parameter| parameter.name.as_str());
-            match jde_board::nearest(name, names) {
+        if name == SIM_TIME {
+            return self.sim_time.set(subject, &parameter["value"]);
+        }
+        let place = self
+            .find(name)
+            .ok_or_else(|| match jde_board::nearest(name, self.names()) {
                 Some(near) => format!("there is no parameter `{name}`; did you mean `{near}`?"),
                 None => format!("there is no parameter `{name}`"),
-            }
-        })?;
+            })?;
         let Parameter {
             kind,
             path,
