@@ -11,6 +11,7 @@ use super::{Picture, PictureError, check_size};
 
 const TABLES: u8 = 0xc4;
 const SCAN: u8 = 0xda;
+const END: u8 = 0xd9;
 /// The segment which marks that a picture uses the standard Huffman tables: APP0, 16 bytes, "AVI1".
 const STANDARD_TABLES: [u8; 18] = *b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
 
@@ -20,7 +21,15 @@ const STANDARD_TABLES: [u8; 18] = *b"\xff\xe0\x00\x10AVI1\0\0\0\0\0\0\0\0\0\0";
 /// [`PictureError`].
 pub fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     let broken = |error: zune_jpeg::errors::DecodeErrors| PictureError::Broken(error.to_string());
-    let bytes = with_tables(bytes);
+    let (pixels, has_tables) = headers(bytes);
+    // The decoder would take the pixels that there are, and grey ones for the others. Among pixels, 0xff is never before the
+    // number of the end.
+    if !bytes[pixels..].windows(2).rev().any(|pair| pair == [0xff, END]) {
+        return Err(PictureError::Broken(
+            "it is cut short: its end is missing".to_owned(),
+        ));
+    }
+    let bytes = with_tables(bytes, has_tables);
     let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGB);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&*bytes), options);
     decoder.decode_headers().map_err(broken)?;
@@ -42,21 +51,21 @@ pub fn jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
 }
 
 /// Marks a picture without Huffman tables, as cameras often send, so that the decoder uses the standard ones.
-fn with_tables(bytes: &[u8]) -> Cow<'_, [u8]> {
-    match (segments(bytes).any(|marker| marker == TABLES), bytes) {
+fn with_tables(bytes: &[u8], has_tables: bool) -> Cow<'_, [u8]> {
+    match (has_tables, bytes) {
         (false, [0xff, 0xd8, rest @ ..]) => Cow::Owned([&[0xff, 0xd8], &STANDARD_TABLES[..], rest].concat()),
         _ => Cow::Borrowed(bytes),
     }
 }
 
-/// Returns the markers of the segments before the pixels.
-fn segments(bytes: &[u8]) -> impl Iterator<Item = u8> + '_ {
-    let mut at = 2;
-    core::iter::from_fn(move || {
-        let &[0xff, marker, high, low, ..] = bytes.get(at..)? else {
-            return None;
-        };
+/// Returns where the segments before the pixels end, and whether there are Huffman tables among them.
+fn headers(bytes: &[u8]) -> (usize, bool) {
+    let (mut at, mut has_tables) = (2, false);
+    while let Some(&[0xff, marker, high, low, ..]) = bytes.get(at..)
+        && marker != SCAN
+    {
+        has_tables |= marker == TABLES;
         at += 2 + usize::from(u16::from_be_bytes([high, low]));
-        (marker != SCAN).then_some(marker)
-    })
+    }
+    (at.min(bytes.len()), has_tables)
 }

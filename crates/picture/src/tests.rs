@@ -110,10 +110,30 @@ fn data_without_a_complete_picture_is_refused() {
         Picture::read(&png[..png.len() / 2]),
         Err(PictureError::Broken(_))
     ));
-    assert!(matches!(
-        Picture::read(&jpeg_of(64, 48, [9; 3])[..100]),
-        Err(PictureError::Broken(_))
-    ));
+    // Pixels that say nothing would be grey; more of them take more bytes.
+    let pixels: Vec<u8> = (0..64 * 48 * 3_u32)
+        .map(|byte| (byte.wrapping_mul(2_654_435_761) >> 24) as u8)
+        .collect();
+    let jpeg = Compression::Jpeg
+        .encode((64, 48), Color::Rgb, &pixels)
+        .expect("a JPEG");
+    for part in [2, 4, 10] {
+        for end in [
+            100,
+            jpeg.len() / part,
+            jpeg.len() * (part - 1) / part,
+            jpeg.len() - 2,
+        ] {
+            let broken = Picture::read(&jpeg[..end]);
+            assert!(
+                matches!(broken, Err(PictureError::Broken(_))),
+                "{end} of {} bytes",
+                jpeg.len()
+            );
+        }
+    }
+    let surplus = Picture::read(&[&jpeg[..], &[0; 64]].concat());
+    assert_eq!(surplus, Picture::read(&jpeg), "cameras fill their buffers");
 }
 
 /// An image of two rows, with two bytes of surplus behind each.
