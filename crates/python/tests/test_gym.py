@@ -93,6 +93,16 @@ def test_observations_are_limited_to_their_bounds(navigation: Path) -> None:
     assert env.observation_space.contains(observation)
 
 
+def test_an_action_of_another_shape_is_refused(reach: Path) -> None:
+    env = make(reach)
+    env.reset(seed=1)
+    least = env.action_space.low
+    for action in (np.append(least, 0.0), least[:-1], np.array([least]), np.float32(0.0)):
+        with pytest.raises(ValueError, match="the shape of an action is"):
+            env.step(action)
+    env.step(least)
+
+
 def test_a_wrong_name_is_refused_in_words(reach: Path) -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         ({"observe": ["robot.truth.pse"]}, "has no field `pse`"),

@@ -80,9 +80,15 @@ class Env(gymnasium.Env[Array, Array]):
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Command the action for the time of a step."""
+        # Numbers beyond those that are commanded would have no effect, and missing ones no value.
+        if np.shape(action) != self.action_space.shape:
+            names = ", ".join(self._acted)
+            raise ValueError(
+                f"the shape of an action is {self.action_space.shape}, for {names}; this one has {np.shape(action)}"
+            )
         self.action = action
         self._steps += 1
-        goes_on = self._policy.act(action.tolist(), self._end_of_step())
+        goes_on = self._policy.act(np.asarray(action).tolist(), self._end_of_step())
         self.observation = self._read()
         terminated = not goes_on or (self._terminated is not None and bool(self._terminated(self)))
         truncated = self._steps >= self._last
