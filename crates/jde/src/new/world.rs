@@ -4,7 +4,6 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use jde_files::LeftOut;
 use jde_sim::ImportedWorld;
 
 use super::{checked, create_folder, not_created, write_file};
@@ -42,7 +41,7 @@ pub(crate) fn write_world(
             name: name.clone(),
             text: ROOM.replace("\"room\"", &format!("{name:?}")),
             files: Vec::new(),
-            left_out: LeftOut::default(),
+            left_out: Default::default(),
             notes: Vec::new(),
         }],
     };

@@ -43,7 +43,9 @@ pub struct ImportedWorld {
 impl ImportedWorld {
     /// Returns what a user is told of the conversion, a line each.
     pub fn report(&self) -> impl Iterator<Item = String> {
-        self.notes.iter().cloned().chain(self.left_out.lines())
+        // Names are those of the file, whatever letters they have.
+        let lines = self.notes.iter().cloned().chain(self.left_out.lines());
+        lines.map(|line| line.replace(char::is_control, " "))
     }
 }
 
@@ -79,10 +81,7 @@ pub fn import(path: &Path, models: &[PathBuf], name: &str) -> Result<Vec<Importe
         .trim_start()
         .starts_with(|first: char| first.is_ascii_digit());
     let worlds = match kind {
-        Some(Kind::Sdf | Kind::Xml) => {
-            let _ = models;
-            sdf::read(&text, name).map(one).map_err(with_file)
-        }
+        Some(Kind::Sdf | Kind::Xml) => sdf::read(path, &text, name, models).map(one),
         Some(Kind::RosMap) => {
             MapFile::parse(path, &text).map(|map| one(map::world(map, "A ROS map. Metres, degrees.", &name)))
         }

@@ -13,6 +13,8 @@ pub(super) struct Draft {
     pub(super) walls: Vec<DraftWall>,
     /// The file of a map.
     pub(super) map: Option<String>,
+    /// The least and the greatest coordinates that robots may have.
+    pub(super) bounds: Option<[[f64; 2]; 2]>,
     /// The robots, and where they start: m, m, degrees.
     pub(super) starts: Vec<(String, [f64; 3])>,
 }
@@ -51,11 +53,36 @@ impl Draft {
         self.boxes.is_empty() && self.circles.is_empty() && self.walls.is_empty() && self.map.is_none()
     }
 
+    /// Returns points around which everything is: the corners of boxes and outlines, and of squares around circles.
+    pub(super) fn points(&self) -> impl Iterator<Item = [f64; 2]> {
+        let square = |[x, y]: [f64; 2], half: f64| [[x - half, y - half], [x + half, y + half]];
+        let boxes = self.boxes.iter().flat_map(move |block| {
+            let (sin, cos) = libm::sincos(block.angle.to_radians());
+            let [along, across] = block.size.map(|side| side / 2.0);
+            let half = [
+                (along * cos).abs() + (across * sin).abs(),
+                (along * sin).abs() + (across * cos).abs(),
+            ];
+            let [x, y] = block.center;
+            [[x - half[0], y - half[1]], [x + half[0], y + half[1]]]
+        });
+        let circles = self.circles.iter().flat_map(move |(&(radius, _), centers)| {
+            centers
+                .iter()
+                .flat_map(move |center| square(*center, radius as f64 / RESOLUTION))
+        });
+        let walls = self.walls.iter().flat_map(|wall| wall.points.iter().copied());
+        boxes.chain(circles).chain(walls)
+    }
+
     /// Returns the text. `comment` is its first line.
     pub(super) fn write(&self, comment: &str, name: &str) -> String {
         let mut text = format!("# {comment}\nname = {}\n", quoted(name));
         if let Some(map) = &self.map {
             text += &format!("map = {}\n", quoted(map));
+        }
+        if let Some([min, max]) = &self.bounds {
+            text += &format!("bounds = {{ min = {}, max = {} }}\n", pair(min), pair(max));
         }
         for (name, start) in &self.starts {
             let (name, [x, y, heading]) = (key(name), start.map(number));

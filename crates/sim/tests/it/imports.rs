@@ -4,7 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use jde_sim::{ImportedWorld, RobotConfig, World, WorldError};
-use proptest::prelude::*;
 
 /// Writes a file for one test, and converts it.
 fn import(name: &str, text: &str) -> Result<Vec<ImportedWorld>, WorldError> {
@@ -169,111 +168,4 @@ fn of_many_faults_of_a_list_the_first_are_told() {
         (faults.len(), faults[50].as_str()),
         (51, "0: and 9950 more faults; correct these first")
     );
-}
-
-const SDF: &str = r#"<?xml version="1.0"?>
-<sdf version="1.6">
-  <world name="lab">
-    <include><uri>model://sun</uri></include>
-    <model name="floor"><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>
-    <model name="shelf">
-      <pose>1 2 0 0 0 1.5707963267948966</pose>
-      <link name="l">
-        <pose>1 0 0.5 0 0 0</pose>
-        <collision name="c"><geometry><box><size>2 1 1</size></box></geometry></collision>
-      </link>
-    </model>
-    <model name="pillar">
-      <pose>9 9 0.5 0 0 0</pose>
-      <link name="l"><collision name="c"><geometry><cylinder><radius>0.2</radius><length>1</length></cylinder></geometry></collision></link>
-    </model>
-    <model name="lamp">
-      <pose>0 0 2 0 0 0</pose>
-      <link name="l"><collision name="c"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link>
-    </model>
-    <model name="ramp">
-      <link name="l"><collision name="c"><pose>0 0 0 0 0.3 0</pose><geometry><box><size>1 1 1</size></box></geometry></collision></link>
-    </model>
-    <model name="chair">
-      <link name="l"><collision name="c"><geometry><mesh><uri>chair.dae</uri></mesh></geometry></collision></link>
-    </model>
-    <state world_name="lab"><model name="pillar"><pose>5 0 0.5 0 0 0</pose></model></state>
-  </world>
-</sdf>"#;
-
-#[test]
-fn the_upright_things_of_an_sdf_world_stand_where_it_puts_them() {
-    let worlds = import("lab.sdf", SDF).unwrap();
-    assert_eq!(
-        worlds[0].notes,
-        [
-            "model://sun is another file and is left out.",
-            "a sphere of `lamp` is 1.90 m above the floor and is left out.",
-            "`ramp` is tilted and is left out.",
-            "`chair` has a mesh, which is left out.",
-        ]
-    );
-    let world = world(&worlds[0]);
-    assert_eq!((world.name(), world.shapes().count()), ("lab", 2));
-    // The pillar stands where the saved state has it.
-    let pillar = world.cast_ray([3.0, 0.0], 0.0, 10.0, None);
-    assert!((pillar.unwrap() - 1.8).abs() < 1e-9, "{pillar:?}");
-    // The shelf is turned to the left: its centre is one metre to the left of its model, its long side along y.
-    let (side, end) = (
-        world.cast_ray([-2.0, 3.0], 0.0, 10.0, None),
-        world.cast_ray([1.0, 0.0], std::f64::consts::FRAC_PI_2, 10.0, None),
-    );
-    assert!((side.unwrap() - 2.5).abs() < 1e-6, "{side:?}");
-    assert!((end.unwrap() - 2.0).abs() < 1e-6, "{end:?}");
-}
-
-#[test]
-fn faults_of_an_sdf_world_have_their_lines() {
-    let model = |inside: &str| format!("<sdf>\n<model name='m'>\n{inside}\n</model>\n</sdf>");
-    let link = |shape: &str| {
-        model(&format!(
-            "<link><collision><geometry>{shape}</geometry></collision></link>"
-        ))
-    };
-    let text = faults("pose.sdf", &model("<pose>1 2 3</pose>"));
-    assert_eq!(
-        text,
-        ["3: the pose of `m` is wrong: expected x y z roll pitch yaw"]
-    );
-    let text = faults("size.sdf", &link("<box><size>1 -1 1</size></box>"));
-    assert_eq!(
-        text,
-        ["3: the size of `m` is wrong: expected 3 above 0, in metres"]
-    );
-    let text = faults("missing.sdf", &link("<cylinder><radius>1</radius></cylinder>"));
-    assert_eq!(text, ["3: the cylinder of `m` has no size"]);
-    let text = faults("nothing.sdf", "<sdf>\n<world name='w'/></sdf>");
-    assert_eq!(
-        text,
-        ["2: has no box, cylinder or sphere that stands on the floor"]
-    );
-    assert_eq!(
-        faults("page.sdf", "<html/>"),
-        ["1: `html` is no SDF: expected <sdf>"]
-    );
-    assert_eq!(faults("cut.sdf", "<sdf>\n<world>").len(), 1);
-    let absent = jde_sim::import(Path::new("absent.sdf"), &[], "lab").expect_err("there is no such file");
-    assert!(absent.to_string().contains("absent.sdf"), "{absent}");
-}
-
-proptest! {
-    #[test]
-    fn no_name_of_an_sdf_world_spoils_the_text(name in "[^<&\\x00-\\x1f]{0,12}") {
-        let name = name.replace('\'', "&apos;");
-        let text = SDF.replace("'lab'", "x").replace("\"shelf\"", &format!("'{name}'"));
-        if let Ok(worlds) = import("named.sdf", &text) {
-            world(&worlds[0]);
-        }
-    }
-
-    #[test]
-    fn cut_files_are_refused_or_converted(end in 0usize..SDF.len()) {
-        prop_assume!(SDF.is_char_boundary(end));
-        let _ = import("part.sdf", &SDF[..end]);
-    }
 }

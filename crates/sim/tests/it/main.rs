@@ -21,6 +21,8 @@ mod mutants;
 mod noise;
 mod rays;
 mod robots;
+mod sdf_includes;
+mod sdf_worlds;
 mod sensors;
 mod stage_worlds;
 mod tags;
