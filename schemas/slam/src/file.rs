@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use jde_grid::{Geometry, Occupancy, OccupancyGrid};
-use jde_map_file::{Cell, MapFile, is_yaml};
+use jde_map_file::{MapFile, is_yaml};
 use jde_schema::prelude::Pose2D;
 use jde_slam::Continuation;
 
@@ -30,12 +30,7 @@ fn continued(file: &str) -> Result<Option<OccupancyGrid>, String> {
     let geometry = geometry.map_err(|error| format!("{file}: {error}"))?;
     let mut grid = OccupancyGrid::filled(geometry, Occupancy::Unknown);
     for (index, cell) in map.cells.iter().enumerate() {
-        let state = match cell {
-            Cell::Free => Occupancy::Free,
-            Cell::Occupied => Occupancy::Occupied,
-            Cell::Unknown => Occupancy::Unknown,
-        };
-        grid.set(geometry.cell(index), state);
+        grid.set(geometry.cell(index), Occupancy::from_ros(cell.to_ros()));
     }
     Ok(Some(grid))
 }
