@@ -3,7 +3,7 @@
 //! determined; their results are.
 
 use std::collections::VecDeque;
-use std::io::{self, BufRead, BufReader, Write};
+use std::io::{self, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use jde_isolation::Program;
 use jde_isolation::descendants::{Descendants, end_after};
+use jde_isolation::lines::Lines;
 
 use crate::drive::unjudged;
 use crate::experiment::Experiment;
@@ -21,6 +22,10 @@ use crate::result::{DriveResult, Outcome};
 
 /// The lines of standard error that are kept to explain a death.
 const KEPT_LINES: usize = 20;
+/// The most bytes of such a line.
+const MAX_ERROR: usize = 4 << 10;
+/// The most bytes of an answer, which may have the path of a long drive.
+const MAX_ANSWER: usize = 64 << 20;
 
 /// An experiment whose drives are run.
 pub struct PoolExperiment<'e> {
@@ -190,20 +195,14 @@ impl Worker {
         let mut child = command.spawn()?;
         let ending = end_after(&child, descendants).inspect_err(|_| drop(child.kill()))?;
         let (sender, answers) = mpsc::channel();
-        let output = child.stdout.take();
-        thread::spawn(move || {
-            let lines = output
-                .into_iter()
-                .flat_map(|output| BufReader::new(output).lines());
-            let _ = lines.map_while(Result::ok).try_for_each(|line| sender.send(line));
-        });
+        let streams = child.stdout.take().zip(child.stderr.take());
+        let (output, stream) = streams.ok_or(io::ErrorKind::BrokenPipe)?;
+        let mut output = Lines::of(&child, output, MAX_ANSWER)?;
+        thread::spawn(move || output.try_for_each(|line| sender.send(line)));
         let errors: Arc<Mutex<VecDeque<String>>> = Arc::default();
-        let (kept, stream) = (Arc::clone(&errors), child.stderr.take());
+        let (kept, printed) = (Arc::clone(&errors), Lines::of(&child, stream, MAX_ERROR)?);
         let error_reader = thread::spawn(move || {
-            let lines = stream
-                .into_iter()
-                .flat_map(|stream| BufReader::new(stream).lines());
-            for line in lines.map_while(Result::ok) {
+            for line in printed {
                 let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
                 if kept.len() == KEPT_LINES {
                     kept.pop_front();
@@ -264,5 +263,48 @@ impl Drop for Worker {
         self.input = None;
         self.kill();
         let _ = self.reap();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jde_watchdog::Watchdog;
+    use rustix::process::{Pid, Signal, kill_process};
+
+    use super::*;
+
+    const TASK: Task = Task {
+        experiment: 0,
+        drive: 0,
+        seed: None,
+    };
+
+    fn worker(script: &str) -> Worker {
+        let program = Program {
+            path: "sh".into(),
+            arguments: ["-c", script].map(Into::into).to_vec(),
+        };
+        Worker::start(&program).expect("a shell")
+    }
+
+    #[test]
+    fn what_a_process_prints_does_not_change_its_result() {
+        let _watchdog = Watchdog::for_test();
+        let mut worker =
+            worker(r"printf 'caf\351\n' >&2; read -r _; seq 20000 >&2 || exit 9; echo answer; read -r _");
+        assert_eq!(worker.drive(TASK, Duration::MAX), Ok("answer".to_owned()));
+    }
+
+    #[test]
+    fn a_process_is_dead_when_it_has_exited_whoever_holds_its_streams() {
+        let _watchdog = Watchdog::for_test();
+        // Neither its group nor its environment shows where the other process comes from.
+        let mut worker = worker("read -r _; env -i setsid sleep 3600 & echo $! >&2; kill -ABRT $$");
+        let answer = worker.drive(TASK, Duration::MAX);
+        assert_eq!(answer, Err(RecvTimeoutError::Disconnected));
+        let (status, last) = worker.end().expect("it is reaped");
+        assert_eq!(status.signal(), Some(6));
+        let other = last.and_then(|line| Pid::from_raw(line.parse().ok()?));
+        kill_process(other.expect("its number"), Signal::KILL).expect("it still runs");
     }
 }

@@ -25,6 +25,7 @@ pub mod descendants;
 mod inspect;
 pub mod launch;
 mod limits;
+pub mod lines;
 mod memory;
 pub mod process;
 pub mod python;

@@ -10,6 +10,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use jde_isolation::Program;
+use jde_isolation::descendants::{Descendants, end_after};
 use jde_isolation::process::describe_exit_status;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
@@ -150,24 +151,30 @@ fn run(
         .stdin(Stdio::from(OwnedFd::from(child_end)))
         .stdout(printed.as_file().try_clone()?)
         .stderr(printed.as_file().try_clone()?);
+    // What the plugin has started ends with it, and holds none of its streams.
+    let descendants = Descendants::mark(&mut command, true);
     let mut child = command.spawn()?;
+    let ending = end_after(&child, descendants).inspect_err(|_| drop(child.kill()))?;
     // It holds the child's end, whose closing shows the child's end.
     drop(command);
-    let mut text = String::new();
+    let mut text = Vec::new();
     // The timeout begins again with each life.
-    let read = (&stream).read_to_string(&mut text);
+    let read = (&stream).read_to_end(&mut text);
     let lasts = match read {
         Err(error) => matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut),
         // A destructor of the plugin may not return.
         Ok(_) => !ends_within(&child, timeout)?,
     };
-    let end = if lasts {
+    if lasts {
         child.kill()?;
-        child.wait()?;
+    }
+    // It does not panic.
+    let _ = ending.join();
+    let status = child.wait()?;
+    let end = if lasts {
         End::Lasted
     } else {
-        let status = child.wait()?;
-        match serde_json::from_str(&text) {
+        match serde_json::from_slice(&text) {
             Ok(report) => End::Reported(report),
             Err(_) => End::Ended(status),
         }

@@ -25,10 +25,10 @@ use std::fs::File;
 use std::io::{self, Read, Seek};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::{Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use jde_abi::inspect::Problem;
@@ -42,6 +42,7 @@ use jde_loader::{Inspect, Inspected, LoadError};
 use serde::{Deserialize, Serialize};
 
 use super::Program;
+use super::descendants::{Descendants, end_after};
 use super::process::describe_exit_status;
 use super::python;
 use super::wire::{Frame, FrameKind, Wire};
@@ -137,6 +138,8 @@ struct InspectorSlot {
 #[derive(Debug)]
 struct InspectorProcess {
     process: std::process::Child,
+    /// Ends what it leaves behind, which may hold its stream open.
+    ending: Option<JoinHandle<()>>,
     wire: Wire,
     /// Its standard error, which contains the loader's last message.
     stderr: File,
@@ -324,16 +327,19 @@ impl InspectorProcess {
     fn start(program: &Program) -> io::Result<Self> {
         let (host_end, child_end) = UnixStream::pair()?;
         let stderr = tempfile::tempfile()?;
-        let process = Command::new(&program.path)
+        let mut command = Command::new(&program.path);
+        command
             .args(&program.arguments)
-            // A group of its own, so that signals from the terminal reach only the host.
-            .process_group(0)
             .stdin(Stdio::from(OwnedFd::from(child_end)))
             .stdout(Stdio::null())
-            .stderr(stderr.try_clone()?)
-            .spawn()?;
+            .stderr(stderr.try_clone()?);
+        // A group of its own, so that signals from the terminal reach only the host.
+        let descendants = Descendants::mark(&mut command, true);
+        let mut process = command.spawn()?;
+        let ending = end_after(&process, descendants).inspect_err(|_| drop(process.kill()))?;
         Ok(Self {
             process,
+            ending: Some(ending),
             wire: Wire::new(host_end),
             stderr,
             has_inspected: false,
@@ -389,7 +395,7 @@ impl InspectorProcess {
         }
         // A process that is already dying keeps its own cause of death.
         let _ = self.process.kill();
-        let text = match self.process.wait() {
+        let text = match self.reap() {
             Ok(end) => describe_exit_status(end),
             Err(error) => error.to_string(),
         };
@@ -397,6 +403,15 @@ impl InspectorProcess {
             Some(line) => format!("{text}, and said: {line}"),
             None => text,
         }
+    }
+
+    /// Waits for the process, which is dead or dying, and for the end of what it has left behind.
+    fn reap(&mut self) -> io::Result<ExitStatus> {
+        if let Some(ending) = self.ending.take() {
+            // It does not panic.
+            let _ = ending.join();
+        }
+        self.process.wait()
     }
 
     /// Returns the last line that it wrote to standard error.
@@ -448,6 +463,6 @@ impl Drop for InspectorProcess {
     fn drop(&mut self) {
         // Fails only if the process has already ended.
         let _ = self.process.kill();
-        let _ = self.process.wait();
+        let _ = self.reap();
     }
 }

@@ -34,7 +34,7 @@ application = "app.toml"
 for = "1s"
 
 [axes]
-set."mover.trouble" = ["", "segfault", "abort", "exit", "eat", "hang"]
+set."mover.trouble" = ["", "segfault", "abort", "exit", "eat", "hang", "fork"]
 
 [must."it moves"]
 eventually = "axis.beats > 10u"
@@ -177,7 +177,9 @@ fn a_drive_that_kills_or_blocks_its_process_is_a_result_and_the_others_go_on() {
         .collect();
     assert_eq!(
         outcomes,
-        ["passed", "crashed", "crashed", "crashed", "crashed", "hung"]
+        [
+            "passed", "crashed", "crashed", "crashed", "crashed", "hung", "crashed"
+        ]
     );
     let why = |drive: usize| lines[drive]["why"].as_str().unwrap();
     assert!(why(1).contains("signal 11"), "{}", why(1));
@@ -185,6 +187,8 @@ fn a_drive_that_kills_or_blocks_its_process_is_a_result_and_the_others_go_on() {
     assert!(why(3).contains("exited with status 3"), "{}", why(3));
     assert!(why(4).contains("memory allocation"), "{}", why(4));
     assert!(why(5).contains("longer than 10 s"), "{}", why(5));
+    // It has left a process behind that holds its streams.
+    assert!(why(6).contains("signal 6"), "{}", why(6));
     assert_eq!(lines[1]["it moves"], Value::Null, "it was not judged");
 }
 
