@@ -27,6 +27,9 @@ impl DraftAxis {
     }
 }
 
+/// The largest number of values of all axes together. Each is checked in the application, which takes about a millisecond.
+const MAX_VALUES: usize = 4000;
+
 /// The modulation that is the start of a simulated robot.
 const START: &str = "start";
 
@@ -172,6 +175,26 @@ pub(super) fn check_values(
     variants: &[Variant],
     applications: &mut Applications,
 ) -> Result<(), Faults> {
+    let count = |draft: &DraftAxis| match &draft.axis.values {
+        AxisValues::Choices(choices) => choices.len(),
+        AxisValues::Seeds(_) => 0,
+    };
+    let values: usize = axes.iter().map(count).sum();
+    if values > MAX_VALUES {
+        let last = axes
+            .iter()
+            .filter_map(|draft| draft.spans.last())
+            .max_by_key(|span| span.end);
+        report
+            .fault(
+                &last.cloned().unwrap_or_default(),
+                format!("the axes and cases have {values} values together, each of which is checked in the application"),
+            )
+            .advise(format!(
+                "at most {MAX_VALUES} are possible, seeds not counted; write several experiments"
+            ));
+        return Ok(());
+    }
     for DraftAxis { axis, spans } in axes {
         let AxisValues::Choices(choices) = &axis.values else {
             continue;
@@ -436,4 +459,33 @@ pub(super) fn with_modulation<'a>(
 
 pub(super) fn folder(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new("/"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_many_values_are_refused_before_the_first_is_checked() {
+        let choice = |number: usize| Choice {
+            label: number.into(),
+            seed: None,
+            overrides: Vec::new(),
+            variant: None,
+        };
+        let axis = DraftAxis {
+            axis: Axis {
+                name: "speed".to_owned(),
+                values: AxisValues::Choices((0..=MAX_VALUES).map(choice).collect()),
+            },
+            spans: vec![0..1; MAX_VALUES + 1],
+        };
+        let mut report = FaultReport::new(Path::new("many.toml"), "x");
+        // There is neither an application nor a variant to check a value with.
+        let mut applications = Applications::new("missing.toml".into(), None);
+        let checked = check_values(&mut report, &[axis], &[], &[], &mut applications);
+        assert!(checked.is_ok());
+        let message = report.into_faults().to_string();
+        assert!(message.contains("have 4001 values together"), "{message}");
+    }
 }
