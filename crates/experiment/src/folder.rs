@@ -1,5 +1,5 @@
 //! The folder of an experiment's results: what it belongs to, and the drives that are done. Each result is
-//! written when it is known, so nothing is lost if the machine stops.
+//! written and synced when it is known, so nothing is lost if the machine stops.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -135,7 +135,8 @@ impl ResultsFolder {
     /// The disk refuses it.
     pub fn add(&mut self, result: &DriveResult, experiment: &Experiment) -> io::Result<()> {
         self.lines
-            .write_all((result.to_line(&experiment.columns) + "\n").as_bytes())
+            .write_all((result.to_line(&experiment.columns) + "\n").as_bytes())?;
+        self.lines.sync_data()
     }
 
     /// Returns the folder.

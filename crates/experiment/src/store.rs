@@ -79,22 +79,13 @@ pub(crate) fn sorted(results: &[DriveResult]) -> Vec<&DriveResult> {
     sorted
 }
 
-/// Replaces a file by what `write` writes, as a whole.
+/// Replaces a file by what `write` writes in small pieces, as a whole.
 pub(crate) fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut builder = tempfile::Builder::new();
-    // Like any other new file, and not only for its owner. The mask of the process applies.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
-    let mut output = BufWriter::new(file.as_file_mut());
-    write(&mut output)?;
-    output.flush()?;
-    drop(output);
-    // Otherwise the name could survive a loss of power without the content.
-    file.as_file().sync_data()?;
-    file.persist(path)?;
-    Ok(())
+    jde_files::replace(path, |file| {
+        let mut output = BufWriter::new(file);
+        write(&mut output)?;
+        output.flush()
+    })
 }
 
 #[cfg(test)]
@@ -175,27 +166,5 @@ mod tests {
             error.to_string().contains("no-such-folder/results.jsonl"),
             "{error}"
         );
-    }
-
-    #[test]
-    fn an_interrupted_writer_leaves_the_old_file() {
-        let (folder, path, text) = file();
-        let error = replace(&path, |output| {
-            output.write_all(b"half")?;
-            Err(io::Error::other("interrupted"))
-        });
-        assert_eq!(error.unwrap_err().to_string(), "interrupted");
-        assert_eq!(fs::read_to_string(&path).unwrap(), text);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing remains");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn the_file_is_as_readable_as_any_other() {
-        let (folder, path, _) = file();
-        let other = folder.path().join("other");
-        fs::write(&other, "").unwrap();
-        let permissions = |path: &Path| fs::metadata(path).unwrap().permissions();
-        assert_eq!(permissions(&path), permissions(&other));
     }
 }

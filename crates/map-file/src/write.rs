@@ -144,6 +144,23 @@ mod tests {
     }
 
     #[test]
+    fn a_save_that_fails_half_way_leaves_the_older_map() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("office.yaml");
+        map().save(&path).expect("it is written");
+        let mut other = map();
+        (other.width, other.height) = (2, 3);
+        // The image is the first file that is written.
+        let image = folder.path().join("office.yaml.2.pgm");
+        std::fs::create_dir(&image).expect("a folder");
+        assert!(other.save(&path).is_err());
+        assert_eq!(MapFile::load(&path), Ok(map()));
+        std::fs::remove_dir(&image).expect("it is empty");
+        other.save(&path).expect("it is written");
+        assert_eq!(MapFile::load(&path), Ok(other));
+    }
+
+    #[test]
     fn maps_whose_names_are_alike_keep_their_images() {
         let folder = tempfile::tempdir().expect("a folder");
         let names = ["office.yaml", "office.yml", "office.2.yaml", "office.yaml.2.yaml"];

@@ -1,7 +1,8 @@
 //! A drawing as a PNG file. Draws nothing itself.
 
+use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use crate::drawing::Drawing;
 use crate::map::{self, Drive};
@@ -60,7 +61,7 @@ impl Picture {
         let encoded = self.png()?;
         let folder = path.parent().unwrap_or(Path::new(""));
         fs::create_dir_all(folder)
-            .and_then(|()| fs::write(path, encoded))
+            .and_then(|()| jde_files::replace(path, |file| file.write_all(&encoded)))
             .map_err(|error| PictureError::Write {
                 path: path.to_owned(),
                 error,

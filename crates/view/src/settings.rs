@@ -5,7 +5,7 @@
 //! content is not saved.
 
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use eframe::egui;
@@ -140,9 +140,8 @@ fn write<T: Serialize>(path: &Path, value: &T) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
-    let part = path.with_extension("part");
-    fs::write(&part, serde_json::to_vec_pretty(value)?)?;
-    fs::rename(&part, path)
+    let text = serde_json::to_vec_pretty(value)?;
+    jde_files::replace(path, |file| file.write_all(&text))
 }
 
 #[cfg(test)]

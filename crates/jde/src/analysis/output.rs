@@ -66,7 +66,7 @@ impl Output {
                 out.flush()?;
             }
             Self::File(path) => {
-                std::fs::write(path, bytes).map_err(Failure::file(path))?;
+                jde_files::replace(path, |file| file.write_all(bytes)).map_err(Failure::file(path))?;
                 let mut out = terminal::out();
                 writeln!(out, "wrote {TITLE}{}{TITLE:#}", display_path(path))?;
                 out.flush()?;
