@@ -44,11 +44,12 @@ pub use left_out::LeftOut;
 pub use mock::mock;
 #[cfg(feature = "record")]
 pub use origin::Origin;
+pub use part::Gap;
 pub use pattern::{Selection, UnknownPattern, variables};
 #[cfg(feature = "record")]
 pub use recorder::{
-    Clock, FileEvent, OnError, OnFile, Options, PartSize, Parts, Recorder, SplitOptions, Status,
-    TriggerOptions, TriggeredFile, turns,
+    Clock, FileEvent, OnFile, OnTrouble, Options, PartSize, Parts, Recorder, SplitOptions, Status,
+    TriggerOptions, TriggeredFile, Trouble, turns,
 };
 pub use recording::{Channel, Damage, Message, Messages, ReadError, Recording};
 #[cfg(feature = "record")]

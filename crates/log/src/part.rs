@@ -2,11 +2,14 @@
 //! the beginning of each file.
 
 use std::collections::BTreeMap;
+use std::fmt::{self, Display};
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use jde_files::LeftOut;
 use mcap::records::{Record, op};
+use serde::Serialize;
 
 use crate::recording::scan;
 
@@ -17,6 +20,8 @@ pub(crate) const PART: &str = "jde/part";
 pub(crate) const BEGINS: &str = "jde/part/begins";
 /// The key of that position, in bytes from the beginning of the file.
 pub(crate) const BYTE: &str = "byte";
+/// The name of the metadata with the gap before a part.
+pub(crate) const GAP: &str = "jde/part/gap";
 /// The file name extension of a recording in a folder.
 const EXTENSION: &str = "mcap";
 /// The file that makes a folder a bag of ROS 2.
@@ -51,12 +56,19 @@ impl Mark {
         })
     }
 
-    /// Reads the mark of a file. `None` if the file is a whole recording, or not a recording.
+    /// Reads the mark of a file. `None` if the file is a whole recording.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read, or is no MCAP file.
     pub(crate) fn read(path: &Path) -> io::Result<Option<Self>> {
         let mut file = File::open(path)?;
+        let mut magic = Vec::new();
+        Read::by_ref(&mut file)
+            .take(mcap::MAGIC.len() as u64)
+            .read_to_end(&mut magic)?;
+        if magic != mcap::MAGIC {
+            return Err(io::Error::new(ErrorKind::InvalidData, "it is no MCAP file"));
+        }
         let mut offset = mcap::MAGIC.len() as u64;
         while let Some((opcode, length)) = scan::head(&mut file, offset)? {
             match opcode {
@@ -79,57 +91,147 @@ impl Mark {
     }
 }
 
-/// Finds the recordings that `path` denotes, each with its files in their order. A file denotes itself and
+/// A time of which a recording in parts has nothing, because the disk did not accept it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Gap {
+    /// The time since the application's start from which messages are missing, in ns.
+    pub from: u64,
+    /// The time at which the recording went on, in ns. `None` if it did not.
+    pub until: Option<u64>,
+    /// The number of messages that the writer had and could not keep.
+    pub lost: u64,
+    /// What the system said.
+    pub reason: String,
+}
+
+impl Gap {
+    /// Returns the gap as metadata.
+    #[cfg(feature = "record")]
+    pub(crate) fn to_metadata(&self) -> BTreeMap<String, String> {
+        let until = self.until.map(|until| ("until_ns".to_owned(), until.to_string()));
+        let all = [
+            ("from_ns".to_owned(), self.from.to_string()),
+            ("lost".to_owned(), self.lost.to_string()),
+            ("reason".to_owned(), self.reason.clone()),
+        ];
+        all.into_iter().chain(until).collect()
+    }
+
+    /// Reads the gap from metadata.
+    pub(crate) fn from_metadata(metadata: &BTreeMap<String, String>) -> Option<Self> {
+        let number = |key: &str| metadata.get(key)?.parse().ok();
+        Some(Self {
+            from: number("from_ns")?,
+            until: number("until_ns"),
+            lost: number("lost")?,
+            reason: metadata.get("reason")?.clone(),
+        })
+    }
+}
+
+impl Display for Gap {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let seconds = |time: u64| time as f64 / 1e9;
+        let (from, lost) = (seconds(self.from), self.lost);
+        match self.until.map(seconds) {
+            Some(until) => write!(out, "nothing is recorded from {from:.3} s to {until:.3} s")?,
+            None => write!(out, "nothing is recorded from {from:.3} s on")?,
+        }
+        write!(out, " ({lost} lost): {}", self.reason)
+    }
+}
+
+/// The recordings that a path denotes, each with its files in their order, and the files that may belong to them and
+/// cannot be read.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
+    pub(crate) recordings: Vec<Vec<PathBuf>>,
+    pub(crate) left_out: LeftOut,
+    /// The first of these files, and why it cannot be read.
+    pub(crate) first_unread: Option<(PathBuf, io::Error)>,
+}
+
+impl Found {
+    fn only(files: Vec<PathBuf>) -> Self {
+        Self {
+            recordings: vec![files],
+            ..Self::default()
+        }
+    }
+
+    /// Returns the mark of a file. `None` if it cannot be read: a file of somebody else does not hide the others.
+    fn mark(&mut self, path: &Path) -> Option<Option<Mark>> {
+        match Mark::read(path) {
+            Ok(mark) => Some(mark),
+            // It was deleted meanwhile.
+            Err(error) if error.kind() == ErrorKind::NotFound => None,
+            Err(error) => {
+                self.left_out.add(path.display(), None, &error);
+                self.first_unread.get_or_insert((path.to_owned(), error));
+                None
+            }
+        }
+    }
+}
+
+/// Finds the recordings that `path` denotes. A file denotes itself and
 /// the other parts of its recording in its folder. A folder denotes the recordings in it, and that of a bag of ROS 2
 /// without marks one recording. The name from which parts were numbered denotes the parts of the newest recording.
 ///
 /// # Errors
 /// The folder cannot be read.
-pub(crate) fn find_recordings(path: &Path) -> io::Result<Vec<Vec<PathBuf>>> {
+pub(crate) fn find_recordings(path: &Path) -> io::Result<Found> {
     if path.is_dir() {
         let is_mcap = |path: &Path| path.extension().is_some_and(|extension| extension == EXTENSION);
         if path.join(BAG).is_file() {
             let mut files: Vec<_> = listed(path)?.into_iter().filter(|path| is_mcap(path)).collect();
             // Tools of ROS 2 describe folders of recordings that are marked, too.
-            let mut is_marked = false;
-            for file in &files {
-                is_marked |= Mark::read(file)?.is_some();
-            }
-            if !is_marked {
+            let is_marked = |path: &PathBuf| matches!(Mark::read(path), Ok(Some(_)));
+            if !files.iter().any(is_marked) {
                 // `bag_10` is behind `bag_9`.
                 files.sort_by_key(|file| file.as_os_str().len());
-                return Ok(Vec::from_iter((!files.is_empty()).then_some(files)));
+                let mut found = Found::default();
+                files.retain(|path| found.mark(path).is_some());
+                found.recordings.extend((!files.is_empty()).then_some(files));
+                return Ok(found);
             }
         }
         return find_in_folder(path, is_mcap);
     }
     if !path.exists() {
-        let parts: Vec<_> = find_parts(path)?.into_iter().map(|(_, path)| path).collect();
-        let Some(newest) = parts.last().cloned() else {
-            return Ok(vec![vec![path.to_owned()]]);
+        let (parts, left_out) = find_parts(path)?;
+        let Some((_, newest)) = parts.last() else {
+            return Ok(Found::only(vec![path.to_owned()]));
         };
-        return find_recordings(&newest);
+        let mut found = find_recordings(newest)?;
+        if found.left_out.is_empty() {
+            found.left_out = left_out;
+        }
+        return Ok(found);
     }
-    let is_part = path.is_file() && Mark::read(path)?.is_some();
-    let mut recordings = match path.parent().filter(|_| is_part) {
+    let is_part = path.is_file() && matches!(Mark::read(path), Ok(Some(_)));
+    let mut found = match path.parent().filter(|_| is_part) {
         Some(folder) => find_in_folder(folder_of(folder), |other| other.extension() == path.extension())?,
-        None => Vec::new(),
+        None => Found::default(),
     };
+    let recordings = &mut found.recordings;
     recordings.retain(|parts| parts.iter().any(|part| is_same_file(part, path)));
     if recordings.is_empty() {
         recordings.push(vec![path.to_owned()]);
     }
-    Ok(recordings)
+    Ok(found)
 }
 
-/// Finds the parts that were numbered from a name, in the order of the numbers in their file names.
+/// Finds the parts that were numbered from a name, in the order of the numbers in their file names, and the files of such
+/// names that cannot be read.
 ///
 /// # Errors
 /// The folder cannot be read.
-pub(crate) fn find_parts(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
+pub(crate) fn find_parts(path: &Path) -> io::Result<(Vec<(u32, PathBuf)>, LeftOut)> {
     let folder = folder_of(path.parent().unwrap_or(Path::new("")));
     let stem = path.file_stem().unwrap_or_default().as_encoded_bytes();
     let mut parts = Vec::new();
+    let mut found = Found::default();
     for entry in listed(folder)? {
         let other = entry.file_stem().unwrap_or_default().as_encoded_bytes();
         let number = other
@@ -140,13 +242,13 @@ pub(crate) fn find_parts(path: &Path) -> io::Result<Vec<(u32, PathBuf)>> {
             // Only the canonical form of the number counts, so not `-0001`.
             && entry.file_name() == numbered(path, number).file_name()
             && entry.is_file()
-            && Mark::read(&entry)?.is_some()
+            && let Some(Some(_)) = found.mark(&entry)
         {
             parts.push((number, entry));
         }
     }
     parts.sort();
-    Ok(parts)
+    Ok((parts, found.left_out))
 }
 
 /// Returns the name with a number: `drive-001.mcap` for `drive.mcap`.
@@ -161,28 +263,30 @@ pub(crate) fn numbered(path: &Path, number: u32) -> PathBuf {
 }
 
 /// Finds all recordings of a folder, each with its parts in their order. A second copy of a part is ignored.
-fn find_in_folder(folder: &Path, is_candidate: impl Fn(&Path) -> bool) -> io::Result<Vec<Vec<PathBuf>>> {
-    let mut recordings = Vec::new();
+fn find_in_folder(folder: &Path, is_candidate: impl Fn(&Path) -> bool) -> io::Result<Found> {
+    let mut found = Found::default();
     let mut parts: BTreeMap<String, BTreeMap<u32, PathBuf>> = BTreeMap::new();
     for path in listed(folder)? {
         if !is_candidate(&path) || !path.is_file() {
             continue;
         }
-        match Mark::read(&path)? {
-            None => recordings.push(vec![path]),
-            Some(Mark { recording, number }) => {
+        match found.mark(&path) {
+            None => {}
+            Some(None) => found.recordings.push(vec![path]),
+            Some(Some(Mark { recording, number })) => {
                 parts.entry(recording).or_default().entry(number).or_insert(path);
             }
         }
     }
-    recordings.extend(parts.into_values().map(|parts| parts.into_values().collect()));
-    Ok(recordings)
+    let parts = parts.into_values().map(|parts| parts.into_values().collect());
+    found.recordings.extend(parts);
+    Ok(found)
 }
 
 /// Returns the entries of a folder, sorted by name. Empty if the folder does not exist.
 fn listed(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let listed = match fs::read_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
         listed => listed?,
     };
     let mut paths = listed

@@ -8,6 +8,7 @@ use std::ops::RangeInclusive;
 use jde_records::{EventRecord, RunRecord};
 use serde::Serialize;
 
+use crate::part::Gap;
 use crate::{Message, ReadError, Recording, record};
 
 /// The largest number of schemas whose problems are reported, which is the largest number of schemas of an
@@ -50,6 +51,12 @@ pub struct Survey {
     pub lost: BTreeMap<String, u64>,
     /// The names of the attached files.
     pub attachments: Vec<String>,
+    /// The times of which it has nothing, because the disk did not accept it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gaps: Vec<Gap>,
+    /// What was left out, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
     /// Where the recording ends too early, if it does.
     pub damage: Option<Damaged>,
     /// The index of each topic in `topics`, by its name and type. A recording may have tens of thousands of
@@ -200,6 +207,8 @@ impl Survey {
                 .filter_map(|(topic, lost)| Some((topic.clone(), lost.parse().ok()?)))
                 .collect(),
             attachments: recording.attachments().map(str::to_owned).collect(),
+            gaps: recording.gaps().to_vec(),
+            left_out: recording.left_out().lines().collect(),
             damage: recording.damage().map(|damage| Damaged {
                 offset: damage.offset,
                 reason: damage.reason.clone(),

@@ -101,7 +101,9 @@ pub(crate) fn create(path: &Path, overwrite: bool) -> Result<File, Error> {
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::Written(path.to_owned()));
         }
-        file.set_len(0).map_err(failed)?;
+        if overwrite {
+            file.set_len(0).map_err(failed)?;
+        }
     }
     Ok(file)
 }
@@ -118,6 +120,8 @@ impl Writer {
             .profile("ros2")
             .compression(Some(Compression::Lz4))
             .library(concat!("jde ", env!("CARGO_PKG_VERSION")))
+            // A chunk ends with a flush, so that it is known which messages the system has.
+            .chunk_size(None)
             .disable_seeking(true);
         let mcap = options
             .create(NoSeek::new(BufWriter::new(counted)))

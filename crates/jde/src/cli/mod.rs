@@ -162,7 +162,11 @@ fn conclude(
     }
     summary
         .recording
-        .map_or(Ok(()), |recorded| recorded.check_complete())
+        .map_or(Ok(()), |recorded| recorded.check_complete())?;
+    match summary.unwritten.as_slice() {
+        [] => Ok(()),
+        files => Err(Failure::Broken(files.join("; "))),
+    }
 }
 
 /// Prints a value on standard output: as one line of JSON, or as the text that `write` makes of it.

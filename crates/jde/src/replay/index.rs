@@ -145,6 +145,12 @@ impl Index {
         ))
     }
 
+    /// Describes what the recording has not, and what beside it cannot be read.
+    pub(super) fn missing(&self) -> impl Iterator<Item = String> {
+        let gaps = self.recording.gaps().iter().map(ToString::to_string);
+        gaps.chain(self.recording.left_out().lines())
+    }
+
     /// Describes the topics that cannot be played.
     pub(super) fn undecodable_topics(&self) -> Vec<String> {
         undecodable_topics(&self.recording)

@@ -75,6 +75,9 @@ pub(crate) fn play(recording: &Path, from: Nanos, options: PlayOptions) -> Resul
             "{WARN}{file}{WARN:#}: {damage}; the part before it is played"
         )?;
     }
+    for line in index.missing() {
+        writeln!(output, "{WARN}{file}{WARN:#}: {line}")?;
+    }
     for topic in index.undecodable_topics() {
         writeln!(output, "{WARN}not played{WARN:#}: {topic}")?;
     }

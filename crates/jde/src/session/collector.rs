@@ -146,9 +146,12 @@ impl Collector {
         result
     }
 
-    /// Returns the data, and the digest of the decisions or the error that kept them from being written.
-    pub(crate) fn finish(self) -> (RunData, io::Result<String>) {
-        let decisions = self.decisions.finish();
+    /// Returns the data and the digest of the decisions, and the error that kept them from being written.
+    ///
+    /// # Errors
+    /// The decisions have no lines.
+    pub(crate) fn finish(self) -> io::Result<(RunData, String, Option<io::Error>)> {
+        let decisions = self.decisions.finish()?;
         let data = RunData {
             statistics: self.statistics,
             trace: self.trace,
@@ -156,9 +159,10 @@ impl Collector {
             end_time: self.end_time.unwrap_or_default(),
             output: self.progress.into_output(),
             missed: self.missed,
-            unread: decisions.as_ref().map_or(0, DigestWriter::lost),
+            unread: decisions.lost(),
         };
-        (data, decisions.map(DigestWriter::hex))
+        let (digest, failed) = decisions.finish();
+        Ok((data, digest, failed))
     }
 
     fn handle_event(&mut self, event: &Event) -> io::Result<()> {

@@ -63,8 +63,8 @@ pub(crate) use local_application::robot_view;
 pub(crate) use panels::PanelOptions;
 pub(crate) use progress::{ProgressMode, format_progress};
 #[cfg(feature = "tools")]
-pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_failure};
-pub(crate) use recording_summary::{RecordedFile, RecordingSummary};
+pub(crate) use record::{RecordOptions, TriggerWindow, parse_triggers, recording_failure, report_trouble};
+pub(crate) use recording_summary::{PartLeft, RecordedFile, RecordedParts, RecordingSummary};
 #[cfg(feature = "tools")]
 pub(crate) use ros::{CLOCK, RosOptions, SIM_TIME, SimTime, node_name as ros_node_name};
 pub(crate) use sampler::MissionProgress;
@@ -198,16 +198,17 @@ pub(crate) fn run(loaded: LoadedApplication, options: RunOptions, log: &Log) -> 
     log.clear_clock();
     let (outcome, handle) = result?;
 
-    let (data, digest) = recorder.finish();
-    let file = options
-        .decisions
-        .as_deref()
-        .unwrap_or_else(|| "the decisions".as_ref());
-    let digest = digest.map_err(Failure::file(file))?;
-    let summary = RunSummary::new(&handle, &data, &outcome, wall, digest, recorded);
-    if let (Some(file), Some(pending)) = (&options.picture, picture) {
-        drop(pending.into_truncated().map_err(Failure::file(file))?);
-        summary::draw(&handle, &data, world.as_deref(), file)?;
+    let (data, digest, failed) = recorder.finish()?;
+    let mut summary = RunSummary::new(&handle, &data, &outcome, wall, digest, recorded);
+    // The run has a result, whether its files can be written or not.
+    if let (Some(file), Some(error)) = (&options.decisions, failed) {
+        summary.add_unwritten(file, &error);
+    }
+    if let Some(file) = &options.picture {
+        drop(picture);
+        if let Err(error) = summary::draw(&handle, &data, world.as_deref(), file) {
+            summary.unwritten.push(error.to_string());
+        }
     }
     Ok(Finished {
         summary,

@@ -11,15 +11,15 @@ use jde_core::Nanos;
 use jde_host::{StartError, StartHook};
 use jde_loader::Plugins;
 use jde_log::{
-    Error, FileEvent, Options, Origin, Recorder, Selection, SplitOptions, Status, TriggerOptions,
-    TriggeredFile,
+    Error, FileEvent, OnTrouble, Options, Origin, Recorder, Selection, SplitOptions, Status, TriggerOptions,
+    TriggeredFile, Trouble,
 };
 use jde_records::event::Observer;
 use jde_records::turn::OnTurn;
 
 use super::extension::{Extension, PreparedExtension, RunContext};
 use super::panels::{PanelOptions, PanelRecording, PanelSelection};
-use super::recording_summary::{RecordedFile, RecordedParts, RecordingSummary};
+use super::recording_summary::{PartLeft, RecordedFile, RecordedParts, RecordingSummary};
 use crate::failure::{Failure, display_path};
 use crate::lock::lock;
 use crate::quantity;
@@ -95,9 +95,7 @@ impl RunRecording {
             application: Some(application),
             overwrite: record.overwrite,
             lossless: lockstep,
-            on_error: Box::new(move |error| {
-                tracing::error!("the recording {named} ends early, and the run continues: {error}");
-            }),
+            on_trouble: report_trouble(named),
         };
         let recorder = match (&record.trigger, record.split) {
             (Some(window), _) => {
@@ -194,7 +192,16 @@ impl RecordingSummary {
                 last: display_path(&parts.last),
                 count: parts.count,
                 deleted: parts.deleted,
-                left: parts.undeleted.iter().map(|part| display_path(part)).collect(),
+                left: parts
+                    .undeleted
+                    .into_iter()
+                    .map(|(part, reason)| PartLeft {
+                        file: display_path(&part),
+                        reason,
+                    })
+                    .collect(),
+                gaps: parts.gaps,
+                more_gaps: parts.more_gaps,
             }),
             files: is_triggered.then(|| files.into_iter().map(recorded_file).collect()),
             short,
@@ -204,6 +211,18 @@ impl RecordingSummary {
             trouble,
         }
     }
+}
+
+/// Logs what hinders a recording of this name.
+pub(crate) fn report_trouble(named: String) -> OnTrouble {
+    Box::new(move |trouble| match trouble {
+        Trouble::Ended { .. } | Trouble::Interrupted { .. } => {
+            tracing::error!("the recording {named} {trouble}");
+        }
+        Trouble::Resumed(_) | Trouble::Undeleted { .. } => {
+            tracing::warn!("the recording {named} {trouble}");
+        }
+    })
 }
 
 /// Reads the conditions, and logs the start and end of each file.

@@ -1,5 +1,6 @@
 //! The result of a recording.
 
+use jde_log::Gap;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -40,9 +41,24 @@ pub(crate) struct RecordedParts {
     pub(crate) count: u64,
     /// How many files were deleted, those of earlier recordings included.
     pub(crate) deleted: u64,
-    /// Files that should have been deleted and remain, because another recording is writing them.
+    /// Files that should have been deleted and remain.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) left: Vec<String>,
+    pub(crate) left: Vec<PartLeft>,
+    /// The first times of which no file has anything.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) gaps: Vec<Gap>,
+    /// The number of further ones.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub(crate) more_gaps: u64,
+}
+
+/// A file that should have been deleted and remains.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PartLeft {
+    /// The name of the file.
+    pub(crate) file: String,
+    /// Why it remains.
+    pub(crate) reason: String,
 }
 
 /// A file written for a condition.
@@ -68,15 +84,18 @@ pub(crate) struct RecordedFile {
 }
 
 impl RecordingSummary {
-    /// Checks that the recording was written to its end.
+    /// Checks that the recording was written to its end, without a gap.
     ///
     /// # Errors
     /// The disk failed or was full.
     pub(crate) fn check_complete(self) -> Result<(), Failure> {
         let file = self.file;
-        self.trouble.map_or(Ok(()), |error| {
-            Err(Failure::Broken(format!("{file} ends too soon: {error}")))
-        })
+        let gap = self.parts.and_then(|parts| parts.gaps.into_iter().next());
+        match (self.trouble, gap) {
+            (Some(error), _) => Err(Failure::Broken(format!("{file} ends too soon: {error}"))),
+            (None, Some(gap)) => Err(Failure::Broken(format!("{file} has a gap: {gap}"))),
+            (None, None) => Ok(()),
+        }
     }
 }
 

@@ -1,11 +1,14 @@
 //! The result of a run as data: the object that `--json` prints, and the source of the summary as text.
 
+use std::io;
+use std::path::Path;
 use std::time::Duration;
 
 use jde_host::Handle;
 use jde_records::event::Outcome;
 use serde::Serialize;
 
+use crate::failure::display_path;
 use crate::session::{RecordingSummary, RunData};
 use crate::terminal;
 
@@ -51,6 +54,9 @@ pub(crate) struct RunSummary {
     /// The recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) recording: Option<RecordingSummary>,
+    /// The files that are missing or not complete, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) unwritten: Vec<String>,
     /// Output that was not read in time.
     #[serde(skip_serializing_if = "Unread::is_none")]
     pub(crate) unread: Unread,
@@ -201,6 +207,7 @@ impl RunSummary {
             wall_seconds: wall.as_secs_f64(),
             decisions_sha256,
             recording,
+            unwritten: Vec::new(),
             unread: Unread {
                 output_lines,
                 log_lines,
@@ -221,6 +228,12 @@ impl RunSummary {
                 })
                 .collect(),
         }
+    }
+
+    /// Adds a file that is not complete.
+    pub(crate) fn add_unwritten(&mut self, file: &Path, error: &io::Error) {
+        self.unwritten
+            .push(format!("{} is not complete: {error}", display_path(file)));
     }
 
     /// How many takeovers took longer than their contracts permit (R17).

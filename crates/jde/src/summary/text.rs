@@ -4,8 +4,11 @@ use std::io::{self, Write};
 
 use super::RunSummary;
 use super::data::{Ending, GroupSummary, SchemaSummary, Unread};
-use crate::session::{RecordedFile, RecordingSummary, format_progress};
+use crate::session::{PartLeft, RecordedFile, RecordedParts, RecordingSummary, format_progress};
 use crate::terminal::{BAD, FAINT, GOOD, TITLE, WARN};
+
+/// The most files that remain undeleted and are listed by name.
+const MAX_LEFT: usize = 5;
 
 /// Prints the result of a run.
 ///
@@ -20,6 +23,9 @@ pub(crate) fn print_summary(summary: &RunSummary, output: &mut dyn Write) -> io:
     writeln!(output)?;
     if let Some(recorded) = &summary.recording {
         print_recording(recorded, output)?;
+    }
+    for unwritten in &summary.unwritten {
+        writeln!(output, "{BAD}{unwritten}{BAD:#}")?;
     }
     print_unread(&summary.unread, output)?;
     let with_problems = |schema: &&SchemaSummary| {
@@ -121,13 +127,10 @@ pub(crate) fn print_recording(recorded: &RecordingSummary, output: &mut dyn Writ
             if parts.deleted > 0 {
                 write!(output, ", {} deleted", parts.deleted)?;
             }
-            if !parts.left.is_empty() {
-                let left = parts.left.join(", ");
-                write!(output, ", {left} not deleted because another recording writes it")?;
-            }
         }
         write!(output, ": ")?;
-        return print_file(*kept, *lost, *bytes, trouble.as_deref(), output);
+        print_file(*kept, *lost, *bytes, trouble.as_deref(), output)?;
+        return parts.as_ref().map_or(Ok(()), |parts| print_parts(parts, output));
     };
     if files.is_empty() {
         writeln!(output, "recorded nothing: no condition came true")?;
@@ -159,6 +162,25 @@ pub(crate) fn print_recording(recorded: &RecordingSummary, output: &mut dyn Writ
             output,
             "{WARN}memory was too small{WARN:#}: {short} were dropped early; raise --memory or lower --before"
         )?;
+    }
+    Ok(())
+}
+
+/// Prints what hindered a recording in parts.
+fn print_parts(parts: &RecordedParts, output: &mut dyn Write) -> io::Result<()> {
+    for gap in &parts.gaps {
+        writeln!(output, "  {BAD}gap{BAD:#}: {gap}")?;
+    }
+    if parts.more_gaps > 0 {
+        let more = pluralize(parts.more_gaps, "more gap");
+        writeln!(output, "  {BAD}{more}{BAD:#}")?;
+    }
+    for PartLeft { file, reason } in parts.left.iter().take(MAX_LEFT) {
+        writeln!(output, "  {WARN}{file} is not deleted{WARN:#}: {reason}")?;
+    }
+    if let more @ 1.. = parts.left.len().saturating_sub(MAX_LEFT) {
+        let more = pluralize(more as u64, "more file");
+        writeln!(output, "  {WARN}{more} could not be deleted{WARN:#}")?;
     }
     Ok(())
 }

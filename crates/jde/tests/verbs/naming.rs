@@ -135,7 +135,7 @@ fn the_time_range_of_a_recording_begins_at_its_first_message() {
         application: None,
         overwrite: false,
         lossless: true,
-        on_error: Box::new(|error| panic!("{error}")),
+        on_trouble: Box::new(|error| panic!("{error}")),
     };
     let recorder = Recorder::create(&file, options).unwrap();
     recorder.push_record(RunRecord::Event(EventRecord {

@@ -92,10 +92,10 @@ fn files_that_another_recording_is_writing_are_reported_and_not_deleted() {
     written.lock().unwrap();
     let run = record(folder.path(), &["--split", "2s", "--overwrite"]);
     assert_eq!(run.status, Some(0), "{}", run.err);
-    let warning = format!("{} not deleted because another recording", part.display());
+    let warning = format!("{} is not deleted: another recording", part.display());
     assert!(run.err.contains(&warning), "{}", run.err);
     assert_eq!(
-        json(&run.out)["recording"]["parts"]["left"][0],
+        json(&run.out)["recording"]["parts"]["left"][0]["file"],
         part.to_str().unwrap()
     );
 

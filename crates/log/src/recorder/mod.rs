@@ -2,6 +2,7 @@
 
 mod split;
 mod trigger_options;
+mod trouble;
 mod turns;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,6 +27,7 @@ use jde_conditions::Triggers;
 
 pub use split::{PartSize, Parts, SplitOptions};
 pub use trigger_options::{FileEvent, OnFile, TriggerOptions, TriggeredFile};
+pub use trouble::{OnTrouble, Trouble};
 pub use turns::turns;
 
 /// Upper limit of the notices that are not yet written: more than the busiest application sends while a disk
@@ -34,9 +36,6 @@ const EVENTS: usize = 4096;
 
 /// Returns the application's time, in ns since its start. Any thread may call it.
 pub type Clock = Arc<dyn Fn() -> Nanos + Send + Sync>;
-
-/// Called with the reason when the disk does not accept more data.
-pub type OnError = Box<dyn FnMut(&str) + Send>;
 
 /// How to record.
 pub struct Options<'a> {
@@ -48,8 +47,9 @@ pub struct Options<'a> {
     pub overwrite: bool,
     /// Whether publishers wait instead of losing values. For virtual time only.
     pub lossless: bool,
-    /// Called once, by the writing thread, when the disk does not accept more data. The run continues.
-    pub on_error: OnError,
+    /// Called when the disk does not accept more data, or again, and when a part cannot be deleted. The run continues. Of what
+    /// repeats, few are reported.
+    pub on_trouble: OnTrouble,
 }
 
 /// A running recording. Any thread may call it. Dropping it finishes it.
@@ -70,7 +70,7 @@ pub struct Status {
     pub lost: u64,
     /// The size of the file in bytes.
     pub bytes: u64,
-    /// Why writing stopped, or why the last failed file failed.
+    /// Why the recording has ended too early, or why the last failed file failed.
     pub error: Option<String>,
     /// The number of lost values of each topic that lost any.
     pub lost_by_topic: BTreeMap<String, u64>,
@@ -103,7 +103,7 @@ impl Recorder {
         let (shared, notices) = new_shared(options.lossless);
         let (overwrite, lossless) = (options.overwrite, options.lossless);
         let (split, file) = sink::PartSequence::begin(path, split, options.origin, overwrite, lossless)?;
-        let sink = ContinuousSink::new(&shared, file, Some(split), options.on_error);
+        let sink = ContinuousSink::new(&shared, file, Some(split), options.on_trouble);
         Self::start(shared, notices, Box::new(sink), None, options.application)
             .map_err(|error| error.of(path))
     }
@@ -111,7 +111,7 @@ impl Recorder {
     /// Keeps the recent past in memory. When a condition becomes true, it writes a file of the time before
     /// and after that moment. For `drive.mcap`, the file has the first free name of `drive-001.mcap`,
     /// `drive-002.mcap` and so on. Each file starts with the values in force at its beginning, stamped with
-    /// that time. `options.on_error` is not called.
+    /// that time. `options.on_trouble` is not called.
     ///
     /// # Errors
     /// [`Error`], also if no file can be created in the folder.
@@ -143,7 +143,7 @@ impl Recorder {
     ) -> Result<Self, StartFailure> {
         let file = OpenFile::new(output, disk, &options.origin, None).map_err(StartFailure::Write)?;
         let (shared, notices) = new_shared(options.lossless);
-        let sink = ContinuousSink::new(&shared, file, None, options.on_error);
+        let sink = ContinuousSink::new(&shared, file, None, options.on_trouble);
         Self::start(shared, notices, Box::new(sink), None, options.application)
     }
 

@@ -1,9 +1,11 @@
 //! Recordings in parts: when one file ends and the next begins, and how much of them is kept.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use jde_board::Nanos;
+
+use crate::part::Gap;
 
 /// How to record in parts: `drive.mcap`, then `drive-001.mcap`, `drive-002.mcap` and so on. Each file can be
 /// read alone, and [`crate::Recording`] reads all of them as one recording.
@@ -37,6 +39,10 @@ pub struct Parts {
     pub count: u64,
     /// The number of files that were deleted since, including those of earlier recordings.
     pub deleted: u64,
-    /// The files that should have been deleted and remain, because another recording is writing them.
-    pub undeleted: BTreeSet<PathBuf>,
+    /// The files that should have been deleted and remain, each with the reason.
+    pub undeleted: BTreeMap<PathBuf, String>,
+    /// The first times of which no file has anything, in their order.
+    pub gaps: Vec<Gap>,
+    /// The number of further ones.
+    pub more_gaps: u64,
 }

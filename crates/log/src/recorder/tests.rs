@@ -90,7 +90,7 @@ fn options(lossless: bool) -> Options<'static> {
         application: None,
         overwrite: false,
         lossless,
-        on_error: Box::new(|error| panic!("{error}")),
+        on_trouble: Box::new(|error| panic!("{error}")),
     }
 }
 
@@ -293,7 +293,7 @@ fn a_full_disk_is_reported_once_and_does_not_block_the_writer() {
         space: DISK_SPACE,
     };
     let options = Options {
-        on_error: Box::new(move |error| report.send(error.to_owned()).unwrap()),
+        on_trouble: Box::new(move |trouble| report.send(trouble.clone()).unwrap()),
         ..options(true)
     };
     let Ok(recorder) = Recorder::create_with(Box::new(disk), None, options) else {
@@ -344,7 +344,7 @@ fn failing(mut good: u64) -> (Disk, Receiver<()>) {
 fn record_on_failing_disk(good: u64, flushes: u64) -> Status {
     let (report, reported) = channel();
     let options = Options {
-        on_error: Box::new(move |error| report.send(error.to_owned()).unwrap()),
+        on_trouble: Box::new(move |trouble| report.send(trouble.clone()).unwrap()),
         ..options(false)
     };
     let (disk, requests) = failing(good);

@@ -8,16 +8,17 @@ pub(crate) mod scan;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use jde_files::LeftOut;
 use mcap::records::Record;
 use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader};
 use mcap::{McapError, Summary};
 
-use crate::part::{self, BEGINS, BYTE, Mark, PART};
+use crate::part::{self, BEGINS, BYTE, Found, GAP, Gap, Mark, PART};
 pub use messages::Messages;
 use scan::FileContents;
 
@@ -36,6 +37,9 @@ pub struct Recording {
     /// For each attached file, by name: the index of its part, and its offset there.
     attached: BTreeMap<String, (usize, u64)>,
     damage: Option<Damage>,
+    /// What was not recorded, in the order of the parts.
+    gaps: Vec<Gap>,
+    left_out: LeftOut,
 }
 
 /// The description of a topic's messages.
@@ -150,14 +154,22 @@ impl Recording {
     /// [`ReadError::File`], [`ReadError::NotMcap`], and for a folder [`ReadError::Empty`] and
     /// [`ReadError::Ambiguous`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let mut found = part::find_recordings(path).map_err(failed(path))?;
-        let Some(first) = found.pop() else {
-            return Err(ReadError::Empty(path.to_owned()));
+        let Found {
+            mut recordings,
+            left_out,
+            first_unread,
+        } = part::find_recordings(path).map_err(failed(path))?;
+        let Some(first) = recordings.pop() else {
+            return Err(match first_unread {
+                None => ReadError::Empty(path.to_owned()),
+                Some((path, error)) if error.kind() == ErrorKind::InvalidData => ReadError::NotMcap(path),
+                Some((path, error)) => ReadError::File { path, error },
+            });
         };
-        if !found.is_empty() {
+        if !recordings.is_empty() {
             return Err(ReadError::Ambiguous {
                 path: path.to_owned(),
-                count: found.len() + 1,
+                count: recordings.len() + 1,
                 first: first.into_iter().next().unwrap_or_default(),
             });
         }
@@ -169,6 +181,8 @@ impl Recording {
             metadata: BTreeMap::new(),
             attached: BTreeMap::new(),
             damage: None,
+            gaps: Vec::new(),
+            left_out,
         };
         for path in first {
             let found = read(&path)?;
@@ -249,6 +263,18 @@ impl Recording {
         self.damage.as_ref()
     }
 
+    /// Returns the times of which the recording has nothing, because the disk did not accept it.
+    #[must_use]
+    pub fn gaps(&self) -> &[Gap] {
+        &self.gaps
+    }
+
+    /// Returns the files beside the recording that may belong to it and cannot be read.
+    #[must_use]
+    pub fn left_out(&self) -> &LeftOut {
+        &self.left_out
+    }
+
     /// Returns all messages in the order of their log times. Messages of the same time are in the order of
     /// the file.
     ///
@@ -297,6 +323,7 @@ impl Recording {
             // The part was cut off before it contained anything new.
             None => u64::MAX,
         };
+        self.gaps.extend(metadata.get(GAP).and_then(Gap::from_metadata));
         let part = self.parts.len();
         let mut channels = BTreeMap::new();
         let found: BTreeMap<_, _> = summary.channels.iter().collect();
@@ -368,7 +395,7 @@ fn read(path: &Path) -> Result<FileContents, ReadError> {
     let mut magic = [0; mcap::MAGIC.len()];
     match file.read_exact(&mut magic) {
         Ok(()) if magic == mcap::MAGIC => {}
-        Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => return Err(failed(path)(error)),
+        Err(error) if error.kind() != ErrorKind::UnexpectedEof => return Err(failed(path)(error)),
         Ok(()) | Err(_) => return Err(ReadError::NotMcap(path.to_owned())),
     }
     let indexed = read_index(&mut file).map_err(failed(path))?;
@@ -435,10 +462,10 @@ fn summary(file: &mut File) -> io::Result<Option<Summary>> {
             // A file that is too short for the seek is not a failure of the disk.
             Ok(SummaryReadEvent::SeekRequest(to)) => match file.seek(to) {
                 Ok(at) => reader.notify_seeked(at),
-                Err(error) if error.kind() == io::ErrorKind::InvalidInput => return Ok(None),
+                Err(error) if error.kind() == ErrorKind::InvalidInput => return Ok(None),
                 Err(error) => return Err(error),
             },
-            Err(McapError::Io(error)) if error.kind() != io::ErrorKind::UnexpectedEof => return Err(error),
+            Err(McapError::Io(error)) if error.kind() != ErrorKind::UnexpectedEof => return Err(error),
             Err(_) => return Ok(None),
         }
     }

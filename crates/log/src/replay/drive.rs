@@ -50,6 +50,9 @@ impl Drive {
             path: path.display().to_string(),
             what: what.to_owned(),
         };
+        if let Some(gap) = recording.gaps().first() {
+            return Err(incomplete(&format!("it has a gap: {gap}")));
+        }
         let start = recording
             .metadata("jde")
             .and_then(|metadata| metadata.get("start_ns")?.parse().ok())

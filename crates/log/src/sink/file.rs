@@ -2,9 +2,11 @@
 //! system and the disk have. After the first error its owner must not write again. The owner counts what was
 //! lost.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::time::{Duration, Instant};
+
+use jde_board::Nanos;
 
 use super::syncer::{Disk, Syncer};
 use super::{SinkChannel, lost_metadata};
@@ -14,6 +16,10 @@ use crate::writer::{Output, Times, Writer};
 
 /// The time between two flushes: half of the second that may be lost.
 const FLUSH: Duration = Duration::from_millis(500);
+/// The bytes of a chunk, which ends with the message that exceeds them.
+const CHUNK_BYTES: usize = 1 << 20;
+/// The bytes of a message in a chunk besides its data.
+const MESSAGE_HEAD: usize = 31;
 
 /// A file that is being written.
 pub(crate) struct OpenFile {
@@ -21,6 +27,8 @@ pub(crate) struct OpenFile {
     /// The numbers of the channels in the file.
     channels: Vec<u16>,
     flushed: Instant,
+    /// The bytes of the present chunk.
+    chunk_bytes: usize,
     messages: MessageCounts,
 }
 
@@ -34,8 +42,13 @@ pub(crate) struct ClosedFile {
 struct MessageCounts {
     syncer: Option<Syncer>,
     submitted: u64,
+    /// The log times of the first message and of the newest.
+    times: Option<(Nanos, Nanos)>,
     /// The number of messages that have reached the system.
     flushed: u64,
+    /// The last flush that the disk has confirmed, and those since: how many messages the file had, and the log time of the
+    /// newest.
+    flushes: VecDeque<(u64, Nanos)>,
     /// Whether the disk failed to store what had reached the system.
     failed: bool,
 }
@@ -54,10 +67,13 @@ impl OpenFile {
             writer,
             channels: Vec::new(),
             flushed: Instant::now(),
+            chunk_bytes: 0,
             messages: MessageCounts {
                 syncer: disk.map(Syncer::start).transpose()?,
                 submitted: 0,
+                times: None,
                 flushed: 0,
+                flushes: VecDeque::new(),
                 failed: false,
             },
         })
@@ -73,12 +89,19 @@ impl OpenFile {
     pub(super) fn write_message(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
         // Counted first, so that it counts as lost if writing fails.
         self.messages.submitted += 1;
+        let (first, newest) = self.messages.times.unwrap_or((times.log, times.log));
+        self.messages.times = Some((first.min(times.log), newest.max(times.log)));
         self.repeat(channel, times, data)
     }
 
     /// Writes a message that another file contains already. It is not counted.
     pub(super) fn repeat(&mut self, channel: usize, times: Times, data: &[u8]) -> io::Result<()> {
-        self.writer.write_message(self.channels[channel], times, data)
+        self.writer.write_message(self.channels[channel], times, data)?;
+        self.chunk_bytes += MESSAGE_HEAD + data.len();
+        if self.chunk_bytes > CHUNK_BYTES {
+            self.flush()?;
+        }
+        Ok(())
     }
 
     pub(super) fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> io::Result<()> {
@@ -87,7 +110,7 @@ impl OpenFile {
 
     /// Flushes everything.
     pub(super) fn flush(&mut self) -> io::Result<()> {
-        self.flushed = Instant::now();
+        (self.flushed, self.chunk_bytes) = (Instant::now(), 0);
         self.writer.flush()?;
         self.messages.flushed();
         Ok(())
@@ -108,7 +131,7 @@ impl OpenFile {
 
     /// Writes the numbers of lost messages, the index and the end of the file.
     pub(super) fn close(&mut self, lost: &BTreeMap<String, u64>) -> io::Result<()> {
-        self.writer.flush()?;
+        self.flush()?;
         self.writer.metadata("jde/lost", lost_metadata(lost))?;
         self.writer.finish()?;
         self.messages.flushed();
@@ -165,6 +188,13 @@ impl ClosedFile {
         self.messages.submitted - self.messages.written()
     }
 
+    /// Returns the log times between which messages are missing: that of the last safe message, or of the first if none is
+    /// safe, and that of the last. `None` if there were none.
+    pub(super) fn missing(&self) -> Option<(Nanos, Nanos)> {
+        let (first, newest) = self.messages.times?;
+        Some((self.messages.safe_until().unwrap_or(first), newest))
+    }
+
     pub(super) fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -173,6 +203,17 @@ impl ClosedFile {
 impl MessageCounts {
     fn flushed(&mut self) {
         self.flushed = self.submitted;
+        if let Some((_, newest)) = self.times {
+            self.flushes.push_back((self.flushed, newest));
+        }
+        let synced = self.syncer.as_ref().map_or(self.flushed, Syncer::synced);
+        while self
+            .flushes
+            .get(1)
+            .is_some_and(|(messages, _)| *messages <= synced)
+        {
+            self.flushes.pop_front();
+        }
         if let Some(syncer) = &self.syncer {
             syncer.request(self.submitted);
         }
@@ -196,5 +237,13 @@ impl MessageCounts {
             Some(syncer) if self.failed => syncer.synced(),
             Some(_) | None => self.flushed,
         }
+    }
+    /// Returns the log time of the newest message that is safe.
+    fn safe_until(&self) -> Option<Nanos> {
+        let safe = self.written();
+        let mut flushes = self.flushes.iter().rev();
+        flushes
+            .find(|(messages, _)| *messages <= safe)
+            .map(|(_, until)| *until)
     }
 }

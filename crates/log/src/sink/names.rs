@@ -21,6 +21,15 @@ pub(super) fn with_disk(file: File, path: &Path) -> Result<(Output, Option<Disk>
     Ok((Box::new(file), disk))
 }
 
+/// Returns whether a numbered file could not be created because its name is in use, whoever uses it.
+pub(super) fn is_taken(error: &Error) -> bool {
+    match error {
+        Error::Exists(_) | Error::Written(_) => true,
+        Error::Create { path, .. } => fs::symlink_metadata(path).is_ok(),
+        Error::Thread(_) => false,
+    }
+}
+
 /// Checks whether files can be created in the folder of `path`. It creates a file and deletes it again.
 pub(super) fn probe(path: &Path) -> Result<(), Error> {
     let mut name = path.file_name().unwrap_or_default().to_owned();

@@ -6,32 +6,45 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use jde_board::Nanos;
 
-use super::file::{ClosedFile, OpenFile};
-use super::names::with_disk;
+use super::file::OpenFile;
+use super::names::{is_taken, with_disk};
 use super::{Effect, SinkChannel};
-use crate::part::{self, BEGINS, BYTE, Mark, numbered};
+use crate::part::{self, BEGINS, BYTE, GAP, Gap, Mark, numbered};
 use crate::pre_trigger_buffer::{InForce, StateKey};
 use crate::recorder::{self, PartSize, Parts};
-use crate::writer::{self, Output, Times};
+use crate::writer::{self, Times};
 use crate::{Error, Origin};
-
-use super::syncer::Disk;
 
 /// How late a value may arrive in real time, in ns: one that was published before a part began and arrives
 /// within this time is written to the new part. So the values in force at the beginning of a part are stamped
 /// this much earlier.
 const LATE: Nanos = 100_000_000;
 
+/// The time until it is tried again to delete a part that could not be deleted.
+const RETRY: Duration = Duration::from_secs(10);
+/// The largest number of gaps that are listed.
+const MAX_GAPS: usize = 20;
+/// Why a part remains that another recording has locked.
+const LOCKED: &str = "another recording is writing it";
+
+/// An ended part of this recording, or of an earlier one of this name.
+struct OldPart {
+    path: PathBuf,
+    bytes: u64,
+    /// Whether it could not be deleted when that was last tried. Then it does not count: the others are not deleted in its
+    /// place.
+    remains: bool,
+}
+
 /// The parts of a recording.
 pub(crate) struct PartSequence {
     path: PathBuf,
     plan: recorder::SplitOptions,
     origin: Origin,
-    overwrite: bool,
     /// In virtual time no value arrives late.
     lossless: bool,
     /// The mark of the present part.
@@ -48,9 +61,10 @@ pub(crate) struct PartSequence {
     in_force: InForce<Vec<u8>>,
     /// The numbers of lost values, by topic, that ended parts have reported.
     lost: BTreeMap<String, u64>,
-    /// The ended parts of this recording and of earlier ones of this name, the oldest first, with their sizes
-    /// in bytes.
-    existing: VecDeque<(PathBuf, u64)>,
+    /// The ended parts of this recording and of earlier ones of this name, the oldest first.
+    existing: VecDeque<OldPart>,
+    /// When it is tried again to delete those that remain.
+    next_retry: Instant,
     parts: Parts,
 }
 
@@ -71,17 +85,17 @@ impl PartSequence {
             path: path.to_owned(),
             error,
         };
-        let mut before = part::find_parts(path).map_err(failed)?;
+        // A file that cannot be read keeps its name, and is no part of ours.
+        let (mut before, _) = part::find_parts(path).map_err(failed)?;
         let mut parts = Parts::default();
         if overwrite {
-            let mut remaining = Vec::new();
-            for (number, path) in before {
-                if !remove(&path).map_err(failed)? {
-                    parts.undeleted.insert(path.clone());
-                    remaining.push((number, path));
+            before.retain(|(_, path)| match remove(path) {
+                Ok(()) => false,
+                Err(reason) => {
+                    parts.undeleted.insert(path.clone(), reason);
+                    true
                 }
-            }
-            before = remaining;
+            });
         }
         let number = before.last().map_or(Some(1), |(number, _)| number.checked_add(1));
         let bytes = |path: &Path| fs::metadata(path).map_or(0, |metadata| metadata.len());
@@ -90,7 +104,6 @@ impl PartSequence {
             path: path.to_owned(),
             plan,
             origin,
-            overwrite,
             lossless,
             mark: Mark {
                 recording: format!("{:x}-{:x}", since.as_nanos(), std::process::id()),
@@ -104,20 +117,16 @@ impl PartSequence {
             lost: BTreeMap::new(),
             existing: before
                 .into_iter()
-                .map(|(_, path)| {
-                    let bytes = bytes(&path);
-                    (path, bytes)
+                .map(|(_, path)| OldPart {
+                    bytes: bytes(&path),
+                    remains: parts.undeleted.contains_key(&path),
+                    path,
                 })
                 .collect(),
+            next_retry: Instant::now() + RETRY,
             parts,
         };
-        let (output, disk) = split.create()?;
-        let file = split
-            .start_file(output, disk, &[], 0)
-            .map_err(|error| Error::Create {
-                path: split.parts.last.clone(),
-                error,
-            })?;
+        let file = split.create(&[], 0, None)?;
         Ok((split, file))
     }
 
@@ -145,60 +154,125 @@ impl PartSequence {
     }
 
     /// Returns the number of values lost since the last part ended, given those lost since the beginning.
-    pub(super) fn take_lost(&mut self, lost: BTreeMap<String, u64>) -> BTreeMap<String, u64> {
-        let before = std::mem::replace(&mut self.lost, lost);
+    pub(super) fn lost_since_last_part(&self, lost: &BTreeMap<String, u64>) -> BTreeMap<String, u64> {
         let since = |(topic, lost): (&String, &u64)| {
-            let before = before.get(topic).copied().unwrap_or(0);
+            let before = self.lost.get(topic).copied().unwrap_or(0);
             (topic.clone(), lost.saturating_sub(before))
         };
-        self.lost.iter().map(since).collect()
+        lost.iter().map(since).collect()
     }
 
-    /// Starts the next part at this time, after the present part has ended.
-    pub(super) fn next(
-        &mut self,
-        ended: &ClosedFile,
-        channels: &[SinkChannel],
-        time: Nanos,
-    ) -> io::Result<OpenFile> {
-        self.existing.push_back((self.parts.last.clone(), ended.bytes()));
+    /// Records that a part has stated the values lost since the beginning.
+    pub(super) fn report_lost(&mut self, lost: BTreeMap<String, u64>) {
+        self.lost = lost;
+    }
+
+    /// Records the end of the present part, of this size.
+    pub(super) fn end_part(&mut self, bytes: u64) {
+        self.existing.push_back(OldPart {
+            path: self.parts.last.clone(),
+            bytes,
+            remains: false,
+        });
         // Unlocking fails on a file system without locks.
         let _ = self.lock.take().map(|file| file.unlock());
-        let (output, disk) = self.create().map_err(|error| match error {
+    }
+
+    /// Deletes the present part, which has nothing but its beginning.
+    pub(super) fn discard_part(&mut self) {
+        if fs::remove_file(&self.parts.last).is_err() {
+            return self.end_part(0);
+        }
+        self.lock = None;
+        // The next try takes its numbers.
+        self.number = Some(self.number.map_or(u32::MAX, |number| number - 1));
+        self.mark.number -= 1;
+        self.parts.count -= 1;
+        if let Some(before) = self.existing.back() {
+            self.parts.last.clone_from(&before.path);
+        }
+    }
+
+    /// Starts the next part at this time, after the present part has ended. `gap` is the time before it of which nothing is
+    /// recorded.
+    pub(super) fn next(
+        &mut self,
+        channels: &[SinkChannel],
+        time: Nanos,
+        gap: Option<&Gap>,
+    ) -> io::Result<OpenFile> {
+        let file = self.create(channels, time, gap).map_err(|error| match error {
             Error::Create { error, .. } | Error::Thread(error) => error,
             taken @ (Error::Exists(_) | Error::Written(_)) => io::Error::other(taken),
         })?;
-        let file = self.start_file(output, disk, channels, time)?;
         self.began = Some(time);
         Ok(file)
     }
 
+    /// Returns whether there is no number for a further part.
+    pub(super) fn is_exhausted(&self) -> bool {
+        self.number.is_none()
+    }
+
+    /// Returns the time at which the present part began, once it has a message.
+    pub(super) fn began(&self) -> Option<Nanos> {
+        self.began
+    }
+
+    /// Adds a gap to the status.
+    pub(super) fn add_gap(&mut self, gap: Gap) {
+        if self.parts.gaps.len() < MAX_GAPS {
+            self.parts.gaps.push(gap);
+        } else {
+            self.parts.more_gaps += 1;
+        }
+    }
+
     /// Deletes the oldest parts while all parts together, including the `current_bytes` of the present one,
-    /// exceed the limit. Parts that another recording is writing are kept.
-    pub(super) fn prune(&mut self, current_bytes: u64) -> io::Result<()> {
-        let Some(keep) = self.plan.max_total_bytes else {
-            return Ok(());
-        };
-        let mut total = self.existing.iter().map(|(_, bytes)| bytes).sum::<u64>() + current_bytes;
-        let mut index = 0;
+    /// exceed the limit. Parts that cannot be deleted, or that another recording is writing, are kept and do not count until
+    /// they can be. Returns the first that the system refuses to delete, with the reason.
+    pub(super) fn prune(&mut self, current_bytes: u64) -> Option<(PathBuf, String)> {
+        let keep = self.plan.max_total_bytes?;
+        let now = Instant::now();
+        let retries = now >= self.next_retry;
+        let counts = |part: &&OldPart| retries || !part.remains;
+        let mut total = self
+            .existing
+            .iter()
+            .filter(counts)
+            .map(|part| part.bytes)
+            .sum::<u64>()
+            + current_bytes;
+        if retries {
+            self.next_retry = now + RETRY;
+        }
+        let mut refused = None;
+        let (parts, mut index) = (&mut self.parts, 0);
         while total > keep
-            && let Some((oldest, bytes)) = self.existing.get(index)
+            && let Some(oldest) = self.existing.get_mut(index)
         {
-            let is_deleted = remove(oldest).map_err(|error| {
-                let message = format!("cannot delete {}: {error}", oldest.display());
-                io::Error::new(error.kind(), message)
-            })?;
-            if is_deleted {
-                total -= bytes;
-                self.parts.undeleted.remove(oldest);
-                self.parts.deleted += 1;
-                self.existing.remove(index);
-            } else {
-                self.parts.undeleted.insert(oldest.clone());
+            if oldest.remains && !retries {
                 index += 1;
+                continue;
+            }
+            total -= oldest.bytes;
+            match remove(&oldest.path) {
+                Ok(()) => {
+                    parts.undeleted.remove(&oldest.path);
+                    parts.deleted += 1;
+                    self.existing.remove(index);
+                }
+                Err(reason) => {
+                    if reason != LOCKED && refused.is_none() {
+                        refused = Some((oldest.path.clone(), reason.clone()));
+                    }
+                    parts.undeleted.insert(oldest.path.clone(), reason);
+                    oldest.remains = true;
+                    index += 1;
+                }
             }
         }
-        Ok(())
+        refused
     }
 
     /// Returns the number of parts, and their paths.
@@ -206,9 +280,14 @@ impl PartSequence {
         &self.parts
     }
 
-    /// Creates the next file whose name is free.
-    fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
-        loop {
+    /// Creates the next part, in a file whose name is free. If it cannot be begun, there is no new file.
+    fn create(
+        &mut self,
+        channels: &[SinkChannel],
+        time: Nanos,
+        gap: Option<&Gap>,
+    ) -> Result<OpenFile, Error> {
+        let (number, path, file) = loop {
             let Some(number) = self.number else {
                 return Err(Error::Create {
                     path: self.path.clone(),
@@ -218,48 +297,78 @@ impl PartSequence {
                 });
             };
             let path = numbered(&self.path, number);
-            self.number = number.checked_add(1);
-            let file = match writer::create(&path, self.overwrite) {
-                Err(Error::Exists(_) | Error::Written(_)) => continue,
-                result => result?,
+            match writer::create(&path, false) {
+                Err(error) if is_taken(&error) => self.number = number.checked_add(1),
+                file => break (number, path, file?),
+            }
+        };
+        let lock = file.try_clone().ok();
+        let started = with_disk(file, &path).and_then(|(output, disk)| {
+            let mark = Mark {
+                number: self.mark.number + 1,
+                ..self.mark.clone()
             };
-            self.lock = file.try_clone().ok();
-            self.parts.last = path;
-            return with_disk(file, &self.parts.last);
+            OpenFile::new(output, disk, &self.origin, Some(&mark))
+                .and_then(|file| self.start_file(file, &mark, channels, time, gap))
+                .map(|file| (file, mark))
+                .map_err(|error| Error::Create {
+                    path: path.clone(),
+                    error,
+                })
+        });
+        match started {
+            Ok((file, mark)) => {
+                (self.mark, self.lock) = (mark, lock);
+                self.number = number.checked_add(1);
+                self.parts.count += 1;
+                if self.parts.count == 1 {
+                    self.parts.first.clone_from(&path);
+                }
+                self.parts.last = path;
+                Ok(file)
+            }
+            Err(error) => {
+                // The next try takes its name, or the next one if it remains.
+                let _ = fs::remove_file(&path);
+                Err(error)
+            }
         }
     }
 
     /// Writes the beginning of a part: its channels, and the values in force.
     fn start_file(
         &mut self,
-        output: Output,
-        disk: Option<Disk>,
+        mut file: OpenFile,
+        mark: &Mark,
         channels: &[SinkChannel],
         time: Nanos,
+        gap: Option<&Gap>,
     ) -> io::Result<OpenFile> {
-        self.mark.number += 1;
-        self.parts.count += 1;
-        if self.mark.number == 1 {
-            self.parts.first = self.parts.last.clone();
-        }
-        let mut file = OpenFile::new(output, disk, &self.origin, Some(&self.mark))?;
         channels.iter().try_for_each(|channel| file.open(channel))?;
         let log = time.saturating_sub(if self.lossless { 0 } else { LATE });
         for (channel, times, data) in self.in_force.iter() {
             file.repeat(channel, Times { log, ..times }, data)?;
         }
         file.flush()?;
-        self.head = file.bytes();
-        if self.mark.number > 1 {
-            let byte = BTreeMap::from([(BYTE.to_owned(), self.head.to_string())]);
+        let head = file.bytes();
+        if mark.number > 1 {
+            let byte = BTreeMap::from([(BYTE.to_owned(), head.to_string())]);
             file.metadata(BEGINS, byte)?;
         }
+        if let Some(gap) = gap {
+            file.metadata(GAP, gap.to_metadata())?;
+            file.flush()?;
+        }
+        self.head = head;
         Ok(file)
     }
 }
 
-/// Deletes a part unless another recording is writing it. Returns whether it no longer exists.
-fn remove(path: &Path) -> io::Result<bool> {
+/// Deletes a part unless another recording is writing it.
+///
+/// # Errors
+/// Why it still exists.
+fn remove(path: &Path) -> Result<(), String> {
     let opened = File::open(path).and_then(|file| match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => Ok(None),
         // While this lock is held, no recording writes the file. Without locks this cannot
@@ -267,7 +376,9 @@ fn remove(path: &Path) -> io::Result<bool> {
         Ok(()) | Err(TryLockError::Error(_)) => fs::remove_file(path).map(|()| Some(file)),
     });
     match opened {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(true),
-        removed => removed.map(|file| file.is_some()),
+        Ok(Some(_)) => Ok(()),
+        Ok(None) => Err(LOCKED.to_owned()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error.to_string()),
     }
 }

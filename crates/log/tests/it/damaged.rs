@@ -25,7 +25,7 @@ fn record(file: &Path) {
         application: None,
         overwrite: false,
         lossless: true,
-        on_error: Box::new(|error| panic!("{error}")),
+        on_trouble: Box::new(|error| panic!("{error}")),
     };
     let recorder = Recorder::create(file, options).unwrap();
     let topic = recorder.topic("/bench/data", Arc::new(<[u64; 128]>::describe()), BTreeMap::new());

@@ -29,7 +29,7 @@ fn record_until_killed(file: &Path) {
         application: None,
         overwrite: false,
         lossless: true,
-        on_error: Box::new(|error| panic!("{error}")),
+        on_trouble: Box::new(|error| panic!("{error}")),
     };
     let recorder = Recorder::create(file, options).unwrap();
     let topic = recorder.topic("/victim/count", Arc::new(u64::describe()), BTreeMap::new());

@@ -2,6 +2,7 @@
 
 mod damaged;
 mod foreign;
+mod hindered;
 mod killed;
 mod replay;
 mod split;

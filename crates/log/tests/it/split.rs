@@ -1,11 +1,11 @@
 //! Split recordings: whichever part is opened, the recording contains every message once. A single part
 //! contains the values in force. The total size can be limited.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use jde_log::{
     Message, Options, PartSize, ReadError, Recorder, Recording, SplitOptions, Stamps, Status, Survey, Topic,
@@ -17,9 +17,9 @@ use jde_watchdog::Watchdog;
 use crate::support;
 use tempfile::TempDir;
 
-const SECOND: u64 = 1_000_000_000;
+pub(crate) const SECOND: u64 = 1_000_000_000;
 
-fn split(part_size: PartSize, keep: Option<u64>) -> SplitOptions {
+pub(crate) fn split(part_size: PartSize, keep: Option<u64>) -> SplitOptions {
     SplitOptions {
         part_size,
         max_total_bytes: keep,
@@ -36,16 +36,16 @@ fn stamps(number: u64, published: u64) -> Stamps {
 
 /// Records a modulation that is written once, a value that is retracted, and ten incompressible values a
 /// second.
-struct Drive {
-    recorder: Recorder,
+pub(crate) struct Drive {
+    pub(crate) recorder: Recorder,
     noise: Topic,
     retracted: Topic,
-    next: u64,
+    pub(crate) next: u64,
     state: u64,
 }
 
 impl Drive {
-    fn begin(path: &Path, split_options: SplitOptions, overwrite: bool) -> Self {
+    pub(crate) fn begin(path: &Path, split_options: SplitOptions, overwrite: bool) -> Self {
         let options = Options {
             overwrite,
             ..support::options("endless", true)
@@ -53,7 +53,7 @@ impl Drive {
         Self::of(Recorder::create_split(path, options, split_options).unwrap())
     }
 
-    fn of(recorder: Recorder) -> Self {
+    pub(crate) fn of(recorder: Recorder) -> Self {
         let about = |variable: &str| BTreeMap::from([("variable".to_owned(), variable.to_owned())]);
         let number = Arc::new(u64::describe());
         let once = recorder.topic("/goon/speed", Arc::clone(&number), about("goon.speed"));
@@ -74,7 +74,7 @@ impl Drive {
         }
     }
 
-    fn record(&mut self, seconds: u64) {
+    pub(crate) fn record(&mut self, seconds: u64) {
         for _ in 0..seconds * 10 {
             let mut bytes = Vec::new();
             for _ in 0..128 {
@@ -98,7 +98,7 @@ impl Drive {
 }
 
 /// Records a drive in a temporary folder.
-fn drive(seconds: u64, split_options: SplitOptions) -> (TempDir, PathBuf, Status) {
+pub(crate) fn drive(seconds: u64, split_options: SplitOptions) -> (TempDir, PathBuf, Status) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
     let mut drive = Drive::begin(&path, split_options, false);
@@ -107,14 +107,14 @@ fn drive(seconds: u64, split_options: SplitOptions) -> (TempDir, PathBuf, Status
     (folder, path, status)
 }
 
-fn read(path: &Path) -> (Recording, Vec<Message>) {
+pub(crate) fn read(path: &Path) -> (Recording, Vec<Message>) {
     let recording = Recording::open(path).unwrap();
     assert_eq!(recording.damage(), None);
     let messages = recording.messages().unwrap().map(Result::unwrap).collect();
     (recording, messages)
 }
 
-fn sequences(messages: &[Message], topic: &str) -> Vec<u32> {
+pub(crate) fn sequences(messages: &[Message], topic: &str) -> Vec<u32> {
     let on_topic = messages.iter().filter(|message| message.channel.topic == topic);
     on_topic.map(|message| message.sequence).collect()
 }
@@ -299,13 +299,13 @@ fn parts_that_another_recording_writes_are_not_deleted() {
     bounded.record(25);
     let parts = bounded.recorder.finish().parts.unwrap();
     assert_eq!((parts.count, parts.deleted), (3, 2));
-    assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
+    assert_eq!(parts.undeleted.into_keys().collect::<Vec<_>>(), [first.clone()]);
     assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-004.mcap"]);
 
     let mut overwriting = Drive::begin(&path, ten_seconds, true);
     overwriting.record(5);
     let parts = overwriting.recorder.finish().parts.unwrap();
-    assert_eq!(parts.undeleted, BTreeSet::from([first.clone()]));
+    assert_eq!(parts.undeleted.into_keys().collect::<Vec<_>>(), [first.clone()]);
     assert_eq!(names(folder.path()), ["drive-001.mcap", "drive-002.mcap"]);
 
     live.record(5);
@@ -319,7 +319,7 @@ fn parts_that_another_recording_writes_are_not_deleted() {
     overwriting.record(5);
     assert_eq!(
         overwriting.recorder.finish().parts.unwrap().undeleted,
-        BTreeSet::new()
+        BTreeMap::new()
     );
     assert_eq!(names(folder.path()), ["drive-001.mcap"]);
 }
@@ -340,12 +340,7 @@ fn a_recording_fails_after_the_last_number_of_a_part() {
     assert_eq!(second, folder.path().join("drive-002.mcap"));
 
     std::fs::copy(&first, named(last - 1)).unwrap();
-    let errors = Arc::<Mutex<Vec<String>>>::default();
-    let reported = Arc::clone(&errors);
-    let options = Options {
-        on_error: Box::new(move |error| reported.lock().unwrap().push(error.to_owned())),
-        ..support::options("endless", true)
-    };
+    let (options, errors) = support::with_troubles("endless", true);
     let mut last_parts = Drive::of(Recorder::create_split(&path, options, ten_seconds).unwrap());
     last_parts.record(15);
     let status = last_parts.recorder.finish();

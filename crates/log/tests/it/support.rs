@@ -1,8 +1,9 @@
 //! Options that the tests share.
 
+use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 
-use jde_log::{Options, Origin};
+use jde_log::{Options, Origin, Trouble};
 
 /// Returns options for a recording without an application. The recorder panics at an error of the disk.
 pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
@@ -18,6 +19,20 @@ pub(crate) fn options(application: &str, lossless: bool) -> Options<'static> {
         application: None,
         overwrite: false,
         lossless,
-        on_error: Box::new(|error| panic!("{error}")),
+        on_trouble: Box::new(|error| panic!("{error}")),
     }
+}
+
+/// Returns options whose recorder passes on what hinders it.
+pub(crate) fn with_troubles(
+    application: &str,
+    lossless: bool,
+) -> (Options<'static>, Arc<Mutex<Vec<Trouble>>>) {
+    let troubles = Arc::<Mutex<Vec<Trouble>>>::default();
+    let reported = Arc::clone(&troubles);
+    let options = Options {
+        on_trouble: Box::new(move |trouble| reported.lock().unwrap().push(trouble.clone())),
+        ..options(application, lossless)
+    };
+    (options, troubles)
 }

@@ -158,6 +158,8 @@ impl Analysis {
         if lost > 0 {
             remarks.push(format!("{lost} values were lost while it was recorded"));
         }
+        remarks.extend(self.survey.gaps.iter().map(ToString::to_string));
+        remarks.extend(self.survey.left_out.iter().cloned());
         remarks.extend(self.left_out.lines());
         remarks.extend(self.ending.remarks.iter().cloned());
         remarks

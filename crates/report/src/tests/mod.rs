@@ -77,7 +77,7 @@ pub(crate) fn recorder(file: &Path, hierarchy: Option<RecordedHierarchy>) -> Rec
         application: None,
         overwrite: true,
         lossless: true,
-        on_error: Box::new(|trouble| panic!("{trouble}")),
+        on_trouble: Box::new(|trouble| panic!("{trouble}")),
     };
     Recorder::create(file, options).unwrap()
 }

@@ -123,7 +123,7 @@ fn recorder(file: &Path) -> Recorder {
         application: None,
         overwrite: false,
         lossless: true,
-        on_error: Box::new(|error| panic!("{error}")),
+        on_trouble: Box::new(|error| panic!("{error}")),
     };
     Recorder::create(file, options).expect("a file")
 }

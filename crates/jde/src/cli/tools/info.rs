@@ -111,6 +111,12 @@ fn write(file: &str, survey: &Survey, out: &mut dyn Write) -> io::Result<()> {
     for (topic, lost) in &survey.lost {
         writeln!(out, "{WARN}{lost} lost{WARN:#} of {topic}")?;
     }
+    for gap in &survey.gaps {
+        writeln!(out, "{WARN}gap{WARN:#}: {gap}")?;
+    }
+    for line in &survey.left_out {
+        writeln!(out, "{WARN}{line}{WARN:#}")?;
+    }
     Ok(())
 }
 

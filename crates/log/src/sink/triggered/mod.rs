@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 use jde_board::Nanos;
 
 use super::current_file::CurrentFile;
-use super::names::{create, probe};
+use super::names::{create, is_taken, probe};
 use super::{Disk, Effect, OpenFile, Sink, SinkChannel};
 use crate::part::numbered;
 use crate::pre_trigger_buffer::{Content, Entry, PreTriggerBuffer};
@@ -158,11 +158,10 @@ impl TriggeredSink {
     /// Creates the next file whose name is free.
     fn create(&mut self) -> Result<(Output, Option<Disk>), Error> {
         loop {
-            let result = (self.create_file)(&numbered(&self.plan.path, self.number), self.plan.overwrite);
-            if !matches!(result, Err(Error::Exists(_) | Error::Written(_))) {
-                return result;
+            match (self.create_file)(&numbered(&self.plan.path, self.number), self.plan.overwrite) {
+                Err(error) if is_taken(&error) => self.number += 1,
+                result => return result,
             }
-            self.number += 1;
         }
     }
 

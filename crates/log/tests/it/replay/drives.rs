@@ -115,7 +115,7 @@ impl RecordedDrive {
             application: Some(application),
             overwrite: false,
             lossless,
-            on_error: Box::new(|error| panic!("{error}")),
+            on_trouble: Box::new(|error| panic!("{error}")),
         };
         Arc::new(Recorder::create(&self.file, options).unwrap())
     }

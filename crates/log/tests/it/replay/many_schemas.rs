@@ -297,7 +297,7 @@ fn record(file: &Path, levels: u64, text: &str, real: bool) -> u64 {
         application: Some(&application),
         overwrite: false,
         lossless: !real,
-        on_error: Box::new(|error| panic!("{error}")),
+        on_trouble: Box::new(|error| panic!("{error}")),
     };
     let recorder = Arc::new(Recorder::create(file, options).expect("the file is created"));
     let watcher = Arc::clone(&recorder);

@@ -20,7 +20,7 @@ use jde_records::{RecordKind, RunRecord, StateRecord, state_name};
 use super::rate_limiter::RateLimiter;
 use super::{Context, Target};
 use crate::cli::tools::recording::SplitArgs;
-use crate::failure::Failure;
+use crate::failure::{Failure, display_path};
 use crate::interrupt::SignalListener;
 use crate::quantity;
 use crate::session::{self, PanelOptions, RecordingSummary, TriggerWindow};
@@ -80,7 +80,7 @@ impl Record {
         // Check the panels before the file is created, because that may overwrite another one.
         let panels = self.panels.map(|panels| resolve_panels(&remote, panels));
         let panels = panels.transpose()?;
-        let options = options(&remote, self.overwrite);
+        let options = options(&remote, display_path(&self.file), self.overwrite);
         let is_triggered = self.trigger.is_some();
         let recorder = match (self.trigger, split) {
             (Some(trigger), _) => {
@@ -140,7 +140,7 @@ impl Record {
     }
 }
 
-fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
+fn options(remote: &Remote, named: String, overwrite: bool) -> Options<'static> {
     let about = remote.about();
     Options {
         origin: Origin {
@@ -155,7 +155,7 @@ fn options(remote: &Remote, overwrite: bool) -> Options<'static> {
         application: None,
         overwrite,
         lossless: false,
-        on_error: Box::new(|error| tracing::error!("the recording ends early: {error}")),
+        on_trouble: session::report_trouble(named),
     }
 }
 

@@ -110,6 +110,10 @@ fn read_recording(file: &Path) -> Result<Selections, Failure> {
             damage.reason
         )?;
     }
+    let gaps = recording.gaps().iter().map(ToString::to_string);
+    for line in gaps.chain(recording.left_out().lines()) {
+        writeln!(terminal::err(), "{}: {line}", display_path(file))?;
+    }
     let start = recording.metadata("jde").and_then(|jde| jde.get("start_ns"));
     let (first, _) = recording.times().unwrap_or_default();
     let start: u64 = start.and_then(|start| start.parse().ok()).unwrap_or(first);
