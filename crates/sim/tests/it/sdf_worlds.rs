@@ -349,7 +349,7 @@ fn everything_that_is_not_understood_is_named_with_its_line() {
     let text = format!(
         "<sdf><world name='w'>\n<physics/>\n<gui/>\n<light/>\n<light/>\n<model name='m'><static>1</static>\n<plugin/>\n\
          <link name='l'>{BOX}<sensor/>\n<foo/><gz:bar/></link>\n<joint name='j'><child>l</child></joint>\n\
-         <link name='k'><pose relative_to='nowhere'/>\n{BOX}</link></model></world>\n<world name='other'/></sdf>"
+         <link name='k'><pose relative_to='nowhere'/>\n{BOX}</link></model></world>\n<world name='other'/>\n<model name='beside'/></sdf>"
     );
     assert_eq!(
         report(&import("named.sdf", &text).unwrap()),
@@ -359,10 +359,11 @@ fn everything_that_is_not_understood_is_named_with_its_line() {
             "<gz:bar> is left out: it is an extension of another program (line 9)",
             "<joint> is left out: nothing moves at a joint (line 10)",
             "<light> is left out: it is only seen, and stops nothing (line 4, and 1 more)",
+            "<model> `beside` is left out: a file becomes one world, the first in it (line 14)",
             "<physics> is left out: the simulator has its own physics (line 2)",
             "<plugin> is left out: it is a program of Gazebo (line 7)",
             "<sensor> is left out: an application chooses its robots and their sensors (line 8)",
-            "<world> `other` is left out: a file becomes one world, the first (line 13)",
+            "<world> `other` is left out: a file becomes one world, the first in it (line 13)",
             "`m` is left out: its pose is relative to `nowhere`, which is not there (line 12)",
         ]
     );

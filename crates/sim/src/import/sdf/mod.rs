@@ -122,14 +122,18 @@ impl Reader<'_> {
                 .map_or(String::new(), |root| format!("`{}` is no SDF: ", root.name()));
             return Err(fault(1, format!("{found}expected <sdf>")));
         };
-        let mut worlds = root.children_named("world");
-        let world = worlds.next();
-        for other in worlds {
-            self.leave(
-                &other,
-                unused::named(&other),
-                "a file becomes one world, the first",
-            );
+        let mut world = None;
+        for part in root.children() {
+            match part.name() {
+                "world" if world.is_none() => world = Some(part),
+                "world" => self.leave(&part, unused::named(&part), unused::BESIDE),
+                _ => {}
+            }
+        }
+        if world.is_some() {
+            for part in root.children().filter(|part| part.name() != "world") {
+                self.leave(&part, unused::named(&part), unused::BESIDE);
+            }
         }
         let world = world.unwrap_or(root);
         let saved = world.child("state");

@@ -5,11 +5,16 @@ use super::xml::Node;
 /// Why joints are left out.
 pub(super) const JOINT: &str = "nothing moves at a joint";
 
+/// Why what is beside the world of a file is left out.
+pub(super) const BESIDE: &str = "a file becomes one world, the first in it";
+
 /// Returns how a report names an element: things that a user names with their names.
 pub(super) fn named(node: &Node) -> String {
     let tag = node.name();
     match node.attribute("name") {
-        Some(name) if matches!(tag, "actor" | "population" | "world" | "road") => format!("<{tag}> `{name}`"),
+        Some(name) if matches!(tag, "actor" | "model" | "population" | "road" | "world") => {
+            format!("<{tag}> `{name}`")
+        }
         _ => format!("<{tag}>"),
     }
 }
